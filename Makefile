@@ -1,0 +1,37 @@
+# Everything is set up in .venv by itself; a bare `make` lists what there is.
+PYTHON ?= python3.11
+BIN := .venv/bin
+READY := .venv/.ready
+
+.PHONY: help study test lint types bench docs clean
+
+help: ## list these targets
+	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-8s %s\n", $$1, $$2}'
+
+$(READY): pyproject.toml constraints.txt
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test,lint]'
+	@touch $@
+
+study: $(READY) ## run the embedded study and write its report
+	@$(BIN)/steadyload study run embedded --output runs/embedded
+	@$(BIN)/steadyload report runs/embedded
+
+test: $(READY) ## run all tests
+	$(BIN)/python -m pytest -n 2
+
+lint: $(READY) ## check style
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(READY) ## check types
+	$(BIN)/mypy
+
+bench: $(READY) ## measure what a judgement costs
+	$(BIN)/python -m harness.studies.bench
+
+docs: $(READY) ## remake the generated pages
+	$(BIN)/steadyload engines --markdown > docs/engines.md
+
+clean: ## remove the virtual environment, caches and runs
+	rm -rf .venv runs .pytest_cache .ruff_cache

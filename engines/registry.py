@@ -1,0 +1,79 @@
+"""Names of engines. Listing them imports none; a missing library is one sentence.
+
+An engine is one line in :data:`ENGINES`. Other distributions register engines through the
+entry-point group ``steadyload.engines``, with values of the form ``module:Class``.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.metadata
+from dataclasses import dataclass
+
+from engines.world import EngineNotInstalledError, FixedStepWorld, WorldSettings
+
+
+@dataclass(frozen=True, slots=True)
+class EngineEntry:
+    """Where an engine's class lives ("module:Class") and which packages it needs."""
+
+    target: str
+    packages: tuple[str, ...] = ()
+
+
+ENGINES: dict[str, EngineEntry] = {
+    "bullet": EngineEntry("engines.with_bullet:BulletWorld", ("pybullet",)),
+    "mujoco": EngineEntry("engines.with_mujoco:MujocoWorld", ("mujoco",)),
+    "dart": EngineEntry("engines.with_dart:DartWorld", ("dartpy",)),
+}
+
+
+def engines() -> dict[str, EngineEntry]:
+    """All engines by name, with those of other distributions."""
+    found = importlib.metadata.entry_points(group="steadyload.engines")
+    return {e.name: EngineEntry(e.value) for e in found} | ENGINES
+
+
+def engine_names() -> tuple[str, ...]:
+    """Names of all engines, in the order in which tables show them."""
+    return tuple(engines())
+
+
+def world_class(name: str) -> type[FixedStepWorld]:
+    """The world class of an engine.
+
+    Raises:
+        KeyError: no engine of that name.
+        EngineNotInstalledError: its library is missing.
+    """
+    entry = engines()[name]
+    module, _, attribute = entry.target.partition(":")
+    try:
+        return getattr(importlib.import_module(module), attribute)
+    except ModuleNotFoundError as error:
+        if error.name and error.name.split(".")[0] in entry.packages:
+            raise EngineNotInstalledError(
+                f"engine {name!r} needs the package {error.name}: pip install {error.name}"
+            ) from error
+        raise
+
+
+def open_world(name: str, settings: WorldSettings) -> FixedStepWorld:
+    """A new, empty world of the named engine; the caller closes it.
+
+    Raises:
+        KeyError, EngineNotInstalledError: see :func:`world_class`.
+    """
+    return world_class(name)(settings)
+
+
+def installed_versions() -> dict[str, str]:
+    """Version of every engine package that is installed, by package name."""
+    versions = {}
+    for entry in engines().values():
+        for package in entry.packages:
+            try:
+                versions[package] = importlib.metadata.version(package)
+            except importlib.metadata.PackageNotFoundError:
+                continue
+    return versions

@@ -1,0 +1,402 @@
+"""The contract between the loading algorithm and a physics engine.
+
+A :class:`World` holds boxes on an infinite horizontal floor at z = 0 under gravity. Units are SI,
+z is up, poses are those of a box's *geometric* centre, quaternions are ``w, x, y, z``. A world is
+headless, owns everything it touches and shares no state with any other world.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from fractions import Fraction
+from functools import lru_cache
+from types import MappingProxyType
+from typing import ClassVar, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+GRAVITY = 9.8
+"""Gravitational acceleration [m/s2]; 980 cm/s2 in the paper's reference simulation."""
+
+
+class EngineError(Exception):
+    """An engine cannot do what was asked of it."""
+
+
+class EngineNotInstalledError(EngineError):
+    """The library behind an engine is missing; the message says how to install it."""
+
+
+class WorldClosedError(EngineError):
+    """A world was used after :meth:`World.close`."""
+
+
+class BroadPhase(StrEnum):
+    """Broad-phase collision detection, as in Table 3 of the paper."""
+
+    SIMPLE = "simple"
+    DBVT = "dbvt"
+    SWEEP = "sweep"
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """One rigid box of uniform density about a shifted centre of mass.
+
+    Args:
+        size: full edge lengths along the world's x, y, z [m], all positive.
+        mass: [kg], positive.
+        centre: planned position of the geometric centre [m].
+        mass_offset: centre of mass minus geometric centre [m], inside the box.
+    """
+
+    size: tuple[float, float, float]
+    mass: float
+    centre: tuple[float, float, float]
+    mass_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @property
+    def inertia(self) -> tuple[float, float, float]:
+        """Principal moments of the uniform box [kg m2], taken about the centre of mass.
+
+        All engines are given the same moments wherever the centre of mass lies, so that they
+        answer the same question; a shifted centre alone does not define an inertia.
+        """
+        x, y, z = self.size
+        twelfth = self.mass / 12.0
+        return (twelfth * (y * y + z * z), twelfth * (x * x + z * z), twelfth * (x * x + y * y))
+
+
+@dataclass(frozen=True, slots=True)
+class WorldSettings:
+    """What a world is asked to be. Every value is that of the *contact* or the *body*, in SI.
+
+    Each engine declares which of these it honours, emulates or ignores (:class:`Capabilities`).
+
+    Args:
+        friction: Coulomb coefficient of every contact, >= 0.
+        restitution: coefficient of every contact, 0 to 1.
+        linear_damping: share of linear velocity lost per second, 0 to < 1.
+        angular_damping: share of angular velocity lost per second, 0 to < 1.
+        margin: collision margin [m], >= 0.
+        broad_phase: None leaves the choice to the engine.
+        solver_iterations: None leaves the choice to the adapter.
+        gravity: [m/s2], along -z.
+        emulate: settings that the engine lacks and that it shall imitate where it can do so only
+            at a price (see the engine's notes). Nothing is imitated at a price unasked.
+    """
+
+    friction: float = 0.5
+    restitution: float = 0.0
+    linear_damping: float = 0.0
+    angular_damping: float = 0.0
+    margin: float = 0.0
+    broad_phase: BroadPhase | None = None
+    solver_iterations: int | None = None
+    gravity: float = GRAVITY
+    emulate: frozenset[str] = frozenset()
+
+    def requested(self) -> tuple[str, ...]:
+        """Names of the settings that ask for something, that is: differ from "nothing special"."""
+        neutral = WorldSettings(friction=0.0)
+        names = (f.name for f in dataclasses.fields(self) if f.name not in ("emulate", "gravity"))
+        return tuple(n for n in names if getattr(self, n) != getattr(neutral, n))
+
+
+class Support(StrEnum):
+    """How an engine meets a setting."""
+
+    HONOURED = "honoured"
+    EMULATED = "emulated"
+    ON_REQUEST = "emulated on request"
+    IGNORED = "ignored"
+
+
+@dataclass(frozen=True, slots=True)
+class SettingSupport:
+    """One engine's answer to one setting.
+
+    ``values`` limits the answer to some of the values; any other value counts as ignored.
+    """
+
+    support: Support
+    note: str = ""
+    values: tuple[object, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Capabilities:
+    """Facts about an engine, as data: tables, warnings and tests are made from them."""
+
+    title: str
+    dimensions: int
+    settings: Mapping[str, SettingSupport]
+    deterministic: bool = True
+    notes: str = ""
+
+    def support(self, name: str, settings: WorldSettings) -> Support:
+        """How the setting ``name`` is met under ``settings``: honoured, emulated or ignored."""
+        declared = self.settings[name]
+        if declared.values is not None and getattr(settings, name) not in declared.values:
+            return Support.IGNORED
+        if declared.support is Support.ON_REQUEST:
+            return Support.EMULATED if name in settings.emulate else Support.IGNORED
+        return declared.support
+
+    def ignored(self, settings: WorldSettings) -> tuple[str, ...]:
+        """Names of requested settings that have no effect on this engine."""
+        return tuple(
+            name for name in settings.requested() if self.support(name, settings) is Support.IGNORED
+        )
+
+    def emulated(self, settings: WorldSettings) -> tuple[str, ...]:
+        """Names of requested settings that this engine imitates by other means."""
+        return tuple(
+            name
+            for name in settings.requested()
+            if self.support(name, settings) is Support.EMULATED
+        )
+
+
+class StepCount(NamedTuple):
+    """What one ``stepSimulation`` did: substeps executed, requested by its time, and lost."""
+
+    executed: int
+    requested: int
+    lost: int
+
+
+class Poses(NamedTuple):
+    """Poses of all boxes, in the order in which they were added.
+
+    ``centres``: geometric centres [m], shape (n, 3). ``quaternions``: w, x, y, z, shape (n, 4).
+    """
+
+    centres: FloatArray
+    quaternions: FloatArray
+
+
+class Velocities(NamedTuple):
+    """Velocities in world axes: ``linear`` [m/s] of the *centre of mass*, ``angular`` [rad/s]."""
+
+    linear: FloatArray
+    angular: FloatArray
+
+
+@lru_cache(maxsize=4096)
+def _exact(seconds: float) -> Fraction:
+    """The duration a user meant by a float: 0.3 is 3/10 and 1/90 is 1/90, not their neighbours."""
+    value = Fraction(seconds)
+    simple = value.limit_denominator(1_000_000)
+    return simple if abs(float(simple) - seconds) <= 1e-14 * abs(seconds) else value
+
+
+class SubstepClock:
+    """Bullet's substep accounting (``btDiscreteDynamicsWorld::stepSimulation``), in exact numbers.
+
+    In floating point 0.3 s at 90 Hz runs 26 substeps, then 27: rounding decides. Here durations
+    are fractions, so the count is the one that was meant. As in Bullet, time beyond
+    ``maxSubSteps`` is lost, a remainder smaller than a substep is carried to the next call, and
+    nothing is interpolated.
+    """
+
+    def __init__(self) -> None:
+        self._remainder = Fraction(0)
+
+    def advance(
+        self, time_step: float, max_sub_steps: int, fixed_time_step: float
+    ) -> tuple[StepCount, float]:
+        """Account for one call. Returns the count and the length of each substep [s].
+
+        ``max_sub_steps=0`` means one variable step of ``time_step``.
+
+        Raises:
+            ValueError: a duration is not finite, ``max_sub_steps`` is negative, or
+                ``fixed_time_step`` is not positive although it is used.
+        """
+        if not (np.isfinite(time_step) and np.isfinite(fixed_time_step)):
+            raise ValueError(f"durations must be finite, got {time_step} and {fixed_time_step}")
+        if max_sub_steps < 0:
+            raise ValueError(f"maxSubSteps must be 0 or more, got {max_sub_steps}")
+        if max_sub_steps == 0:
+            self._remainder = Fraction(0)
+            count = 1 if time_step > 0.0 else 0
+            return StepCount(count, count, 0), time_step
+        if fixed_time_step <= 0.0:
+            raise ValueError(f"fixedTimeStep must be positive, got {fixed_time_step}")
+        fixed = _exact(fixed_time_step)
+        self._remainder += _exact(time_step)
+        requested = max(0, self._remainder // fixed)
+        self._remainder -= requested * fixed
+        executed = min(requested, max_sub_steps)
+        return StepCount(executed, requested, requested - executed), fixed_time_step
+
+
+@runtime_checkable
+class World(Protocol):
+    """What the loading algorithm needs of an engine. One world judges one layout."""
+
+    capabilities: ClassVar[Capabilities]
+
+    def add_box(self, box: Box) -> int:
+        """Add a box at rest at its planned pose; returns its index, counted from 0."""
+        ...
+
+    def stepSimulation(  # noqa: N802 - the spelling of Bullet and of the paper's Eq. 1
+        self,
+        timeStep: float,
+        maxSubSteps: int,
+        fixedTimeStep: float,
+    ) -> StepCount:
+        """Advance by ``timeStep`` seconds in at most ``maxSubSteps`` of ``fixedTimeStep`` each."""
+        ...
+
+    def poses(self) -> Poses:
+        """Current poses; reading never advances time. The arrays belong to the caller."""
+        ...
+
+    def velocities(self) -> Velocities:
+        """Current velocities. The arrays belong to the caller."""
+        ...
+
+    def reset_poses(self) -> None:
+        """Put every box back to its planned pose, at rest ("reseat")."""
+        ...
+
+    def close(self) -> None:
+        """Give back native resources. Closing twice is allowed."""
+        ...
+
+
+class FixedStepWorld(ABC):
+    """Base of every engine: the protocol's bookkeeping, so that an adapter is only native calls.
+
+    A subclass declares :attr:`capabilities` and implements the underscored operations.
+    """
+
+    capabilities: ClassVar[Capabilities]
+
+    def __init__(self, settings: WorldSettings) -> None:
+        self.settings = settings
+        self.boxes: list[Box] = []
+        self._clock = SubstepClock()
+        self._closed = False
+
+    def add_box(self, box: Box) -> int:
+        """See :meth:`World.add_box`."""
+        self._check_open()
+        self._add(box)
+        self.boxes.append(box)
+        return len(self.boxes) - 1
+
+    def stepSimulation(  # noqa: N802
+        self,
+        timeStep: float,
+        maxSubSteps: int,
+        fixedTimeStep: float,
+    ) -> StepCount:
+        """See :meth:`World.stepSimulation`."""
+        self._check_open()
+        count, length = self._clock.advance(timeStep, maxSubSteps, fixedTimeStep)
+        if count.executed:
+            self._advance(count.executed, length)
+        return count
+
+    def poses(self) -> Poses:
+        """See :meth:`World.poses`."""
+        self._check_open()
+        return self._poses()
+
+    def velocities(self) -> Velocities:
+        """See :meth:`World.velocities`."""
+        self._check_open()
+        return self._velocities()
+
+    def reset_poses(self) -> None:
+        """See :meth:`World.reset_poses`. Also drops the clock's remainder."""
+        self._check_open()
+        self._clock = SubstepClock()
+        self._reset()
+
+    def close(self) -> None:
+        """See :meth:`World.close`."""
+        if not self._closed:
+            self._closed = True
+            self._close()
+
+    def __enter__(self) -> FixedStepWorld:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise WorldClosedError(f"this {type(self).__name__} has been closed")
+
+    @abstractmethod
+    def _add(self, box: Box) -> None: ...
+
+    @abstractmethod
+    def _advance(self, substeps: int, length: float) -> None:
+        """Run ``substeps`` >= 1 native steps of ``length`` > 0 seconds each."""
+
+    @abstractmethod
+    def _poses(self) -> Poses: ...
+
+    @abstractmethod
+    def _velocities(self) -> Velocities: ...
+
+    @abstractmethod
+    def _reset(self) -> None: ...
+
+    @abstractmethod
+    def _close(self) -> None: ...
+
+
+def declare(**settings: SettingSupport) -> Mapping[str, SettingSupport]:
+    """The settings part of a :class:`Capabilities`, checked to answer for every setting.
+
+    Raises:
+        ValueError: a setting of :class:`WorldSettings` has no answer, or an answer no setting.
+    """
+    expected = {f.name for f in dataclasses.fields(WorldSettings)} - {"emulate", "gravity"}
+    if expected != set(settings):
+        raise ValueError(f"declare exactly {sorted(expected)}, got {sorted(settings)}")
+    return MappingProxyType(dict(settings))
+
+
+def centres_from_mass_centres(
+    mass_centres: FloatArray, quaternions: FloatArray, offsets: FloatArray
+) -> FloatArray:
+    """Geometric centres [m] from centres of mass, shape (n, 3): c = p - R(q) r.
+
+    Args:
+        mass_centres: [m], shape (n, 3).
+        quaternions: w, x, y, z, shape (n, 4), unit length.
+        offsets: centre of mass minus geometric centre in body axes [m], shape (n, 3).
+    """
+    return mass_centres - rotate(quaternions, offsets)
+
+
+def rotate(quaternions: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Vectors (n, 3) turned by unit quaternions (n, 4; w, x, y, z)."""
+    w, x, y, z = quaternions.T
+    vx, vy, vz = vectors.T
+    # 2 q x v, written out: np.cross costs more than the whole rotation for a few items.
+    tx, ty, tz = 2.0 * (y * vz - z * vy), 2.0 * (z * vx - x * vz), 2.0 * (x * vy - y * vx)
+    return np.stack(
+        (
+            vx + w * tx + y * tz - z * ty,
+            vy + w * ty + z * tx - x * tz,
+            vz + w * tz + x * ty - y * tx,
+        ),
+        axis=1,
+    )

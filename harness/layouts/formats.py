@@ -1,0 +1,145 @@
+"""Layout files: one reader per format, picked by the file's content; writers for three of them.
+
+Every reader turns its file into plain records (name, pallet, items as mappings of named values) and
+one function turns records into validated layouts, so that all formats complain alike. The formats
+are described in ``docs/layouts.md``, the native one also in ``docs/layouts.schema.json``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+from harness.atomic import write_atomically
+from harness.layouts.model import Layout, LayoutError
+from harness.layouts.readers import read_aclpp, read_csv, read_json
+from harness.layouts.record import FormatError, Record, to_layout
+from harness.layouts.snapping import snap
+from harness.layouts.writers import as_csv, as_job, as_native
+
+_HEAD_BYTES = 64 * 1024
+_SIZE_CAPS = {"yaml": 8 * 1024**2, "other": 256 * 1024**2}
+"""A YAML parser takes a second for 4 MB even in C; the largest real schedule is below 2 MB."""
+
+
+class Format(StrEnum):
+    """The file formats."""
+
+    NATIVE = "native"
+    CSV = "csv"
+    JOB = "job"
+    ACLPP = "aclpp"
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """A layout of a readable file that is not a valid layout, with the reason."""
+
+    name: str
+    error: LayoutError
+
+
+def read_layouts(path: str | Path, *, snap_gap: float = 0.0) -> list[Layout]:
+    """All layouts of a file.
+
+    Args:
+        path: a file in any of the formats of :class:`Format`.
+        snap_gap: close vertical gaps up to this [cm], see :func:`snap`.
+
+    Raises:
+        LayoutError: the file is in no known format, is cut off, or holds an invalid layout.
+        OSError: the file cannot be read.
+    """
+    layouts = []
+    for entry in scan_layouts(path, snap_gap=snap_gap):
+        if isinstance(entry, Refused):
+            raise entry.error
+        layouts.append(entry)
+    return layouts
+
+
+def scan_layouts(path: str | Path, *, snap_gap: float = 0.0) -> Iterator[Layout | Refused]:
+    """Like :func:`read_layouts`, but an invalid layout is handed out instead of raised."""
+    path = Path(path)
+    names: set[str] = set()
+    try:
+        for record in _records(path):
+            try:
+                if record.name in names:
+                    raise LayoutError("name stands there twice; allowed: one layout a name")
+                names.add(record.name)
+                layout = to_layout(record)
+                yield snap(layout, snap_gap) if snap_gap > 0.0 else layout
+            except LayoutError as error:
+                yield Refused(record.name, error.located(file=str(path), layout=record.name))
+    except LayoutError as error:
+        raise error.located(file=str(path)) from None
+
+
+def detect_format(head: str) -> Format | None:
+    """The format of a text that begins with ``head``; JSON is told apart only when parsed.
+
+    Returns :attr:`Format.NATIVE` for any JSON object.
+    """
+    text = head.lstrip("\ufeff \t\r\n")
+    if text.startswith("{"):
+        return Format.NATIVE
+    first_line = text.partition("\n")[0]
+    if "sequence" in first_line and "," in first_line:
+        return Format.CSV
+    if re.match(r"(---\s*\n)?(#[^\n]*\n|\s*\n)*(flights|segments):\s*\n", text):
+        return Format.ACLPP
+    return None
+
+
+def _records(path: Path) -> Iterator[Record]:
+    with path.open("rb") as file:
+        head = file.read(_HEAD_BYTES)
+        size = path.stat().st_size
+        kind = detect_format(head.decode("utf-8", errors="replace")) if b"\0" not in head else None
+        if not head:
+            raise FormatError("is empty")
+        if kind is None:
+            raise FormatError(
+                "is in no known format; allowed: steadyload JSON, CSV with a header line, "
+                "job JSON with 'ulds', ACLPP schedule YAML"
+            )
+        cap = _SIZE_CAPS["yaml" if kind is Format.ACLPP else "other"]
+        if size > cap:
+            raise FormatError(
+                f"has {size / 1024**2:.0f} MiB; allowed for this format: {cap // 1024**2} MiB"
+            )
+        try:
+            text = (head + file.read()).decode("utf-8-sig")
+        except UnicodeDecodeError as error:
+            raise FormatError(f"is not UTF-8 text (byte {error.start})") from None
+    yield from _READERS[kind](text)
+
+
+def write_layouts(path: str | Path, layouts: Iterable[Layout], kind: Format) -> None:
+    """Write layouts to one file, whole or not at all. Reading it back gives equal layouts.
+
+    Raises:
+        FormatError: ``kind`` is ACLPP YAML, which has no place for pallet sizes and centres of
+            mass and is only read.
+        OSError: the file cannot be written.
+    """
+    if kind not in _WRITERS:
+        raise FormatError(f"cannot be written as {kind}; allowed: {', '.join(_WRITERS)}")
+    write_atomically(Path(path), _WRITERS[kind](list(layouts)))
+
+
+_READERS: dict[Format, Callable[[str], Iterator[Record]]] = {
+    Format.NATIVE: read_json,
+    Format.CSV: read_csv,
+    Format.ACLPP: read_aclpp,
+}
+
+_WRITERS: dict[Format, Callable[[Sequence[Layout]], str]] = {
+    Format.NATIVE: as_native,
+    Format.CSV: as_csv,
+    Format.JOB: as_job,
+}

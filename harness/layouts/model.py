@@ -1,0 +1,259 @@
+"""Item, Pallet and Layout: frozen, validated once, with arrays for the hot paths.
+
+Lengths in cm, weights in kg, axes as in Section 3 of the paper: x along the width, y up along the
+height, z along the depth; (0, 0, 0) is the pallet's left-bottom-back corner, and an item's position
+is that of its own left-bottom-back corner.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Vector = tuple[float, float, float]
+
+TOLERANCE = 0.01
+"""Lengths [cm] closer than this count as equal: how far two items may overlap, how far an item may
+stand out of the pallet's contour, and how far a top face may miss the base it carries."""
+
+_AXES = ("x", "y", "z")
+_SIZES = ("width", "height", "depth")
+_BLOCK = 256
+
+
+class LayoutError(ValueError):
+    """A layout that cannot be: says where (file, layout, item), what, and what is allowed."""
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        file: str | None = None,
+        layout: str | None = None,
+        item: str | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.message, self.file, self.layout, self.item = message, file, layout, item
+
+    def located(self, *, file: str | None = None, layout: str | None = None) -> LayoutError:
+        """The same error with the places it did not know of yet."""
+        return LayoutError(
+            self.message, file=self.file or file, layout=self.layout or layout, item=self.item
+        )
+
+    def __str__(self) -> str:
+        places = [self.file]
+        places.append(f'layout "{self.layout}"' if self.layout else None)
+        places.append(f"item {self.item}" if self.item else None)
+        return ": ".join([p for p in places if p] + [self.message])
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """One box as it is to be placed.
+
+    Args:
+        sequence: place in the loading order, counted from 0.
+        position: left-bottom-back corner (x, y, z) [cm], finite.
+        size: width, height, depth as placed [cm], positive.
+        weight: [kg], positive.
+        mass_offset: centre of mass minus geometric centre (x, y, z) [cm]; at most half a side.
+        name: for people; need not be unique.
+
+    Raises:
+        LayoutError: a value is not allowed.
+    """
+
+    sequence: int
+    position: Vector
+    size: Vector
+    weight: float
+    mass_offset: Vector = (0.0, 0.0, 0.0)
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if type(self.sequence) is not int or self.sequence < 0:
+            self._refuse(f"sequence is {self.sequence!r}; allowed: 0, 1, 2, ...")
+        for axis, value in zip(_AXES, self.position, strict=True):
+            if not math.isfinite(value):
+                self._refuse(f"position {axis} is {value:g} cm; allowed: a finite number")
+        for side, value in zip(_SIZES, self.size, strict=True):
+            if not (math.isfinite(value) and value > 0.0):
+                self._refuse(f"{side} is {value:g} cm; allowed: a positive finite number")
+        if not (math.isfinite(self.weight) and self.weight > 0.0):
+            self._refuse(f"weight is {self.weight:g} kg; allowed: a positive finite number")
+        for axis, value, length in zip(_AXES, self.mass_offset, self.size, strict=True):
+            if not abs(value) <= length / 2.0:
+                self._refuse(
+                    f"centre-of-mass offset {axis} is {value:g} cm; allowed: inside the item, "
+                    f"-{length / 2.0:g} to {length / 2.0:g} cm"
+                )
+
+    def __str__(self) -> str:
+        return f'{self.sequence} "{self.name}"' if self.name else str(self.sequence)
+
+    def _refuse(self, message: str) -> None:
+        raise LayoutError(message, item=str(self))
+
+
+@dataclass(frozen=True, slots=True)
+class Pallet:
+    """The loadable contour: width (x), height (y) and depth (z) [cm], positive.
+
+    Raises:
+        LayoutError: a side is not a positive finite number.
+    """
+
+    width: float
+    height: float
+    depth: float
+
+    def __post_init__(self) -> None:
+        for side, value in zip(_SIZES, self.size, strict=True):
+            if not (math.isfinite(value) and value > 0.0):
+                raise LayoutError(
+                    f"pallet {side} is {value:g} cm; allowed: a positive finite number"
+                )
+
+    @property
+    def size(self) -> Vector:
+        """Width, height, depth [cm]."""
+        return (self.width, self.height, self.depth)
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """A sequence of items on a pallet (A_i in the paper); items are kept in loading order.
+
+    Args:
+        name: identifies the layout in a study.
+        pallet: the contour all items must lie in, to within :data:`TOLERANCE`.
+        items: in any order; their sequence numbers must be 0, 1, ..., J - 1.
+
+    Attributes:
+        lower, upper: corners [cm], shape (J, 3), columns x, y, z.
+        weights: [kg], shape (J,). mass_offsets: [cm], shape (J, 3).
+
+    The arrays are read-only.
+
+    Raises:
+        LayoutError: no items, sequence numbers with gaps or duplicates, items that overlap by more
+            than :data:`TOLERANCE` along every axis, or an item outside the contour.
+    """
+
+    name: str
+    pallet: Pallet
+    items: tuple[Item, ...]
+    lower: FloatArray = field(init=False, repr=False)
+    upper: FloatArray = field(init=False, repr=False)
+    weights: FloatArray = field(init=False, repr=False)
+    mass_offsets: FloatArray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        try:
+            items = self._in_order()
+            lower = np.array([i.position for i in items], dtype=float)
+            arrays = {
+                "lower": lower,
+                "upper": lower + np.array([i.size for i in items], dtype=float),
+                "weights": np.array([i.weight for i in items], dtype=float),
+                "mass_offsets": np.array([i.mass_offset for i in items], dtype=float),
+            }
+            object.__setattr__(self, "items", items)
+            for key, array in arrays.items():
+                array.setflags(write=False)
+                object.__setattr__(self, key, array)
+            self._check_contour()
+            self._check_overlaps()
+        except LayoutError as error:
+            raise error.located(layout=self.name) from None
+
+    def _in_order(self) -> tuple[Item, ...]:
+        if not self.items:
+            raise LayoutError("has no items; allowed: one or more")
+        items = tuple(sorted(self.items, key=lambda i: i.sequence))
+        for expected, item in enumerate(items):
+            if item.sequence < expected:
+                raise LayoutError(
+                    f"sequence {item.sequence} stands there twice; "
+                    f"allowed: each of 0 to {len(items) - 1} once",
+                    item=str(item),
+                )
+            if item.sequence > expected:
+                raise LayoutError(
+                    f"sequence {expected} is missing before {item.sequence}; "
+                    f"allowed: each of 0 to {len(items) - 1} once",
+                    item=str(item),
+                )
+        return items
+
+    def _check_contour(self) -> None:
+        size = np.array(self.pallet.size)
+        outside = np.maximum(-self.lower, self.upper - size)
+        if outside.max() <= TOLERANCE:
+            return
+        index, axis = np.unravel_index(int(outside.argmax()), outside.shape)
+        raise LayoutError(
+            f"spans {_AXES[axis]} = {self.lower[index, axis]:g} to {self.upper[index, axis]:g} cm; "
+            f"allowed: inside the pallet's contour, 0 to {size[axis]:g} cm (+-{TOLERANCE:g})",
+            item=str(self.items[index]),
+        )
+
+    def _check_overlaps(self) -> None:
+        lower, upper = self.lower, self.upper
+        for start in range(0, len(self.items), _BLOCK):
+            block = slice(start, start + _BLOCK)
+            shared = np.minimum(upper[block, None], upper[None]) - np.maximum(
+                lower[block, None], lower[None]
+            )
+            depth = shared.min(axis=2)
+            depth[np.arange(len(depth)), np.arange(start, start + len(depth))] = -np.inf
+            if depth.max() > TOLERANCE:
+                row, other = np.unravel_index(int(depth.argmax()), depth.shape)
+                first, second = sorted((int(row) + start, int(other)))
+                raise LayoutError(
+                    f"overlaps item {self.items[first]} by {depth.max():g} cm along every axis; "
+                    f"allowed: at most {TOLERANCE:g} cm",
+                    item=str(self.items[second]),
+                )
+
+    def __len__(self) -> int:
+        return len(self.items)
+
+    def first(self, count: int) -> Layout:
+        """The layout's first ``count`` items (all of them when it has fewer)."""
+        if count >= len(self.items):
+            return self
+        return replace_items(self, self.items[:count])
+
+    def with_mass_offsets(self, offsets: FloatArray) -> Layout:
+        """The same geometry with other centres of mass [cm], shape (J, 3)."""
+        return replace_items(
+            self,
+            tuple(
+                replace(item, mass_offset=(float(x), float(y), float(z)))
+                for item, (x, y, z) in zip(self.items, offsets, strict=True)
+            ),
+        )
+
+    def content_hash(self) -> str:
+        """SHA-256 of everything that a verdict may depend on (names are not), as hex digits."""
+        digest = hashlib.sha256()
+        for array in (self.lower, self.upper, self.weights, self.mass_offsets):
+            digest.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
+        digest.update(np.array(self.pallet.size, dtype="<f8").tobytes())
+        return digest.hexdigest()
+
+    def renamed(self, name: str) -> Layout:
+        """The same layout under another name."""
+        return replace_items(self, self.items, name=name)
+
+
+def replace_items(layout: Layout, items: tuple[Item, ...], *, name: str | None = None) -> Layout:
+    """A layout on the same pallet with other items."""
+    return Layout(layout.name if name is None else name, layout.pallet, items)

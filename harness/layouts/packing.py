@@ -1,0 +1,133 @@
+"""Packing boxes into empty maximal spaces, without any stability rule.
+
+An item stands in the corner of the space it is given, overhanging or even unsupported, as in the
+paper's sub-dataset 2: layouts made with a stability rule would favour methods that resemble it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+
+from harness.layouts.model import Item, Layout, Pallet, Vector
+
+DENSITY = 250.0
+"""kg/m3. The paper's weights are proportional to volume; it names no density."""
+
+
+@dataclass(frozen=True, slots=True)
+class ItemClass:
+    """A class of items of the paper (Section 5.1): whole-number sides [cm] and their pallet."""
+
+    pallet: Pallet
+    longest_side: int
+
+
+ITEM_CLASSES: Mapping[int, ItemClass] = {
+    1: ItemClass(Pallet(30.0, 30.0, 30.0), 10),
+    2: ItemClass(Pallet(100.0, 100.0, 100.0), 35),
+    3: ItemClass(Pallet(100.0, 100.0, 100.0), 100),
+}
+
+_Space = tuple[Vector, Vector]
+"""Lower and upper corner of an empty space (x, y, z) [cm]."""
+
+SPACE_RULES: Mapping[str, Callable[[_Space], tuple[float, ...]]] = {
+    "back-bottom-left": lambda s: (s[0][2], s[0][1], s[0][0]),
+    "left-back-bottom": lambda s: (s[0][0], s[0][2], s[0][1]),
+    "bottom-back-left": lambda s: (s[0][1], s[0][2], s[0][0]),
+    "smallest-volume": lambda s: (_volume(s), s[0][2], s[0][1], s[0][0]),
+}
+"""Which space an item tries first: the one with the smallest key."""
+
+
+def random_item_list(
+    item_class: ItemClass, count: int, random: np.random.Generator
+) -> list[Vector]:
+    """Sizes of ``count`` items [cm], every side uniform on 1 to the class's longest side."""
+    sides = random.integers(1, item_class.longest_side + 1, (count, 3))
+    return [(float(a), float(b), float(c)) for a, b, c in sides.tolist()]
+
+
+def pack(
+    name: str, pallet: Pallet, sizes: Sequence[Vector], rule: str, *, most_items: int = 20
+) -> Layout | None:
+    """Pack items in the given order; what fits nowhere is left out.
+
+    An item goes into the first space, in the order of ``rule``, that holds it in one of its six
+    orientations; there it takes the orientation that leaves the smallest margin along one axis.
+
+    Args:
+        name: the layout's name.
+        pallet: the contour.
+        sizes: width, height, depth of every item [cm].
+        rule: a key of :data:`SPACE_RULES`.
+        most_items: stop at this many.
+
+    Returns:
+        The layout, or None when no item fits.
+    """
+    key = SPACE_RULES[rule]
+    spaces: list[_Space] = [((0.0, 0.0, 0.0), pallet.size)]
+    items: list[Item] = []
+    for size in sizes:
+        if len(items) == most_items:
+            break
+        placed = _first_fit(sorted(spaces, key=key), size)
+        if placed is None:
+            continue
+        corner, oriented = placed
+        weight = DENSITY * 1e-6 * oriented[0] * oriented[1] * oriented[2]
+        items.append(Item(len(items), corner, oriented, weight))
+        x, y, z = (corner[axis] + oriented[axis] for axis in range(3))
+        spaces = _without((corner, (x, y, z)), spaces)
+    return Layout(name, pallet, tuple(items)) if items else None
+
+
+def _first_fit(spaces: Sequence[_Space], size: Vector) -> tuple[Vector, Vector] | None:
+    orientations = [(a, b, c) for a, b, c in sorted(set(permutations(size)))]
+    for low, high in spaces:
+        room = [high[axis] - low[axis] for axis in range(3)]
+        fitting = [o for o in orientations if all(o[a] <= room[a] for a in range(3))]
+        if fitting:
+            return low, min(fitting, key=lambda o: (min(room[a] - o[a] for a in range(3)), o))
+    return None
+
+
+def _without(box: _Space, spaces: Sequence[_Space]) -> list[_Space]:
+    """Cut a box out of all spaces (difference) and drop those inside another (elimination)."""
+    cut: set[_Space] = set()
+    for space in spaces:
+        cut.update(_difference(space, box))
+    return [s for s in cut if not any(s != other and _inside(s, other) for other in cut)]
+
+
+def _difference(space: _Space, box: _Space) -> list[_Space]:
+    (low, high), (box_low, box_high) = space, box
+    if any(box_high[a] <= low[a] or box_low[a] >= high[a] for a in range(3)):
+        return [space]
+    parts: list[_Space] = []
+    for axis in range(3):
+        if box_low[axis] > low[axis]:
+            parts.append((low, _replaced(high, axis, box_low[axis])))
+        if box_high[axis] < high[axis]:
+            parts.append((_replaced(low, axis, box_high[axis]), high))
+    return parts
+
+
+def _inside(inner: _Space, outer: _Space) -> bool:
+    return all(outer[0][a] <= inner[0][a] and inner[1][a] <= outer[1][a] for a in range(3))
+
+
+def _replaced(point: Vector, axis: int, value: float) -> Vector:
+    values = list(point)
+    values[axis] = value
+    return (values[0], values[1], values[2])
+
+
+def _volume(space: _Space) -> float:
+    (x0, y0, z0), (x1, y1, z1) = space
+    return (x1 - x0) * (y1 - y0) * (z1 - z0)

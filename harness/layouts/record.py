@@ -1,0 +1,79 @@
+"""A layout as a file states it, and the one way from there to a validated layout."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from harness.layouts.model import Item, Layout, LayoutError, Pallet
+
+
+class FormatError(LayoutError):
+    """A file that is in none of the known formats, is cut off, or cannot be written as asked."""
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """A layout as a file states it, before anything is believed.
+
+    ``pallet`` has the keys ``width, height, depth``; an item ``sequence, name, x, y, z, width,
+    height, depth, weight`` and, when given, ``offset_x, offset_y, offset_z``.
+    """
+
+    name: str
+    pallet: Mapping[str, Any]
+    items: Sequence[Mapping[str, Any]]
+
+
+def to_layout(record: Record) -> Layout:
+    """Validate a record.
+
+    Raises:
+        LayoutError: a value is missing, of the wrong type, or not allowed.
+    """
+    sides = ("width", "height", "depth")
+    pallet = Pallet(*(_number(record.pallet, side, f"pallet {side}", "cm") for side in sides))
+    return Layout(record.name, pallet, tuple(_item(v, i) for i, v in enumerate(record.items)))
+
+
+def _item(values: Mapping[str, Any], index: int) -> Item:
+    name = str(values.get("name") or "")
+    label = f'{values.get("sequence", index)} "{name}"' if name else str(index)
+    try:
+        sequence = values.get("sequence")
+        if type(sequence) is float and sequence.is_integer():
+            sequence = int(sequence)
+        if type(sequence) is not int:
+            raise LayoutError(f"sequence is {shown(sequence)}; allowed: 0, 1, 2, ...")
+        x, y, z = (_number(values, k, f"position {k}", "cm") for k in ("x", "y", "z"))
+        sides = tuple(_number(values, k, k, "cm") for k in ("width", "height", "depth"))
+        offsets = tuple(
+            _number(values, f"offset_{axis}", f"centre-of-mass offset {axis}", "cm")
+            if f"offset_{axis}" in values
+            else 0.0
+            for axis in "xyz"
+        )
+        weight = _number(values, "weight", "weight", "kg")
+        return Item(sequence, (x, y, z), sides, weight, offsets, name)  # type: ignore[arg-type]
+    except LayoutError as error:
+        raise LayoutError(error.message, item=error.item or label) from None
+
+
+def _number(values: Mapping[str, Any], key: str, label: str, unit: str) -> float:
+    value = values.get(key)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise LayoutError(f"{label} is {shown(value)}; allowed: a number [{unit}]")
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def shown(value: Any) -> str:
+    """A value for a message: short, and "missing" for what is not there."""
+    if value is None:
+        return "missing"
+    text = repr(value)
+    return text if len(text) <= 40 else f"{text[:37]}..."

@@ -1,0 +1,50 @@
+"""Where the centres of mass lie: the scenarios S1, S2a and S2b of Section 5.1 of the paper."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+import numpy as np
+
+from harness.layouts.model import Layout
+
+_REACH = 0.8
+"""The centre of mass stays within this share of every side."""
+
+
+class Scenario(StrEnum):
+    """Complexity scenario of the paper.
+
+    ``S1``: at the geometric centre. ``S2a``: normally distributed about it with standard deviation
+    0.8 side / 6, clipped at 0.4 side. ``S2b``: uniform on +-0.4 side.
+    """
+
+    S1 = "S1"
+    S2A = "S2a"
+    S2B = "S2b"
+
+
+def apply_scenario(layout: Layout, scenario: Scenario, seed: int) -> Layout:
+    """The layout with its centres of mass drawn anew.
+
+    The draw depends on the seed, the scenario and the layout's geometry alone: not on its name, on
+    the centres of mass it came with, or on other layouts.
+
+    Args:
+        layout: any layout.
+        scenario: which distribution.
+        seed: 0 or more; the same seed gives the same centres of mass.
+    """
+    sides = layout.upper - layout.lower
+    centred = layout.with_mass_offsets(np.zeros_like(sides))
+    if scenario is Scenario.S1:
+        return centred
+    geometry = int(centred.content_hash()[:16], 16)
+    which = list(Scenario).index(scenario)
+    random = np.random.default_rng(np.random.SeedSequence([seed, which, geometry]))
+    limit = 0.5 * _REACH
+    if scenario is Scenario.S2A:
+        shares = np.clip(random.normal(0.0, _REACH / 6.0, sides.shape), -limit, limit)
+    else:
+        shares = random.uniform(-limit, limit, sides.shape)
+    return centred.with_mass_offsets(shares * sides)

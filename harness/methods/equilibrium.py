@@ -1,0 +1,124 @@
+"""Force-based rules."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from harness.layouts.contacts import Contacts, find_contacts
+from harness.layouts.model import Layout
+from harness.methods.method import STABLE, Finding, Method, Stopwatch
+
+_ROUNDING = 1e-9
+_Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class _NoParameters:
+    pass
+
+
+class StaticMechanicalEquilibrium(Method):
+    """SME (Ramos et al. 2016, "A physical packing sequence algorithm", as the authors compute it).
+
+    At every step the new item, and then everything below it, must be supported: the weighted mean
+    of an item's centre of mass and those of the items directly on top of it must lie in the top
+    rectangle of one item directly below (edges included), or strictly inside the convex hull of all
+    its contact rectangles. Weights are not shared between supporters and nothing from further up
+    counts: a rule of thumb, not the exact equilibrium.
+    """
+
+    Parameters = _NoParameters
+
+    def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
+        scene = _Scene(layout)
+        for step in range(len(layout)):
+            culprit = scene.unsupported_at(step)
+            if culprit is not None:
+                return Finding(
+                    failing_step=step,
+                    moved_item=culprit,
+                    reason="the resultant of its load lies outside its support",
+                )
+        return STABLE
+
+
+class _Scene:
+    """A layout as nested lists in the plane (x, z): faster than arrays for a few items a step."""
+
+    def __init__(self, layout: Layout) -> None:
+        contacts = find_contacts(layout)
+        count = range(len(layout))
+        carries = contacts.carries.tolist()
+        self.on_floor: list[bool] = contacts.on_floor.tolist()
+        self.below = [[i for i in count if carries[i][j]] for j in count]
+        self.above = [[j for j in count if carries[i][j]] for i in count]
+        centres = 0.5 * (layout.lower + layout.upper) + layout.mass_offsets
+        self.weights: list[float] = layout.weights.tolist()
+        self.centres: list[_Point] = [(x, z) for x, _, z in centres.tolist()]
+        self.low: list[_Point] = [(x, z) for x, _, z in layout.lower.tolist()]
+        self.high: list[_Point] = [(x, z) for x, _, z in layout.upper.tolist()]
+        self.contacts: Contacts = contacts
+
+    def unsupported_at(self, step: int) -> int | None:
+        """The first item at or below item ``step`` that is not supported, or None."""
+        todo, seen = [step], {step}
+        while todo:
+            item = todo.pop()
+            if self.on_floor[item]:
+                continue
+            supporters = [i for i in self.below[item] if i <= step]
+            if not self._supported(item, step, supporters):
+                return item
+            todo.extend(i for i in supporters if i not in seen)
+            seen.update(supporters)
+        return None
+
+    def _supported(self, item: int, step: int, supporters: list[int]) -> bool:
+        weight = self.weights[item]
+        x, z = (weight * c for c in self.centres[item])
+        for other in self.above[item]:
+            if other <= step:
+                weight += self.weights[other]
+                x += self.weights[other] * self.centres[other][0]
+                z += self.weights[other] * self.centres[other][1]
+        x, z = x / weight, z / weight
+        for i in supporters:
+            (x0, z0), (x1, z1) = self.low[i], self.high[i]
+            if x0 - _ROUNDING <= x <= x1 + _ROUNDING and z0 - _ROUNDING <= z <= z1 + _ROUNDING:
+                return True
+        corners = []
+        for i in supporters:
+            (x0, z0) = self.contacts.corners_low[i, item].tolist()
+            (x1, z1) = self.contacts.corners_high[i, item].tolist()
+            corners += [(x0, z0), (x0, z1), (x1, z0), (x1, z1)]
+        return _strictly_inside_hull((x, z), corners)
+
+
+def _strictly_inside_hull(point: _Point, corners: list[_Point]) -> bool:
+    """Whether a point lies strictly inside the convex hull of points in the plane."""
+    hull = _convex_hull(corners)
+    if len(hull) < 3:
+        return False
+    x, z = point
+    return all(
+        (bx - ax) * (z - az) - (bz - az) * (x - ax) > _ROUNDING
+        for (ax, az), (bx, bz) in zip(hull, hull[1:] + hull[:1], strict=True)
+    )
+
+
+def _convex_hull(points: list[_Point]) -> list[_Point]:
+    """Corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
+
+    def chain(ordered: list[_Point]) -> list[_Point]:
+        line: list[_Point] = []
+        for x, z in ordered:
+            while len(line) > 1:
+                (ax, az), (bx, bz) = line[-2:]
+                if (bx - ax) * (z - az) - (bz - az) * (x - ax) > 0.0:
+                    break
+                line.pop()
+            line.append((x, z))
+        return line[:-1]
+
+    ordered = sorted(set(points))
+    return chain(ordered) + chain(ordered[::-1])

@@ -1,0 +1,194 @@
+"""The contract of every judge: a method turns a :class:`Layout` into a :class:`Verdict`."""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, ClassVar
+
+from harness.layouts.model import Layout
+from harness.methods.spec import MethodSpec
+
+
+class Status(StrEnum):
+    """How a judgement ended. Only ``done`` has a score."""
+
+    DONE = "done"
+    DIVERGED = "diverged"
+    TIMEOUT = "timeout"
+    CRASHED = "crashed"
+    REFUSED = "refused"
+    ERROR = "error"
+
+
+class Phase(StrEnum):
+    """What the time was spent on; static methods have no phases, only a total."""
+
+    BUILD = "build"
+    STEP = "step"
+    READ = "read"
+
+
+@dataclass(frozen=True, slots=True)
+class Seconds:
+    """Time by phase [s]; ``total`` also holds what belongs to no phase."""
+
+    build: float = 0.0
+    step: float = 0.0
+    read: float = 0.0
+    total: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What a method says of a layout.
+
+    Attributes:
+        item_count: J, the number of items in the layout.
+        status: how the judgement ended.
+        failing_step: counted from 0, equals the number of items placed safely; None when the whole
+            layout is stable or when there is no verdict.
+        moved_item: sequence number of the item that violated the criterion at the failing step.
+        displacement: how far that item moved [cm], None for static methods.
+        rotation: the largest angle it turned by [degrees], None for static methods.
+        reason: one sentence; empty for a stable layout.
+        ignored, emulated: settings asked for that the engine ignored, or imitated by other means.
+        substeps: engine steps executed.
+        cpu, wall: time spent.
+    """
+
+    item_count: int
+    status: Status = Status.DONE
+    failing_step: int | None = None
+    moved_item: int | None = None
+    displacement: float | None = None
+    rotation: float | None = None
+    reason: str = ""
+    ignored: tuple[str, ...] = ()
+    emulated: tuple[str, ...] = ()
+    substeps: int = 0
+    cpu: Seconds = Seconds()
+    wall: Seconds = Seconds()
+
+    @property
+    def stable(self) -> bool:
+        """The whole layout can be loaded."""
+        return self.status is Status.DONE and self.failing_step is None
+
+    @property
+    def score(self) -> float | None:
+        """Loading stability ls(A), Eq. 2: items placed safely / J; None without a verdict."""
+        if self.status is not Status.DONE:
+            return None
+        return 1.0 if self.failing_step is None else self.failing_step / self.item_count
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A verdict without bookkeeping: what an implementation of :meth:`Method._judge` returns.
+
+    The fields are those of :class:`Verdict`.
+    """
+
+    failing_step: int | None = None
+    moved_item: int | None = None
+    displacement: float | None = None
+    rotation: float | None = None
+    reason: str = ""
+    status: Status = Status.DONE
+    ignored: tuple[str, ...] = ()
+    emulated: tuple[str, ...] = ()
+    substeps: int = 0
+
+
+STABLE = Finding()
+
+
+class RefusedError(Exception):
+    """A method does not apply to a layout; becomes a verdict with status ``refused``."""
+
+
+class Stopwatch:
+    """CPU and wall time by phase."""
+
+    def __init__(self) -> None:
+        self._spent = {phase: [0.0, 0.0] for phase in Phase}
+        self._start = self._last = (time.process_time(), time.perf_counter())
+        self._phase: Phase | None = None
+
+    def enter(self, phase: Phase | None) -> None:
+        """What follows belongs to ``phase``."""
+        now = (time.process_time(), time.perf_counter())
+        if self._phase is not None:
+            spent = self._spent[self._phase]
+            spent[0] += now[0] - self._last[0]
+            spent[1] += now[1] - self._last[1]
+        self._phase, self._last = phase, now
+
+    def stop(self) -> tuple[Seconds, Seconds]:
+        """CPU and wall time so far."""
+        self.enter(None)
+        cpu, wall = (
+            Seconds(
+                **{str(phase): spent[clock] for phase, spent in self._spent.items()},
+                total=self._last[clock] - self._start[clock],
+            )
+            for clock in (0, 1)
+        )
+        return cpu, wall
+
+
+class Method(ABC):
+    """A judge with fixed parameters.
+
+    A subclass declares ``Parameters`` (a frozen dataclass, see :mod:`harness.methods.spec`) and
+    implements :meth:`_judge`.
+
+    Args:
+        spec: the method's identity; parses and prints back.
+        parameters: an instance of ``Parameters``.
+    """
+
+    Parameters: ClassVar[type[Any]]
+    needs_engine: ClassVar[bool] = False
+
+    def __init__(self, spec: MethodSpec, parameters: Any) -> None:
+        self.spec = spec
+        self.parameters = parameters
+
+    def prepare(self) -> None:  # noqa: B027 - most methods have nothing to prepare
+        """Make sure that judging can start: raises what a user should hear before, not during."""
+
+    def judge(self, layout: Layout) -> Verdict:
+        """Judge one layout. What a method cannot do is a verdict with another status than done."""
+        watch = Stopwatch()
+        try:
+            finding = self._judge(layout, watch)
+        except RefusedError as error:
+            finding = Finding(status=Status.REFUSED, reason=str(error))
+        cpu, wall = watch.stop()
+        return Verdict(
+            item_count=len(layout),
+            status=finding.status,
+            failing_step=finding.failing_step,
+            moved_item=finding.moved_item,
+            displacement=finding.displacement,
+            rotation=finding.rotation,
+            reason=finding.reason,
+            ignored=finding.ignored,
+            emulated=finding.emulated,
+            substeps=finding.substeps,
+            cpu=cpu,
+            wall=wall,
+        )
+
+    def judge_many(self, layouts: Iterable[Layout]) -> list[Verdict]:
+        """Judge layouts, in order; a method that gains from batches overrides this."""
+        return [self.judge(layout) for layout in layouts]
+
+    @abstractmethod
+    def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
+        """The judgement itself; may raise :class:`RefusedError`."""

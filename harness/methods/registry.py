@@ -1,0 +1,161 @@
+"""Names of methods and presets, and the one way from a spec string to a method.
+
+A method is one line in :data:`METHODS`; a preset (a method with stored parameters) is one table in
+``presets.toml``. Other distributions register methods through the entry-point group
+``steadyload.methods``, with values of the same form. Listing imports no engine.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import importlib.metadata
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from engines.registry import engine_names
+from harness.methods.method import Method
+from harness.methods.spec import (
+    MethodSpec,
+    SpecError,
+    allowed_values,
+    bind,
+    canonical,
+    nearest,
+    parse_spec,
+)
+
+METHODS: dict[str, str] = {
+    "fbs": "harness.methods.base_support:FullBaseSupport",
+    "pbs": "harness.methods.base_support:PartialBaseSupport",
+    "sme": "harness.methods.equilibrium:StaticMechanicalEquilibrium",
+    "simulation": "harness.methods.simulation:Simulation",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Preset:
+    """A method with stored parameters: ``title`` for tables, ``source`` for where they are from."""
+
+    name: str
+    method: str
+    title: str
+    source: str
+    parameters: Mapping[str, Any]
+
+
+@cache
+def presets() -> Mapping[str, Preset]:
+    """All presets by name."""
+    text = resources.files("harness.methods").joinpath("presets.toml").read_text()
+    return {
+        name: Preset(name, t["method"], t["title"], t["source"], t.get("parameters", {}))
+        for name, t in tomllib.loads(text).items()
+    }
+
+
+def method_classes() -> dict[str, str]:
+    """Name -> "module:Class" of every method, with those of other distributions."""
+    found = importlib.metadata.entry_points(group="steadyload.methods")
+    return {e.name: e.value for e in found} | METHODS
+
+
+def make_method(spec: str | MethodSpec) -> Method:
+    """The method that a spec string names.
+
+    Args:
+        spec: ``name[@engine][:key=value,...]``, where the name is a method's or a preset's.
+
+    Raises:
+        SpecError: no such method, engine or parameter, or a value out of range.
+    """
+    parsed = parse_spec(spec) if isinstance(spec, str) else spec
+    known = method_classes()
+    preset = presets().get(parsed.name)
+    target = known.get(preset.method if preset else parsed.name)
+    if target is None:
+        raise SpecError(
+            f"unknown method {parsed.name!r}; {nearest(parsed.name, [*known, *presets()])}"
+        )
+    method = _load(target)
+    _check_engine(parsed, method)
+    stored = dict(preset.parameters) if preset else {}
+    parameters = bind(method.Parameters, stored | dict(parsed.values), where=str(parsed))
+    values = canonical(parameters, [key for key, _ in parsed.values])
+    return method(MethodSpec(parsed.name, parsed.engine, values), parameters)
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterEntry:
+    """A parameter as a listing shows it."""
+
+    name: str
+    value: str
+    unit: str
+    allowed: str
+    about: str
+
+
+@dataclass(frozen=True, slots=True)
+class MethodEntry:
+    """A method or preset as a listing shows it."""
+
+    name: str
+    needs_engine: bool
+    about: str
+    parameters: tuple[ParameterEntry, ...]
+
+
+def method_listing() -> list[MethodEntry]:
+    """All methods, then all presets, with their parameters."""
+    entries = []
+    for name, target in method_classes().items():
+        method = _load(target)
+        about = (method.__doc__ or "").strip().splitlines()[0]
+        entries.append(MethodEntry(name, method.needs_engine, about, _parameters(method, {})))
+    for preset in presets().values():
+        method = _load(method_classes()[preset.method])
+        about = f"{preset.title}: {preset.method} with the values of {preset.source}"
+        entries.append(
+            MethodEntry(
+                preset.name, method.needs_engine, about, _parameters(method, preset.parameters)
+            )
+        )
+    return entries
+
+
+def _parameters(method: type[Method], values: Mapping[str, Any]) -> tuple[ParameterEntry, ...]:
+    bound = bind(method.Parameters, values, where="preset")
+    texts = dict(canonical(bound, [f.name for f in dataclasses.fields(bound)]))
+    return tuple(
+        ParameterEntry(
+            f.name,
+            texts[f.name],
+            f.metadata["unit"],
+            allowed_values(method.Parameters, f.name),
+            f.metadata["about"],
+        )
+        for f in dataclasses.fields(bound)
+    )
+
+
+def _load(target: str) -> type[Method]:
+    module, _, name = target.partition(":")
+    return getattr(importlib.import_module(module), name)
+
+
+def _check_engine(spec: MethodSpec, method: type[Method]) -> None:
+    if not method.needs_engine:
+        if spec.engine:
+            raise SpecError(f"{spec}: {spec.name} needs no engine; write it without @{spec.engine}")
+    elif not spec.engine:
+        raise SpecError(
+            f"{spec}: {spec.name} needs an engine, for example {spec.name}@mujoco; "
+            f"allowed: {', '.join(engine_names())}"
+        )
+    elif spec.engine not in engine_names():
+        raise SpecError(f"unknown engine {spec.engine!r}; {nearest(spec.engine, engine_names())}")

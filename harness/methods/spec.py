@@ -1,0 +1,205 @@
+"""Spec strings: the identity of a method, such as ``pbs:alpha=0.7`` or ``ps3@bullet:t_max=0.2s``.
+
+A spec is ``name[@engine][:key=value,...]``. Keys are the fields of the method's ``Parameters``
+dataclass; each field declares its unit, its range and its meaning, and nothing else needs to know.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+import re
+import types
+import typing
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+_NAME = r"[A-Za-z0-9_][A-Za-z0-9_.\-]*"
+_SPEC = re.compile(rf"(?P<name>{_NAME})(@(?P<engine>{_NAME}))?(:(?P<rest>.*))?", re.DOTALL)
+_QUANTITY = re.compile(r"(?P<number>[^a-zA-Z]*([eE][+-]?\d+)?)(?P<unit>[a-zA-Z]*)")
+
+_UNITS: dict[str, dict[str, float]] = {
+    "cm": {"cm": 1.0, "m": 100.0, "mm": 0.1},
+    "m": {"m": 1.0, "cm": 0.01, "mm": 0.001},
+    "s": {"s": 1.0, "ms": 0.001},
+    "Hz": {"Hz": 1.0, "kHz": 1000.0},
+    "deg": {"deg": 1.0, "rad": math.degrees(1.0)},
+}
+
+
+class SpecError(ValueError):
+    """A spec string that names no method, or a parameter or value that is not allowed."""
+
+
+def quantity(
+    default: Any, about: str, *, unit: str = "", least: float = -math.inf, most: float = math.inf
+) -> Any:
+    """A field of a ``Parameters`` dataclass: its default, meaning, unit and inclusive range."""
+    metadata = {"about": about, "unit": unit, "least": least, "most": most}
+    if isinstance(default, frozenset):
+        return dataclasses.field(default_factory=lambda: default, metadata=metadata)
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+@dataclass(frozen=True, slots=True)
+class MethodSpec:
+    """A parsed spec string; ``str()`` gives the canonical form.
+
+    Attributes:
+        name: method or preset.
+        engine: None for a method that needs none.
+        values: the parameters stated in the spec itself, in the method's own order.
+    """
+
+    name: str
+    engine: str | None = None
+    values: tuple[tuple[str, str], ...] = ()
+
+    def __str__(self) -> str:
+        engine = f"@{self.engine}" if self.engine else ""
+        values = ",".join(f"{key}={value}" for key, value in self.values)
+        return f"{self.name}{engine}{':' if values else ''}{values}"
+
+
+def parse_spec(text: str) -> MethodSpec:
+    """Split a spec string; names and values are not looked up yet.
+
+    Raises:
+        SpecError: the text is not of the form ``name[@engine][:key=value,...]``.
+    """
+    match = _SPEC.fullmatch(text.strip())
+    if match is None:
+        raise SpecError(f"method {text!r} is not of the form name[@engine][:key=value,...]")
+    values: dict[str, str] = {}
+    for part in filter(None, (match["rest"] or "").split(",")):
+        key, equals, value = part.partition("=")
+        key = key.strip()
+        if not equals or not key or not value.strip():
+            raise SpecError(f"method {text!r}: {part!r} is not of the form key=value")
+        if key in values:
+            raise SpecError(f"method {text!r}: {key} stands there twice")
+        values[key] = value.strip()
+    return MethodSpec(match["name"], match["engine"], tuple(values.items()))
+
+
+def bind(parameters: type[Any], values: Mapping[str, Any], *, where: str) -> Any:
+    """An instance of a ``Parameters`` dataclass from texts or plain values.
+
+    Raises:
+        SpecError: an unknown key, or a value of the wrong type or outside its range.
+    """
+    fields = {f.name: f for f in dataclasses.fields(parameters)}
+    hints = typing.get_type_hints(parameters)
+    bound = {}
+    for key, value in values.items():
+        if key not in fields:
+            raise SpecError(f"{where}: unknown parameter {key!r}; {nearest(key, fields)}")
+        bound[key] = _convert(value, hints[key], fields[key], where)
+    return parameters(**bound)
+
+
+def canonical(parameters: Any, keys: Collection[str]) -> tuple[tuple[str, str], ...]:
+    """The named parameters as texts that :func:`bind` reads back, in declaration order."""
+    return tuple(
+        (f.name, _text(getattr(parameters, f.name)))
+        for f in dataclasses.fields(parameters)
+        if f.name in keys
+    )
+
+
+def as_plain(parameters: Any) -> dict[str, Any]:
+    """All parameters as values that JSON can hold."""
+    return {f.name: _plain(getattr(parameters, f.name)) for f in dataclasses.fields(parameters)}
+
+
+def allowed_values(parameters: type[Any], name: str) -> str:
+    """What may be given for a parameter, for a listing."""
+    field = next(f for f in dataclasses.fields(parameters) if f.name == name)
+    kind, optional = _kind(typing.get_type_hints(parameters)[name])
+    if isinstance(kind, type) and issubclass(kind, StrEnum):
+        choices = "|".join(kind)
+    elif typing.get_origin(kind) is frozenset:
+        choices = "names joined by +"
+    else:
+        choices = _range(field.metadata["least"], field.metadata["most"])
+    return f"none|{choices}" if optional else choices
+
+
+def nearest(name: str, known: Collection[str]) -> str:
+    """What to say of a name nobody knows: the nearest known one, and all of them."""
+    listing = f"allowed: {', '.join(sorted(known))}" if known else "none is allowed here"
+    close = difflib.get_close_matches(name, list(known), n=1)
+    return f"did you mean {close[0]!r}? {listing}" if close else listing
+
+
+def _convert(value: Any, hint: Any, field: dataclasses.Field[Any], where: str) -> Any:
+    label = f"{where}: {field.name}"
+    kind, optional = _kind(hint)
+    if optional and value in (None, "none"):
+        return None
+    if isinstance(kind, type) and issubclass(kind, StrEnum):
+        if value in list(kind):
+            return kind(value)
+        raise SpecError(f"{label} is {value!r}; {nearest(str(value), [*kind])}")
+    if typing.get_origin(kind) is frozenset:
+        return frozenset(value.split("+") if isinstance(value, str) else value)
+    number = _number(value, field.metadata["unit"], label)
+    if kind is int:
+        if number != int(number):
+            raise SpecError(f"{label} is {value}; allowed: a whole number")
+        number = int(number)
+    least, most = field.metadata["least"], field.metadata["most"]
+    if not least <= number <= most:
+        unit = f" {field.metadata['unit']}" if field.metadata["unit"] else ""
+        raise SpecError(f"{label} is {value}; allowed: {_range(least, most)}{unit}")
+    return number
+
+
+def _kind(hint: Any) -> tuple[Any, bool]:
+    """The type behind a hint, and whether it may be None."""
+    options = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
+    return next(o for o in options if o is not type(None)), type(None) in options
+
+
+def _number(value: Any, unit: str, label: str) -> float:
+    if not isinstance(value, str):
+        number, given = float(value), ""
+    else:
+        match = _QUANTITY.fullmatch(value)
+        try:
+            number = float(match["number"]) if match else math.nan
+        except ValueError:
+            number = math.nan
+        given = match["unit"] if match else ""
+    if given and given not in _UNITS.get(unit, {}):
+        allowed = ", ".join(_UNITS.get(unit, {})) or "none"
+        raise SpecError(f"{label} is {value!r}; allowed units: {allowed}")
+    if not math.isfinite(number):
+        raise SpecError(f"{label} is {value!r}; allowed: a finite number")
+    # Rounding keeps 0.4mm from becoming 0.00040000000000000002 m in a canonical spec.
+    return float(f"{number * _UNITS[unit][given]:.15g}") if given else number
+
+
+def _range(least: float, most: float) -> str:
+    if most == math.inf:
+        return f"{least:g} or more"
+    return f"{least:g} to {most:g}"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, frozenset):
+        return sorted(value)
+    return str(value) if isinstance(value, StrEnum) else value
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        return "none"
+    if isinstance(value, frozenset):
+        return "+".join(sorted(value))
+    if isinstance(value, float):
+        return repr(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
+    return str(value)

@@ -1,0 +1,1 @@
+"""How judges are compared: methods x layouts -> results -> what a report shows."""

@@ -1,0 +1,273 @@
+"""From result rows to the records that a study's page shows."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from harness.layouts.formats import read_layouts
+from harness.layouts.model import Layout
+from harness.layouts.scenarios import Scenario, apply_scenario
+from harness.methods.registry import presets
+from harness.studies.definition import AS_GIVEN
+from harness.studies.metrics import agreement, mean, outcomes, share
+from harness.studies.results import load_manifest, load_results
+from reports.records import (
+    AgreementMatrix,
+    Comparison,
+    Disagreement,
+    Estimate,
+    MethodKey,
+    MethodSummary,
+    PhaseTimes,
+    SameTuning,
+    Scene,
+    SettingsUse,
+)
+
+_TITLES = {"fbs": "FBS", "pbs": "PBS", "sme": "SME", "simulation": "PS"}
+_NOT_A_SETTING = ("t_max", "frequency", "eps_t", "eps_r", "between_steps", "criterion", "samples")
+_MOST_DISAGREEMENTS = 10
+
+
+def compare(directory: str | Path) -> Comparison:
+    """The comparison that a run folder holds.
+
+    Raises:
+        ResultsError: not a run folder, or it holds no results yet.
+    """
+    directory = Path(directory)
+    manifest = load_manifest(directory)
+    results = load_results(directory)
+    order = [m for m in manifest["study"]["methods"] if m in set(results["method"])]
+    keys = {m: _key(results[results["method"] == m].iloc[0]) for m in order}
+    said = outcomes(results)[order]
+    summaries = _summaries(results, said, keys)
+    scenarios = tuple(dict.fromkeys(results["scenario"]))
+    uses = tuple(
+        _settings_use(results[results["method"] == m], key) for m, key in keys.items() if key.engine
+    )
+    layouts = {layout.name: layout for layout in read_layouts(directory / "layouts.json")}
+    disputed = said[said.nunique(axis=1, dropna=False) > 1]
+    return Comparison(
+        title=manifest["study"]["name"],
+        cases=len(said),
+        layouts=results["layout"].nunique(),
+        scenarios=scenarios,
+        methods=summaries,
+        by_scenario={
+            scenario: _summaries(
+                results[results["scenario"] == scenario],
+                said[said.index.get_level_values("scenario") == scenario],
+                keys,
+            )
+            for scenario in scenarios
+        }
+        if len(scenarios) > 1
+        else {},
+        matrix=AgreementMatrix(
+            tuple(keys.values()),
+            tuple(tuple(agreement(said, a, b) for b in order) for a in order),
+        ),
+        tunings=_same_tunings(results, said, summaries, uses),
+        uses=uses,
+        disagreements=_disagreements(results, said, keys, layouts, manifest["study"]["seed"]),
+        disputed=len(disputed),
+        manifest=_manifest_lines(manifest, len(results)),
+    )
+
+
+def _key(row: pd.Series) -> MethodKey:
+    """A readable name: the preset's title, else the spec itself."""
+    name, spec, engine = row["method_name"], row["method"], row["engine"]
+    engine = None if pd.isna(engine) else str(engine)
+    preset = presets().get(name)
+    values = spec.partition(":")[2]
+    title = preset.title if preset else _TITLES.get(name, name)
+    if engine:
+        title += f" @ {engine}"
+    return MethodKey(title + (f" ({values})" if values else ""), spec, name, engine)
+
+
+def _summaries(
+    results: pd.DataFrame, said: pd.DataFrame, keys: Mapping[str, MethodKey]
+) -> tuple[MethodSummary, ...]:
+    return tuple(
+        _summary(results[results["method"] == method], said, keys, method) for method in keys
+    )
+
+
+def _summary(
+    rows: pd.DataFrame, said: pd.DataFrame, keys: Mapping[str, MethodKey], method: str
+) -> MethodSummary:
+    first = rows[rows["repetition"] == 0]
+    done = first[first["status"] == "done"]
+    cases = rows.groupby(["layout", "scenario"])
+    milliseconds = {
+        column: 1e3 * cases[column].median().to_numpy()
+        for column in ("cpu_total", "wall_total", "cpu_build", "cpu_step", "cpu_read")
+    }
+    cpu = mean(milliseconds["cpu_total"])
+    build, step, read = (
+        float(milliseconds[f"cpu_{phase}"].mean()) for phase in ("build", "step", "read")
+    )
+    others = [m for m, key in keys.items() if key.engine and key.engine != keys[method].engine]
+    return MethodSummary(
+        method=keys[method],
+        score=mean(done["score"]),
+        stable=share(int((done["score"] == 1.0).sum()), len(first)),
+        agreement=_mean_agreement(said, method, others),
+        cpu=cpu,
+        wall=mean(milliseconds["wall_total"]),
+        phases=PhaseTimes(build, step, read, cpu.value - build - step - read),
+        without_verdict={
+            str(k): int(v)
+            for k, v in first["status"].value_counts().sort_index().items()
+            if k != "done"
+        },
+    )
+
+
+def _mean_agreement(said: pd.DataFrame, method: str, others: list[str]) -> Estimate | None:
+    """Mean over cases of the share of ``others`` that said the same; None without others."""
+    if not others:
+        return None
+    equal = np.stack([(said[method] == said[o]).fillna(False).to_numpy(bool) for o in others])
+    return mean(equal.mean(axis=0))
+
+
+def _settings_use(rows: pd.DataFrame, key: MethodKey) -> SettingsUse:
+    parameters = json.loads(rows.iloc[0]["parameters"])
+    ignored = tuple(dict.fromkeys(name for names in rows["ignored"] for name in names))
+    emulated = tuple(dict.fromkeys(name for names in rows["emulated"] for name in names))
+    asked = [
+        name
+        for name, value in parameters.items()
+        if name not in (*_NOT_A_SETTING, "gravity", "emulate") and value not in (None, 0, 0.0)
+    ]
+    return SettingsUse(
+        method=key,
+        settings=_shown(parameters),
+        honoured=tuple(n for n in asked if n not in ignored and n not in emulated),
+        emulated=emulated,
+        ignored=ignored,
+    )
+
+
+def _shown(parameters: Mapping[str, Any]) -> dict[str, str]:
+    """Parameters as text, without those that ask for nothing."""
+    skip: tuple[object, ...] = (None, [], 0, 0.0)
+    return {
+        name: f"{value:g}" if isinstance(value, int | float) else str(value)
+        for name, value in parameters.items()
+        if value not in skip
+    }
+
+
+def _same_tunings(
+    results: pd.DataFrame,
+    said: pd.DataFrame,
+    summaries: tuple[MethodSummary, ...],
+    uses: tuple[SettingsUse, ...],
+) -> tuple[SameTuning, ...]:
+    simulated = results.dropna(subset=["engine"])
+    tunings = []
+    for _, group in simulated.groupby(["method_name", "parameters"], sort=False):
+        specs = set(group["method"])
+        rows = tuple(s for s in summaries if s.method.spec in specs)
+        if len({row.method.engine for row in rows}) < 2:
+            continue
+        used = tuple(u for u in uses if u.method.spec in specs)
+        tunings.append(
+            SameTuning(
+                title=rows[0].method.title.partition(" @ ")[0],
+                settings=used[0].settings,
+                rows=rows,
+                uses=used,
+                agreement={
+                    (str(a.method.engine), str(b.method.engine)): agreement(
+                        said, a.method.spec, b.method.spec
+                    )
+                    for a in rows
+                    for b in rows
+                    if a is not b
+                },
+            )
+        )
+    return tuple(tunings)
+
+
+def _disagreements(
+    results: pd.DataFrame,
+    said: pd.DataFrame,
+    keys: Mapping[str, MethodKey],
+    layouts: Mapping[str, Layout],
+    seed: int,
+) -> tuple[Disagreement, ...]:
+    """The cases that divide the methods most: simulations first, since they claim to be exact."""
+    simulated = [m for m, key in keys.items() if key.engine] or list(keys)
+    distinct = said[simulated].nunique(axis=1, dropna=False)
+    spread = said[simulated].max(axis=1) - said[simulated].min(axis=1)
+    ranking = pd.DataFrame({"distinct": distinct, "spread": spread.fillna(0)})
+    ranking = ranking[ranking["distinct"] > 1].sort_values(
+        ["distinct", "spread"], ascending=False, kind="stable"
+    )
+    rows = results[results["repetition"] == 0].set_index(["layout", "scenario", "method"])
+    found = []
+    for name, scenario in ranking.index[:_MOST_DISAGREEMENTS]:
+        layout = layouts[name]
+        if scenario != AS_GIVEN:
+            layout = apply_scenario(layout, Scenario(scenario), seed)
+        verdicts = {m: rows.loc[(name, scenario, m)] for m in keys}
+        failing = [v["failing_step"] for v in verdicts.values() if not pd.isna(v["failing_step"])]
+        found.append(
+            Disagreement(
+                layout=name,
+                scenario=scenario,
+                item_count=len(layout),
+                said={keys[m].title: _said(v) for m, v in verdicts.items()},
+                distinct=int(ranking.loc[(name, scenario), "distinct"]),
+                scene=scene(layout, f"{name}, {scenario}", sorted({int(f) for f in failing})),
+            )
+        )
+    return tuple(found)
+
+
+def _said(row: pd.Series) -> str:
+    if row["status"] != "done":
+        return row["status"]
+    return "stable" if pd.isna(row["failing_step"]) else str(int(row["failing_step"]))
+
+
+def scene(layout: Layout, title: str, marked: list[int]) -> Scene:
+    """A layout as a record to draw."""
+    return Scene(
+        title=title,
+        contour=layout.pallet.size,
+        lower=layout.lower,
+        upper=layout.upper,
+        mass_centres=0.5 * (layout.lower + layout.upper) + layout.mass_offsets,
+        marked=tuple(marked),
+    )
+
+
+def _manifest_lines(manifest: Mapping[str, Any], rows: int) -> dict[str, str]:
+    study = manifest["study"]
+    return {
+        "study": f"{study['name']} ({manifest['study_hash']})",
+        "layout files": ", ".join(study["files"]),
+        "layouts": f"{manifest['layouts']} (data {manifest['data_hash']})",
+        "scenarios": ", ".join(study["scenarios"]) or AS_GIVEN,
+        "seed": str(study["seed"]),
+        "rows": str(rows),
+        "source": f"{manifest['git'] or 'installed package'} (code {manifest['code']})",
+        "versions": ", ".join(f"{k} {v}" for k, v in manifest["versions"].items()),
+        "machine": manifest["machine"],
+        "started": manifest["started"],
+        "finished": manifest["finished"] or "not yet",
+    }

@@ -1,0 +1,163 @@
+"""A study's definition: one TOML file, validated at the edge."""
+
+from __future__ import annotations
+
+import glob
+import tomllib
+from dataclasses import dataclass, fields
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from harness.layouts.formats import read_layouts
+from harness.layouts.model import Layout
+from harness.layouts.scenarios import Scenario, apply_scenario
+from harness.methods.registry import make_method
+from harness.methods.spec import nearest
+
+AS_GIVEN = "as given"
+"""Scenario of layouts that keep the centres of mass of their files."""
+
+EMBEDDED = "embedded"
+"""Stands for the study that comes with the package."""
+
+
+class StudyError(ValueError):
+    """A study definition that cannot be run; says which key and what is allowed."""
+
+
+@dataclass(frozen=True, slots=True)
+class StudyDefinition:
+    """What a study compares.
+
+    Attributes:
+        name: for people.
+        methods: canonical spec strings, each once.
+        files: layout files, absolute.
+        scenarios: scenarios to apply; empty keeps the centres of mass as given.
+        seed: root of every random draw, 0 or more.
+        max_items: judge only the first items of a layout; None for all.
+        limit: use only the first layouts; None for all.
+        snap_gap: vertical gaps to close when reading [cm].
+        repetitions: judgements of every case, for timing.
+        shard_size: cases a unit of work.
+    """
+
+    name: str
+    methods: tuple[str, ...]
+    files: tuple[Path, ...]
+    scenarios: tuple[Scenario, ...] = ()
+    seed: int = 0
+    max_items: int | None = None
+    limit: int | None = None
+    snap_gap: float = 0.0
+    repetitions: int = 1
+    shard_size: int = 12
+
+    def layouts(self) -> list[Layout]:
+        """The study's layouts without scenarios, in file order, cut to ``max_items``.
+
+        Raises:
+            LayoutError: a file is invalid, or a name stands in two files.
+            StudyError: two layouts have the same name.
+        """
+        layouts: list[Layout] = []
+        for file in self.files:
+            layouts += read_layouts(file, snap_gap=self.snap_gap)
+            if self.limit is not None and len(layouts) >= self.limit:
+                layouts = layouts[: self.limit]
+                break
+        names = [layout.name for layout in layouts]
+        twice = next((n for n in names if names.count(n) > 1), None) if names else None
+        if twice is not None:
+            raise StudyError(f"layouts: name {twice!r} stands in two files; allowed: once")
+        if not layouts:
+            raise StudyError("layouts: the files hold none; allowed: one or more")
+        return [lay if self.max_items is None else lay.first(self.max_items) for lay in layouts]
+
+    def cases(self, layouts: list[Layout]) -> list[tuple[str, Layout]]:
+        """Every (scenario, layout) to judge."""
+        if not self.scenarios:
+            return [(AS_GIVEN, layout) for layout in layouts]
+        return [
+            (str(scenario), apply_scenario(layout, scenario, self.seed))
+            for scenario in self.scenarios
+            for layout in layouts
+        ]
+
+
+def load_study(source: str | Path) -> StudyDefinition:
+    """Read a study file, or the embedded study for the word ``embedded``.
+
+    Raises:
+        StudyError: not valid TOML, an unknown key, or a value that is not allowed.
+        SpecError: a method that does not exist.
+        OSError: the file cannot be read.
+    """
+    if str(source) == EMBEDDED:
+        path = Path(str(resources.files("harness.studies.embedded") / "study.toml"))
+    else:
+        path = Path(source)
+    try:
+        with path.open("rb") as file:
+            content = tomllib.load(file)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise StudyError(f"{path}: not valid TOML ({error})") from None
+    try:
+        return _definition(content, path)
+    except StudyError as error:
+        raise StudyError(f"{path}: {error}") from None
+
+
+def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
+    known = {f.name for f in fields(StudyDefinition)} - {"files"} | {"layouts"}
+    for key in content:
+        if key not in known:
+            raise StudyError(f"unknown key {key!r}; {nearest(key, known)}")
+    methods = [str(make_method(spec).spec) for spec in _texts(content, "methods")]
+    if len(set(methods)) < len(methods):
+        raise StudyError("methods: one stands there twice; allowed: each once")
+    files: list[Path] = []
+    for pattern in _texts(content, "layouts"):
+        found = sorted(glob.glob(str(path.parent / pattern), recursive=True))
+        if not found:
+            raise StudyError(f"layouts: {pattern!r} matches no file")
+        files += [Path(name).resolve() for name in found]
+    scenarios = _texts(content, "scenarios") if "scenarios" in content else []
+    for scenario in scenarios:
+        if scenario not in list(Scenario):
+            raise StudyError(f"scenarios: {scenario!r}; {nearest(scenario, [*Scenario])}")
+    numbers = {
+        key: _whole(content[key], key, least)
+        for key, least in (
+            ("seed", 0), ("max_items", 1), ("limit", 1), ("repetitions", 1), ("shard_size", 1)
+        )
+        if key in content
+    }  # fmt: skip
+    snap_gap = content.get("snap_gap", 0.0)
+    if type(snap_gap) not in (int, float) or not 0.0 <= snap_gap < 1e6:
+        raise StudyError(f"snap_gap is {snap_gap!r}; allowed: 0 or more [cm]")
+    name = content.get("name", path.stem)
+    if not isinstance(name, str):
+        raise StudyError(f"name is {name!r}; allowed: a text")
+    return StudyDefinition(
+        name=name,
+        methods=tuple(methods),
+        files=tuple(dict.fromkeys(files)),
+        scenarios=tuple(Scenario(s) for s in dict.fromkeys(scenarios)),
+        snap_gap=float(snap_gap),
+        **numbers,
+    )
+
+
+def _texts(content: dict[str, Any], key: str) -> list[str]:
+    value = content.get(key)
+    if not (isinstance(value, list) and value and all(isinstance(v, str) for v in value)):
+        raise StudyError(f"{key} is {value!r}; allowed: a list of one or more texts")
+    return value
+
+
+def _whole(value: Any, key: str, least: int) -> int:
+    if type(value) is not int or value < least:
+        raise StudyError(f"{key} is {value!r}; allowed: a whole number, {least} or more")
+    return value

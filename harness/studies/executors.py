@@ -1,0 +1,61 @@
+"""Where units of work run: in this process or in several. All give equal rows."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from typing import TypeVar
+
+Unit = TypeVar("Unit")
+Answer = TypeVar("Answer")
+
+
+class WorkerDiedError(RuntimeError):
+    """A worker process ended without an answer; what was finished before is kept."""
+
+
+def run_units(
+    work: Callable[[Unit], Answer], units: Sequence[Unit], *, workers: int
+) -> Iterator[Answer]:
+    """Answers of ``work`` for every unit, in the order in which they come.
+
+    Args:
+        work: a module-level function; with more than one worker, it and the units are pickled.
+        units: what to work on.
+        workers: number of processes, 1 or more; 1 works in this process.
+
+    Raises:
+        WorkerDiedError: a worker was killed or crashed.
+    """
+    if workers == 1:
+        yield from map(work, units)
+        return
+    # spawn: engines must not inherit each other's native state.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=_end_with_parent) as pool:
+        futures = [pool.submit(work, unit) for unit in units]
+        try:
+            for future in as_completed(futures):
+                yield future.result()
+        except BrokenProcessPool as error:
+            raise WorkerDiedError(
+                "a worker process died; finished shards are kept, run the study again to resume"
+            ) from error
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _end_with_parent() -> None:
+    """Make a worker end when the process that started it is killed, instead of waiting forever."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def watch() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()

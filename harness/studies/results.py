@@ -1,0 +1,191 @@
+"""The one result schema: a row per (method, layout, scenario, repetition), in Parquet.
+
+A run folder holds ``manifest.json``, ``layouts.json`` and ``results/*.parquet``; every shard is
+either whole or not there, so a run that was interrupted at any moment can be loaded and resumed.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import platform
+import subprocess
+from collections.abc import Iterable, Mapping
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from engines.registry import installed_versions
+from harness.atomic import write_atomically
+from harness.layouts.model import Layout
+from harness.methods.method import Method, Verdict
+from harness.methods.spec import as_plain
+
+SCHEMA_VERSION = 1
+
+_SECONDS = ("build", "step", "read", "total")
+
+SCHEMA = pa.schema(
+    [
+        pa.field("layout", pa.string(), nullable=False),
+        pa.field("layout_hash", pa.string(), nullable=False),
+        pa.field("scenario", pa.string(), nullable=False),
+        pa.field("item_count", pa.int32(), nullable=False),
+        pa.field("method", pa.string(), nullable=False),
+        pa.field("method_name", pa.string(), nullable=False),
+        pa.field("engine", pa.string()),
+        pa.field("parameters", pa.string(), nullable=False),
+        pa.field("repetition", pa.int32(), nullable=False),
+        pa.field("status", pa.string(), nullable=False),
+        pa.field("failing_step", pa.int32()),
+        pa.field("score", pa.float64()),
+        pa.field("moved_item", pa.int32()),
+        pa.field("displacement", pa.float64()),
+        pa.field("rotation", pa.float64()),
+        pa.field("reason", pa.string(), nullable=False),
+        pa.field("ignored", pa.list_(pa.string()), nullable=False),
+        pa.field("emulated", pa.list_(pa.string()), nullable=False),
+        pa.field("substeps", pa.int64(), nullable=False),
+        *(
+            pa.field(f"{clock}_{phase}", pa.float64(), nullable=False)
+            for clock in ("cpu", "wall")
+            for phase in _SECONDS
+        ),
+    ]
+)
+"""Column names, types and which may be null. ``displacement`` [cm], ``rotation`` [degrees],
+``cpu_*`` and ``wall_*`` [s]; ``parameters`` is the full parameter set as JSON; ``failing_step`` is
+null for a stable layout and for a verdict without a score."""
+
+KEYS = ["layout", "scenario", "method", "repetition"]
+
+
+class ResultsError(ValueError):
+    """A folder that holds no study, or one of another version."""
+
+
+def result_row(
+    layout: Layout, scenario: str, method: Method, repetition: int, verdict: Verdict
+) -> dict[str, Any]:
+    """One row of :data:`SCHEMA`."""
+    row: dict[str, Any] = {
+        "layout": layout.name,
+        "layout_hash": layout.content_hash(),
+        "scenario": scenario,
+        "item_count": verdict.item_count,
+        "method": str(method.spec),
+        "method_name": method.spec.name,
+        "engine": method.spec.engine,
+        "parameters": json.dumps(as_plain(method.parameters), sort_keys=True),
+        "repetition": repetition,
+        "status": str(verdict.status),
+        "failing_step": verdict.failing_step,
+        "score": verdict.score,
+        "moved_item": verdict.moved_item,
+        "displacement": verdict.displacement,
+        "rotation": verdict.rotation,
+        "reason": verdict.reason,
+        "ignored": list(verdict.ignored),
+        "emulated": list(verdict.emulated),
+        "substeps": verdict.substeps,
+    }
+    for clock, seconds in (("cpu", verdict.cpu), ("wall", verdict.wall)):
+        row |= {f"{clock}_{k}": v for k, v in dataclasses.asdict(seconds).items()}
+    return row
+
+
+def write_shard(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:
+    """Write rows as one Parquet file, whole or not at all."""
+    sink = pa.BufferOutputStream()
+    pq.write_table(pa.Table.from_pylist([dict(r) for r in rows], schema=SCHEMA), sink)
+    write_atomically(path, sink.getvalue().to_pybytes())
+
+
+def load_results(directory: str | Path) -> pd.DataFrame:
+    """All rows of a run folder as a DataFrame with the columns of :data:`SCHEMA`.
+
+    Integer columns that may be missing come as pandas' nullable ``Int32``. Rows are sorted, so
+    equal studies give equal frames whatever order they were computed in.
+
+    Raises:
+        ResultsError: not a run folder, or one of another schema version.
+    """
+    directory = Path(directory)
+    found = load_manifest(directory).get("schema_version")
+    if found != SCHEMA_VERSION:
+        raise ResultsError(f"{directory}: schema version {found!r}; allowed: {SCHEMA_VERSION}")
+    shards = sorted((directory / "results").glob("*.parquet"))
+    if not shards:
+        raise ResultsError(f"{directory}: holds no results yet")
+    table = pa.concat_tables([pq.read_table(shard, schema=SCHEMA) for shard in shards])
+    nullable = {pa.int32(): pd.Int32Dtype()}
+    frame = table.to_pandas(types_mapper=nullable.get)
+    return frame.sort_values(KEYS, kind="stable", ignore_index=True)
+
+
+def load_manifest(directory: str | Path) -> dict[str, Any]:
+    """What a run folder says of its own making.
+
+    Raises:
+        ResultsError: not a run folder.
+    """
+    path = Path(directory) / "manifest.json"
+    try:
+        return json.loads(path.read_text())
+    except FileNotFoundError:
+        raise ResultsError(f"{directory}: no manifest.json; is it the folder of a study?") from None
+    except json.JSONDecodeError as error:
+        raise ResultsError(f"{path}: not valid JSON ({error.msg})") from None
+
+
+def code_fingerprint() -> str:
+    """Hash of everything that may change a verdict: the code of layouts, methods and engines."""
+    import engines
+    import harness.layouts
+    import harness.methods
+
+    digest = hashlib.sha256()
+    for package in (harness.layouts, harness.methods, engines):
+        root = Path(package.__path__[0])
+        for path in sorted([*root.rglob("*.py"), *root.rglob("*.toml")]):
+            digest.update(str(path.relative_to(root)).encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def provenance() -> dict[str, Any]:
+    """Versions, source revision and kind of machine; nothing that identifies a person or host."""
+    packages = ("steadyload", "numpy", "pandas", "pyarrow")
+    versions = {name: metadata.version(name) for name in packages if _installed(name)}
+    return {
+        "code": code_fingerprint()[:16],
+        "git": _git_revision(),
+        "versions": {"python": platform.python_version(), **versions, **installed_versions()},
+        "machine": f"{platform.system()} {platform.machine()}",
+    }
+
+
+def _installed(name: str) -> bool:
+    try:
+        metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return False
+    return True
+
+
+def _git_revision() -> str | None:
+    """Commit of the source tree this code runs from, marked when it has changes; None outside."""
+    root = Path(__file__).resolve().parents[2]
+    if not (root / ".git").exists():
+        return None
+    command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=12"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout.strip() or None

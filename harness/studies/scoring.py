@@ -1,0 +1,112 @@
+"""Scoring a user's own layout files: one record per layout and method."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from harness.layouts.formats import Refused, scan_layouts
+from harness.layouts.model import Layout
+from harness.layouts.scenarios import Scenario, apply_scenario
+from harness.methods.method import Method, Status, Verdict
+from harness.methods.registry import make_method
+from harness.studies.runner import judge
+
+Record = dict[str, Any]
+
+
+def score_layouts(
+    files: Sequence[str | Path],
+    methods: Sequence[str],
+    *,
+    scenario: Scenario | None = None,
+    seed: int = 0,
+    max_items: int | None = None,
+    limit: int | None = None,
+    snap_gap: float = 0.0,
+    skip_invalid: bool = False,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> list[Record]:
+    """Judge every layout of some files with every method. All input is checked before any judging.
+
+    Args:
+        files: layout files in any known format.
+        methods: spec strings.
+        scenario: draw centres of mass; None keeps those of the file.
+        seed: seed of the scenario.
+        max_items: judge only the first items of each layout.
+        limit: use only the first layouts.
+        snap_gap: close vertical gaps up to this when reading [cm]; 0 closes none.
+        skip_invalid: make an invalid layout a record with status ``refused`` instead of an error.
+        progress: called with the number of finished judgements and of all.
+
+    Returns:
+        Records with the keys ``layout, file, method, items, scenario, score, failing_step, status,
+        moved_item, displacement, rotation, reason, ignored, emulated, seconds, cpu_seconds``; times
+        are wall and CPU seconds of the whole judgement.
+
+    Raises:
+        LayoutError: a file or layout is invalid (not with ``skip_invalid``, which still refuses a
+            file that cannot be read at all).
+        SpecError: a method does not exist.
+        EngineNotInstalledError: a method's engine is missing.
+    """
+    judges = [make_method(spec) for spec in methods]
+    for method in judges:
+        method.prepare()
+    entries = _read(files, limit, snap_gap, skip_invalid)
+    records: list[Record] = []
+    total = len(entries) * len(judges)
+    progress(0, total)
+    for file, entry in entries:
+        if isinstance(entry, Layout):
+            layout = entry if max_items is None else entry.first(max_items)
+            entry = layout if scenario is None else apply_scenario(layout, scenario, seed)
+        for method in judges:
+            records.append(_record(file, entry, method, scenario))
+            progress(len(records), total)
+    return records
+
+
+def _read(
+    files: Sequence[str | Path], limit: int | None, snap_gap: float, skip_invalid: bool
+) -> list[tuple[str, Layout | Refused]]:
+    entries: list[tuple[str, Layout | Refused]] = []
+    for file in files:
+        for entry in scan_layouts(file, snap_gap=snap_gap):
+            if isinstance(entry, Refused) and not skip_invalid:
+                raise entry.error
+            entries.append((str(file), entry))
+            if limit is not None and len(entries) == limit:
+                return entries
+    return entries
+
+
+def _record(
+    file: str, entry: Layout | Refused, method: Method, scenario: Scenario | None
+) -> Record:
+    if isinstance(entry, Layout):
+        verdict = judge(method, entry)
+        items = verdict.item_count
+    else:
+        verdict = Verdict(item_count=0, status=Status.REFUSED, reason=str(entry.error))
+        items = None
+    return {
+        "layout": entry.name,
+        "file": file,
+        "method": str(method.spec),
+        "items": items,
+        "scenario": str(scenario) if scenario else None,
+        "score": verdict.score,
+        "failing_step": verdict.failing_step,
+        "status": str(verdict.status),
+        "moved_item": verdict.moved_item,
+        "displacement": verdict.displacement,
+        "rotation": verdict.rotation,
+        "reason": verdict.reason,
+        "ignored": list(verdict.ignored),
+        "emulated": list(verdict.emulated),
+        "seconds": verdict.wall.total,
+        "cpu_seconds": verdict.cpu.total,
+    }

@@ -1,0 +1,1 @@
+"""Learned judges: methods that were trained on labelled layouts. None is here yet."""

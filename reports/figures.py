@@ -1,0 +1,155 @@
+"""Pictures of records. A figure shows what its record holds and computes nothing.
+
+Pictures are PNG without date or software stamps: the same record gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Sequence
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+from reports.records import AgreementMatrix, MethodSummary, Scene
+from reports.style import colour, marker
+
+matplotlib.rcParams.update({"font.size": 9.0, "axes.spines.top": False, "axes.spines.right": False})
+
+_DPI = 150
+_PHASE_COLOURS = {"build": "#9ecae1", "step": "#3182bd", "read": "#08519c", "other": "#c7c7c7"}
+
+
+def png(figure: Figure) -> bytes:
+    """A figure as PNG, reproducible to the byte."""
+    sink = io.BytesIO()
+    figure.savefig(sink, format="png", dpi=_DPI, bbox_inches="tight", metadata={"Software": None})
+    return sink.getvalue()
+
+
+def plot_trade_off(methods: Sequence[MethodSummary], *, x_label: str) -> Figure:
+    """Runtime (log axis) against agreement, with intervals: Fig. 3 of the paper.
+
+    Good methods stand at the lower right. Methods without an agreement are left out.
+    """
+    figure = Figure(figsize=(7.6, 4.6))
+    axes = figure.add_subplot()
+    for summary in methods:
+        x, y = summary.agreement, summary.cpu
+        if x is None or math.isnan(x.value):
+            continue
+        axes.errorbar(
+            100 * x.value,
+            y.value,
+            xerr=[[100 * (x.value - x.low)], [100 * (x.high - x.value)]],
+            yerr=[[y.value - y.low], [y.high - y.value]],
+            fmt=marker(summary.method),
+            color=colour(summary.method),
+            markersize=8,
+            markeredgecolor="white",
+            elinewidth=0.8,
+        )
+        axes.plot(
+            [],
+            [],
+            marker(summary.method),
+            color=colour(summary.method),
+            markersize=7,
+            label=summary.method.title,
+        )
+    axes.set_yscale("log")
+    axes.set_xlabel(x_label)
+    axes.set_ylabel("CPU time a layout (ms)")
+    axes.grid(visible=True, which="major", linewidth=0.4, alpha=0.6)
+    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+    return figure
+
+
+def plot_agreement_matrix(matrix: AgreementMatrix) -> Figure:
+    """Share of equal failing steps between every two methods, in per cent."""
+    titles = [m.title for m in matrix.methods]
+    values = np.array([[e.value for e in row] for row in matrix.shares]) * 100
+    side = 1.8 + 0.5 * len(titles)
+    figure = Figure(figsize=(side + 0.6, side))
+    axes = figure.add_subplot()
+    image = axes.imshow(values, vmin=0, vmax=100, cmap="viridis")
+    axes.set_xticks(range(len(titles)), titles, rotation=45, ha="right")
+    axes.set_yticks(range(len(titles)), titles)
+    axes.spines[:].set_visible(False)
+    for row in range(len(titles)):
+        for column in range(len(titles)):
+            value = values[row, column]
+            axes.text(
+                column,
+                row,
+                f"{value:.0f}",
+                ha="center",
+                va="center",
+                fontsize=8,
+                color="white" if value < 65 else "black",
+            )
+    bar = figure.colorbar(image, ax=axes, fraction=0.046, pad=0.03)
+    bar.set_label("same failing step (%)")
+    return figure
+
+
+def plot_phases(methods: Sequence[MethodSummary]) -> Figure:
+    """Mean CPU time a layout by phase, for methods that have phases."""
+    shown = [m for m in methods if m.phases.step > 0.0]
+    figure = Figure(figsize=(7.6, 0.8 + 0.36 * max(1, len(shown))))
+    axes = figure.add_subplot()
+    for row, summary in enumerate(reversed(shown)):
+        left = 0.0
+        for phase, shade in _PHASE_COLOURS.items():
+            width = getattr(summary.phases, phase)
+            axes.barh(row, width, left=left, color=shade, label=phase if row == 0 else None)
+            left += width
+        axes.text(left, row, f" {left:.3g}", va="center", fontsize=8)
+    axes.set_yticks(range(len(shown)), [m.method.title for m in reversed(shown)])
+    axes.set_xlabel("mean CPU time a layout (ms)")
+    if shown:
+        axes.legend(frameon=False, ncols=4, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    return figure
+
+
+def plot_scene(scene: Scene) -> Figure:
+    """A layout in 3-D: items with their sequence numbers, centres of mass, marked items in red."""
+    figure = Figure(figsize=(5.6, 5.2))
+    axes = figure.add_subplot(projection="3d")
+    count = len(scene.lower)
+    shades = matplotlib.colormaps["viridis"](np.linspace(0.15, 0.95, max(count, 2)))
+    for index in range(count):
+        # Matplotlib draws z up: (x, y, z) of the layout becomes (z, x, y).
+        low, high = scene.lower[index, [2, 0, 1]], scene.upper[index, [2, 0, 1]]
+        marked = index in scene.marked
+        faces = Poly3DCollection(
+            _faces(low, high),
+            facecolor="#e31a1c" if marked else shades[index],
+            edgecolor="black",
+            linewidths=0.5,
+            alpha=0.85 if marked else 0.35,
+        )
+        axes.add_collection3d(faces)
+        centre, mass = 0.5 * (low + high), scene.mass_centres[index, [2, 0, 1]]
+        axes.text(*centre, str(index), fontsize=7, ha="center", zorder=1000)
+        axes.scatter(*mass, s=6, color="black", depthshade=False)
+    width, height, depth = scene.contour
+    top = min(height, float(scene.upper[:, 1].max()) * 1.05)
+    axes.set(xlim=(0, depth), ylim=(0, width), zlim=(0, top))
+    axes.set(xlabel="z, depth (cm)", ylabel="x, width (cm)", zlabel="y, height (cm)")
+    axes.set_box_aspect((depth, width, top))
+    axes.set_title(scene.title)
+    return figure
+
+
+def _faces(low: np.ndarray, high: np.ndarray) -> list[list[tuple[float, float, float]]]:
+    (x0, y0, z0), (x1, y1, z1) = low.tolist(), high.tolist()
+    bottom = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
+    sides = [
+        [(*a, z0), (*b, z0), (*b, z1), (*a, z1)]
+        for a, b in zip(bottom, bottom[1:] + bottom[:1], strict=True)
+    ]
+    return [[(x, y, z0) for x, y in bottom], [(x, y, z1) for x, y in bottom], *sides]

@@ -1,0 +1,149 @@
+"""What a page shows, as small typed records.
+
+Whoever computes something (a study, a learner, a property test) fills these in; whoever draws reads
+nothing else. A table, a figure and a web page of the same record show the same numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A number with its 95 % interval and the number of cases behind it."""
+
+    value: float
+    low: float
+    high: float
+    n: int
+
+
+@dataclass(frozen=True, slots=True)
+class MethodKey:
+    """How a method is named and recognised: ``family`` fixes its colour, ``engine`` its marker."""
+
+    title: str
+    spec: str
+    family: str
+    engine: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PhaseTimes:
+    """Mean CPU time a layout by phase [ms]."""
+
+    build: float
+    step: float
+    read: float
+    other: float
+
+
+@dataclass(frozen=True, slots=True)
+class MethodSummary:
+    """One method over all cases of a study.
+
+    ``agreement`` is the mean agreement with the simulations on *other* engines, None where there is
+    none to compare with. Times are a layout, in ms.
+    """
+
+    method: MethodKey
+    score: Estimate
+    stable: Estimate
+    agreement: Estimate | None
+    cpu: Estimate
+    wall: Estimate
+    phases: PhaseTimes
+    without_verdict: Mapping[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class AgreementMatrix:
+    """Share of equal failing steps between every two methods."""
+
+    methods: tuple[MethodKey, ...]
+    shares: tuple[tuple[Estimate, ...], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SettingsUse:
+    """How one engine met the settings that one method asked for."""
+
+    method: MethodKey
+    settings: Mapping[str, str]
+    honoured: tuple[str, ...]
+    emulated: tuple[str, ...]
+    ignored: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SameTuning:
+    """One parameter set on several engines.
+
+    ``agreement`` maps (engine, engine) to the share of equal failing steps.
+    """
+
+    title: str
+    settings: Mapping[str, str]
+    rows: tuple[MethodSummary, ...]
+    uses: tuple[SettingsUse, ...]
+    agreement: Mapping[tuple[str, str], Estimate]
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A layout to draw: corners (n, 3) [cm], y up, in loading order; ``marked`` items stand out."""
+
+    title: str
+    contour: tuple[float, float, float]
+    lower: FloatArray
+    upper: FloatArray
+    mass_centres: FloatArray
+    marked: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Disagreement:
+    """A case on which methods differ: what each said (failing step, ``stable`` or a status)."""
+
+    layout: str
+    scenario: str
+    item_count: int
+    said: Mapping[str, str]
+    distinct: int
+    scene: Scene
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Everything that a study's page shows."""
+
+    title: str
+    cases: int
+    layouts: int
+    scenarios: tuple[str, ...]
+    methods: tuple[MethodSummary, ...]
+    by_scenario: Mapping[str, tuple[MethodSummary, ...]]
+    matrix: AgreementMatrix
+    tunings: tuple[SameTuning, ...]
+    uses: tuple[SettingsUse, ...]
+    disagreements: tuple[Disagreement, ...]
+    disputed: int
+    manifest: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class EngineSettings:
+    """An engine's declared answers: setting -> (how it is met, a note)."""
+
+    name: str
+    title: str
+    dimensions: int
+    answers: Mapping[str, tuple[str, str]]
+    notes: str

@@ -1,0 +1,55 @@
+"""Colour and marker of every method, fixed here once: the same on every page and in every figure.
+
+The colour tells the family (rule or tuning), the marker tells the engine.
+"""
+
+from __future__ import annotations
+
+import zlib
+
+from reports.records import MethodKey
+
+_FAMILY_COLOURS = {
+    "fbs": "#7f7f7f",
+    "pbs": "#8c6d31",
+    "pbs0.9": "#5e4a21",
+    "pbs0.7": "#8c6d31",
+    "pbs0.5": "#c4a052",
+    "sme": "#2ca02c",
+    "equilibrium": "#98df8a",
+    "ps3": "#1f77b4",
+    "ps5": "#17becf",
+    "ps3-literal": "#6baed6",
+    "ps5-literal": "#9edae5",
+    "ps_opt-paper": "#d62728",
+    "ps_opt": "#e377c2",
+    "simulation": "#ff7f0e",
+    "lstm_1": "#bcbd22",
+    "lstm_e": "#9467bd",
+    "cascade": "#000000",
+}
+_ENGINE_MARKERS = {
+    None: "o",
+    "bullet": "s",
+    "mujoco": "^",
+    "dart": "D",
+    "chipmunk": "v",
+    "reference": "*",
+}
+_SPARE_COLOURS = ("#393b79", "#637939", "#843c39", "#7b4173", "#3182bd", "#e6550d")
+_SPARE_MARKERS = ("P", "X", "h", "<", ">", "p")
+
+
+def colour(method: MethodKey) -> str:
+    """The method's colour; a family without one gets a spare colour by its name."""
+    return _FAMILY_COLOURS.get(method.family) or _spare(method.family, _SPARE_COLOURS)
+
+
+def marker(method: MethodKey) -> str:
+    """The method's marker; an engine without one gets a spare marker by its name."""
+    known = _ENGINE_MARKERS.get(method.engine)
+    return known or _spare(str(method.engine), _SPARE_MARKERS)
+
+
+def _spare(name: str, choices: tuple[str, ...]) -> str:
+    return choices[zlib.crc32(name.encode()) % len(choices)]
