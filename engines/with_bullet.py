@@ -87,7 +87,9 @@ class BulletWorld(FixedStepWorld):
                 Support.HONOURED, "pairs multiply, so each body gets the square root"
             ),
             restitution=SettingSupport(
-                Support.HONOURED, "pairs multiply, so each body gets the square root"
+                Support.HONOURED,
+                "pairs multiply, so each body gets the square root; position correction adds "
+                "speed: 0.50 comes out as 0.50 at 240 Hz and as 0.59 at 1 kHz",
             ),
             linear_damping=SettingSupport(Support.HONOURED, "v (1 - d)^t"),
             angular_damping=SettingSupport(Support.HONOURED, "w (1 - d)^t"),
@@ -110,7 +112,7 @@ class BulletWorld(FixedStepWorld):
             flags |= pybullet.RESET_USE_SIMPLE_BROADPHASE
         self._client = _idle_clients.pop() if _idle_clients else pybullet.connect(pybullet.DIRECT)
         pybullet.resetSimulation(flags, physicsClientId=self._client)
-        pybullet.setGravity(0.0, 0.0, -settings.gravity, physicsClientId=self._client)
+        pybullet.setGravity(*settings.gravity, physicsClientId=self._client)
         # numSubSteps and fixedTimeStep survive a reset; these do not.
         pybullet.setPhysicsEngineParameter(
             numSolverIterations=settings.solver_iterations or _ITERATIONS,

@@ -55,7 +55,7 @@ class DartWorld(FixedStepWorld):
     def __init__(self, settings: WorldSettings) -> None:
         super().__init__(settings)
         world = dart.simulation.World()
-        world.setGravity([0.0, 0.0, -settings.gravity])
+        world.setGravity(list(settings.gravity))
         world.setCollisionDetector(dart.simulation.CollisionDetectorType.BULLET)
         solver = world.getConstraintSolver()
         solver.setSplitImpulseEnabled(True)

@@ -171,7 +171,7 @@ class MujocoWorld(FixedStepWorld):
         # MuJoCo 4: `margin` inflates the geometry, `gap` is detection alone.
         model.geom_gap[:] = settings.margin
         model.body_margin[:] = settings.margin
-        model.opt.gravity[:] = (0.0, 0.0, -settings.gravity)
+        model.opt.gravity[:] = settings.gravity
         model.opt.iterations = settings.solver_iterations or 100
         damping = model.dof_damping.reshape(-1, 6)
         damping[:, :3] = -math.log1p(-settings.linear_damping) * mass[:, None]

@@ -88,7 +88,7 @@ class WorldSettings:
         margin: collision margin [m], >= 0.
         broad_phase: None leaves the choice to the engine.
         solver_iterations: None leaves the choice to the adapter.
-        gravity: [m/s2], along -z.
+        gravity: acceleration vector [m/s2]; tilting it is the same as tilting the floor.
         emulate: settings that the engine lacks and that it shall imitate where it can do so only
             at a price (see the engine's notes). Nothing is imitated at a price unasked.
     """
@@ -100,14 +100,19 @@ class WorldSettings:
     margin: float = 0.0
     broad_phase: BroadPhase | None = None
     solver_iterations: int | None = None
-    gravity: float = GRAVITY
+    gravity: tuple[float, float, float] = (0.0, 0.0, -GRAVITY)
     emulate: frozenset[str] = frozenset()
 
     def requested(self) -> tuple[str, ...]:
         """Names of the settings that ask for something, that is: differ from "nothing special"."""
         neutral = WorldSettings(friction=0.0)
-        names = (f.name for f in dataclasses.fields(self) if f.name not in ("emulate", "gravity"))
-        return tuple(n for n in names if getattr(self, n) != getattr(neutral, n))
+        return tuple(n for n in SETTINGS if getattr(self, n) != getattr(neutral, n))
+
+
+SETTINGS: tuple[str, ...] = tuple(
+    f.name for f in dataclasses.fields(WorldSettings) if f.name not in ("emulate", "gravity")
+)
+"""Names of the settings that an engine may honour, emulate or ignore."""
 
 
 class Support(StrEnum):
@@ -367,9 +372,8 @@ def declare(**settings: SettingSupport) -> Mapping[str, SettingSupport]:
     Raises:
         ValueError: a setting of :class:`WorldSettings` has no answer, or an answer no setting.
     """
-    expected = {f.name for f in dataclasses.fields(WorldSettings)} - {"emulate", "gravity"}
-    if expected != set(settings):
-        raise ValueError(f"declare exactly {sorted(expected)}, got {sorted(settings)}")
+    if set(SETTINGS) != set(settings):
+        raise ValueError(f"declare exactly {sorted(SETTINGS)}, got {sorted(settings)}")
     return MappingProxyType(dict(settings))
 
 

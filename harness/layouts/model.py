@@ -42,7 +42,7 @@ class LayoutError(ValueError):
 
     def located(self, *, file: str | None = None, layout: str | None = None) -> LayoutError:
         """The same error with the places it did not know of yet."""
-        return LayoutError(
+        return type(self)(
             self.message, file=self.file or file, layout=self.layout or layout, item=self.item
         )
 

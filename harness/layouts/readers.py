@@ -106,7 +106,10 @@ def _read_job(content: Mapping[str, Any]) -> Iterator[Record]:
                     layout=name,
                     item=str(item.get("sequence", place)),
                 )
-            offset = item.get("centerOfMass") or {}
+            offset = _mapping(
+                item.get("centerOfMass") or {},
+                f'layout "{name}": placedItems[{place}].centerOfMass',
+            )
             items.append(
                 {k: item.get(k) for k in ("sequence", "weight", "x", "y", "z")}
                 | {k: shape.get(k) for k in ("width", "height", "depth")}
@@ -164,8 +167,9 @@ def read_aclpp(text: str) -> Iterator[Record]:
     segments = _mapping(_mapping(content, "the file").get("segments"), "segments")
     for segment, parts in segments.items():
         parts = _mapping(parts, f"segments.{segment}")
-        shipments = parts.get("shipments") or {}
-        for uld, built in (parts.get("built_ulds") or {}).items():
+        shipments = parts.get("shipments")
+        all_built = _mapping(parts.get("built_ulds") or {}, f"segments.{segment}.built_ulds")
+        for uld, built in all_built.items():
             name = f"{segment}/{uld}"
             built = _mapping(built, name)
             kind = str(built.get("uld_type"))

@@ -18,7 +18,7 @@ class _NoParameters:
 
 
 class StaticMechanicalEquilibrium(Method):
-    """SME (Ramos et al. 2016, "A physical packing sequence algorithm", as the authors compute it).
+    """SME: static mechanical equilibrium after Ramos et al. 2016, as the authors compute it.
 
     At every step the new item, and then everything below it, must be supported: the weighted mean
     of an item's centre of mass and those of the items directly on top of it must lie in the top

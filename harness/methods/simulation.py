@@ -10,6 +10,7 @@ import numpy as np
 
 from engines.registry import open_world, world_class
 from engines.world import (
+    SETTINGS,
     Box,
     BroadPhase,
     EngineError,
@@ -73,14 +74,16 @@ class SimulationParameters:
     solver_iterations: int | None = quantity(
         None, "iterations of the contact solver", least=1, most=100_000
     )
-    gravity: float = quantity(9.8, "gravitational acceleration, m/s2", least=0, most=1000)
+    gravity: float = quantity(9.8, "gravitational acceleration", unit="m/s2", least=0, most=1000)
     between_steps: BetweenSteps = quantity(BetweenSteps.CARRY, "state between two placements")
     criterion: Criterion = quantity(Criterion.PAPER, "when an item counts as moved")
     samples: int = quantity(
         10, "looks at the items a placement, the last at its end", least=1, most=100_000
     )
     emulate: frozenset[str] = quantity(
-        frozenset(), "settings to imitate where an engine can do so only at a price, joined by +"
+        frozenset(),
+        "settings to imitate where an engine can do so only at a price",
+        choices=SETTINGS,
     )
 
     def world_settings(self) -> WorldSettings:
@@ -93,7 +96,7 @@ class SimulationParameters:
             margin=self.margin,
             broad_phase=self.broad_phase,
             solver_iterations=self.solver_iterations,
-            gravity=self.gravity,
+            gravity=(0.0, 0.0, -self.gravity),
             emulate=self.emulate,
         )
 

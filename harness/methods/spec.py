@@ -35,10 +35,19 @@ class SpecError(ValueError):
 
 
 def quantity(
-    default: Any, about: str, *, unit: str = "", least: float = -math.inf, most: float = math.inf
+    default: Any,
+    about: str,
+    *,
+    unit: str = "",
+    least: float = -math.inf,
+    most: float = math.inf,
+    choices: Collection[str] = (),
 ) -> Any:
-    """A field of a ``Parameters`` dataclass: its default, meaning, unit and inclusive range."""
-    metadata = {"about": about, "unit": unit, "least": least, "most": most}
+    """A field of a ``Parameters`` dataclass: its default, meaning, unit and inclusive range.
+
+    ``choices`` are the names that a field of type ``frozenset[str]`` may hold.
+    """
+    metadata = {"about": about, "unit": unit, "least": least, "most": most, "choices": choices}
     if isinstance(default, frozenset):
         return dataclasses.field(default_factory=lambda: default, metadata=metadata)
     return dataclasses.field(default=default, metadata=metadata)
@@ -122,7 +131,7 @@ def allowed_values(parameters: type[Any], name: str) -> str:
     if isinstance(kind, type) and issubclass(kind, StrEnum):
         choices = "|".join(kind)
     elif typing.get_origin(kind) is frozenset:
-        choices = "names joined by +"
+        choices = f"{'|'.join(field.metadata['choices'])}, joined by +"
     else:
         choices = _range(field.metadata["least"], field.metadata["most"])
     return f"none|{choices}" if optional else choices
@@ -130,8 +139,9 @@ def allowed_values(parameters: type[Any], name: str) -> str:
 
 def nearest(name: str, known: Collection[str]) -> str:
     """What to say of a name nobody knows: the nearest known one, and all of them."""
-    listing = f"allowed: {', '.join(sorted(known))}" if known else "none is allowed here"
-    close = difflib.get_close_matches(name, list(known), n=1)
+    names = sorted(str(k) for k in known)
+    listing = f"allowed: {', '.join(names)}" if names else "none is allowed here"
+    close = difflib.get_close_matches(name, names, n=1)
     return f"did you mean {close[0]!r}? {listing}" if close else listing
 
 
@@ -145,7 +155,10 @@ def _convert(value: Any, hint: Any, field: dataclasses.Field[Any], where: str) -
             return kind(value)
         raise SpecError(f"{label} is {value!r}; {nearest(str(value), [*kind])}")
     if typing.get_origin(kind) is frozenset:
-        return frozenset(value.split("+") if isinstance(value, str) else value)
+        names = frozenset(value.split("+") if isinstance(value, str) else value)
+        for name in sorted(names - set(field.metadata["choices"])):
+            raise SpecError(f"{label} is {name!r}; {nearest(name, field.metadata['choices'])}")
+        return names
     number = _number(value, field.metadata["unit"], label)
     if kind is int:
         if number != int(number):
@@ -174,11 +187,11 @@ def _number(value: Any, unit: str, label: str) -> float:
         except ValueError:
             number = math.nan
         given = match["unit"] if match else ""
+    if not math.isfinite(number):
+        raise SpecError(f"{label} is {value!r}; allowed: a finite number")
     if given and given not in _UNITS.get(unit, {}):
         allowed = ", ".join(_UNITS.get(unit, {})) or "none"
         raise SpecError(f"{label} is {value!r}; allowed units: {allowed}")
-    if not math.isfinite(number):
-        raise SpecError(f"{label} is {value!r}; allowed: a finite number")
     # Rounding keeps 0.4mm from becoming 0.00040000000000000002 m in a canonical spec.
     return float(f"{number * _UNITS[unit][given]:.15g}") if given else number
 

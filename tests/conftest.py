@@ -1,0 +1,45 @@
+"""What all tests share: engines, small layouts, and real data where it is there."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from engines.registry import engine_names
+from harness.layouts import Item, Layout, Pallet
+
+ACLPP = Path(__file__).resolve().parents[2] / "shared" / "data" / "aclpp"
+
+
+@pytest.fixture(params=engine_names())
+def engine(request: pytest.FixtureRequest) -> str:
+    """Every registered engine, one after the other."""
+    return request.param
+
+
+@pytest.fixture
+def aclpp_files() -> list[Path]:
+    files = sorted(ACLPP.glob("*.yaml"))
+    if not files:
+        pytest.skip("the ACLPP schedules are not beside the project (../shared/data/aclpp)")
+    return files
+
+
+@pytest.fixture
+def stack() -> Callable[..., Layout]:
+    """Makes a column of 10 cm cubes; ``shifts`` are their x positions."""
+
+    def make(*shifts: float, offset: float = 0.0, weight: float = 1.0) -> Layout:
+        items = tuple(
+            Item(
+                step,
+                (40.0 + shift, 10.0 * step, 40.0),
+                (10.0, 10.0, 10.0),
+                weight,
+                (offset, 0.0, 0.0) if step == len(shifts) - 1 else (0.0, 0.0, 0.0),
+            )
+            for step, shift in enumerate(shifts)
+        )
+        return Layout("stack", Pallet(100.0, 100.0, 100.0), items)
+
+    return make

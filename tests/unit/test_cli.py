@@ -1,0 +1,184 @@
+"""The command in a fresh process, as a user runs it."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from harness.layouts.formats import Format, read_layouts, write_layouts
+
+ITEM = {"sequence": 0, "position": [0, 0, 0], "size": [10, 10, 10], "weight": 1}
+SECOND = {"sequence": 1, "position": [20, 0, 0], "size": [10, 10, 10], "weight": 1}
+
+
+def steadyload(*arguments, cwd):
+    return subprocess.run(
+        [sys.executable, "-m", "harness.cli", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        timeout=120,
+    )
+
+
+def native(*items):
+    layout = {"name": "A", "pallet": {"width": 50, "height": 50, "depth": 50}, "items": items}
+    return json.dumps({"format": "steadyload-layouts", "version": 1, "layouts": [layout]})
+
+
+@pytest.fixture
+def layout_file(tmp_path, stack):
+    layouts = [stack(0.0, 3.0, 0.0).renamed("stands"), stack(0.0, 7.0).renamed("falls")]
+    write_layouts(tmp_path / "layouts.json", layouts, Format.NATIVE)
+    return tmp_path / "layouts.json"
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (native(ITEM | {"weight": float("nan")}), "weight is nan kg"),
+        (native(ITEM | {"weight": -2}), "weight is -2 kg"),
+        (native(ITEM | {"size": [10, 0, 10]}), "height is 0 cm"),
+        (native(ITEM, SECOND | {"position": [5, 0, 0]}), "overlaps item 0"),
+        (native(ITEM | {"position": [45, 0, 0]}), "inside the pallet's contour"),
+        (native(ITEM, SECOND | {"sequence": 0}), "sequence 0 stands there twice"),
+        (native(ITEM)[:-30], "is it cut off?"),
+        ("<xml/>", "is in no known format"),
+        ("", "is empty"),
+    ],
+    ids=[
+        "nan", "negative", "zero", "overlapping", "out-of-contour", "duplicate-sequence",
+        "truncated", "wrong-format", "empty",
+    ],
+)  # fmt: skip
+def test_bad_input_is_one_sentence_and_status_2(tmp_path, content, message):
+    (tmp_path / "bad.json").write_text(content)
+    done = steadyload("score", "bad.json", "--json", "-m", "ps3@mujoco", "-m", "sme", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert message in done.stderr
+    assert "bad.json" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert [p.name for p in tmp_path.iterdir()] == ["bad.json"]
+
+
+def test_a_large_garbage_file_is_refused(tmp_path):
+    (tmp_path / "garbage").write_bytes(bytes(range(256)) * (20 * 1024 * 4))
+    done = steadyload("score", "garbage", cwd=tmp_path)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("score", "missing.json"),
+        ("score", "."),
+        ("score", "layouts.json", "-m", "smee"),
+        ("score", "layouts.json", "-m", "ps3@jolt"),
+        ("score", "layouts.json", "--max-items", "0"),
+        ("score", "layouts.json", "--scenario", "S3"),
+        ("convert", "layouts.json", "-o", "no/such/folder/x.csv"),
+        ("convert", "layouts.json", "-o", "x.yaml", "--to", "aclpp"),
+        ("report", "."),
+        ("study", "run", "missing.toml"),
+        ("methods", "nothing"),
+        (),
+    ],
+)
+def test_wrong_arguments_end_with_status_2_and_no_traceback(layout_file, arguments):
+    done = steadyload(*arguments, cwd=layout_file.parent)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_scores_as_json(layout_file):
+    done = steadyload(
+        "score", layout_file, "-m", "sme", "-m", "ps3@bullet", "--json", cwd=layout_file.parent
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    records = json.loads(done.stdout)
+    assert [(r["layout"], r["method"]) for r in records] == [
+        ("stands", "sme"), ("stands", "ps3@bullet"), ("falls", "sme"), ("falls", "ps3@bullet"),
+    ]  # fmt: skip
+    for record in records:
+        keys = {"layout", "method", "items", "score", "failing_step", "status", "seconds"}
+        assert keys <= set(record)
+        assert record["status"] == "done"
+        assert record["seconds"] > 0
+        falls = record["layout"] == "falls"
+        assert (record["failing_step"], record["score"]) == ((1, 0.5) if falls else (None, 1.0))
+
+
+def test_scores_for_people(layout_file):
+    done = steadyload("score", layout_file, cwd=layout_file.parent)
+    header, first, second = done.stdout.splitlines()
+    assert header.split()[:3] == ["layout", "method", "items"]
+    assert first.split()[:4] == ["stands", "sme", "3", "1.000"]
+    assert second.split()[:5] == ["falls", "sme", "2", "0.500", "1"]
+
+
+def test_an_invalid_layout_can_be_a_record(tmp_path):
+    content = json.loads(native(ITEM))
+    content["layouts"].append(
+        json.loads(native(ITEM | {"weight": 0}))["layouts"][0] | {"name": "B"}
+    )
+    (tmp_path / "two.json").write_text(json.dumps(content))
+    done = steadyload("score", "two.json", "--json", "--skip-invalid", cwd=tmp_path)
+    good, bad = json.loads(done.stdout)
+    assert (good["status"], bad["status"], bad["score"]) == ("done", "refused", None)
+    assert "weight is 0 kg" in bad["reason"]
+
+
+def test_a_reader_that_goes_away_is_no_error(layout_file):
+    done = subprocess.run(
+        f"{sys.executable} -m harness.cli score {layout_file} --json | head -1",
+        shell=True,
+        capture_output=True,
+        text=True,
+    )
+    assert done.stderr == ""
+
+
+def test_converting_there_and_back(layout_file, tmp_path):
+    for arguments in (("-o", "a.csv"), ("-o", "b.json", "--to", "job")):
+        assert steadyload("convert", layout_file, *arguments, cwd=tmp_path).returncode == 0
+    original = read_layouts(layout_file)
+    for name in ("a.csv", "b.json"):
+        assert [lay.items for lay in read_layouts(tmp_path / name)] == [
+            lay.items for lay in original
+        ]
+
+
+def test_a_study_from_definition_to_report(layout_file, tmp_path):
+    (tmp_path / "s.toml").write_text(
+        'layouts = ["layouts.json"]\nmethods = ["fbs", "simulation@bullet:frequency=60"]\n'
+    )
+    done = steadyload("study", "run", "s.toml", "-j", "1", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    report = steadyload("report", "runs/s", cwd=tmp_path)
+    assert report.stdout.strip() == "runs/s/report.md"
+    assert (tmp_path / "runs" / "s" / "report.md").read_text().startswith("# Study: s")
+
+
+def test_engines_leave_no_files_behind_and_keep_quiet(layout_file):
+    before = sorted(p.name for p in layout_file.parent.iterdir())
+    done = steadyload(
+        *("score", layout_file, "-m", "ps3@bullet", "-m", "ps3@mujoco", "-m", "ps3@dart", "--json"),
+        cwd=layout_file.parent,
+    )
+    assert done.stderr == ""
+    json.loads(done.stdout)
+    assert sorted(p.name for p in layout_file.parent.iterdir()) == before
+
+
+def test_real_schedules_score_twice_the_same(aclpp_files, tmp_path):
+    command = (
+        *("score", *aclpp_files[:2], "-m", "sme", "-m", "ps_opt-paper@mujoco", "--json"),
+        *("--max-items", 12, "--scenario", "S1", "--limit", 20),
+    )
+    runs = [json.loads(steadyload(*command, cwd=tmp_path).stdout) for _ in range(2)]
+    scores = [[(r["layout"], r["method"], r["score"]) for r in run] for run in runs]
+    assert len(scores[0]) == 40
+    assert scores[0] == scores[1]
+    assert all(r["status"] == "done" for r in runs[0])

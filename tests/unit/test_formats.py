@@ -1,0 +1,305 @@
+"""Every reader on real-shaped files, and every kind of bad file."""
+
+import csv
+import io
+import json
+import math
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from harness.layouts import Item, Layout, LayoutError, Pallet
+from harness.layouts.formats import (
+    Format,
+    FormatError,
+    Refused,
+    read_layouts,
+    scan_layouts,
+    write_layouts,
+)
+
+SCHEMA = Path(__file__).resolve().parents[2] / "docs" / "layouts.schema.json"
+
+
+@pytest.fixture
+def layouts():
+    pallet = Pallet(120.0, 100.5, 80.0)
+    first = Layout(
+        "first, with a comma",
+        pallet,
+        (
+            Item(0, (0.0, 0.0, 0.0), (10.0, 20.0, 30.0), 1.25, (0.1, -0.2, 1 / 3), 'a "box"'),
+            Item(1, (0.0, 20.0, 0.0), (10.0, 5.0, 30.0), 2.0),
+        ),
+    )
+    return [first, Layout("second", pallet, (Item(0, (1.0, 0.0, 2.0), (3.0, 4.0, 5.0), 6.0),))]
+
+
+def native(**changes):
+    entry = {
+        "sequence": 0,
+        "name": "box",
+        "position": [0, 0, 0],
+        "size": [10, 10, 10],
+        "weight": 1,
+    }
+    layout = {
+        "name": "A",
+        "pallet": {"width": 100, "height": 100, "depth": 100},
+        "items": [entry | changes],
+    }
+    return {"format": "steadyload-layouts", "version": 1, "layouts": [layout]}
+
+
+# The published benchmark's form, written down from its description, fields that do not matter too.
+JOB = {
+    "ulds": [
+        {
+            "placedItems": [
+                {
+                    "itemLabel": "item-7",
+                    "shipmentLabel": "s1",
+                    "loadCapacity": 100000,
+                    "rotationAxes": [0, 1, 2],
+                    "priority": 0,
+                    "weight": 30,
+                    "x": 5,
+                    "y": 12,
+                    "z": 0,
+                    "sequence": 1,
+                    "shape": {
+                        "shapeType": "Box", "width": 9, "height": 4, "depth": 3, "volume": 108
+                    },
+                    "centerOfMass": {"x": 0.5, "y": -0.25, "z": 0},
+                },
+                {
+                    "itemLabel": "item-3",
+                    "weight": 40,
+                    "x": 5,
+                    "y": 0,
+                    "z": 0,
+                    "sequence": 0,
+                    "shape": {
+                        "shapeType": "Box", "width": 9, "height": 12, "depth": 3, "volume": 324
+                    },
+                    "centerOfMass": {"x": 0, "y": 0, "z": 0},
+                },
+            ],
+            "id": 1,
+            "properties": {"width": 30, "depth": 20, "maxHeight": 40, "uldType": "pallet"},
+        }
+    ],
+    "assessmentCriteria": ["LoadingStability"],
+    "label": "Data_2_Ulds_scenario_2a_H1_Class_1_Instance_0_ULD_1",
+}  # fmt: skip
+
+ACLPP = """\
+flights:
+  X1:
+    aircraft_type: md11f
+segments:
+  X1-FRA:
+    built_ulds:
+      pmc_F_ld-14:
+        finish: 1
+        loaded:
+        - {height: 91, lat: 173, lng: 151, piece: p0, shipment: s0, start_height: 0,
+           start_lat: 44, start_lng: 10}
+        - {height: 20, lat: 100, lng: 50, piece: p1, shipment: s0, start_height: 93,
+           start_lat: 44, start_lng: 10}
+        uld_type: pmc_F_ld
+    shipments:
+      s0:
+        pieces:
+          p0: {weight: 39.5}
+          p1: {weight: 7}
+"""
+
+
+def write(path, content):
+    path.write_text(content if isinstance(content, str) else json.dumps(content))
+    return path
+
+
+@pytest.mark.parametrize("kind", [Format.NATIVE, Format.CSV, Format.JOB])
+def test_a_round_trip_is_exact(tmp_path, layouts, kind):
+    if kind is Format.JOB:
+        layouts = layouts[:1]
+    write_layouts(tmp_path / "file", layouts, kind)
+    back = read_layouts(tmp_path / "file")
+    assert [lay.name for lay in back] == [lay.name for lay in layouts]
+    assert [lay.items for lay in back] == [lay.items for lay in layouts]
+    assert [lay.pallet for lay in back] == [lay.pallet for lay in layouts]
+
+
+def test_written_files_follow_the_published_schema(tmp_path, layouts):
+    write_layouts(tmp_path / "file", layouts, Format.NATIVE)
+    jsonschema.validate(json.loads((tmp_path / "file").read_text()), json.loads(SCHEMA.read_text()))
+
+
+def test_the_schema_refuses_what_the_reader_refuses():
+    schema = json.loads(SCHEMA.read_text())
+    jsonschema.validate(native(), schema)
+    for changes in ({"weight": 0}, {"size": [1, 2]}, {"sequence": -1}, {"weight": "1"}):
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate(native(**changes), schema)
+
+
+def test_job_files_keep_axes_and_sequence(tmp_path):
+    (layout,) = read_layouts(write(tmp_path / "any.name", JOB))
+    assert layout.name == JOB["label"]
+    assert layout.pallet == Pallet(width=30.0, height=40.0, depth=20.0)
+    assert [i.name for i in layout.items] == ["item-3", "item-7"]
+    assert layout.items[1].position == (5.0, 12.0, 0.0)
+    assert layout.items[1].size == (9.0, 4.0, 3.0)
+    assert layout.items[1].mass_offset == (0.5, -0.25, 0.0)
+    assert layout.items[1].weight == 30.0
+
+
+def test_aclpp_files_turn_their_axes_and_find_their_weights(tmp_path):
+    (layout,) = read_layouts(write(tmp_path / "schedule.yaml", ACLPP))
+    assert layout.name == "X1-FRA/pmc_F_ld-14"
+    assert layout.pallet == Pallet(width=405.0, height=153.0, depth=243.0)
+    first, second = layout.items
+    assert (first.position, first.size) == ((44.0, 0.0, 10.0), (173.0, 91.0, 151.0))
+    assert (first.weight, second.weight) == (39.5, 7.0)
+
+
+def test_snapping_closes_small_gaps_only_when_asked(tmp_path):
+    gap = ACLPP.replace("start_height: 93", "start_height: 91.3")
+    path = write(tmp_path / "schedule.yaml", gap)
+    assert read_layouts(path)[0].items[1].position[1] == 91.3
+    assert read_layouts(path, snap_gap=0.5)[0].items[1].position[1] == 91.0
+    assert read_layouts(path, snap_gap=0.2)[0].items[1].position[1] == 91.3
+
+
+def test_csv_columns_come_in_any_order_and_offsets_may_be_left_out(tmp_path):
+    columns = (
+        "weight,layout,sequence,x,y,z,width,height,depth,pallet_depth,pallet_height,pallet_width"
+    )
+    path = write(tmp_path / "a.csv", f"{columns}\n5,A,0,1,0,2,3,4,5,60,70,80\n")
+    (layout,) = read_layouts(path)
+    assert layout.pallet == Pallet(80.0, 70.0, 60.0)
+    assert layout.items == (Item(0, (1.0, 0.0, 2.0), (3.0, 4.0, 5.0), 5.0),)
+
+
+def test_an_excel_file_with_a_byte_order_mark_is_read(tmp_path, layouts):
+    write_layouts(tmp_path / "a", layouts, Format.CSV)
+    text = (tmp_path / "a").read_text()
+    (tmp_path / "b").write_text(text.replace("\n", "\r\n"), encoding="utf-8-sig")
+    assert [lay.items for lay in read_layouts(tmp_path / "b")] == [lay.items for lay in layouts]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"weight": math.nan}, 'layout "A": item 0 "box": weight is nan kg'),
+        ({"weight": -1}, "weight is -1 kg"),
+        ({"weight": "7"}, "weight is '7'; allowed: a number"),
+        ({"weight": True}, "weight is True; allowed: a number"),
+        ({"weight": None}, "weight is missing"),
+        ({"weight": 10**400}, "weight is inf kg"),
+        ({"size": [0, 1, 1]}, "width is 0 cm"),
+        ({"size": [1, 1]}, "size is [1, 1]; allowed: a list of three numbers"),
+        ({"position": "origin"}, "position is 'origin'"),
+        ({"position": [95, 0, 0]}, "allowed: inside the pallet's contour"),
+        ({"sequence": 1}, "sequence 0 is missing"),
+        ({"sequence": "first"}, "sequence is 'first'"),
+        ({"mass_offset": [9, 0, 0]}, "centre-of-mass offset x is 9 cm"),
+    ],
+)
+def test_a_bad_value_is_named_with_its_place(tmp_path, changes, message):
+    path = write(tmp_path / "bad.json", native(**changes))
+    with pytest.raises(LayoutError) as caught:
+        read_layouts(path)
+    assert message in str(caught.value)
+    assert str(path) in str(caught.value)
+    assert "allowed" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", "is empty"),
+        ("hello", "is in no known format"),
+        ("\0\1\2", "is in no known format"),
+        ('{"format": "steadyload-layouts", "version": 1, "lay', "is not valid JSON"),
+        ("{}", "is JSON of another kind"),
+        ('{"format": "steadyload-layouts", "version": 2, "layouts": []}', "has version 2"),
+        ('{"format": "steadyload-layouts", "version": 1, "layouts": 3}', "allowed: a list"),
+        ('{"ulds": {}}', "allowed: a list"),
+        ('{"ulds": [{"properties": 3}]}', "allowed: an object"),
+        ("layout,sequence\nA,0\n", "lacks the CSV column"),
+        ("flights:\n  a: [1, 2\n", "is not valid YAML"),
+        ("flights:\n  a: 1\n", "segments is missing"),
+        (ACLPP.replace("uld_type: pmc_F_ld", "uld_type: pmc"), "uld_type is 'pmc'"),
+        (ACLPP[: ACLPP.index("          p1:")], "states no weight for shipment 's0', piece 'p1'"),
+        ("{" + '"a":{' * 100_000, "nested too deeply"),
+    ],
+)
+def test_a_file_that_is_not_one_is_refused_in_a_sentence(tmp_path, content, message):
+    path = write(tmp_path / "file", content)
+    with pytest.raises(FormatError) as caught:
+        read_layouts(path)
+    assert message in str(caught.value)
+    assert str(path) in str(caught.value)
+
+
+def test_every_truncation_of_every_format_is_refused_or_whole(tmp_path, layouts):
+    """A cut-off file never yields a shorter layout without a word."""
+    texts = [json.dumps(JOB), ACLPP]
+    for kind in (Format.NATIVE, Format.CSV):
+        write_layouts(tmp_path / "whole", layouts, kind)
+        texts.append((tmp_path / "whole").read_text())
+    silent = 0
+    for text in texts[:3]:
+        for length in range(1, len(text.rstrip()) - 1, 7):
+            path = write(tmp_path / "cut", text[:length])
+            try:
+                read = read_layouts(path)
+            except LayoutError:
+                continue
+            silent += len(read)
+    assert silent == 0
+    # CSV has no end mark: a cut inside a row is seen, a cut after a row cannot be.
+    rows = list(csv.reader(io.StringIO(texts[3])))
+    path = write(tmp_path / "cut", texts[3][: texts[3].rindex(",")])
+    with pytest.raises(FormatError, match=f"allowed: {len(rows[0])}"):
+        read_layouts(path)
+
+
+def test_a_bad_shape_type_is_refused(tmp_path):
+    job = json.loads(json.dumps(JOB))
+    job["ulds"][0]["placedItems"][0]["shape"]["shapeType"] = "Cylinder"
+    with pytest.raises(LayoutError, match="shape is 'Cylinder'; allowed: 'Box'"):
+        read_layouts(write(tmp_path / "job.json", job))
+
+
+def test_an_invalid_layout_among_others_can_be_skipped(tmp_path):
+    content = native()
+    content["layouts"] += native(weight=-1)["layouts"]
+    content["layouts"][1]["name"] = "B"
+    good, bad = scan_layouts(write(tmp_path / "two.json", content))
+    assert isinstance(good, Layout)
+    assert isinstance(bad, Refused)
+    assert bad.name == "B"
+
+
+def test_a_name_that_stands_twice_is_refused(tmp_path):
+    content = native()
+    content["layouts"] *= 2
+    with pytest.raises(LayoutError, match="name stands there twice"):
+        read_layouts(write(tmp_path / "two.json", content))
+
+
+def test_aclpp_cannot_be_written(tmp_path, layouts):
+    with pytest.raises(FormatError, match="cannot be written as aclpp"):
+        write_layouts(tmp_path / "x", layouts, Format.ACLPP)
+    assert not list(tmp_path.iterdir())
+
+
+def test_all_real_schedules_are_read(aclpp_files):
+    layouts = [lay for file in aclpp_files for lay in read_layouts(file)]
+    assert len(layouts) == 700
+    assert len({lay.name for lay in layouts}) == 700

@@ -1,0 +1,65 @@
+"""Intervals and agreement against values known from elsewhere."""
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from harness.studies.metrics import agreement, mean, outcomes, share
+
+
+@pytest.mark.parametrize(
+    ("hits", "n", "low", "high"),
+    # statsmodels.stats.proportion.proportion_confint(method="wilson")
+    [(0, 10, 0.0, 0.277533), (10, 10, 0.722467, 1.0), (81, 263, 0.255262, 0.366203)],
+)
+def test_wilson(hits, n, low, high):
+    estimate = share(hits, n)
+    assert (estimate.value, estimate.n) == (hits / n, n)
+    assert (estimate.low, estimate.high) == pytest.approx((low, high), abs=2e-4)
+
+
+def test_a_share_of_nothing_is_not_a_number():
+    assert math.isnan(share(0, 0).value)
+    assert math.isnan(mean([]).value)
+
+
+def test_the_bootstrap_covers_like_the_normal_law():
+    values = np.random.default_rng(1).normal(5.0, 2.0, 400)
+    estimate = mean(values)
+    half = 1.96 * values.std() / math.sqrt(400)
+    assert estimate.value == pytest.approx(values.mean())
+    assert estimate.low == pytest.approx(values.mean() - half, abs=0.1 * half)
+    assert estimate.high == pytest.approx(values.mean() + half, abs=0.1 * half)
+    assert mean(values) == estimate
+
+
+def frame(said):
+    """Rows from {method: [failing step, None for stable, or a status]} on layouts of 5 items."""
+    rows = []
+    for method, answers in said.items():
+        for index, answer in enumerate(answers):
+            done = not isinstance(answer, str)
+            rows.append(
+                {
+                    "layout": f"L{index}",
+                    "scenario": "S1",
+                    "method": method,
+                    "repetition": 0,
+                    "item_count": 5,
+                    "status": "done" if done else answer,
+                    "failing_step": answer if done else None,
+                }
+            )
+    table = pd.DataFrame(rows)
+    return table.astype({"failing_step": "Int32", "item_count": "Int32"})
+
+
+def test_agreement_compares_failing_steps_and_a_missing_verdict_agrees_with_nothing():
+    said = outcomes(frame({"a": [0, None, 3, "diverged", 4], "b": [0, None, 2, "diverged", None]}))
+    assert said["a"].tolist()[:3] == [0, 5, 3]
+    assert agreement(said, "a", "b").value == 0.4
+    assert agreement(said, "b", "a") == agreement(said, "a", "b")
+    # Even with itself: four of five verdicts exist.
+    assert agreement(said, "a", "a").value == 0.8

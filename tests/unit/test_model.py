@@ -1,0 +1,111 @@
+"""Layouts refuse what cannot be, and say where and what is allowed."""
+
+import math
+from dataclasses import FrozenInstanceError
+
+import numpy as np
+import pytest
+
+from harness.layouts import Item, Layout, LayoutError, Pallet
+
+PALLET = Pallet(100.0, 50.0, 100.0)
+
+
+def item(sequence=0, position=(0.0, 0.0, 0.0), size=(10.0, 10.0, 10.0), weight=1.0, **more):
+    return Item(sequence, position, size, weight, **more)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"sequence": -1}, "sequence is -1"),
+        ({"sequence": True}, "sequence is True"),
+        ({"position": (math.nan, 0.0, 0.0)}, "position x is nan"),
+        ({"position": (0.0, math.inf, 0.0)}, "position y is inf"),
+        ({"size": (0.0, 10.0, 10.0)}, "width is 0 cm"),
+        ({"size": (10.0, -5.0, 10.0)}, "height is -5 cm"),
+        ({"size": (10.0, 10.0, math.nan)}, "depth is nan cm"),
+        ({"weight": 0.0}, "weight is 0 kg"),
+        ({"weight": math.inf}, "weight is inf kg"),
+        ({"mass_offset": (5.1, 0.0, 0.0)}, "offset x is 5.1 cm; allowed: inside the item, -5 to 5"),
+        ({"mass_offset": (0.0, 0.0, math.nan)}, "offset z is nan"),
+    ],
+)
+def test_an_impossible_item_is_refused(values, message):
+    with pytest.raises(LayoutError, match="allowed") as caught:
+        item(**values)
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("side", [0.0, -1.0, math.nan, math.inf])
+def test_an_impossible_pallet_is_refused(side):
+    with pytest.raises(LayoutError, match="pallet height"):
+        Pallet(10.0, side, 10.0)
+
+
+def test_a_layout_without_items_is_refused():
+    with pytest.raises(LayoutError, match='layout "a": has no items'):
+        Layout("a", PALLET, ())
+
+
+def test_a_duplicate_in_the_sequence_is_refused():
+    items = (item(0), item(1, (20.0, 0.0, 0.0)), item(1, (40.0, 0.0, 0.0)))
+    with pytest.raises(LayoutError, match="sequence 1 stands there twice"):
+        Layout("a", PALLET, items)
+
+
+def test_a_gap_in_the_sequence_is_refused():
+    with pytest.raises(LayoutError, match="sequence 1 is missing before 2"):
+        Layout("a", PALLET, (item(0), item(2, (20.0, 0.0, 0.0))))
+
+
+def test_overlap_is_refused_only_beyond_the_tolerance():
+    # Overlap along x by 0.02 cm, then by 0.005 cm; the stated tolerance is 0.01 cm.
+    with pytest.raises(LayoutError, match=r"item 1: overlaps item 0 by 0.02 cm"):
+        Layout("a", PALLET, (item(0), item(1, (9.98, 0.0, 0.0))))
+    Layout("a", PALLET, (item(0), item(1, (9.995, 0.0, 0.0))))
+
+
+def test_overlap_is_found_between_far_blocks():
+    # More items than the block in which pairs are compared; only the first and last overlap.
+    row = [item(k, (float(k), 0.0, 0.0), (1.0, 1.0, 1.0)) for k in range(300)]
+    last = item(300, (0.5, 0.0, 0.0), (0.5, 1.0, 1.0))
+    with pytest.raises(LayoutError, match="item 300: overlaps item 0"):
+        Layout("a", Pallet(300.0, 10.0, 10.0), (*row, last))
+
+
+@pytest.mark.parametrize(
+    ("position", "message"),
+    [
+        ((91.0, 0.0, 0.0), "x = 91 to 101 cm; allowed: inside the pallet's contour, 0 to 100"),
+        ((0.0, 41.0, 0.0), "y = 41 to 51 cm"),
+        ((0.0, 0.0, -0.5), "z = -0.5 to 9.5 cm"),
+    ],
+)
+def test_an_item_outside_the_contour_is_refused(position, message):
+    with pytest.raises(LayoutError) as caught:
+        Layout("a", PALLET, (item(0, position),))
+    assert message in str(caught.value)
+
+
+def test_items_come_in_loading_order_and_nothing_can_be_changed():
+    layout = Layout("a", PALLET, (item(1, (20.0, 0.0, 0.0)), item(0)))
+    assert [i.sequence for i in layout.items] == [0, 1]
+    with pytest.raises(FrozenInstanceError):
+        layout.name = "b"  # type: ignore[misc]
+    with pytest.raises(ValueError, match="read-only"):
+        layout.lower[0, 0] = 1.0
+    assert layout.first(1).items == layout.items[:1]
+
+
+def test_the_content_hash_sees_everything_but_names():
+    base = Layout("a", PALLET, (item(0),))
+    assert base.content_hash() == Layout("b", PALLET, (item(0, name="x"),)).content_hash()
+    others = [
+        Layout("a", Pallet(100.0, 50.0, 99.0), (item(0),)),
+        Layout("a", PALLET, (item(0, weight=2.0),)),
+        Layout("a", PALLET, (item(0, position=(1.0, 0.0, 0.0)),)),
+        Layout("a", PALLET, (item(0, size=(10.0, 10.0, 9.0)),)),
+        base.with_mass_offsets(np.array([[1.0, 0.0, 0.0]])),
+    ]
+    assert len({lay.content_hash() for lay in [base, *others]}) == len(others) + 1

@@ -1,0 +1,123 @@
+"""Pages: what they must say, and that the same rows give the same bytes."""
+
+import re
+
+import matplotlib.image
+import pytest
+
+from harness.studies.comparison import compare
+from harness.studies.definition import load_study
+from harness.studies.engine_table import engine_records
+from harness.studies.runner import run_study
+from reports.engines_page import engines_markdown
+from reports.pages import write_page
+from reports.records import Estimate, MethodKey
+from reports.study_page import study_page
+from reports.style import colour, marker
+from reports.tables import markdown_table, milliseconds, percent, significant
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A finished study with a static method and one tuning on three engines."""
+    from importlib import resources
+
+    folder = tmp_path_factory.mktemp("study")
+    shipped = resources.files("harness.studies.embedded").joinpath("layouts.json").read_bytes()
+    (folder / "layouts.json").write_bytes(shipped)
+    (folder / "study.toml").write_text(
+        'name = "small"\nlayouts = ["layouts.json"]\nlimit = 6\nscenarios = ["S1", "S2b"]\n'
+        'methods = ["sme", "ps_opt-paper@bullet", "ps_opt-paper@mujoco", "ps_opt-paper@dart"]\n'
+    )
+    run_study(load_study(folder / "study.toml"), folder / "run")
+    return folder / "run"
+
+
+def test_a_page_names_engines_settings_and_what_was_ignored(run, tmp_path):
+    text = write_page(study_page(compare(run)), tmp_path).read_text()
+    tuning = text.partition("## The same tuning on every engine")[2].partition("\n## ")[0]
+    rows = {line.split("|")[1].strip(): line for line in tuning.splitlines() if "|" in line}
+    assert set(rows) >= {"bullet", "mujoco", "dart"}
+    assert "restitution, broad_phase" in rows["mujoco"]
+    assert "margin, broad_phase" in rows["dart"]
+    assert rows["bullet"].rstrip(" |").endswith("-")
+    assert "eps_t 22" in tuning
+    assert "## Made with" in text
+    assert "mujoco" in text.partition("## Made with")[2]
+
+
+def test_every_picture_of_a_page_is_there_and_not_blank(run, tmp_path):
+    text = write_page(study_page(compare(run)), tmp_path).read_text()
+    pictures = re.findall(r"!\[.*?\]\((.*?)\)", text)
+    assert len(pictures) >= 3
+    for name in pictures:
+        image = matplotlib.image.imread(tmp_path / name)
+        assert min(image.shape[:2]) > 100
+        assert image[..., :3].std() > 0.01
+
+
+def test_the_same_rows_give_the_same_bytes(run, tmp_path):
+    for folder in ("one", "two"):
+        write_page(study_page(compare(run)), tmp_path / folder)
+    files = sorted(p.relative_to(tmp_path / "one") for p in (tmp_path / "one").rglob("*.*"))
+    assert files
+    for name in files:
+        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
+
+
+def test_the_comparison_counts_by_hand(run):
+    from harness.studies.results import load_results
+
+    comparison = compare(run)
+    frame = load_results(run)
+    assert (comparison.cases, comparison.layouts, comparison.scenarios) == (12, 6, ("S1", "S2b"))
+    pair = frame.pivot(index=["layout", "scenario"], columns="method", values="score")
+    same = (pair["ps_opt-paper@bullet"] == pair["ps_opt-paper@mujoco"]).mean()
+    titles = [m.spec for m in comparison.matrix.methods]
+    i, j = titles.index("ps_opt-paper@bullet"), titles.index("ps_opt-paper@mujoco")
+    assert comparison.matrix.shares[i][j].value == pytest.approx(same)
+    (tuning,) = comparison.tunings
+    assert tuning.agreement["bullet", "mujoco"].value == pytest.approx(same)
+    disputed = (pair.nunique(axis=1) > 1).sum()
+    assert comparison.disputed == disputed
+
+
+def test_the_engine_page_states_every_answer():
+    text = engines_markdown(engine_records())
+    table = {
+        line.split("|")[1].strip(): [c.strip() for c in line.split("|")[2:-1]]
+        for line in text.splitlines()
+        if line.startswith("|")
+    }
+    assert table["setting"][:3] == ["bullet", "mujoco", "dart"]
+    assert table["margin"][:3] == ["honoured", "emulated", "ignored"]
+    assert table["restitution"][1] == "emulated on request"
+
+
+def test_the_published_engine_page_is_up_to_date():
+    from pathlib import Path
+
+    page = Path(__file__).parents[2] / "docs" / "engines.md"
+    assert page.read_text() == engines_markdown(engine_records()) + "\n"
+
+
+def test_numbers_read_the_same_everywhere():
+    assert percent(Estimate(0.8356, 0.81, 0.859, 900)) == "83.6 [81.0, 85.9]"
+    assert percent(None) == percent(Estimate(float("nan"), 0, 0, 0)) == "-"
+    assert milliseconds(Estimate(0.01234, 0.012, 0.0131, 9)) == "0.0123 [0.0120, 0.0131]"
+    assert [significant(v) for v in (1234.5, 12.345, 0.0012345, 0.0)] == [
+        "1234", "12.3", "0.00123", "0",
+    ]  # fmt: skip
+
+
+def test_a_table_escapes_what_would_break_it():
+    table = markdown_table(("a", "b"), [("x|y", "1\n2")])
+    assert table.splitlines()[2] == "| x\\|y | 1 2 |"
+    assert len({len(line) for line in table.splitlines()}) == 1
+
+
+def test_style_is_fixed_by_method_and_engine():
+    known = MethodKey("PS_3", "ps3@bullet", "ps3", "bullet")
+    assert (colour(known), marker(known)) == ("#1f77b4", "s")
+    unknown = MethodKey("X", "x@y", "x", "y")
+    assert (colour(unknown), marker(unknown)) == (colour(unknown), marker(unknown))

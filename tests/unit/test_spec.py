@@ -1,0 +1,94 @@
+"""Spec strings parse, print back, and complain with the nearest name."""
+
+import pytest
+
+from harness.methods import make_method
+from harness.methods.registry import method_listing, presets
+from harness.methods.spec import SpecError, parse_spec
+
+
+@pytest.mark.parametrize(
+    ("text", "canonical"),
+    [
+        ("fbs", "fbs"),
+        (" pbs:alpha=0.70 ", "pbs:alpha=0.7"),
+        ("ps3@bullet", "ps3@bullet"),
+        ("ps3@mujoco:samples=1,t_max=0.2", "ps3@mujoco:t_max=0.2,samples=1"),
+        ("simulation@dart:t_max=300ms,eps_t=0.22m", "simulation@dart:t_max=0.3,eps_t=22"),
+        ("simulation@dart:margin=0.4mm", "simulation@dart:margin=0.0004"),
+        ("simulation@dart:frequency=1kHz,eps_r=7deg", "simulation@dart:frequency=1000,eps_r=7"),
+        ("simulation@mujoco:emulate=restitution", "simulation@mujoco:emulate=restitution"),
+        ("ps3@bullet:broad_phase=none", "ps3@bullet:broad_phase=none"),
+    ],
+)
+def test_a_spec_prints_back_in_canonical_form(text, canonical):
+    spec = make_method(text).spec
+    assert str(spec) == canonical
+    assert str(make_method(canonical).spec) == canonical
+    assert make_method(canonical).parameters == make_method(text).parameters
+
+
+def test_every_parameter_of_table_3_is_there_with_its_value():
+    p = make_method("ps_opt-paper@bullet").parameters
+    assert (p.eps_t, p.eps_r, p.t_max, p.frequency) == (22, 7, 0.3, 90)  # cm, degrees, s, Hz
+    assert (p.restitution, p.friction, p.linear_damping, p.angular_damping) == (
+        0.11,
+        0.5,
+        0.06,
+        0.01,
+    )
+    assert (p.margin, p.broad_phase) == (0.006, "dbvt")
+
+
+def test_presets_can_be_overridden():
+    base = make_method("ps3@bullet").parameters
+    carried = make_method("ps3@bullet:between_steps=carry").parameters
+    assert (base.between_steps, carried.between_steps) == ("reseat", "carry")
+    assert base.t_max == carried.t_max == 0.4
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "is not of the form"),
+        ("fbs:", ""),
+        ("sm", "unknown method 'sm'; did you mean 'sme'?"),
+        ("ps3", "needs an engine"),
+        ("sme@bullet", "needs no engine"),
+        ("ps3@bulet", "unknown engine 'bulet'; did you mean 'bullet'?"),
+        ("pbs:alfa=0.5", "unknown parameter 'alfa'; did you mean 'alpha'?"),
+        ("pbs:alpha=1.5", "alpha is 1.5; allowed: 0 to 1"),
+        ("pbs:alpha=nan", "allowed: a finite number"),
+        ("pbs:alpha=half", "alpha is 'half'"),
+        ("pbs:alpha=", "is not of the form key=value"),
+        ("pbs:alpha=0.5,alpha=0.6", "alpha stands there twice"),
+        ("fbs:alpha=1", "unknown parameter 'alpha'"),
+        ("ps3@bullet:frequency=0", "frequency is 0; allowed: 1 to"),
+        ("ps3@bullet:t_max=3cm", "allowed units: s, ms"),
+        ("ps3@bullet:samples=1.5", "a whole number"),
+        ("ps3@bullet:criterion=papr", "did you mean 'paper'?"),
+        ("ps3@bullet:broad_phase=octree", "simple"),
+        ("ps3@mujoco:emulate=restution", "did you mean 'restitution'?"),
+    ],
+)
+def test_a_wrong_spec_says_what_is_allowed(text, message):
+    if not message:
+        assert str(make_method(text).spec) == "fbs"
+        return
+    with pytest.raises(SpecError) as caught:
+        make_method(text)
+    assert message in str(caught.value)
+
+
+def test_parsing_knows_nothing_of_methods():
+    assert str(parse_spec("anything@anywhere:a=1")) == "anything@anywhere:a=1"
+
+
+def test_the_listing_explains_every_parameter():
+    listing = {m.name: m for m in method_listing()}
+    assert set(presets()) < set(listing)
+    for method in listing.values():
+        assert method.about
+        assert all(p.about and p.allowed for p in method.parameters)
+    table = {p.name: p for p in listing["ps_opt-paper"].parameters}
+    assert (table["eps_t"].value, table["eps_t"].unit) == ("22", "cm")

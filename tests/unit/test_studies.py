@@ -1,0 +1,196 @@
+"""Studies: definitions, resuming, equal rows from every executor."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from harness.layouts.formats import Format, write_layouts
+from harness.methods import Status
+from harness.methods.registry import make_method
+from harness.methods.spec import SpecError
+from harness.studies.definition import StudyError, load_study
+from harness.studies.results import SCHEMA, ResultsError, load_manifest, load_results
+from harness.studies.runner import judge, run_study
+
+STUDY = """
+name = "small"
+layouts = ["layouts.json"]
+scenarios = ["S1", "S2b"]
+seed = 3
+shard_size = 2
+methods = ["fbs", "sme", "simulation@mujoco:frequency=90"]
+"""
+
+
+@pytest.fixture
+def study_file(tmp_path, stack):
+    layouts = [stack(0.0, 3.0).renamed("a"), stack(0.0, 6.0, 0.0).renamed("b"), stack(0.0)]
+    write_layouts(tmp_path / "layouts.json", layouts, Format.NATIVE)
+    (tmp_path / "study.toml").write_text(STUDY)
+    return tmp_path / "study.toml"
+
+
+def verdicts(directory):
+    frame = load_results(directory)
+    return frame.drop(columns=[c for c in frame if c.startswith(("cpu_", "wall_"))])
+
+
+def test_a_study_gives_one_row_per_case_and_method(study_file, tmp_path):
+    seen = []
+    computed = run_study(
+        load_study(study_file), tmp_path / "run", progress=lambda *at: seen.append(at)
+    )
+    frame = load_results(tmp_path / "run")
+    assert computed == len(frame) == 3 * 2 * 3
+    assert list(frame.columns) == SCHEMA.names
+    assert seen[0] == (0, 18)
+    assert seen[-1] == (18, 18)
+    fbs = frame[(frame["method"] == "fbs") & (frame["scenario"] == "S1")].set_index("layout")
+    assert fbs["failing_step"].isna().to_dict() == {"a": False, "b": False, "stack": True}
+    assert fbs["score"].to_dict() == {"a": 0.5, "b": 1 / 3, "stack": 1.0}
+    assert (frame["status"] == "done").all()
+    manifest = load_manifest(tmp_path / "run")
+    assert manifest["finished"]
+    assert manifest["study"]["seed"] == 3
+    assert str(tmp_path) not in (tmp_path / "run" / "manifest.json").read_text()
+    # The same rows, read by pandas alone.
+    assert len(pd.read_parquet(tmp_path / "run" / "results")) == 18
+
+
+def test_processes_give_the_rows_of_one(study_file, tmp_path):
+    study = load_study(study_file)
+    run_study(study, tmp_path / "one")
+    run_study(study, tmp_path / "two", workers=2)
+    pd.testing.assert_frame_equal(verdicts(tmp_path / "one"), verdicts(tmp_path / "two"))
+
+
+def test_a_second_run_computes_only_what_is_missing(study_file, tmp_path):
+    study, run = load_study(study_file), tmp_path / "run"
+    run_study(study, run)
+    assert run_study(study, run) == 0
+    next((run / "results").glob("*.parquet")).unlink()
+    assert run_study(study, run) == 2
+    assert run_study(study, run, rerun=True) == 18
+
+
+def test_a_changed_method_or_layout_counts_as_missing(study_file, tmp_path, stack):
+    run = tmp_path / "run"
+    run_study(load_study(study_file), run)
+    study_file.write_text(STUDY.replace('"sme"', '"pbs0.5"'))
+    assert run_study(load_study(study_file), run) == 6
+    assert set(load_results(run)["method"]) == {"fbs", "pbs0.5", "simulation@mujoco:frequency=90"}
+    write_layouts(tmp_path / "layouts.json", [stack(0.0, 2.0)], Format.NATIVE)
+    assert run_study(load_study(study_file), run) == 6
+    assert len(load_results(run)) == 6
+
+
+def test_changed_code_counts_as_missing(study_file, tmp_path, monkeypatch):
+    study, run = load_study(study_file), tmp_path / "run"
+    run_study(study, run)
+    monkeypatch.setattr("harness.studies.runner.code_fingerprint", lambda: "another")
+    assert run_study(study, run) == 18
+    assert len(load_results(run)) == 18
+
+
+def test_a_study_that_was_killed_resumes_to_the_same_table(tmp_path):
+    """SIGKILL in the middle: nothing half-written, no orphans, and the rest is computed later."""
+    command = [sys.executable, "-m", "harness.cli", "study", "run", str(tmp_path / "study.toml")]
+    (tmp_path / "study.toml").write_text(
+        'name = "killed"\nshard_size = 1\nmax_items = 6\nlimit = 12\nlayouts = ["layouts.json"]\n'
+        'methods = ["ps3@mujoco", "ps_opt-paper@bullet"]\nscenarios = ["S1"]\n'
+    )
+    shipped = Path(__file__).parents[2] / "harness" / "studies" / "embedded" / "layouts.json"
+    (tmp_path / "layouts.json").write_bytes(shipped.read_bytes())
+    run = tmp_path / "run"
+    process = subprocess.Popen([*command, "-o", str(run), "-j", "2"])
+    deadline = time.monotonic() + 60
+    while not list(run.glob("results/*.parquet")) and time.monotonic() < deadline:
+        time.sleep(0.005)
+    children = subprocess.run(
+        ["ps", "--ppid", str(process.pid), "-o", "pid="], capture_output=True, text=True
+    ).stdout.split()
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    done = len(load_results(run))
+    assert 0 < done < 24, "killed too early or too late to tell"
+    while any(_alive(int(pid)) for pid in children) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert not any(_alive(int(pid)) for pid in children)
+    resumed = subprocess.run([*command, "-o", str(run)], capture_output=True, text=True, check=True)
+    assert int(resumed.stdout.split()[0]) < 24
+    subprocess.run([*command, "-o", str(tmp_path / "calm"), "-j", "1"], check=True)
+    pd.testing.assert_frame_equal(verdicts(run), verdicts(tmp_path / "calm"))
+    assert not list(run.glob("results/.*"))
+
+
+def _alive(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    state = Path(f"/proc/{pid}/stat")
+    return not (state.exists() and state.read_text().rpartition(")")[2].split()[0] == "Z")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("seed = 3", "sead = 3"), "unknown key 'sead'; did you mean 'seed'?"),
+        (("seed = 3", "seed = -1"), "seed is -1; allowed: a whole number, 0 or more"),
+        (("seed = 3", "seed = true"), "seed is True"),
+        (('"S2b"', '"S3"'), "scenarios: 'S3'"),
+        (("layouts.json", "nothing-*.json"), "matches no file"),
+        (('["fbs", ', '["fbs", "fbs", '), "methods: one stands there twice"),
+        (('name = "small"', "name = "), "not valid TOML"),
+        (('methods = ["fbs"', 'methods = [3, "fbs"'), "allowed: a list of one or more texts"),
+    ],
+)
+def test_a_wrong_definition_is_refused(study_file, change, message):
+    study_file.write_text(STUDY.replace(*change))
+    with pytest.raises(StudyError) as caught:
+        load_study(study_file)
+    assert message in str(caught.value)
+    assert str(study_file) in str(caught.value)
+
+
+def test_an_unknown_method_in_a_definition_is_refused(study_file):
+    study_file.write_text(STUDY.replace('"sme"', '"smee"'))
+    with pytest.raises(SpecError, match="did you mean 'sme'"):
+        load_study(study_file)
+
+
+def test_a_folder_of_something_else_is_left_alone(study_file, tmp_path):
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "precious.txt").write_text("x")
+    with pytest.raises(ResultsError, match=r"no manifest\.json"):
+        run_study(load_study(study_file), other)
+    run_study(load_study(study_file), tmp_path / "run")
+    study_file.write_text(STUDY.replace('"small"', '"large"'))
+    with pytest.raises(ResultsError, match="holds the study 'small'"):
+        run_study(load_study(study_file), tmp_path / "run")
+    assert [p.name for p in other.iterdir()] == ["precious.txt"]
+
+
+def test_results_of_another_version_are_refused(study_file, tmp_path):
+    run_study(load_study(study_file), tmp_path / "run")
+    manifest = load_manifest(tmp_path / "run")
+    (tmp_path / "run" / "manifest.json").write_text(json.dumps(manifest | {"schema_version": 0}))
+    with pytest.raises(ResultsError, match="schema version 0"):
+        load_results(tmp_path / "run")
+
+
+def test_an_unexpected_failure_of_a_method_is_a_row(stack, monkeypatch):
+    method = make_method("sme")
+    monkeypatch.setattr(type(method), "_judge", lambda *_: 1 / 0)
+    verdict = judge(method, stack(0.0))
+    assert verdict.status is Status.ERROR
+    assert verdict.reason == "ZeroDivisionError: division by zero"
+    assert verdict.score is None
