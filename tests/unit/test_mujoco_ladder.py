@@ -19,12 +19,15 @@ H = 1 / 240
 
 def compiled(boxes):
     """A model made the ordinary way: XML, real numbers, MuJoCo's own compiler."""
+
+    def numbers(values):
+        return " ".join(repr(float(v)) for v in values)
+
     bodies = "".join(
-        f"""<body pos="{" ".join(repr(c + r) for c, r in zip(b.centre, b.mass_offset, strict=True))}">
-        <freejoint/><inertial pos="0 0 0" mass="{b.mass!r}"
-        diaginertia="{" ".join(map(repr, b.inertia))}"/>
-        <geom type="box" size="{" ".join(repr(s / 2) for s in b.size)}"
-        pos="{" ".join(repr(-r) for r in b.mass_offset)}"/></body>"""
+        f"""<body pos="{numbers(np.add(b.centre, b.mass_offset))}"><freejoint/>
+        <inertial pos="0 0 0" mass="{b.mass!r}" diaginertia="{numbers(b.inertia)}"/>
+        <geom type="box" size="{numbers(np.divide(b.size, 2))}"
+        pos="{numbers(np.negative(b.mass_offset))}"/></body>"""
         for b in boxes
     )
     model = mujoco.MjModel.from_xml_string(
