@@ -51,11 +51,12 @@ def world_class(name: str) -> type[FixedStepWorld]:
     try:
         return getattr(importlib.import_module(module), attribute)
     except ModuleNotFoundError as error:
-        if error.name and error.name.split(".")[0] in entry.packages:
-            raise EngineNotInstalledError(
-                f"engine {name!r} needs the package {error.name}: pip install {error.name}"
-            ) from error
-        raise
+        missing = (error.name or "").partition(".")[0]
+        if missing == module.partition(".")[0]:
+            raise
+        raise EngineNotInstalledError(
+            f"engine {name!r} needs the package {missing}: pip install {missing}"
+        ) from error
 
 
 def open_world(name: str, settings: WorldSettings) -> FixedStepWorld:

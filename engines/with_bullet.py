@@ -46,6 +46,7 @@ with _without_banner():
 _WARM_STARTING = 0.85
 _CONTACT_ERP = 0.2
 _ITERATIONS = 50
+_BREAKING = 0.005
 
 _FLOOR_HALF = (1000.0, 1000.0, 10.0)
 
@@ -118,6 +119,7 @@ class BulletWorld(FixedStepWorld):
             numSolverIterations=settings.solver_iterations or _ITERATIONS,
             warmStartingFactor=_WARM_STARTING,
             contactERP=_CONTACT_ERP,
+            contactBreakingThreshold=_BREAKING,
             physicsClientId=self._client,
         )
         self._bodies: list[int] = []

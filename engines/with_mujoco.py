@@ -131,6 +131,18 @@ class MujocoWorld(FixedStepWorld):
         self._rung: _Rung | None = None
         self._pending: list[Box] = []
 
+    @classmethod
+    def warm_up(cls, box_count: int) -> None:
+        """Compile the models of a ladder."""
+        ladder = _idle_ladders.pop() if _idle_ladders else _Ladder()
+        for count in range(1, box_count + 1):
+            ladder.rung(count)
+        _idle_ladders.append(ladder)
+
+    def prepare(self) -> None:
+        """Climb to the rung for all boxes added so far."""
+        self._climb()
+
     def _add(self, box: Box) -> None:
         self._pending.append(box)
 

@@ -199,7 +199,7 @@ class Velocities(NamedTuple):
 def _exact(seconds: float) -> Fraction:
     """The duration a user meant by a float: 0.3 is 3/10 and 1/90 is 1/90, not their neighbours."""
     value = Fraction(seconds)
-    simple = value.limit_denominator(1_000_000)
+    simple = value.limit_denominator(10_000_000)
     return simple if abs(float(simple) - seconds) <= 1e-14 * abs(seconds) else value
 
 
@@ -254,6 +254,10 @@ class World(Protocol):
         """Add a box at rest at its planned pose; returns its index, counted from 0."""
         ...
 
+    def prepare(self) -> None:
+        """Do now what adding boxes has put off, so that stepping is nothing but stepping."""
+        ...
+
     def stepSimulation(  # noqa: N802 - the spelling of Bullet and of the paper's Eq. 1
         self,
         timeStep: float,
@@ -300,6 +304,16 @@ class FixedStepWorld(ABC):
         self._add(box)
         self.boxes.append(box)
         return len(self.boxes) - 1
+
+    def prepare(self) -> None:
+        """See :meth:`World.prepare`. Nothing to do, unless an engine puts something off."""
+
+    @classmethod
+    def warm_up(cls, box_count: int) -> None:
+        """Make what worlds of up to ``box_count`` boxes share and keep, such as compiled models.
+
+        Never needed; it moves a cost that occurs once out of the first judgement.
+        """
 
     def stepSimulation(  # noqa: N802
         self,

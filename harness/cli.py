@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import io
 import json
+import math
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -21,7 +24,7 @@ from harness.layouts.model import LayoutError
 from harness.layouts.scenarios import Scenario
 from harness.layouts.snapping import SNAP_GAP
 from harness.methods.registry import method_listing
-from harness.methods.spec import SpecError
+from harness.methods.spec import SpecError, nearest
 from harness.studies.definition import EMBEDDED, StudyError, load_study
 from harness.studies.executors import WorkerDiedError
 from harness.studies.results import ResultsError
@@ -45,6 +48,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Returns the exit status: 0 done, 1 failed, 2 wrong input, 130 interrupted.
     """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # a name the terminal cannot show
     options = _parser().parse_args(arguments)
     try:
         options.run(options)
@@ -90,13 +96,18 @@ def _parser() -> argparse.ArgumentParser:
     score.add_argument(
         "--scenario", choices=[*Scenario], help="draw centres of mass (default: as in the file)"
     )
-    score.add_argument("--seed", type=_count, default=0, help="seed of the scenario (default: 0)")
-    score.add_argument("--max-items", type=_positive, metavar="J", help="only the first J items")
-    score.add_argument("--limit", type=_positive, metavar="N", help="only the first N layouts")
+    score.add_argument(
+        "--seed", type=_at_least(0), default=0, help="seed of the scenario (default: 0)"
+    )
+    score.add_argument("--max-items", type=_at_least(1), metavar="J", help="only the first J items")
+    score.add_argument("--limit", type=_at_least(1), metavar="N", help="only the first N layouts")
     score.add_argument(
         "--skip-invalid",
         action="store_true",
         help="record an invalid layout as refused and go on, instead of ending with status 2",
+    )
+    score.add_argument(
+        "--timeout", type=_positive, metavar="S", help="wall seconds a judgement may take"
     )
     score.add_argument("--json", action="store_true", help="print one JSON array of records")
     _add_snap(score)
@@ -120,7 +131,7 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("study", metavar="STUDY.toml", help=f"a study file, or the word {EMBEDDED!r}")
     run.add_argument("--output", "-o", type=Path, metavar="DIR", help="default: runs/NAME")
     run.add_argument(
-        "--workers", "-j", type=_positive, default=os.cpu_count() or 1, help="default: all cores"
+        "--workers", "-j", type=_at_least(1), default=os.cpu_count() or 1, help="default: all cores"
     )
     run.add_argument("--rerun", action="store_true", help="compute everything anew")
     run.set_defaults(run=_study_run)
@@ -145,7 +156,7 @@ def _add_snap(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--snap-gap",
-        type=_length,
+        type=_positive,
         default=SNAP_GAP,
         metavar="CM",
         help=f"largest gap that --snap closes (default: {SNAP_GAP:g})",
@@ -156,24 +167,22 @@ def _snap_gap(options: argparse.Namespace) -> float:
     return options.snap_gap if options.snap else 0.0
 
 
-def _count(text: str) -> int:
-    value = int(text)
-    if value < 0:
-        raise argparse.ArgumentTypeError(f"{text} is not 0 or more")
-    return value
+def _at_least(least: int) -> Callable[[str], int]:
+    def whole(text: str) -> int:
+        if not (text.isascii() and text.isdigit() and int(text) >= least):
+            raise argparse.ArgumentTypeError(f"{text!r}; allowed: a whole number, {least} or more")
+        return int(text)
+
+    return whole
 
 
-def _positive(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{text} is not 1 or more")
-    return value
-
-
-def _length(text: str) -> float:
-    value = float(text)
-    if not 0.0 < value < 1e6:
-        raise argparse.ArgumentTypeError(f"{text} is not a positive length")
+def _positive(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < 1e9:
+        raise argparse.ArgumentTypeError(f"{text!r}; allowed: a number above 0")
     return value
 
 
@@ -191,6 +200,7 @@ def _score(options: argparse.Namespace) -> None:
             limit=options.limit,
             snap_gap=_snap_gap(options),
             skip_invalid=options.skip_invalid,
+            timeout=options.timeout,
             progress=advance,
         )
     if options.json:
@@ -205,13 +215,19 @@ def _score(options: argparse.Namespace) -> None:
             "-" if r["failing_step"] is None else str(r["failing_step"]),
             r["status"],
             f"{1e3 * r['seconds']:.2f}",
-            r["reason"],
+            _why(r),
         )
         for r in records
     ]
     _print_table(
         ("layout", "method", "items", "score", "failing step", "status", "ms", "why"), rows
     )
+
+
+def _why(record: dict[str, Any]) -> str:
+    """The reason, and which settings the engine ignored: that is never silent."""
+    ignored = f"ignored: {', '.join(record['ignored'])}" if record["ignored"] else ""
+    return "; ".join(filter(None, (record["reason"], ignored)))
 
 
 def _convert(options: argparse.Namespace) -> None:
@@ -259,8 +275,8 @@ def _methods(options: argparse.Namespace) -> None:
         return
     found = {m.name: m for m in listing}.get(options.name)
     if found is None:
-        names = ", ".join(m.name for m in listing)
-        raise SpecError(f"unknown method {options.name!r}; allowed: {names}")
+        known = nearest(options.name, [m.name for m in listing])
+        raise SpecError(f"unknown method {options.name!r}; {known}")
     print(f"{found.name}: {found.about}\n")
     _print_table(
         ("parameter", "value", "unit", "allowed", "what it is"),

@@ -17,7 +17,14 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from reports.records import AgreementMatrix, MethodSummary, Scene
 from reports.style import colour, marker
 
-matplotlib.rcParams.update({"font.size": 9.0, "axes.spines.top": False, "axes.spines.right": False})
+matplotlib.rcParams.update(
+    {
+        "text.parse_math": False,  # a dollar sign in a name is a dollar sign
+        "font.size": 9.0,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+    }
+)
 
 _DPI = 150
 _PHASE_COLOURS = {"build": "#9ecae1", "step": "#3182bd", "read": "#08519c", "other": "#c7c7c7"}

@@ -135,6 +135,7 @@ class Comparison:
     uses: tuple[SettingsUse, ...]
     disagreements: tuple[Disagreement, ...]
     disputed: int
+    missing_rows: int = 0
     manifest: Mapping[str, str] = field(default_factory=dict)
 
 

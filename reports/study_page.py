@@ -28,9 +28,16 @@ def study_page(comparison: Comparison) -> Page:
         f"On {comparison.disputed} of {comparison.cases} cases at least two methods disagree.\n\n"
         "A *score* is the share of a layout's items that can be loaded one after the other before "
         "something moves too far; two methods *agree* on a case when they name the same failing "
-        "step. Brackets hold 95 % intervals: Wilson's for shares, bootstrap over cases for means. "
+        "step. Brackets hold 95 % intervals: Wilson's for shares, bootstrap for means; where "
+        "scenarios are pooled, both count layouts, not cases. A case without a verdict counts as "
+        "not stable and as no agreement; it is left out of the mean score. "
         "There are no reference labels on this page: agreement is not accuracy."
     )
+    if comparison.missing_rows:
+        summary = (
+            f"**Partial: {comparison.missing_rows} rows are still missing.** Only cases that every "
+            f"method has judged are shown; run the study again to go on.\n\n{summary}"
+        )
     sections = [
         _scores(comparison),
         *_same_tunings(comparison.tunings),
@@ -198,14 +205,14 @@ def _agreement(comparison: Comparison) -> Section:
 def _disagreements(comparison: Comparison) -> Section:
     shown = comparison.disagreements
     if not shown:
-        return Section("Where they disagree", "The simulations agree on every case.")
+        return Section("Where they disagree", "No two methods disagree on any case.")
     titles = list(shown[0].said)
     header = ("layout", "scenario", "items", *titles)
     rows = [(d.layout, d.scenario, str(d.item_count), *(d.said[t] for t in titles)) for d in shown]
     return Section(
         "Where they disagree",
-        f"The {len(shown)} cases that divide the simulations most: the failing step that each "
-        "method names, counted from 0, or *stable*.",
+        f"The {len(shown)} cases that divide the methods most (the simulations, where there are "
+        "several): the failing step that each method names, counted from 0, or *stable*.",
         [markdown_table(header, rows, left=2)],
         [
             Picture(

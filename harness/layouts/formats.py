@@ -7,19 +7,18 @@ are described in ``docs/layouts.md``, the native one also in ``docs/layouts.sche
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
 from harness.atomic import write_atomically
 from harness.layouts.model import Layout, LayoutError
 from harness.layouts.readers import read_aclpp, read_csv, read_json
-from harness.layouts.record import FormatError, Record, to_layout
+from harness.layouts.record import FormatError, Record, Refused, to_layout
 from harness.layouts.snapping import snap
 from harness.layouts.writers import as_csv, as_job, as_native
 
+_TWICE = "name stands there twice; allowed: one layout a name"
 _HEAD_BYTES = 64 * 1024
 _SIZE_CAPS = {"yaml": 8 * 1024**2, "other": 256 * 1024**2}
 """A YAML parser takes a second for 4 MB even in C; the largest real schedule is below 2 MB."""
@@ -32,14 +31,6 @@ class Format(StrEnum):
     CSV = "csv"
     JOB = "job"
     ACLPP = "aclpp"
-
-
-@dataclass(frozen=True, slots=True)
-class Refused:
-    """A layout of a readable file that is not a valid layout, with the reason."""
-
-    name: str
-    error: LayoutError
 
 
 def read_layouts(path: str | Path, *, snap_gap: float = 0.0) -> list[Layout]:
@@ -67,14 +58,18 @@ def scan_layouts(path: str | Path, *, snap_gap: float = 0.0) -> Iterator[Layout 
     names: set[str] = set()
     try:
         for record in _records(path):
+            if record.name in names:
+                raise FormatError(_TWICE, layout=record.name)
+            names.add(record.name)
             try:
-                if record.name in names:
-                    raise LayoutError("name stands there twice; allowed: one layout a name")
-                names.add(record.name)
+                if isinstance(record, Refused):
+                    raise record.error
                 layout = to_layout(record)
                 yield snap(layout, snap_gap) if snap_gap > 0.0 else layout
             except LayoutError as error:
                 yield Refused(record.name, error.located(file=str(path), layout=record.name))
+        if not names:
+            raise FormatError("holds no layouts; allowed: one or more")
     except LayoutError as error:
         raise error.located(file=str(path)) from None
 
@@ -87,15 +82,14 @@ def detect_format(head: str) -> Format | None:
     text = head.lstrip("\ufeff \t\r\n")
     if text.startswith("{"):
         return Format.NATIVE
-    first_line = text.partition("\n")[0]
-    if "sequence" in first_line and "," in first_line:
-        return Format.CSV
-    if re.match(r"(---\s*\n)?(#[^\n]*\n|\s*\n)*(flights|segments):\s*\n", text):
+    lines = (line.rstrip() for line in text.splitlines())
+    first = next((line for line in lines if line and line != "---" and line[0] != "#"), "")
+    if first in ("flights:", "segments:"):
         return Format.ACLPP
-    return None
+    return Format.CSV if "sequence" in first and "," in first else None
 
 
-def _records(path: Path) -> Iterator[Record]:
+def _records(path: Path) -> Iterator[Record | Refused]:
     with path.open("rb") as file:
         head = file.read(_HEAD_BYTES)
         size = path.stat().st_size
@@ -113,7 +107,7 @@ def _records(path: Path) -> Iterator[Record]:
                 f"has {size / 1024**2:.0f} MiB; allowed for this format: {cap // 1024**2} MiB"
             )
         try:
-            text = (head + file.read()).decode("utf-8-sig")
+            text = (head + file.read()).decode("utf-8-sig").replace("\r\n", "\n")
         except UnicodeDecodeError as error:
             raise FormatError(f"is not UTF-8 text (byte {error.start})") from None
     yield from _READERS[kind](text)
@@ -123,16 +117,22 @@ def write_layouts(path: str | Path, layouts: Iterable[Layout], kind: Format) -> 
     """Write layouts to one file, whole or not at all. Reading it back gives equal layouts.
 
     Raises:
-        FormatError: ``kind`` is ACLPP YAML, which has no place for pallet sizes and centres of
-            mass and is only read.
+        FormatError: two layouts have the same name; or ``kind`` is ACLPP YAML, which has no place
+            for pallet sizes and centres of mass and is only read.
         OSError: the file cannot be written.
     """
     if kind not in _WRITERS:
         raise FormatError(f"cannot be written as {kind}; allowed: {', '.join(_WRITERS)}")
-    write_atomically(Path(path), _WRITERS[kind](list(layouts)))
+    layouts = list(layouts)
+    names: set[str] = set()
+    for layout in layouts:
+        if layout.name in names:
+            raise FormatError(_TWICE, file=str(path), layout=layout.name)
+        names.add(layout.name)
+    write_atomically(Path(path), _WRITERS[kind](layouts))
 
 
-_READERS: dict[Format, Callable[[str], Iterator[Record]]] = {
+_READERS: dict[Format, Callable[[str], Iterator[Record | Refused]]] = {
     Format.NATIVE: read_json,
     Format.CSV: read_csv,
     Format.ACLPP: read_aclpp,

@@ -21,6 +21,12 @@ TOLERANCE = 0.01
 """Lengths [cm] closer than this count as equal: how far two items may overlap, how far an item may
 stand out of the pallet's contour, and how far a top face may miss the base it carries."""
 
+SIDES = (0.05, 100_000.0)
+"""Allowed lengths [cm] of items and pallets: clearly above :data:`TOLERANCE`, up to a kilometre."""
+
+WEIGHTS = (1e-9, 1e6)
+"""Allowed weights [kg]."""
+
 _AXES = ("x", "y", "z")
 _SIZES = ("width", "height", "depth")
 _BLOCK = 256
@@ -60,10 +66,10 @@ class Item:
     Args:
         sequence: place in the loading order, counted from 0.
         position: left-bottom-back corner (x, y, z) [cm], finite.
-        size: width, height, depth as placed [cm], positive.
-        weight: [kg], positive.
+        size: width, height, depth as placed [cm], within :data:`SIDES`.
+        weight: [kg], within :data:`WEIGHTS`.
         mass_offset: centre of mass minus geometric centre (x, y, z) [cm]; at most half a side.
-        name: for people; need not be unique.
+        name: for people; printable characters, need not be unique.
 
     Raises:
         LayoutError: a value is not allowed.
@@ -77,16 +83,18 @@ class Item:
     name: str = ""
 
     def __post_init__(self) -> None:
+        if not self.name.isprintable():
+            raise LayoutError(_unprintable(self.name), item=str(self.sequence))
         if type(self.sequence) is not int or self.sequence < 0:
             self._refuse(f"sequence is {self.sequence!r}; allowed: 0, 1, 2, ...")
         for axis, value in zip(_AXES, self.position, strict=True):
             if not math.isfinite(value):
                 self._refuse(f"position {axis} is {value:g} cm; allowed: a finite number")
         for side, value in zip(_SIZES, self.size, strict=True):
-            if not (math.isfinite(value) and value > 0.0):
-                self._refuse(f"{side} is {value:g} cm; allowed: a positive finite number")
-        if not (math.isfinite(self.weight) and self.weight > 0.0):
-            self._refuse(f"weight is {self.weight:g} kg; allowed: a positive finite number")
+            if not SIDES[0] <= value <= SIDES[1]:
+                self._refuse(f"{side} is {value:g} cm; {_allowed(SIDES)}")
+        if not WEIGHTS[0] <= self.weight <= WEIGHTS[1]:
+            self._refuse(f"weight is {self.weight:g} kg; {_allowed(WEIGHTS)}")
         for axis, value, length in zip(_AXES, self.mass_offset, self.size, strict=True):
             if not abs(value) <= length / 2.0:
                 self._refuse(
@@ -106,7 +114,7 @@ class Pallet:
     """The loadable contour: width (x), height (y) and depth (z) [cm], positive.
 
     Raises:
-        LayoutError: a side is not a positive finite number.
+        LayoutError: a side is outside :data:`SIDES`.
     """
 
     width: float
@@ -115,10 +123,8 @@ class Pallet:
 
     def __post_init__(self) -> None:
         for side, value in zip(_SIZES, self.size, strict=True):
-            if not (math.isfinite(value) and value > 0.0):
-                raise LayoutError(
-                    f"pallet {side} is {value:g} cm; allowed: a positive finite number"
-                )
+            if not SIDES[0] <= value <= SIDES[1]:
+                raise LayoutError(f"pallet {side} is {value:g} cm; {_allowed(SIDES)}")
 
     @property
     def size(self) -> Vector:
@@ -131,7 +137,7 @@ class Layout:
     """A sequence of items on a pallet (A_i in the paper); items are kept in loading order.
 
     Args:
-        name: identifies the layout in a study.
+        name: identifies the layout in a study; printable, not empty.
         pallet: the contour all items must lie in, to within :data:`TOLERANCE`.
         items: in any order; their sequence numbers must be 0, 1, ..., J - 1.
 
@@ -155,6 +161,8 @@ class Layout:
     mass_offsets: FloatArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        if not self.name or not self.name.isprintable():
+            raise LayoutError(_unprintable(self.name))
         try:
             items = self._in_order()
             lower = np.array([i.position for i in items], dtype=float)
@@ -241,13 +249,14 @@ class Layout:
             ),
         )
 
+    def geometry_hash(self) -> str:
+        """SHA-256 of the items' positions and sizes alone, as hex digits."""
+        return _digest(self.lower, self.upper)
+
     def content_hash(self) -> str:
         """SHA-256 of everything that a verdict may depend on (names are not), as hex digits."""
-        digest = hashlib.sha256()
-        for array in (self.lower, self.upper, self.weights, self.mass_offsets):
-            digest.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
-        digest.update(np.array(self.pallet.size, dtype="<f8").tobytes())
-        return digest.hexdigest()
+        pallet = np.array(self.pallet.size)
+        return _digest(self.lower, self.upper, self.weights, self.mass_offsets, pallet)
 
     def renamed(self, name: str) -> Layout:
         """The same layout under another name."""
@@ -257,3 +266,18 @@ class Layout:
 def replace_items(layout: Layout, items: tuple[Item, ...], *, name: str | None = None) -> Layout:
     """A layout on the same pallet with other items."""
     return Layout(layout.name if name is None else name, layout.pallet, items)
+
+
+def _digest(*arrays: FloatArray) -> str:
+    digest = hashlib.sha256()
+    for array in arrays:
+        digest.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
+    return digest.hexdigest()
+
+
+def _allowed(limits: tuple[float, float]) -> str:
+    return f"allowed: a positive finite number, {limits[0]:g} to {limits[1]:g}"
+
+
+def _unprintable(name: str) -> str:
+    return f"name is {name!a}; allowed: one or more printable characters"

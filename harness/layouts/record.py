@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,7 +24,15 @@ class Record:
 
     name: str
     pallet: Mapping[str, Any]
-    items: Sequence[Mapping[str, Any]]
+    items: list[dict[str, Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """A layout of a readable file that is not a valid layout, with the reason."""
+
+    name: str
+    error: LayoutError
 
 
 def to_layout(record: Record) -> Layout:
@@ -39,8 +47,7 @@ def to_layout(record: Record) -> Layout:
 
 
 def _item(values: Mapping[str, Any], index: int) -> Item:
-    name = str(values.get("name") or "")
-    label = f'{values.get("sequence", index)} "{name}"' if name else str(index)
+    name = values.get("name", "")
     try:
         sequence = values.get("sequence")
         if type(sequence) is float and sequence.is_integer():
@@ -58,7 +65,7 @@ def _item(values: Mapping[str, Any], index: int) -> Item:
         weight = _number(values, "weight", "weight", "kg")
         return Item(sequence, (x, y, z), sides, weight, offsets, name)  # type: ignore[arg-type]
     except LayoutError as error:
-        raise LayoutError(error.message, item=error.item or label) from None
+        raise LayoutError(error.message, item=error.item or str(index)) from None
 
 
 def _number(values: Mapping[str, Any], key: str, label: str, unit: str) -> float:
@@ -75,5 +82,5 @@ def shown(value: Any) -> str:
     """A value for a message: short, and "missing" for what is not there."""
     if value is None:
         return "missing"
-    text = repr(value)
+    text = ascii(value)
     return text if len(text) <= 40 else f"{text[:37]}..."

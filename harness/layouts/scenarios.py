@@ -27,8 +27,9 @@ class Scenario(StrEnum):
 def apply_scenario(layout: Layout, scenario: Scenario, seed: int) -> Layout:
     """The layout with its centres of mass drawn anew.
 
-    The draw depends on the seed, the scenario and the layout's geometry alone: not on its name, on
-    the centres of mass it came with, or on other layouts.
+    The draw depends on the seed, the scenario and the layout's geometry alone: not on names,
+    weights, the centres of mass it came with, or other layouts. To judge the first items of a
+    layout, draw first and cut then.
 
     Args:
         layout: any layout.
@@ -39,7 +40,7 @@ def apply_scenario(layout: Layout, scenario: Scenario, seed: int) -> Layout:
     centred = layout.with_mass_offsets(np.zeros_like(sides))
     if scenario is Scenario.S1:
         return centred
-    geometry = int(centred.content_hash()[:16], 16)
+    geometry = int(layout.geometry_hash()[:16], 16)
     which = list(Scenario).index(scenario)
     random = np.random.default_rng(np.random.SeedSequence([seed, which, geometry]))
     limit = 0.5 * _REACH

@@ -111,10 +111,15 @@ class RefusedError(Exception):
     """A method does not apply to a layout; becomes a verdict with status ``refused``."""
 
 
-class Stopwatch:
-    """CPU and wall time by phase."""
+class TimeoutExpiredError(Exception):
+    """A judgement took longer than it may; becomes a verdict with status ``timeout``."""
 
-    def __init__(self) -> None:
+
+class Stopwatch:
+    """CPU and wall time by phase, and the limit on the latter."""
+
+    def __init__(self, timeout: float | None = None) -> None:
+        self.timeout = timeout
         self._spent = {phase: [0.0, 0.0] for phase in Phase}
         self._start = self._last = (time.process_time(), time.perf_counter())
         self._phase: Phase | None = None
@@ -127,6 +132,15 @@ class Stopwatch:
             spent[0] += now[0] - self._last[0]
             spent[1] += now[1] - self._last[1]
         self._phase, self._last = phase, now
+
+    def check(self) -> None:
+        """End the judgement when its time is up.
+
+        Raises:
+            TimeoutExpiredError: more wall time than the limit has passed.
+        """
+        if self.timeout is not None and time.perf_counter() - self._start[1] > self.timeout:
+            raise TimeoutExpiredError(f"no verdict within {self.timeout:g} s")
 
     def stop(self) -> tuple[Seconds, Seconds]:
         """CPU and wall time so far."""
@@ -159,16 +173,28 @@ class Method(ABC):
         self.spec = spec
         self.parameters = parameters
 
-    def prepare(self) -> None:  # noqa: B027 - most methods have nothing to prepare
-        """Make sure that judging can start: raises what a user should hear before, not during."""
+    def prepare(self, item_count: int = 0) -> None:
+        """Make ready for layouts of up to ``item_count`` items.
 
-    def judge(self, layout: Layout) -> Verdict:
-        """Judge one layout. What a method cannot do is a verdict with another status than done."""
-        watch = Stopwatch()
+        Raises what a user should hear before judging starts, and takes one-time costs (imports,
+        compilation) out of the first judgement.
+        """
+
+    def judge(self, layout: Layout, *, timeout: float | None = None) -> Verdict:
+        """Judge one layout. What a method cannot do is a verdict with another status than done.
+
+        Args:
+            layout: any valid layout.
+            timeout: wall-clock seconds after which a long judgement ends with status ``timeout``;
+                looked at between engine calls, so a single call may overrun it.
+        """
+        watch = Stopwatch(timeout)
         try:
             finding = self._judge(layout, watch)
         except RefusedError as error:
             finding = Finding(status=Status.REFUSED, reason=str(error))
+        except TimeoutExpiredError as error:
+            finding = Finding(status=Status.TIMEOUT, reason=str(error))
         cpu, wall = watch.stop()
         return Verdict(
             item_count=len(layout),
@@ -185,9 +211,11 @@ class Method(ABC):
             wall=wall,
         )
 
-    def judge_many(self, layouts: Iterable[Layout]) -> list[Verdict]:
+    def judge_many(
+        self, layouts: Iterable[Layout], *, timeout: float | None = None
+    ) -> list[Verdict]:
         """Judge layouts, in order; a method that gains from batches overrides this."""
-        return [self.judge(layout) for layout in layouts]
+        return [self.judge(layout, timeout=timeout) for layout in layouts]
 
     @abstractmethod
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:

@@ -55,7 +55,11 @@ class Criterion(StrEnum):
 
 @dataclass(frozen=True)
 class SimulationParameters:
-    """Table 3 of the paper and what it leaves open, in its units."""
+    """Table 3 of the paper and what it leaves open, in its units.
+
+    Raises:
+        ValueError: ``t_max`` is shorter than one substep.
+    """
 
     t_max: float = quantity(0.3, "simulated time a placement", unit="s", least=1e-6, most=1000)
     frequency: float = quantity(240, "substeps a second", unit="Hz", least=1, most=1e6)
@@ -85,6 +89,13 @@ class SimulationParameters:
         "settings to imitate where an engine can do so only at a price",
         choices=SETTINGS,
     )
+
+    def __post_init__(self) -> None:
+        if self.t_max * self.frequency < 1.0 - 1e-9:
+            raise ValueError(
+                f"t_max times frequency is {self.t_max * self.frequency:g} substeps a placement; "
+                "allowed: 1 or more"
+            )
 
     def world_settings(self) -> WorldSettings:
         """The part of the parameters that a world is made with."""
@@ -118,13 +129,13 @@ class Simulation(Method):
         assert self.spec.engine is not None, "make_method asks for an engine"
         return self.spec.engine
 
-    def prepare(self) -> None:
-        """Import the engine.
+    def prepare(self, item_count: int = 0) -> None:
+        """Import the engine and warm it up.
 
         Raises:
             EngineNotInstalledError: its library is missing.
         """
-        world_class(self._engine)
+        world_class(self._engine).warm_up(item_count)
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         parameters: SimulationParameters = self.parameters
@@ -181,6 +192,7 @@ class _Loading:
         for step, item in enumerate(self.items):
             self.watch.enter(Phase.BUILD)
             self.world.add_box(item)
+            self.world.prepare()
             finding = self._settle(step)
             if finding is not None:
                 return finding

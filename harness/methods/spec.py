@@ -19,7 +19,7 @@ from typing import Any
 
 _NAME = r"[A-Za-z0-9_][A-Za-z0-9_.\-]*"
 _SPEC = re.compile(rf"(?P<name>{_NAME})(@(?P<engine>{_NAME}))?(:(?P<rest>.*))?", re.DOTALL)
-_QUANTITY = re.compile(r"(?P<number>[^a-zA-Z]*([eE][+-]?\d+)?)(?P<unit>[a-zA-Z]*)")
+_QUANTITY = re.compile(r"(?P<number>[^a-zA-Z]*([eE][+-]?\d+)?)(?P<unit>[a-zA-Z]*)", re.ASCII)
 
 _UNITS: dict[str, dict[str, float]] = {
     "cm": {"cm": 1.0, "m": 100.0, "mm": 0.1},
@@ -107,7 +107,10 @@ def bind(parameters: type[Any], values: Mapping[str, Any], *, where: str) -> Any
         if key not in fields:
             raise SpecError(f"{where}: unknown parameter {key!r}; {nearest(key, fields)}")
         bound[key] = _convert(value, hints[key], fields[key], where)
-    return parameters(**bound)
+    try:
+        return parameters(**bound)
+    except ValueError as error:
+        raise SpecError(f"{where}: {error}") from None
 
 
 def canonical(parameters: Any, keys: Collection[str]) -> tuple[tuple[str, str], ...]:
@@ -183,7 +186,7 @@ def _number(value: Any, unit: str, label: str) -> float:
     else:
         match = _QUANTITY.fullmatch(value)
         try:
-            number = float(match["number"]) if match else math.nan
+            number = float(match["number"]) if match and value.isascii() else math.nan
         except ValueError:
             number = math.nan
         given = match["unit"] if match else ""

@@ -15,8 +15,8 @@ from harness.layouts.model import Layout
 from harness.layouts.scenarios import Scenario, apply_scenario
 from harness.methods.registry import presets
 from harness.studies.definition import AS_GIVEN
-from harness.studies.metrics import agreement, mean, outcomes, share
-from harness.studies.results import load_manifest, load_results
+from harness.studies.metrics import agreement, mean, outcomes, same, share
+from harness.studies.results import ResultsError, load_manifest, load_results
 from reports.records import (
     AgreementMatrix,
     Comparison,
@@ -32,6 +32,7 @@ from reports.records import (
 
 _TITLES = {"fbs": "FBS", "pbs": "PBS", "sme": "SME", "simulation": "PS"}
 _NOT_A_SETTING = ("t_max", "frequency", "eps_t", "eps_r", "between_steps", "criterion", "samples")
+_CPU_PHASES = (("cpu", "build"), ("cpu", "step"), ("cpu", "read"))
 _MOST_DISAGREEMENTS = 10
 
 
@@ -39,12 +40,15 @@ def compare(directory: str | Path) -> Comparison:
     """The comparison that a run folder holds.
 
     Raises:
-        ResultsError: not a run folder, or it holds no results yet.
+        ResultsError: not a run folder, or no case in it has been judged by all methods yet.
     """
     directory = Path(directory)
     manifest = load_manifest(directory)
     results = load_results(directory)
     order = [m for m in manifest["study"]["methods"] if m in set(results["method"])]
+    rows, results = len(results), _judged_by_all(results, len(order))
+    if results.empty:
+        raise ResultsError(f"{directory}: no case has been judged by all methods yet; resume it")
     keys = {m: _key(results[results["method"] == m].iloc[0]) for m in order}
     said = outcomes(results)[order]
     summaries = _summaries(results, said, keys)
@@ -78,8 +82,15 @@ def compare(directory: str | Path) -> Comparison:
         uses=uses,
         disagreements=_disagreements(results, said, keys, layouts, manifest["study"]["seed"]),
         disputed=len(disputed),
-        manifest=_manifest_lines(manifest, len(results)),
+        missing_rows=manifest["rows"] - rows,
+        manifest=_manifest_lines(manifest, rows),
     )
+
+
+def _judged_by_all(results: pd.DataFrame, methods: int) -> pd.DataFrame:
+    """The rows of cases that every method has judged: methods are compared on equal terms."""
+    judged = results.groupby(["layout", "scenario"])["method"].transform("nunique")
+    return results[judged == methods]
 
 
 def _key(row: pd.Series) -> MethodKey:
@@ -107,23 +118,21 @@ def _summary(
 ) -> MethodSummary:
     first = rows[rows["repetition"] == 0]
     done = first[first["status"] == "done"]
-    cases = rows.groupby(["layout", "scenario"])
-    milliseconds = {
-        column: 1e3 * cases[column].median().to_numpy()
-        for column in ("cpu_total", "wall_total", "cpu_build", "cpu_step", "cpu_read")
-    }
-    cpu = mean(milliseconds["cpu_total"])
+    times = [f"{c}_{p}" for c, p in (*_CPU_PHASES, ("cpu", "total"), ("wall", "total"))]
+    milliseconds = 1e3 * rows.groupby(["layout", "scenario"])[times].median()
+    layouts = milliseconds.index.get_level_values("layout")
+    cpu = mean(milliseconds["cpu_total"], layouts)
     build, step, read = (
-        float(milliseconds[f"cpu_{phase}"].mean()) for phase in ("build", "step", "read")
+        float(milliseconds[f"{clock}_{phase}"].mean()) for clock, phase in _CPU_PHASES
     )
     others = [m for m, key in keys.items() if key.engine and key.engine != keys[method].engine]
     return MethodSummary(
         method=keys[method],
-        score=mean(done["score"]),
-        stable=share(int((done["score"] == 1.0).sum()), len(first)),
+        score=mean(done["score"], done["layout"]),
+        stable=share((first["score"] == 1.0).fillna(False), first["layout"]),
         agreement=_mean_agreement(said, method, others),
         cpu=cpu,
-        wall=mean(milliseconds["wall_total"]),
+        wall=mean(milliseconds["wall_total"], layouts),
         phases=PhaseTimes(build, step, read, cpu.value - build - step - read),
         without_verdict={
             str(k): int(v)
@@ -137,8 +146,8 @@ def _mean_agreement(said: pd.DataFrame, method: str, others: list[str]) -> Estim
     """Mean over cases of the share of ``others`` that said the same; None without others."""
     if not others:
         return None
-    equal = np.stack([(said[method] == said[o]).fillna(False).to_numpy(bool) for o in others])
-    return mean(equal.mean(axis=0))
+    equal = np.stack([same(said, method, other) for other in others])
+    return mean(equal.mean(axis=0), said.index.get_level_values("layout"))
 
 
 def _settings_use(rows: pd.DataFrame, key: MethodKey) -> SettingsUse:
@@ -210,7 +219,8 @@ def _disagreements(
     seed: int,
 ) -> tuple[Disagreement, ...]:
     """The cases that divide the methods most: simulations first, since they claim to be exact."""
-    simulated = [m for m, key in keys.items() if key.engine] or list(keys)
+    simulated = [m for m, key in keys.items() if key.engine]
+    simulated = simulated if len(simulated) > 1 else list(keys)
     distinct = said[simulated].nunique(axis=1, dropna=False)
     spread = said[simulated].max(axis=1) - said[simulated].min(axis=1)
     ranking = pd.DataFrame({"distinct": distinct, "spread": spread.fillna(0)})

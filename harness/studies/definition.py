@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import re
 import tomllib
 from dataclasses import dataclass, fields
 from importlib import resources
@@ -13,7 +14,7 @@ from harness.layouts.formats import read_layouts
 from harness.layouts.model import Layout
 from harness.layouts.scenarios import Scenario, apply_scenario
 from harness.methods.registry import make_method
-from harness.methods.spec import nearest
+from harness.methods.spec import SpecError, nearest
 
 AS_GIVEN = "as given"
 """Scenario of layouts that keep the centres of mass of their files."""
@@ -41,6 +42,7 @@ class StudyDefinition:
         snap_gap: vertical gaps to close when reading [cm].
         repetitions: judgements of every case, for timing.
         shard_size: cases a unit of work.
+        timeout: wall seconds a judgement may take; None for no limit.
     """
 
     name: str
@@ -53,9 +55,10 @@ class StudyDefinition:
     snap_gap: float = 0.0
     repetitions: int = 1
     shard_size: int = 12
+    timeout: float | None = None
 
     def layouts(self) -> list[Layout]:
-        """The study's layouts without scenarios, in file order, cut to ``max_items``.
+        """The study's layouts, in file order, whole and without scenarios.
 
         Raises:
             LayoutError: a file is invalid, or a name stands in two files.
@@ -73,25 +76,30 @@ class StudyDefinition:
             raise StudyError(f"layouts: name {twice!r} stands in two files; allowed: once")
         if not layouts:
             raise StudyError("layouts: the files hold none; allowed: one or more")
-        return [lay if self.max_items is None else lay.first(self.max_items) for lay in layouts]
+        return layouts
 
     def cases(self, layouts: list[Layout]) -> list[tuple[str, Layout]]:
-        """Every (scenario, layout) to judge."""
-        if not self.scenarios:
-            return [(AS_GIVEN, layout) for layout in layouts]
+        """Every (scenario, layout) to judge, cut to ``max_items`` after the scenario is drawn."""
         return [
-            (str(scenario), apply_scenario(layout, scenario, self.seed))
-            for scenario in self.scenarios
+            (str(scenario or AS_GIVEN), case(layout, scenario, self.seed, self.max_items))
+            for scenario in self.scenarios or (None,)
             for layout in layouts
         ]
+
+
+def case(
+    layout: Layout, scenario: Scenario | None, seed: int, max_items: int | None = None
+) -> Layout:
+    """A layout as it is judged: its centres of mass drawn, then cut to its first items."""
+    drawn = layout if scenario is None else apply_scenario(layout, scenario, seed)
+    return drawn if max_items is None else drawn.first(max_items)
 
 
 def load_study(source: str | Path) -> StudyDefinition:
     """Read a study file, or the embedded study for the word ``embedded``.
 
     Raises:
-        StudyError: not valid TOML, an unknown key, or a value that is not allowed.
-        SpecError: a method that does not exist.
+        StudyError: not valid TOML, an unknown key or method, or a value that is not allowed.
         OSError: the file cannot be read.
     """
     if str(source) == EMBEDDED:
@@ -105,7 +113,7 @@ def load_study(source: str | Path) -> StudyDefinition:
         raise StudyError(f"{path}: not valid TOML ({error})") from None
     try:
         return _definition(content, path)
-    except StudyError as error:
+    except (StudyError, SpecError) as error:
         raise StudyError(f"{path}: {error}") from None
 
 
@@ -137,15 +145,19 @@ def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
     snap_gap = content.get("snap_gap", 0.0)
     if type(snap_gap) not in (int, float) or not 0.0 <= snap_gap < 1e6:
         raise StudyError(f"snap_gap is {snap_gap!r}; allowed: 0 or more [cm]")
+    timeout = content.get("timeout")
+    if timeout is not None and (type(timeout) not in (int, float) or not 0.0 < timeout < 1e9):
+        raise StudyError(f"timeout is {timeout!r}; allowed: more than 0 [s]")
     name = content.get("name", path.stem)
-    if not isinstance(name, str):
-        raise StudyError(f"name is {name!r}; allowed: a text")
+    if not isinstance(name, str) or not re.fullmatch(r"\w[\w .+-]*", name):
+        raise StudyError(f"name is {name!r}; allowed: letters, digits, and any of _ . + -")
     return StudyDefinition(
         name=name,
         methods=tuple(methods),
         files=tuple(dict.fromkeys(files)),
         scenarios=tuple(Scenario(s) for s in dict.fromkeys(scenarios)),
         snap_gap=float(snap_gap),
+        timeout=timeout,
         **numbers,
     )
 

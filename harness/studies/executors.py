@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from typing import TypeVar
 
 Unit = TypeVar("Unit")
@@ -37,8 +39,9 @@ def run_units(
     # spawn: engines must not inherit each other's native state.
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(workers, mp_context=context, initializer=_end_with_parent) as pool:
-        futures = [pool.submit(work, unit) for unit in units]
         try:
+            with _interrupts_ignored():
+                futures = [pool.submit(work, unit) for unit in units]
             for future in as_completed(futures):
                 yield future.result()
         except BrokenProcessPool as error:
@@ -47,6 +50,19 @@ def run_units(
             ) from error
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
+
+
+@contextmanager
+def _interrupts_ignored() -> Iterator[None]:
+    """Workers inherit this: Ctrl-C reaches the whole process group, and only the parent answers."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _end_with_parent() -> None:

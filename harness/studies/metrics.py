@@ -1,4 +1,9 @@
-"""Numbers with intervals. Every function is pure and deterministic."""
+"""Numbers with intervals. Every function is pure and deterministic.
+
+Cases that share a layout (the same geometry in several scenarios) are not independent. Wherever
+such cases are pooled, ``clusters`` says which belong together, and intervals are as wide as the
+number of *layouts* allows.
+"""
 
 from __future__ import annotations
 
@@ -6,44 +11,55 @@ import math
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from reports.records import Estimate
 
 _Z = 1.959963984540054
 _RESAMPLES = 2000
 _SEED = 0
+_NOTHING = Estimate(math.nan, math.nan, math.nan, 0)
 
 
-def share(hits: int, n: int) -> Estimate:
-    """A proportion with its 95 % Wilson interval; NaN when n is 0."""
+def share(hits: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
+    """A proportion with its 95 % Wilson interval.
+
+    With clusters, the interval is taken at the effective sample size p (1 - p) / Var(p), where the
+    variance is that between clusters (Kish's design effect), at least the number of clusters and
+    at most n.
+
+    Args:
+        hits: what happened in each case, as booleans.
+        clusters: a label for each case; cases with equal labels belong together.
+    """
+    happened = np.asarray(hits, dtype=float)
+    n = len(happened)
     if n == 0:
-        return Estimate(math.nan, math.nan, math.nan, 0)
-    p, z2 = hits / n, _Z * _Z
-    middle = (p + z2 / (2 * n)) / (1 + z2 / n)
-    half = _Z / (1 + z2 / n) * math.sqrt(p * (1 - p) / n + z2 / (4 * n * n))
-    # At 0 and n hits the formula's own end is exact; floating point may miss it by an ulp.
-    low = 0.0 if hits == 0 else max(0.0, middle - half)
-    high = 1.0 if hits == n else min(1.0, middle + half)
+        return _NOTHING
+    p = float(happened.mean())
+    low, high = _wilson(p, _effective_size(happened, clusters))
     return Estimate(p, low, high, n)
 
 
-def mean(values: ArrayLike) -> Estimate:
-    """A mean with its 95 % percentile-bootstrap interval (2000 resamples, fixed seed)."""
+def mean(values: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
+    """A mean with its 95 % percentile-bootstrap interval (2000 resamples of clusters, fixed seed).
+
+    Args:
+        values: a number for each case.
+        clusters: a label for each case; cases with equal labels are drawn together.
+    """
     array = np.asarray(values, dtype=float)
-    n = len(array)
-    if n == 0:
-        return Estimate(math.nan, math.nan, math.nan, 0)
+    if len(array) == 0:
+        return _NOTHING
+    sums, sizes = _cluster_sums(array, clusters)
     random = np.random.default_rng(_SEED)
-    block = max(1, 4_000_000 // n)
-    means = np.concatenate(
-        [
-            array[random.integers(0, n, (min(block, _RESAMPLES - start), n))].mean(axis=1)
-            for start in range(0, _RESAMPLES, block)
-        ]
-    )
-    low, high = np.quantile(means, (0.025, 0.975))
-    return Estimate(float(array.mean()), float(low), float(high), n)
+    count, means = len(sums), []
+    block = max(1, 4_000_000 // count)
+    for start in range(0, _RESAMPLES, block):
+        drawn = random.integers(0, count, (min(block, _RESAMPLES - start), count))
+        means.append(sums[drawn].sum(axis=1) / sizes[drawn].sum(axis=1))
+    low, high = np.quantile(np.concatenate(means), (0.025, 0.975))
+    return Estimate(float(array.mean()), float(low), float(high), len(array))
 
 
 def outcomes(results: pd.DataFrame) -> pd.DataFrame:
@@ -69,4 +85,41 @@ def agreement(said: pd.DataFrame, first: str, second: str) -> Estimate:
         first: one of its columns.
         second: another.
     """
-    return share(int((said[first] == said[second]).fillna(False).sum()), len(said))
+    return share(same(said, first, second), said.index.get_level_values("layout"))
+
+
+def same(said: pd.DataFrame, first: str, second: str) -> NDArray[np.bool_]:
+    """Case by case: both methods have a verdict, and it is the same."""
+    return (said[first] == said[second]).fillna(False).to_numpy(bool)
+
+
+def _wilson(p: float, n: float) -> tuple[float, float]:
+    z2 = _Z * _Z
+    middle = (p + z2 / (2 * n)) / (1 + z2 / n)
+    half = _Z / (1 + z2 / n) * math.sqrt(p * (1 - p) / n + z2 / (4 * n * n))
+    # At p = 0 and p = 1 the formula's own end is exact; floating point may miss it by an ulp.
+    low = 0.0 if p == 0.0 else max(0.0, middle - half)
+    high = 1.0 if p == 1.0 else min(1.0, middle + half)
+    return low, high
+
+
+def _effective_size(happened: NDArray[np.float64], clusters: ArrayLike | None) -> float:
+    n, p = len(happened), float(happened.mean())
+    sums, sizes = _cluster_sums(happened, clusters)
+    count = len(sums)
+    if count == n:
+        return n
+    if count == 1 or p in (0.0, 1.0):
+        return count
+    spread = ((sums - p * sizes) ** 2).sum() / (n * n) * count / (count - 1)
+    return float(np.clip(p * (1 - p) / max(spread, 1e-300), count, n))
+
+
+def _cluster_sums(
+    values: NDArray[np.float64], clusters: ArrayLike | None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Sum and size of every cluster; without clusters every value is its own."""
+    if clusters is None:
+        return values, np.ones(len(values))
+    _, member = np.unique(np.asarray(clusters), return_inverse=True)
+    return np.bincount(member, weights=values), np.bincount(member).astype(float)

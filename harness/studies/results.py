@@ -62,6 +62,8 @@ SCHEMA = pa.schema(
 ``cpu_*`` and ``wall_*`` [s]; ``parameters`` is the full parameter set as JSON; ``failing_step`` is
 null for a stable layout and for a verdict without a score."""
 
+_MANIFEST_KEYS = ("schema_version", "study", "study_hash", "data_hash", "shards", "finished")
+
 KEYS = ["layout", "scenario", "method", "repetition"]
 
 
@@ -113,15 +115,20 @@ def load_results(directory: str | Path) -> pd.DataFrame:
     equal studies give equal frames whatever order they were computed in.
 
     Raises:
-        ResultsError: not a run folder, or one of another schema version.
+        ResultsError: not a run folder, one of another schema version, or a damaged one.
     """
     directory = Path(directory)
-    found = load_manifest(directory).get("schema_version")
+    manifest = load_manifest(directory)
+    found = manifest["schema_version"]
     if found != SCHEMA_VERSION:
         raise ResultsError(f"{directory}: schema version {found!r}; allowed: {SCHEMA_VERSION}")
-    shards = sorted((directory / "results").glob("*.parquet"))
+    paths = [directory / "results" / f"{name}.parquet" for name in manifest["shards"]]
+    shards = [path for path in paths if path.exists()]
     if not shards:
         raise ResultsError(f"{directory}: holds no results yet")
+    damaged = next((path for path in shards if not is_whole(path)), None)
+    if damaged:
+        raise ResultsError(f"{damaged}: is damaged; run the study again to compute it anew")
     table = pa.concat_tables([pq.read_table(shard, schema=SCHEMA) for shard in shards])
     nullable = {pa.int32(): pd.Int32Dtype()}
     frame = table.to_pandas(types_mapper=nullable.get)
@@ -136,11 +143,26 @@ def load_manifest(directory: str | Path) -> dict[str, Any]:
     """
     path = Path(directory) / "manifest.json"
     try:
-        return json.loads(path.read_text())
+        manifest = json.loads(path.read_bytes())
     except FileNotFoundError:
         raise ResultsError(f"{directory}: no manifest.json; is it the folder of a study?") from None
-    except json.JSONDecodeError as error:
-        raise ResultsError(f"{path}: not valid JSON ({error.msg})") from None
+    except ValueError:
+        raise ResultsError(f"{path}: not valid JSON; is it cut off?") from None
+    try:
+        complete = {*_MANIFEST_KEYS} <= set(manifest) and "name" in manifest["study"]
+    except TypeError:
+        complete = False
+    if not complete:
+        raise ResultsError(f"{path}: is not the manifest of a study")
+    return manifest
+
+
+def is_whole(shard: Path) -> bool:
+    """Whether a shard is there and can be read."""
+    try:
+        return pq.read_schema(shard).names == SCHEMA.names
+    except (OSError, pa.ArrowInvalid):
+        return False
 
 
 def code_fingerprint() -> str:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from engines.registry import installed_versions
 from harness.atomic import write_atomically
 from harness.layouts.formats import Format, write_layouts
 from harness.layouts.model import Layout
@@ -21,6 +24,7 @@ from harness.studies.results import (
     SCHEMA_VERSION,
     ResultsError,
     code_fingerprint,
+    is_whole,
     load_manifest,
     provenance,
     result_row,
@@ -36,12 +40,18 @@ class Unit:
     cases: tuple[tuple[str, Layout], ...]
     repetitions: int
     shard: Path
+    timeout: float | None = None
+
+    @property
+    def row_count(self) -> int:
+        """Rows that the unit's shard holds."""
+        return len(self.cases) * self.repetitions
 
 
-def judge(method: Method, layout: Layout) -> Verdict:
+def judge(method: Method, layout: Layout, timeout: float | None = None) -> Verdict:
     """Like :meth:`Method.judge`, but an unexpected exception becomes a verdict ``error``."""
     try:
-        return method.judge(layout)
+        return method.judge(layout, timeout=timeout)
     except Exception as error:
         reason = f"{type(error).__name__}: {error}"
         return Verdict(item_count=len(layout), status=Status.ERROR, reason=reason)
@@ -50,13 +60,14 @@ def judge(method: Method, layout: Layout) -> Verdict:
 def judge_unit(unit: Unit) -> int:
     """Judge a unit's cases and write its shard; returns the number of rows.
 
-    The first case is judged once more beforehand, so that no reported time holds imports, first
-    connections or compilation.
+    The method is prepared and judges the first case once beforehand, so that no reported time
+    holds imports, compilation or first connections.
     """
     method = make_method(unit.method)
-    judge(method, unit.cases[0][1])
+    method.prepare(max(len(layout) for _, layout in unit.cases))
+    judge(method, unit.cases[0][1], unit.timeout)
     rows = [
-        result_row(layout, scenario, method, repetition, judge(method, layout))
+        result_row(layout, scenario, method, repetition, judge(method, layout, unit.timeout))
         for repetition in range(unit.repetitions)
         for scenario, layout in unit.cases
     ]
@@ -74,8 +85,9 @@ def run_study(
 ) -> int:
     """Run what is missing of a study; returns the number of rows computed now.
 
-    Shards that are already there are kept when they were made by the same method, layouts and
-    code; everything else counts as missing.
+    Shards that are already there are kept when they were made by the same method, layouts, code
+    and engine versions; everything else counts as missing. Shards of other runs stay where they
+    are and are not read.
 
     Args:
         study: what to compare.
@@ -85,59 +97,86 @@ def run_study(
         progress: called with rows done and rows in all, first with what is already there.
 
     Raises:
-        ResultsError: the folder holds another study, or something else.
+        ResultsError: the folder holds another study or something else, or another run is at work
+            in it.
+        EngineNotInstalledError: a method's engine is missing.
         LayoutError, StudyError: see :meth:`StudyDefinition.layouts`.
+        WorkerDiedError: see :func:`harness.studies.executors.run_units`.
     """
+    for spec in study.methods:
+        make_method(spec).prepare()
     layouts = study.layouts()
-    cases = study.cases(layouts)
     _claim(directory, study)
-    (directory / "results").mkdir(parents=True, exist_ok=True)
-    units = list(_units(study, cases, directory / "results"))
-    wanted = {unit.shard for unit in units}
-    for shard in (directory / "results").glob("*.parquet"):
-        if rerun or shard not in wanted:
-            shard.unlink()
-    for unfinished in (directory / "results").glob(".*.parquet.*"):
-        unfinished.unlink()
-    manifest = _manifest(study, layouts, len(cases))
-    _write_manifest(directory, manifest)
-    write_layouts(directory / "layouts.json", layouts, Format.NATIVE)
-
-    total = sum(len(u.cases) * u.repetitions for u in units)
-    missing = [unit for unit in units if not unit.shard.exists()]
-    computed = 0
-    present = total - sum(len(u.cases) * u.repetitions for u in missing)
-    progress(present, total)
-    for rows in run_units(judge_unit, missing, workers=workers):
-        computed += rows
-        progress(present + computed, total)
-    _write_manifest(directory, {**manifest, "finished": _now(), "rows": total})
+    with _locked(directory):
+        units = list(_units(study, study.cases(layouts), directory / "results"))
+        missing = [unit for unit in units if rerun or not is_whole(unit.shard)]
+        total = sum(unit.row_count for unit in units)
+        present = total - sum(unit.row_count for unit in missing)
+        progress(present, total)
+        manifest = _manifest(study, layouts, [unit.shard.stem for unit in units], total)
+        if not missing and _is_finished(directory, manifest):
+            return 0
+        for unit in missing:
+            unit.shard.unlink(missing_ok=True)
+        for unfinished in (directory / "results").glob(".*.parquet.*"):
+            unfinished.unlink()
+        _write_manifest(directory, manifest)
+        write_layouts(directory / "layouts.json", layouts, Format.NATIVE)
+        computed = 0
+        for rows in run_units(judge_unit, missing, workers=workers):
+            computed += rows
+            progress(present + computed, total)
+        _write_manifest(directory, {**manifest, "finished": _now()})
     return computed
 
 
 def _units(study: StudyDefinition, cases: list[tuple[str, Layout]], folder: Path) -> Iterator[Unit]:
-    code = code_fingerprint()
+    """The study in parts; a shard's name is a hash of all that its rows depend on."""
+    made_by = [SCHEMA_VERSION, code_fingerprint(), installed_versions()]
     for method in study.methods:
         for start in range(0, len(cases), study.shard_size):
             part = tuple(cases[start : start + study.shard_size])
-            identity = [method, study.repetitions, SCHEMA_VERSION, code]
+            identity = [method, study.repetitions, study.timeout, *made_by]
             identity += [[s, lay.name, lay.content_hash()] for s, lay in part]
             digest = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:20]
-            yield Unit(method, part, study.repetitions, folder / f"{digest}.parquet")
+            shard = folder / f"{digest}.parquet"
+            yield Unit(method, part, study.repetitions, shard, study.timeout)
 
 
 def _claim(directory: Path, study: StudyDefinition) -> None:
-    """Refuse a folder that is not this study's: nothing of another's is ever overwritten."""
+    """Make the folder, or refuse one that is not this study's."""
     if directory.exists() and not directory.is_dir():
         raise ResultsError(f"{directory}: is not a folder")
-    if not directory.exists() or not any(directory.iterdir()):
-        return
-    name = load_manifest(directory).get("study", {}).get("name")
-    if name != study.name:
-        raise ResultsError(f"{directory}: holds the study {name!r}; choose another folder")
+    if (directory / "manifest.json").exists():
+        name = load_manifest(directory)["study"]["name"]
+        if name != study.name:
+            raise ResultsError(f"{directory}: holds the study {name!r}; choose another folder")
+    elif directory.exists() and {p.name for p in directory.iterdir()} - {"results", ".lock"}:
+        raise ResultsError(f"{directory}: holds something that is no study; choose another folder")
+    (directory / "results").mkdir(parents=True, exist_ok=True)
 
 
-def _manifest(study: StudyDefinition, layouts: list[Layout], cases: int) -> dict[str, Any]:
+@contextmanager
+def _locked(directory: Path) -> Iterator[None]:
+    """One run a folder at a time; the lock goes with the process, however that ends."""
+    with (directory / ".lock").open("w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise ResultsError(f"{directory}: another run is at work in this folder") from None
+        yield
+
+
+def _is_finished(directory: Path, manifest: dict[str, Any]) -> bool:
+    if not (directory / "manifest.json").exists():
+        return False
+    found = load_manifest(directory)
+    return found["shards"] == manifest["shards"] and found["finished"] is not None
+
+
+def _manifest(
+    study: StudyDefinition, layouts: list[Layout], shards: list[str], rows: int
+) -> dict[str, Any]:
     definition = {
         "name": study.name,
         "methods": list(study.methods),
@@ -147,6 +186,7 @@ def _manifest(study: StudyDefinition, layouts: list[Layout], cases: int) -> dict
         "limit": study.limit,
         "snap_gap": study.snap_gap,
         "repetitions": study.repetitions,
+        "timeout": study.timeout,
         "files": [file.name for file in study.files],
     }
     data = hashlib.sha256("".join(lay.content_hash() for lay in layouts).encode()).hexdigest()
@@ -156,7 +196,8 @@ def _manifest(study: StudyDefinition, layouts: list[Layout], cases: int) -> dict
         "study_hash": hashlib.sha256(json.dumps(definition).encode()).hexdigest()[:16],
         "data_hash": data[:16],
         "layouts": len(layouts),
-        "cases": cases,
+        "rows": rows,
+        "shards": shards,
         **provenance(),
         "started": _now(),
         "finished": None,

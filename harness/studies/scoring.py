@@ -6,11 +6,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from harness.layouts.formats import Refused, scan_layouts
+from harness.layouts.formats import scan_layouts
 from harness.layouts.model import Layout
-from harness.layouts.scenarios import Scenario, apply_scenario
+from harness.layouts.record import Refused
+from harness.layouts.scenarios import Scenario
 from harness.methods.method import Method, Status, Verdict
 from harness.methods.registry import make_method
+from harness.studies.definition import case
 from harness.studies.runner import judge
 
 Record = dict[str, Any]
@@ -26,6 +28,7 @@ def score_layouts(
     limit: int | None = None,
     snap_gap: float = 0.0,
     skip_invalid: bool = False,
+    timeout: float | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> list[Record]:
     """Judge every layout of some files with every method. All input is checked before any judging.
@@ -39,6 +42,7 @@ def score_layouts(
         limit: use only the first layouts.
         snap_gap: close vertical gaps up to this when reading [cm]; 0 closes none.
         skip_invalid: make an invalid layout a record with status ``refused`` instead of an error.
+        timeout: wall seconds a judgement may take.
         progress: called with the number of finished judgements and of all.
 
     Returns:
@@ -61,10 +65,9 @@ def score_layouts(
     progress(0, total)
     for file, entry in entries:
         if isinstance(entry, Layout):
-            layout = entry if max_items is None else entry.first(max_items)
-            entry = layout if scenario is None else apply_scenario(layout, scenario, seed)
+            entry = case(entry, scenario, seed, max_items)
         for method in judges:
-            records.append(_record(file, entry, method, scenario))
+            records.append(_record(file, entry, method, scenario, timeout))
             progress(len(records), total)
     return records
 
@@ -84,10 +87,14 @@ def _read(
 
 
 def _record(
-    file: str, entry: Layout | Refused, method: Method, scenario: Scenario | None
+    file: str,
+    entry: Layout | Refused,
+    method: Method,
+    scenario: Scenario | None,
+    timeout: float | None,
 ) -> Record:
     if isinstance(entry, Layout):
-        verdict = judge(method, entry)
+        verdict = judge(method, entry, timeout)
         items = verdict.item_count
     else:
         verdict = Verdict(item_count=0, status=Status.REFUSED, reason=str(entry.error))

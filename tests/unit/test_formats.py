@@ -12,12 +12,13 @@ import pytest
 from harness.layouts import Item, Layout, LayoutError, Pallet
 from harness.layouts.formats import (
     Format,
-    FormatError,
-    Refused,
     read_layouts,
     scan_layouts,
     write_layouts,
 )
+from harness.layouts.readers import CSV_COLUMNS
+from harness.layouts.record import FormatError, Refused
+from harness.layouts.snapping import snap
 
 SCHEMA = Path(__file__).resolve().parents[2] / "docs" / "layouts.schema.json"
 
@@ -174,6 +175,31 @@ def test_snapping_closes_small_gaps_only_when_asked(tmp_path):
     assert read_layouts(path, snap_gap=0.2)[0].items[1].position[1] == 91.3
 
 
+def test_snapping_closes_every_slit_of_a_stack():
+    # Boxes of 30 cm with a slit of 0.4 cm under each: the third sinks by 1.2 cm in all.
+    def stack(*bottoms):
+        return Layout(
+            "a",
+            Pallet(50.0, 200.0, 50.0),
+            tuple(Item(k, (0.0, y, 0.0), (30.0, 30.0, 30.0), 1.0) for k, y in enumerate(bottoms)),
+        )
+
+    assert [i.position[1] for i in snap(stack(0.4, 30.8, 61.2), 0.5).items] == [0.0, 30.0, 60.0]
+    # A slit of 0.6 cm stays, and what stands above it stays too.
+    assert [i.position[1] for i in snap(stack(0.0, 30.6, 61.0), 0.5).items] == [0.0, 30.6, 60.6]
+
+
+def test_snapping_never_makes_items_overlap():
+    # The second item would sink into the third, which comes later in the sequence.
+    items = (
+        Item(0, (0.0, 0.0, 0.0), (40.0, 30.0, 40.0), 1.0),
+        Item(1, (0.0, 30.4, 0.0), (80.0, 30.0, 40.0), 1.0),
+        Item(2, (40.0, 0.0, 0.0), (40.0, 30.3, 40.0), 1.0),
+    )
+    snapped = snap(Layout("a", Pallet(100.0, 100.0, 100.0), items), 0.5)
+    assert [i.position[1] for i in snapped.items] == pytest.approx([0.0, 30.3, 0.0])
+
+
 def test_csv_columns_come_in_any_order_and_offsets_may_be_left_out(tmp_path):
     columns = (
         "weight,layout,sequence,x,y,z,width,height,depth,pallet_depth,pallet_height,pallet_width"
@@ -207,6 +233,8 @@ def test_an_excel_file_with_a_byte_order_mark_is_read(tmp_path, layouts):
         ({"sequence": 1}, "sequence 0 is missing"),
         ({"sequence": "first"}, "sequence is 'first'"),
         ({"mass_offset": [9, 0, 0]}, "centre-of-mass offset x is 9 cm"),
+        ({"mass_ofset": [1, 0, 0]}, "unknown key 'mass_ofset'; did you mean 'mass_offset'?"),
+        ({"name": 7}, "items[0].name is 7; allowed: a text"),
     ],
 )
 def test_a_bad_value_is_named_with_its_place(tmp_path, changes, message):
@@ -231,6 +259,16 @@ def test_a_bad_value_is_named_with_its_place(tmp_path, changes, message):
         ('{"ulds": {}}', "allowed: a list"),
         ('{"ulds": [{"properties": 3}]}', "allowed: an object"),
         ("layout,sequence\nA,0\n", "lacks the CSV column"),
+        ("layout,sequence,offset x\n", "has the unknown CSV column 'offset x'"),
+        (",".join([*CSV_COLUMNS, "x"]) + "\n", "has the CSV column 'x' twice"),
+        ('layout,"sequence\nA,0', "is not CSV"),
+        ("layout,sequence" + "\r", "lacks the CSV column"),
+        ('{"format": "steadyload-layouts", "version": 1, "layouts": []}', "holds no layouts"),
+        ('{"format": "steadyload-layouts", "version": true, "layouts": []}', "has version True"),
+        ('{"version": 1, "version": 1}', "states 'version' twice in one object"),
+        ('{"a": ' + "9" * 5000 + "}", "holds a number that is none"),
+        ("flights:\n a: " + "9" * 5000, "holds a YAML value that is none"),
+        ("#a\n" + "\n" * 60 + "x: 1", "is in no known format"),
         ("flights:\n  a: [1, 2\n", "is not valid YAML"),
         ("flights:\n  a: 1\n", "segments is missing"),
         (ACLPP.replace("uld_type: pmc_F_ld", "uld_type: pmc"), "uld_type is 'pmc'"),
@@ -276,9 +314,10 @@ def test_a_bad_shape_type_is_refused(tmp_path):
         read_layouts(write(tmp_path / "job.json", job))
 
 
-def test_an_invalid_layout_among_others_can_be_skipped(tmp_path):
+@pytest.mark.parametrize("changes", [{"weight": -1}, {"size": [1, 2]}, {"colour": "red"}])
+def test_an_invalid_layout_among_others_can_be_skipped(tmp_path, changes):
     content = native()
-    content["layouts"] += native(weight=-1)["layouts"]
+    content["layouts"] += native(**changes)["layouts"]
     content["layouts"][1]["name"] = "B"
     good, bad = scan_layouts(write(tmp_path / "two.json", content))
     assert isinstance(good, Layout)
@@ -291,6 +330,22 @@ def test_a_name_that_stands_twice_is_refused(tmp_path):
     content["layouts"] *= 2
     with pytest.raises(LayoutError, match="name stands there twice"):
         read_layouts(write(tmp_path / "two.json", content))
+
+
+def test_equal_names_are_not_written(tmp_path, layouts):
+    with pytest.raises(FormatError, match="name stands there twice"):
+        write_layouts(tmp_path / "x", [layouts[0], layouts[0]], Format.NATIVE)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_centre_of_mass_of_a_job_is_whole_or_absent(tmp_path):
+    for value in ({"a": 1}, "", 0, [], False, {"x": 1, "y": 0}):
+        job = json.loads(json.dumps(JOB))
+        job["ulds"][0]["placedItems"][0]["centerOfMass"] = value
+        with pytest.raises(LayoutError, match="allowed"):
+            read_layouts(write(tmp_path / "job.json", job))
+    job["ulds"][0]["placedItems"][0]["centerOfMass"] = None
+    assert read_layouts(write(tmp_path / "job.json", job))[0].items[1].mass_offset == (0, 0, 0)
 
 
 def test_aclpp_cannot_be_written(tmp_path, layouts):

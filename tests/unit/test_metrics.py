@@ -15,13 +15,13 @@ from harness.studies.metrics import agreement, mean, outcomes, share
     [(0, 10, 0.0, 0.277533), (10, 10, 0.722467, 1.0), (81, 263, 0.255262, 0.366203)],
 )
 def test_wilson(hits, n, low, high):
-    estimate = share(hits, n)
+    estimate = share([True] * hits + [False] * (n - hits))
     assert (estimate.value, estimate.n) == (hits / n, n)
     assert (estimate.low, estimate.high) == pytest.approx((low, high), abs=2e-4)
 
 
 def test_a_share_of_nothing_is_not_a_number():
-    assert math.isnan(share(0, 0).value)
+    assert math.isnan(share([]).value)
     assert math.isnan(mean([]).value)
 
 
@@ -33,6 +33,24 @@ def test_the_bootstrap_covers_like_the_normal_law():
     assert estimate.low == pytest.approx(values.mean() - half, abs=0.1 * half)
     assert estimate.high == pytest.approx(values.mean() + half, abs=0.1 * half)
     assert mean(values) == estimate
+
+
+def test_cases_of_one_layout_count_once():
+    """The same answer in three scenarios is one observation; independent answers are three."""
+    random = np.random.default_rng(2)
+    answers = random.random(40) < 0.3
+    layouts = np.arange(40)
+    alone = share(answers)
+    copied = share(np.repeat(answers, 3), np.repeat(layouts, 3))
+    assert (copied.low, copied.high) == pytest.approx((alone.low, alone.high), abs=0.01)
+    assert copied.n == 120
+    independent = random.random(3000) < 0.3
+    pooled = share(independent, np.repeat(np.arange(1000), 3))
+    free = share(independent)
+    assert pooled.high - pooled.low == pytest.approx(free.high - free.low, rel=0.1)
+    scores = random.random(40)
+    together = mean(np.repeat(scores, 3), np.repeat(layouts, 3))
+    assert (together.low, together.high) == pytest.approx((mean(scores).low, mean(scores).high))
 
 
 def frame(said):

@@ -23,6 +23,14 @@ def item(sequence=0, position=(0.0, 0.0, 0.0), size=(10.0, 10.0, 10.0), weight=1
         ({"position": (math.nan, 0.0, 0.0)}, "position x is nan"),
         ({"position": (0.0, math.inf, 0.0)}, "position y is inf"),
         ({"size": (0.0, 10.0, 10.0)}, "width is 0 cm"),
+        (
+            {"size": (1e-200, 10.0, 10.0)},
+            "width is 1e-200 cm; allowed: a positive",
+        ),
+        ({"size": (1e308, 10.0, 10.0)}, "width is 1e+308 cm"),
+        ({"weight": 1e-300}, "weight is 1e-300 kg"),
+        ({"name": "a\nb"}, "name is 'a\\nb'"),
+        ({"name": "\ud800"}, "name is '\\ud800'"),
         ({"size": (10.0, -5.0, 10.0)}, "height is -5 cm"),
         ({"size": (10.0, 10.0, math.nan)}, "depth is nan cm"),
         ({"weight": 0.0}, "weight is 0 kg"),
@@ -46,6 +54,12 @@ def test_an_impossible_pallet_is_refused(side):
 def test_a_layout_without_items_is_refused():
     with pytest.raises(LayoutError, match='layout "a": has no items'):
         Layout("a", PALLET, ())
+
+
+@pytest.mark.parametrize("name", ["", "a\tb", "\x1b[31m", "\ud800"])
+def test_a_layout_needs_a_printable_name(name):
+    with pytest.raises(LayoutError, match="allowed: one or more printable characters"):
+        Layout(name, PALLET, (item(0),))
 
 
 def test_a_duplicate_in_the_sequence_is_refused():

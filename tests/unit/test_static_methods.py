@@ -58,6 +58,20 @@ def test_base_support_adds_over_supporters_and_ignores_other_levels():
     assert failing_step("pbs:alpha=0.33", low) is None
 
 
+def test_slivers_from_rounding_count_as_supported():
+    # The base misses its support by 0.005 cm at one edge; two supporters stand 0.005 cm apart.
+    assert failing_step("fbs", layout(FLOOR, (0.005, 10.0, 0.0, 10.0, 10.0, 10.0))) is None
+    apart = (10.005, 0.0, 0.0, 10.0, 10.0, 10.0)
+    assert failing_step("fbs", layout(FLOOR, apart, (5.0, 10.0, 0.0, 10.0, 5.0, 10.0))) is None
+    # 0.02 cm is beyond the tolerance; and so is a missing corner of 1 cm2 under a base of 1 m2.
+    assert failing_step("fbs", layout(FLOOR, (0.02, 10.0, 0.0, 10.0, 10.0, 10.0))) == 1
+    slab = [(0.0, 0.0, 0.0, 99.0, 10.0, 100.0), (99.0, 0.0, 1.0, 1.0, 10.0, 99.0)]
+    assert failing_step("fbs", layout(*slab, (0.0, 10.0, 0.0, 100.0, 5.0, 100.0))) == 2
+    assert (
+        failing_step("pbs:alpha=0.999", layout(*slab, (0.0, 10.0, 0.0, 100.0, 5.0, 100.0))) is None
+    )
+
+
 def test_only_items_placed_before_support():
     # The carrier comes after what it should carry.
     late = layout((0.0, 10.0, 0.0, 10.0, 10.0, 10.0), FLOOR)

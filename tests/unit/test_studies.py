@@ -1,5 +1,6 @@
 """Studies: definitions, resuming, equal rows from every executor."""
 
+import dataclasses
 import json
 import os
 import signal
@@ -11,10 +12,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from engines.world import EngineNotInstalledError
 from harness.layouts.formats import Format, write_layouts
 from harness.methods import Status
 from harness.methods.registry import make_method
-from harness.methods.spec import SpecError
 from harness.studies.definition import StudyError, load_study
 from harness.studies.results import SCHEMA, ResultsError, load_manifest, load_results
 from harness.studies.runner import judge, run_study
@@ -86,6 +87,8 @@ def test_a_changed_method_or_layout_counts_as_missing(study_file, tmp_path, stac
     study_file.write_text(STUDY.replace('"sme"', '"pbs0.5"'))
     assert run_study(load_study(study_file), run) == 6
     assert set(load_results(run)["method"]) == {"fbs", "pbs0.5", "simulation@mujoco:frequency=90"}
+    # What was computed before is still there, and is not read.
+    assert len(list((run / "results").glob("*.parquet"))) == 12
     write_layouts(tmp_path / "layouts.json", [stack(0.0, 2.0)], Format.NATIVE)
     assert run_study(load_study(study_file), run) == 6
     assert len(load_results(run)) == 6
@@ -162,7 +165,7 @@ def test_a_wrong_definition_is_refused(study_file, change, message):
 
 def test_an_unknown_method_in_a_definition_is_refused(study_file):
     study_file.write_text(STUDY.replace('"sme"', '"smee"'))
-    with pytest.raises(SpecError, match="did you mean 'sme'"):
+    with pytest.raises(StudyError, match="did you mean 'sme'"):
         load_study(study_file)
 
 
@@ -170,13 +173,77 @@ def test_a_folder_of_something_else_is_left_alone(study_file, tmp_path):
     other = tmp_path / "other"
     other.mkdir()
     (other / "precious.txt").write_text("x")
-    with pytest.raises(ResultsError, match=r"no manifest\.json"):
+    with pytest.raises(ResultsError, match="holds something that is no study"):
         run_study(load_study(study_file), other)
     run_study(load_study(study_file), tmp_path / "run")
     study_file.write_text(STUDY.replace('"small"', '"large"'))
     with pytest.raises(ResultsError, match="holds the study 'small'"):
         run_study(load_study(study_file), tmp_path / "run")
     assert [p.name for p in other.iterdir()] == ["precious.txt"]
+
+
+def test_a_folder_left_by_an_early_interrupt_can_be_used(study_file, tmp_path):
+    (tmp_path / "run" / "results").mkdir(parents=True)
+    assert run_study(load_study(study_file), tmp_path / "run") == 18
+
+
+def test_two_runs_do_not_share_a_folder(study_file, tmp_path):
+    from harness.studies.runner import _claim, _locked
+
+    study, run = load_study(study_file), tmp_path / "run"
+    _claim(run, study)
+    with _locked(run), pytest.raises(ResultsError, match="another run is at work"):
+        run_study(study, run)
+    assert run_study(study, run) == 18
+
+
+def test_a_damaged_shard_is_computed_anew(study_file, tmp_path):
+    study, run = load_study(study_file), tmp_path / "run"
+    run_study(study, run)
+    shard = next((run / "results").glob("*.parquet"))
+    shard.write_bytes(shard.read_bytes()[:100])
+    with pytest.raises(ResultsError, match="is damaged"):
+        load_results(run)
+    assert run_study(study, run) == 2
+    assert len(load_results(run)) == 18
+
+
+@pytest.mark.parametrize("content", ["[]", "null", "{}", '{"study": []}', "{", "\xff"])
+def test_a_manifest_that_is_none_is_refused(tmp_path, content):
+    (tmp_path / "manifest.json").write_bytes(content.encode("latin-1"))
+    with pytest.raises(ResultsError, match=r"manifest\.json"):
+        load_results(tmp_path)
+
+
+def test_a_finished_study_keeps_its_times(study_file, tmp_path):
+    study, run = load_study(study_file), tmp_path / "run"
+    run_study(study, run)
+    before = (run / "manifest.json").read_bytes()
+    assert run_study(study, run) == 0
+    assert (run / "manifest.json").read_bytes() == before
+
+
+def test_a_missing_engine_is_said_before_anything_is_judged(study_file, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    monkeypatch.delitem(sys.modules, "engines.with_mujoco", raising=False)
+    with pytest.raises(EngineNotInstalledError, match="pip install mujoco"):
+        run_study(load_study(study_file), tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
+def test_new_engine_versions_count_as_missing(study_file, tmp_path, monkeypatch):
+    study, run = load_study(study_file), tmp_path / "run"
+    run_study(study, run)
+    monkeypatch.setattr("harness.studies.runner.installed_versions", lambda: {"mujoco": "99"})
+    assert run_study(study, run) == 18
+
+
+def test_max_items_judges_a_prefix_of_the_same_layout(study_file):
+    study = load_study(study_file)
+    whole = study.cases(study.layouts())
+    cut = dataclasses.replace(study, max_items=1).cases(study.layouts())
+    for (_, layout), (_, prefix) in zip(whole, cut, strict=True):
+        assert prefix.items == layout.items[:1]
 
 
 def test_results_of_another_version_are_refused(study_file, tmp_path):

@@ -85,6 +85,11 @@ def test_samples_of_a_placement_add_up():
     assert sum(c.executed for c in counts(*[(0.3 / 7, 100, 1.0 / 90.0)] * 7)) == 27
 
 
+def test_fine_steps_are_exact_too():
+    # 0.123457 s at 1 MHz in ten looks: 12345.7 substeps each, 123457 in all.
+    assert sum(c.executed for c in counts(*[(0.123457 / 10, 10**6, 1e-6)] * 10)) == 123457
+
+
 @pytest.mark.parametrize(
     "call",
     [
