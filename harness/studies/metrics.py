@@ -122,4 +122,4 @@ def _cluster_sums(
     if clusters is None:
         return values, np.ones(len(values))
     _, member = np.unique(np.asarray(clusters), return_inverse=True)
-    return np.bincount(member, weights=values), np.bincount(member).astype(float)
+    return np.bincount(member, weights=values).astype(float), np.bincount(member).astype(float)
