@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib
 import importlib.metadata
 from dataclasses import dataclass
+from functools import cache
 
 from engines.world import EngineNotInstalledError, FixedStepWorld, WorldSettings
 
@@ -25,13 +26,19 @@ ENGINES: dict[str, EngineEntry] = {
     "bullet": EngineEntry("engines.with_bullet:BulletWorld", ("pybullet",)),
     "mujoco": EngineEntry("engines.with_mujoco:MujocoWorld", ("mujoco",)),
     "dart": EngineEntry("engines.with_dart:DartWorld", ("dartpy",)),
+    "chipmunk": EngineEntry("engines.with_chipmunk:ChipmunkWorld", ("pymunk",)),
 }
 
 
 def engines() -> dict[str, EngineEntry]:
     """All engines by name, with those of other distributions."""
+    return _from_other_distributions() | ENGINES
+
+
+@cache
+def _from_other_distributions() -> dict[str, EngineEntry]:
     found = importlib.metadata.entry_points(group="steadyload.engines")
-    return {e.name: EngineEntry(e.value) for e in found} | ENGINES
+    return {entry.name: EngineEntry(entry.value) for entry in found}
 
 
 def engine_names() -> tuple[str, ...]:

@@ -46,9 +46,14 @@ with _without_banner():
 _WARM_STARTING = 0.85
 _CONTACT_ERP = 0.2
 _ITERATIONS = 50
+
+# Contact points closer than this, in units of a shape's size, are taken for one. At the default of
+# 0.02 the four corners of a base 1 cm wide and 60 cm long become two, and the item rolls over.
 _BREAKING = 0.005
 
 _FLOOR_HALF = (1000.0, 1000.0, 10.0)
+_UPRIGHT = (0.0, 0.0, 0.0, 1.0)
+_STILL = (0.0, 0.0, 0.0)
 
 _idle_clients: list[int] = []
 """Physics clients that no world owns: connecting costs 40 ms, resetting 0.2 ms."""
@@ -60,21 +65,26 @@ def _native_calls(substeps: int, length: float) -> tuple[tuple[float, int], ...]
 
     pybullet hands the substep count to Bullet, which counts them back in floating point and loses
     one for N = 27, 31, 54, 62 and others. A single variable step (``numSubSteps=0``) is exact and
-    clears Bullet's remainder, so a call that would lose is split, and every batch ends with one.
+    clears Bullet's remainder, so every batch is followed by one, and a batch that would lose a
+    substep, or run one of another length, is made smaller.
     """
     calls: list[tuple[float, int]] = []
-    left = substeps - 1
+    left = substeps
     while left > 0:
-        batch = left
-        while batch > 1 and int((length * batch) / ((length * batch) / batch)) != batch:
+        batch = left - 1
+        while batch > 1 and not _is_exact(batch, length):
             batch -= 1
-        calls.append((length * batch, batch) if batch > 1 else (length, 0))
-        if batch > 1 and left > batch:
-            calls.append((length, 0))
-            left -= 1
-        left -= batch
-    calls.append((length, 0))
+        if batch > 1:
+            calls.append((length * batch, batch))
+            left -= batch
+        calls.append((length, 0))
+        left -= 1
     return tuple(calls)
+
+
+def _is_exact(batch: int, length: float) -> bool:
+    native_length = length * batch / batch
+    return native_length == length and int(length * batch / native_length) == batch
 
 
 class BulletWorld(FixedStepWorld):
@@ -124,56 +134,62 @@ class BulletWorld(FixedStepWorld):
         )
         self._bodies: list[int] = []
         self._starts: list[tuple[float, float, float]] = []
+        self._offsets: list[tuple[float, float, float]] = []
+        self._friction = math.sqrt(settings.friction)
+        self._restitution = math.sqrt(settings.restitution)
         # A box, not a plane: a plane throws a grid of small cubes apart.
         floor = pybullet.createCollisionShape(
             pybullet.GEOM_BOX, halfExtents=_FLOOR_HALF, physicsClientId=self._client
         )
-        self._surface(
-            pybullet.createMultiBody(
-                0.0,
-                floor,
-                basePosition=(0.0, 0.0, -_FLOOR_HALF[2]),
-                useMaximalCoordinates=1,
-                physicsClientId=self._client,
-            )
+        body = pybullet.createMultiBody(
+            0.0,
+            floor,
+            basePosition=(0.0, 0.0, -_FLOOR_HALF[2]),
+            useMaximalCoordinates=1,
+            physicsClientId=self._client,
         )
-
-    def _surface(self, body: int) -> None:
         pybullet.changeDynamics(
             body,
             -1,
-            lateralFriction=math.sqrt(self.settings.friction),
-            restitution=math.sqrt(self.settings.restitution),
+            lateralFriction=self._friction,
+            restitution=self._restitution,
             physicsClientId=self._client,
         )
 
     def _add(self, box: Box) -> None:
         client, settings = self._client, self.settings
+        x, y, z = box.size
         shape = pybullet.createCollisionShape(
-            pybullet.GEOM_BOX, halfExtents=[s / 2.0 for s in box.size], physicsClientId=client
+            pybullet.GEOM_BOX, halfExtents=(0.5 * x, 0.5 * y, 0.5 * z), physicsClientId=client
         )
         body = pybullet.createMultiBody(
-            box.mass,
+            0.0 if box.fixed else box.mass,
             shape,
             basePosition=box.centre,
-            baseInertialFramePosition=box.mass_offset,
+            baseInertialFramePosition=(0.0, 0.0, 0.0) if box.fixed else box.mass_offset,
             useMaximalCoordinates=1,
             physicsClientId=client,
         )
-        extra = {"collisionMargin": settings.margin} if settings.margin else {}
-        self._surface(body)
+        margin = {"collisionMargin": settings.margin} if settings.margin else {}
+        motion = {
+            "mass": box.mass,  # left out, setting the inertia sets the mass to zero
+            "localInertiaDiagonal": box.inertia,
+            "linearDamping": settings.linear_damping,
+            "angularDamping": settings.angular_damping,
+        }
         pybullet.changeDynamics(
             body,
             -1,
-            mass=box.mass,  # left out, setting the inertia sets the mass to zero
-            linearDamping=settings.linear_damping,
-            angularDamping=settings.angular_damping,
-            localInertiaDiagonal=box.inertia,
+            lateralFriction=self._friction,
+            restitution=self._restitution,
             physicsClientId=client,
-            **extra,
+            **margin,
+            **({} if box.fixed else motion),
         )
         self._bodies.append(body)
-        self._starts.append(pybullet.getBasePositionAndOrientation(body, physicsClientId=client)[0])
+        (a, b, c), (p, q, r) = box.centre, box.mass_offset
+        self._starts.append(box.centre if box.fixed else (a + p, b + q, c + r))
+        self._offsets.append((0.0, 0.0, 0.0) if box.fixed else box.mass_offset)
 
     def _advance(self, substeps: int, length: float) -> None:
         for duration, count in _native_calls(substeps, length):
@@ -184,15 +200,14 @@ class BulletWorld(FixedStepWorld):
 
     def _poses(self) -> Poses:
         read, client = pybullet.getBasePositionAndOrientation, self._client
-        rows = [read(body, physicsClientId=client) for body in self._bodies]
-        mass_centres = np.array([r[0] for r in rows]).reshape(-1, 3)
-        xyzw = np.array([r[1] for r in rows]).reshape(-1, 4)
-        quaternions = xyzw[:, (3, 0, 1, 2)]
-        offsets = np.array([b.mass_offset for b in self.boxes]).reshape(-1, 3)
-        return Poses(centres_from_mass_centres(mass_centres, quaternions, offsets), quaternions)
+        rows = np.array([p + q for p, q in (read(b, client) for b in self._bodies)])
+        rows = rows.reshape(-1, 7)
+        quaternions = rows[:, (6, 3, 4, 5)]
+        offsets = np.array(self._offsets).reshape(-1, 3)
+        return Poses(centres_from_mass_centres(rows[:, :3], quaternions, offsets), quaternions)
 
     def _velocities(self) -> Velocities:
-        rows = [pybullet.getBaseVelocity(b, physicsClientId=self._client) for b in self._bodies]
+        rows = [pybullet.getBaseVelocity(b, self._client) for b in self._bodies]
         return Velocities(
             np.array([r[0] for r in rows]).reshape(-1, 3),
             np.array([r[1] for r in rows]).reshape(-1, 3),
@@ -200,13 +215,10 @@ class BulletWorld(FixedStepWorld):
 
     def _reset(self) -> None:
         client = self._client
+        place, halt = pybullet.resetBasePositionAndOrientation, pybullet.resetBaseVelocity
         for body, start in zip(self._bodies, self._starts, strict=True):
-            pybullet.resetBasePositionAndOrientation(
-                body, start, (0.0, 0.0, 0.0, 1.0), physicsClientId=client
-            )
-            pybullet.resetBaseVelocity(
-                body, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=client
-            )
+            place(body, start, _UPRIGHT, client)
+            halt(body, _STILL, _STILL, client)
 
     def _close(self) -> None:
         _idle_clients.append(self._client)

@@ -10,6 +10,7 @@ import numpy as np
 from engines.world import (
     Box,
     Capabilities,
+    EngineError,
     FixedStepWorld,
     Poses,
     SettingSupport,
@@ -24,11 +25,18 @@ _SHRINK = 1e-5
 """Sideways shrink of each side face [m]. Without it a pile of touching boxes is one LCP, which
 Dantzig's method pays for with the cube of its size (25 times slower, same verdicts)."""
 
+_MOST_CONTACTS = 1000
+"""DART's default limit; dartpy hands out the option as a copy, so it cannot be raised."""
+
 _FLOOR_SIZE = (1000.0, 1000.0, 20.0)
 
 
 class DartWorld(FixedStepWorld):
-    """A DART world."""
+    """A DART world.
+
+    Raises:
+        EngineError: more contacts than DART keeps (some 250 touching pairs).
+    """
 
     capabilities = Capabilities(
         title="DART (dartpy)",
@@ -59,8 +67,6 @@ class DartWorld(FixedStepWorld):
         world.setCollisionDetector(dart.simulation.CollisionDetectorType.BULLET)
         solver = world.getConstraintSolver()
         solver.setSplitImpulseEnabled(True)
-        options = solver.getCollisionOption()
-        options.maxNumContacts = 1_000_000
         sleep = dart.simulation.DeactivationOptions()
         sleep.mEnabled = False
         world.setDeactivationOptions(sleep)
@@ -68,6 +74,8 @@ class DartWorld(FixedStepWorld):
         self._skeletons: list[dart.dynamics.Skeleton] = []
         self._bodies: list[dart.dynamics.BodyNode] = []
         self._starts: list[np.ndarray] = []
+        self._offsets: list[tuple[float, float, float]] = []
+        self._free: list[int] = []
         floor = dart.dynamics.Skeleton("floor")
         _, node = floor.createWeldJointAndBodyNodePair()
         shape = self._shape(node, _FLOOR_SIZE)
@@ -83,14 +91,22 @@ class DartWorld(FixedStepWorld):
         surface.setRestitutionCoeff(math.sqrt(self.settings.restitution))
         return shape
 
-    def _add(self, box: Box) -> None:
-        skeleton = dart.dynamics.Skeleton(f"box{len(self.boxes)}")
-        joint, node = skeleton.createFreeJointAndBodyNodePair()
+    def _box_shape(self, node, box: Box):
         x, y, z = box.size
         shrink = 2.0 * min(_SHRINK, 1e-3 * x, 1e-3 * y)
+        return self._shape(node, (x - shrink, y - shrink, z))
+
+    def _add(self, box: Box) -> None:
+        skeleton = dart.dynamics.Skeleton(f"box{len(self.boxes)}")
+        if box.fixed:
+            _, node = skeleton.createWeldJointAndBodyNodePair()
+            self._box_shape(node, box).setRelativeTranslation(list(box.centre))
+            skeleton.setMobile(False)
+            self._world.addSkeleton(skeleton)
+            return
+        joint, node = skeleton.createFreeJointAndBodyNodePair()
         # The body frame stands at the centre of mass: then joint damping acts there too.
-        shape = self._shape(node, (x - shrink, y - shrink, z))
-        shape.setRelativeTranslation([-r for r in box.mass_offset])
+        self._box_shape(node, box).setRelativeTranslation([-r for r in box.mass_offset])
         node.setInertia(dart.dynamics.Inertia(box.mass, np.zeros(3), np.diag(box.inertia)))
         angular = -math.log1p(-self.settings.angular_damping)
         linear = -math.log1p(-self.settings.linear_damping)
@@ -102,9 +118,11 @@ class DartWorld(FixedStepWorld):
         start[3:] = np.add(box.centre, box.mass_offset)
         skeleton.setPositions(start)
         self._world.addSkeleton(skeleton)
+        self._free.append(len(self.boxes))
         self._skeletons.append(skeleton)
         self._bodies.append(node)
         self._starts.append(start)
+        self._offsets.append(box.mass_offset)
 
     def _advance(self, substeps: int, length: float) -> None:
         if self._world.getTimeStep() != length:
@@ -112,17 +130,34 @@ class DartWorld(FixedStepWorld):
         step = self._world.step
         for _ in range(substeps):
             step()
+        contacts = self._world.getLastCollisionResult().getNumContacts()
+        if contacts >= _MOST_CONTACTS:
+            raise EngineError(
+                f"DART found {contacts} contacts or more, and drops those beyond {_MOST_CONTACTS}"
+            )
 
     def _poses(self) -> Poses:
-        transforms = [node.getWorldTransform() for node in self._bodies]
-        mass_centres = np.array([t.translation() for t in transforms]).reshape(-1, 3)
-        quaternions = np.array([t.quaternion().wxyz() for t in transforms]).reshape(-1, 4)
-        offsets = np.array([b.mass_offset for b in self.boxes]).reshape(-1, 3)
-        return Poses(centres_from_mass_centres(mass_centres, quaternions, offsets), quaternions)
+        # A free joint's coordinates: rotation vector, then translation, of the centre of mass.
+        states = np.array([s.getPositions() for s in self._skeletons]).reshape(-1, 6)
+        angles = np.sqrt((states[:, :3] * states[:, :3]).sum(axis=1))
+        quaternions = np.empty((len(states), 4))
+        quaternions[:, 0] = np.cos(0.5 * angles)
+        # sin(a / 2) / a, by numpy's sin(pi x) / (pi x), which knows its limit at 0.
+        quaternions[:, 1:] = (0.5 * np.sinc(angles * (0.5 / math.pi)))[:, None] * states[:, :3]
+        offsets = np.array(self._offsets).reshape(-1, 3)
+        moved = centres_from_mass_centres(states[:, 3:], quaternions, offsets)
+        if len(self._free) == len(self.boxes):
+            return Poses(moved, quaternions)
+        centres = np.array([b.centre for b in self.boxes])
+        attitudes = np.tile((1.0, 0.0, 0.0, 0.0), (len(centres), 1))
+        centres[self._free], attitudes[self._free] = moved, quaternions
+        return Poses(centres, attitudes)
 
     def _velocities(self) -> Velocities:
-        linear = np.array([b.getCOMLinearVelocity() for b in self._bodies]).reshape(-1, 3)
-        angular = np.array([b.getAngularVelocity() for b in self._bodies]).reshape(-1, 3)
+        linear, angular = np.zeros((2, len(self.boxes), 3))
+        if self._bodies:
+            linear[self._free] = [b.getCOMLinearVelocity() for b in self._bodies]
+            angular[self._free] = [b.getAngularVelocity() for b in self._bodies]
         return Velocities(linear, angular)
 
     def _reset(self) -> None:

@@ -1,8 +1,8 @@
-"""MuJoCo: soft contact by convex optimisation, elliptic friction cones, one model per item count.
+"""MuJoCo: soft contact by convex optimisation, elliptic friction cones, one model per box count.
 
-Compiling a model for every placed item would cost more than simulating it. A *ladder* holds one
-compiled model with exactly j free boxes for each j; a world borrows a ladder, writes its boxes into
-the arrays of rung j, and copies the state from rung j - 1. The trajectories are bit-identical to
+Compiling a model for every placed box would cost more than simulating it. A *ladder* holds compiled
+models by their number of boxes; a world borrows a ladder, writes its boxes into the arrays of the
+rung it needs, and copies the state from the rung before. The trajectories are bit-identical to
 those of freshly compiled models.
 """
 
@@ -18,12 +18,12 @@ from engines.world import (
     Capabilities,
     EngineError,
     FixedStepWorld,
+    FloatArray,
     Poses,
     SettingSupport,
     Support,
     Velocities,
     WorldSettings,
-    centres_from_mass_centres,
     declare,
     rotate,
 )
@@ -33,6 +33,7 @@ _FLOOR_HALF = (1000.0, 1000.0, 10.0)
 # A stiff, nearly hard contact. The default solimp (0.9, 0.95) lets a standing cube tip, and the
 # default pyramidal cone lets one creep by 17-28 mm/s.
 _SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
+_ITERATIONS = 100
 
 # Contact with restitution e as a damped oscillator that is resolved by 8 substeps a half period.
 _HALF_PERIOD_SUBSTEPS = 8.0
@@ -40,56 +41,96 @@ _HALF_PERIOD_SUBSTEPS = 8.0
 _ARENA_PER_BOX = 512 * 1024
 _ARENA_LEAST = 4 * 1024 * 1024
 
-mujoco.set_mju_user_warning(lambda message: None)
 # Without a handler every warning is written to MUJOCO_LOG.TXT in the working directory. The
 # warnings themselves are counted in MjData.warning, where _advance looks.
+mujoco.set_mju_user_warning(lambda message: None)
 
 _FATAL_WARNINGS = (mujoco.mjtWarning.mjWARN_CONTACTFULL, mujoco.mjtWarning.mjWARN_CNSTRFULL)
 
 
-def _compile(box_count: int) -> mujoco.MjModel:
-    """A model of a floor and ``box_count`` free boxes; every number in it is a placeholder."""
+def _compile(free: int, fixed: int) -> mujoco.MjModel:
+    """A model of a floor, ``fixed`` boxes and ``free`` boxes; every number is a placeholder."""
     spec = mujoco.MjSpec()
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.disableflags = (
         mujoco.mjtDisableBit.mjDSBL_AUTORESET  # an unstable state must be seen, not reset
         | mujoco.mjtDisableBit.mjDSBL_MIDPHASE  # one geom a body: nothing to traverse
     )
-    spec.memory = max(_ARENA_LEAST, box_count * _ARENA_PER_BOX)
-    spec.worldbody.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_BOX, size=_FLOOR_HALF, pos=(0.0, 0.0, -_FLOOR_HALF[2])
-    )
-    for index in range(box_count):
-        body = spec.worldbody.add_body(pos=(0.0, 0.0, 10.0 * index + 10.0))
+    spec.memory = max(_ARENA_LEAST, (free + fixed) * _ARENA_PER_BOX)
+    box = mujoco.mjtGeom.mjGEOM_BOX
+    spec.worldbody.add_geom(type=box, size=_FLOOR_HALF, pos=(0.0, 0.0, -_FLOOR_HALF[2]))
+    # Off-centre, so that the compiler does not mark geom and body frames as the same.
+    placeholder = {"type": box, "size": (1.0, 1.0, 1.0), "pos": (0.1, 0.1, 0.1)}
+    for _ in range(fixed):
+        spec.worldbody.add_body().add_geom(**placeholder)
+    for _ in range(free):
+        body = spec.worldbody.add_body()
         body.explicitinertial = True
         body.mass = 1.0
         body.ipos = (0.0, 0.0, 0.0)
         body.inertia = (1.0, 1.0, 1.0)
         body.add_freejoint()
-        # Off-centre, so that the compiler does not mark geom and body frames as the same.
-        body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=(1.0, 1.0, 1.0), pos=(0.1, 0.1, 0.1))
+        body.add_geom(**placeholder)
     return spec.compile()
 
 
 class _Rung:
-    """The model with j boxes and its state."""
+    """A model with room for ``fixed`` + ``free`` boxes, its state, and views of its arrays.
 
-    def __init__(self, box_count: int) -> None:
-        self.model = _compile(box_count)
-        self.data = mujoco.MjData(self.model)
+    Geoms and bodies 1 to ``fixed`` are the fixed ones; the free ones follow.
+    """
+
+    def __init__(self, free: int, fixed: int) -> None:
+        self.model = model = _compile(free, fixed)
+        self.data = data = mujoco.MjData(model)
+        self.settings: WorldSettings | None = None
         self.length = math.nan
+        first = 1 + fixed
+        self.fixed_position = model.body_pos[1:first]
+        self.fixed_size = model.geom_size[1:first]
+        self.mass = model.body_mass[first:]
+        self.inertia = model.body_inertia[first:]
+        self.subtree_mass = model.body_subtreemass
+        self.size = model.geom_size[first:]
+        self.box_extent = model.geom_aabb[1:, 3:]
+        self.all_sizes = model.geom_size[1:]
+        self.radius = model.geom_rbound[1:]
+        self.offset = model.geom_pos[first:]
+        self.fixed_offset = model.geom_pos[1:first]
+        self.damping = model.dof_damping.reshape(-1, 2, 3)
+        self.mass_matrix = model.dof_M0.reshape(-1, 2, 3)
+        self.inverse_weight = model.dof_invweight0.reshape(-1, 2, 3)
+        self.body_inverse_weight = model.body_invweight0[first:]
+        self.position = data.qpos.reshape(-1, 7)
+        self.velocity = data.qvel.reshape(-1, 6)
+        self.acceleration = data.qacc
+        self.warm_start = data.qacc_warmstart.reshape(-1, 6)
+        self.centre = data.geom_xpos[first:]
+        self.quaternion = data.xquat[first:]
+        self.warnings = [data.warning[warning] for warning in _FATAL_WARNINGS]
+
+    def rest(self) -> None:
+        """Time, velocities and the solver's warm start as in a world that was never stepped."""
+        self.data.time = 0.0
+        self.velocity[:] = 0.0
+        self.acceleration[:] = 0.0
+        self.warm_start[:] = 0.0
+        for warning in self.warnings:
+            warning.number = 0
 
 
 class _Ladder:
-    """Compiled models by item count; owned by one world at a time."""
+    """Compiled models by box count; owned by one world at a time."""
 
     def __init__(self) -> None:
-        self._rungs: dict[int, _Rung] = {}
+        self._rungs: dict[tuple[int, int], _Rung] = {}
 
-    def rung(self, box_count: int) -> _Rung:
-        if box_count not in self._rungs:
-            self._rungs[box_count] = _Rung(box_count)
-        return self._rungs[box_count]
+    def rung(self, free: int, fixed: int) -> _Rung:
+        # Fixed boxes come in powers of two, the surplus hidden in the floor: fewer models.
+        room = 1 << (fixed - 1).bit_length() if fixed else 0
+        if (free, room) not in self._rungs:
+            self._rungs[free, room] = _Rung(free, room)
+        return self._rungs[free, room]
 
 
 _idle_ladders: list[_Ladder] = []
@@ -121,7 +162,9 @@ class MujocoWorld(FixedStepWorld):
                 "as a detection distance: contacts are found earlier and push only once touching",
             ),
             broad_phase=SettingSupport(Support.IGNORED, "MuJoCo has one, sweep and prune"),
-            solver_iterations=SettingSupport(Support.HONOURED, "Newton iterations, default 100"),
+            solver_iterations=SettingSupport(
+                Support.HONOURED, f"Newton iterations, default {_ITERATIONS}"
+            ),
         ),
     )
 
@@ -129,14 +172,18 @@ class MujocoWorld(FixedStepWorld):
         super().__init__(settings)
         self._ladder = _idle_ladders.pop() if _idle_ladders else _Ladder()
         self._rung: _Rung | None = None
-        self._pending: list[Box] = []
+        self._placed = 0
+        # A row per free box: mass, inertia (3), half size (3), geom position (3), pose (7).
+        self._rows = np.empty((0, 17))
+        self._free: list[int] = []
+        self._fixed: list[int] = []
 
     @classmethod
     def warm_up(cls, box_count: int) -> None:
         """Compile the models of a ladder."""
         ladder = _idle_ladders.pop() if _idle_ladders else _Ladder()
         for count in range(1, box_count + 1):
-            ladder.rung(count)
+            ladder.rung(count, 0)
         _idle_ladders.append(ladder)
 
     def prepare(self) -> None:
@@ -144,59 +191,86 @@ class MujocoWorld(FixedStepWorld):
         self._climb()
 
     def _add(self, box: Box) -> None:
-        self._pending.append(box)
+        index = len(self.boxes)
+        if box.fixed:
+            self._fixed.append(index)
+            return
+        count = len(self._free)
+        if count == len(self._rows):
+            self._rows = np.concatenate((self._rows, np.empty((max(32, count), 17))))
+        (x, y, z), (a, b, c), (p, q, r) = box.size, box.centre, box.mass_offset
+        self._rows[count] = (
+            *(box.mass, *box.inertia, 0.5 * x, 0.5 * y, 0.5 * z, -p, -q, -r),
+            *(a + p, b + q, c + r, 1.0, 0.0, 0.0, 0.0),
+        )
+        self._free.append(index)
 
-    def _climb(self) -> _Rung | None:
+    def _climb(self) -> _Rung:
         """The rung for all boxes added so far, with the state of those that were there before."""
-        if not self._pending:
-            return self._rung
-        boxes = [*self.boxes]
-        old, placed = self._rung, len(boxes) - len(self._pending)
-        new = self._ladder.rung(len(boxes))
-        self._write(new, boxes)
-        _fresh_state(new.data)
-        new.data.qpos.reshape(-1, 7)[:] = [_start(b) for b in boxes]
-        if old is not None and placed:
-            new.data.time = old.data.time
-            new.data.qpos[: 7 * placed] = old.data.qpos
-            new.data.qvel[: 6 * placed] = old.data.qvel
-            new.data.qacc_warmstart[: 6 * placed] = old.data.qacc_warmstart
-        self._rung = new
-        self._pending.clear()
+        old = self._rung
+        if old is not None and self._placed == len(self.boxes):
+            return old
+        count, before = len(self._free), len(old.mass) if old is not None else 0
+        new = self._ladder.rung(count, len(self._fixed))
+        rows = self._rows[:count]
+        self._write(new, rows)
+        if old is not new:
+            new.rest()
+            new.position[:] = rows[:, 10:]
+            if old is not None:
+                new.data.time = old.data.time
+                new.position[:before] = old.position
+                new.velocity[:before] = old.velocity
+                new.warm_start[:before] = old.warm_start
+        self._rung, self._placed = new, len(self.boxes)
         return new
 
-    def _write(self, rung: _Rung, boxes: list[Box]) -> None:
+    def _write(self, rung: _Rung, rows: FloatArray) -> None:
+        mass, inertia, half = rows[:, 0], rows[:, 1:4], rows[:, 4:7]
+        rung.mass[:] = mass
+        rung.inertia[:] = inertia
+        rung.size[:] = half
+        rung.offset[:] = rows[:, 7:10]
+        if self._fixed:
+            self._write_fixed(rung)
+        rung.box_extent[:] = rung.all_sizes
+        rung.radius[:] = np.sqrt((rung.all_sizes * rung.all_sizes).sum(axis=1))
+        # What mj_setConst would derive from a free box whose frame is its centre of mass.
+        rung.subtree_mass[0] = mass.sum()
+        rung.subtree_mass[len(rung.subtree_mass) - len(mass) :] = mass
+        inverse_mass, rotational = 1.0 / mass, (1.0 / inertia).mean(axis=1)
+        rung.mass_matrix[:, 0] = mass[:, None]
+        rung.mass_matrix[:, 1] = inertia
+        rung.inverse_weight[:, 0] = inverse_mass[:, None]
+        rung.inverse_weight[:, 1] = rotational[:, None]
+        rung.body_inverse_weight[:, 0] = inverse_mass
+        rung.body_inverse_weight[:, 1] = rotational
+        rung.model.stat.meaninertia = rung.mass_matrix.mean() if len(mass) else 1.0
+        settings = self.settings
+        rung.damping[:, 0] = -math.log1p(-settings.linear_damping) * mass[:, None]
+        rung.damping[:, 1] = -math.log1p(-settings.angular_damping) * inertia
+        if rung.settings != settings:
+            self._write_settings(rung)
+
+    def _write_fixed(self, rung: _Rung) -> None:
+        # Surplus places hide inside the floor: no contact arises between two fixed geoms.
+        rung.fixed_position[:] = (0.0, 0.0, -_FLOOR_HALF[2])
+        rung.fixed_size[:] = 1.0
+        rung.fixed_offset[:] = 0.0
+        count = len(self._fixed)
+        rung.fixed_position[:count] = [self.boxes[i].centre for i in self._fixed]
+        rung.fixed_size[:count] = [[0.5 * s for s in self.boxes[i].size] for i in self._fixed]
+
+    def _write_settings(self, rung: _Rung) -> None:
         model, settings = rung.model, self.settings
-        mass = np.array([b.mass for b in boxes])
-        inertia = np.array([b.inertia for b in boxes])
-        half = 0.5 * np.array([b.size for b in boxes])
-        model.body_mass[1:] = mass
-        model.body_inertia[1:] = inertia
-        model.body_subtreemass[0] = mass.sum()
-        model.body_subtreemass[1:] = mass
-        model.geom_size[1:] = half
-        model.geom_aabb[1:, 3:] = half
-        model.geom_rbound[1:] = np.sqrt((half * half).sum(axis=1))
-        model.geom_pos[1:] = [[-r for r in b.mass_offset] for b in boxes]
         model.geom_friction[:, 0] = settings.friction
         model.geom_solimp[:] = _SOLIMP
         # MuJoCo 4: `margin` inflates the geometry, `gap` is detection alone.
         model.geom_gap[:] = settings.margin
         model.body_margin[:] = settings.margin
         model.opt.gravity[:] = settings.gravity
-        model.opt.iterations = settings.solver_iterations or 100
-        damping = model.dof_damping.reshape(-1, 6)
-        damping[:, :3] = -math.log1p(-settings.linear_damping) * mass[:, None]
-        damping[:, 3:] = -math.log1p(-settings.angular_damping) * inertia
-        # What mj_setConst would derive from a free box whose frame is its centre of mass.
-        rotational = (1.0 / inertia).mean(axis=1)
-        model.dof_M0.reshape(-1, 6)[:, :3] = mass[:, None]
-        model.dof_M0.reshape(-1, 6)[:, 3:] = inertia
-        model.dof_invweight0.reshape(-1, 6)[:, :3] = (1.0 / mass)[:, None]
-        model.dof_invweight0.reshape(-1, 6)[:, 3:] = rotational[:, None]
-        model.body_invweight0[1:, 0] = 1.0 / mass
-        model.body_invweight0[1:, 1] = rotational
-        model.stat.meaninertia = model.dof_M0.mean()
+        model.opt.iterations = settings.solver_iterations or _ITERATIONS
+        rung.settings = settings
         rung.length = math.nan  # contact parameters follow the substep and are due again
 
     def _contact_parameters(self, rung: _Rung, length: float) -> None:
@@ -213,55 +287,37 @@ class MujocoWorld(FixedStepWorld):
 
     def _advance(self, substeps: int, length: float) -> None:
         rung = self._climb()
-        if rung is None:
-            return
         if rung.length != length:
             self._contact_parameters(rung, length)
         mujoco.mj_step(rung.model, rung.data, nstep=substeps)
-        for warning in _FATAL_WARNINGS:
-            if rung.data.warning[warning].number:
+        for warning in rung.warnings:
+            if warning.number:
                 raise EngineError(f"MuJoCo's arena is too small for {len(self.boxes)} boxes")
 
     def _poses(self) -> Poses:
         rung = self._climb()
-        if rung is None:
-            return Poses(np.empty((0, 3)), np.empty((0, 4)))
-        # qpos, not xpos: the latter is one substep old.
-        state = rung.data.qpos.reshape(-1, 7)
-        quaternions = state[:, 3:] / np.linalg.norm(state[:, 3:], axis=1, keepdims=True)
-        offsets = -rung.model.geom_pos[1:]
-        return Poses(centres_from_mass_centres(state[:, :3], quaternions, offsets), quaternions)
+        # Positions derived from qpos are one substep old after a step.
+        mujoco.mj_kinematics(rung.model, rung.data)
+        if not self._fixed:
+            return Poses(rung.centre.copy(), rung.quaternion.copy())
+        centres = np.array([b.centre for b in self.boxes])
+        quaternions = np.tile((1.0, 0.0, 0.0, 0.0), (len(centres), 1))
+        centres[self._free], quaternions[self._free] = rung.centre, rung.quaternion
+        return Poses(centres, quaternions)
 
     def _velocities(self) -> Velocities:
         rung = self._climb()
-        if rung is None:
-            return Velocities(np.empty((0, 3)), np.empty((0, 3)))
-        velocity = rung.data.qvel.reshape(-1, 6)
+        linear, angular = np.zeros((2, len(self.boxes), 3))
+        linear[self._free] = rung.velocity[:, :3]
         # A free joint's rotational velocity is expressed in the body's own axes.
-        angular = rotate(rung.data.qpos.reshape(-1, 7)[:, 3:], velocity[:, 3:])
-        return Velocities(velocity[:, :3].copy(), angular)
+        angular[self._free] = rotate(rung.position[:, 3:], rung.velocity[:, 3:])
+        return Velocities(linear, angular)
 
     def _reset(self) -> None:
         rung = self._climb()
-        if rung is not None:
-            _fresh_state(rung.data)
-            rung.data.qpos.reshape(-1, 7)[:] = [_start(b) for b in self.boxes]
+        rung.rest()
+        rung.position[:] = self._rows[: len(self._free), 10:]
 
     def _close(self) -> None:
         self._rung = None
         _idle_ladders.append(self._ladder)
-
-
-def _start(box: Box) -> tuple[float, ...]:
-    centre, offset = box.centre, box.mass_offset
-    return (*(c + r for c, r in zip(centre, offset, strict=True)), 1.0, 0.0, 0.0, 0.0)
-
-
-def _fresh_state(data: mujoco.MjData) -> None:
-    """Time, velocities and the solver's warm start as in a world that was never stepped."""
-    data.time = 0.0
-    data.qvel[:] = 0.0
-    data.qacc[:] = 0.0
-    data.qacc_warmstart[:] = 0.0
-    for warning in data.warning:
-        warning.number = 0

@@ -12,13 +12,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from fractions import Fraction
-from functools import lru_cache
 from types import MappingProxyType
 from typing import ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
+
+from engines.substeps import StepCount, SubstepClock
 
 FloatArray = NDArray[np.float64]
 
@@ -55,12 +55,14 @@ class Box:
         mass: [kg], positive.
         centre: planned position of the geometric centre [m].
         mass_offset: centre of mass minus geometric centre [m], inside the box.
+        fixed: part of the surroundings: it carries and stops others and never moves.
     """
 
     size: tuple[float, float, float]
     mass: float
     centre: tuple[float, float, float]
     mass_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    fixed: bool = False
 
     @property
     def inertia(self) -> tuple[float, float, float]:
@@ -136,6 +138,27 @@ class SettingSupport:
     values: tuple[object, ...] | None = None
 
 
+class FailureKind(StrEnum):
+    """Whose a known failure is."""
+
+    NOT_YET_WRITTEN = "not yet written"
+    NOT_YET_UPSTREAM = "not yet upstream"
+    NEVER = "never"
+
+
+@dataclass(frozen=True, slots=True)
+class KnownFailure:
+    """A conformance check that an engine is known to fail: strict, so it goes when it passes.
+
+    ``check`` is the check's name, ``evidence`` the smallest case with what was measured.
+    """
+
+    check: str
+    kind: FailureKind
+    reason: str
+    evidence: str
+
+
 @dataclass(frozen=True)
 class Capabilities:
     """Facts about an engine, as data: tables, warnings and tests are made from them."""
@@ -145,6 +168,7 @@ class Capabilities:
     settings: Mapping[str, SettingSupport]
     deterministic: bool = True
     notes: str = ""
+    known_failures: tuple[KnownFailure, ...] = ()
 
     def support(self, name: str, settings: WorldSettings) -> Support:
         """How the setting ``name`` is met under ``settings``: honoured, emulated or ignored."""
@@ -170,14 +194,6 @@ class Capabilities:
         )
 
 
-class StepCount(NamedTuple):
-    """What one ``stepSimulation`` did: substeps executed, requested by its time, and lost."""
-
-    executed: int
-    requested: int
-    lost: int
-
-
 class Poses(NamedTuple):
     """Poses of all boxes, in the order in which they were added.
 
@@ -193,55 +209,6 @@ class Velocities(NamedTuple):
 
     linear: FloatArray
     angular: FloatArray
-
-
-@lru_cache(maxsize=4096)
-def _exact(seconds: float) -> Fraction:
-    """The duration a user meant by a float: 0.3 is 3/10 and 1/90 is 1/90, not their neighbours."""
-    value = Fraction(seconds)
-    simple = value.limit_denominator(10_000_000)
-    return simple if abs(float(simple) - seconds) <= 1e-14 * abs(seconds) else value
-
-
-class SubstepClock:
-    """Bullet's substep accounting (``btDiscreteDynamicsWorld::stepSimulation``), in exact numbers.
-
-    In floating point 0.3 s at 90 Hz runs 26 substeps, then 27: rounding decides. Here durations
-    are fractions, so the count is the one that was meant. As in Bullet, time beyond
-    ``maxSubSteps`` is lost, a remainder smaller than a substep is carried to the next call, and
-    nothing is interpolated.
-    """
-
-    def __init__(self) -> None:
-        self._remainder = Fraction(0)
-
-    def advance(
-        self, time_step: float, max_sub_steps: int, fixed_time_step: float
-    ) -> tuple[StepCount, float]:
-        """Account for one call. Returns the count and the length of each substep [s].
-
-        ``max_sub_steps=0`` means one variable step of ``time_step``.
-
-        Raises:
-            ValueError: a duration is not finite, ``max_sub_steps`` is negative, or
-                ``fixed_time_step`` is not positive although it is used.
-        """
-        if not (np.isfinite(time_step) and np.isfinite(fixed_time_step)):
-            raise ValueError(f"durations must be finite, got {time_step} and {fixed_time_step}")
-        if max_sub_steps < 0:
-            raise ValueError(f"maxSubSteps must be 0 or more, got {max_sub_steps}")
-        if max_sub_steps == 0:
-            self._remainder = Fraction(0)
-            count = 1 if time_step > 0.0 else 0
-            return StepCount(count, count, 0), time_step
-        if fixed_time_step <= 0.0:
-            raise ValueError(f"fixedTimeStep must be positive, got {fixed_time_step}")
-        fixed = _exact(fixed_time_step)
-        self._remainder += _exact(time_step)
-        requested = max(0, self._remainder // fixed)
-        self._remainder -= requested * fixed
-        executed = min(requested, max_sub_steps)
-        return StepCount(executed, requested, requested - executed), fixed_time_step
 
 
 @runtime_checkable
@@ -401,7 +368,7 @@ def centres_from_mass_centres(
         quaternions: w, x, y, z, shape (n, 4), unit length.
         offsets: centre of mass minus geometric centre in body axes [m], shape (n, 3).
     """
-    return mass_centres - rotate(quaternions, offsets)
+    return mass_centres - rotate(quaternions, offsets) if offsets.any() else mass_centres
 
 
 def rotate(quaternions: FloatArray, vectors: FloatArray) -> FloatArray:

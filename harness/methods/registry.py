@@ -60,8 +60,13 @@ def presets() -> Mapping[str, Preset]:
 
 def method_classes() -> dict[str, str]:
     """Name -> "module:Class" of every method, with those of other distributions."""
+    return _from_other_distributions() | METHODS
+
+
+@cache
+def _from_other_distributions() -> dict[str, str]:
     found = importlib.metadata.entry_points(group="steadyload.methods")
-    return {e.name: e.value for e in found} | METHODS
+    return {entry.name: entry.value for entry in found}
 
 
 def make_method(spec: str | MethodSpec) -> Method:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from enum import StrEnum
@@ -9,24 +10,15 @@ from enum import StrEnum
 import numpy as np
 
 from engines.registry import open_world, world_class
-from engines.world import (
-    SETTINGS,
-    Box,
-    BroadPhase,
-    EngineError,
-    FloatArray,
-    Poses,
-    World,
-    WorldSettings,
-    rotate,
-)
+from engines.world import SETTINGS, BroadPhase, EngineError, FloatArray, World, WorldSettings
+from harness.layouts.contacts import find_contacts
 from harness.layouts.model import Layout
-from harness.methods.method import STABLE, Finding, Method, Phase, Status, Stopwatch
+from harness.methods.criteria import Criterion, Examiner
+from harness.methods.method import STABLE, Finding, Method, Phase, RefusedError, Status, Stopwatch
+from harness.methods.scene import boxes, fixed, neighbourhood, planar_scene
 from harness.methods.spec import quantity
 
-_CM = 0.01
-_WORLD_AXES = [2, 0, 1]
-"""World (x, y, z) = layout (z, x, y): z up instead of y up, by a rotation, not a mirror."""
+_SUBSTEPS_BETWEEN_LOOKS_AT_THE_CLOCK = 10
 
 
 class BetweenSteps(StrEnum):
@@ -40,17 +32,16 @@ class BetweenSteps(StrEnum):
     RESEAT = "reseat"
 
 
-class Criterion(StrEnum):
-    """When an item counts as moved.
+class Scope(StrEnum):
+    """Which items are simulated when one is placed.
 
-    ``paper``: Eq. 6 and 7, at any sample: the geometric centre moved by more than ``eps_t``
-    (Euclidean), or an angle about an axis exceeds ``eps_r``. ``adams``: the authors' evaluation of
-    the reference simulation, at the last sample: the left-bottom-back corner moved by more than
-    ``eps_t`` along one axis, or an angle exceeds ``eps_r``.
+    ``all``: all that have been placed. ``local``: those joined to the new one by standing on each
+    other; items beside them are fixed, the others left out. What is left out stood when it was
+    placed, and nothing that it stands on has changed. Needs ``between_steps=reseat``.
     """
 
-    PAPER = "paper"
-    ADAMS = "adams"
+    ALL = "all"
+    LOCAL = "local"
 
 
 @dataclass(frozen=True)
@@ -58,7 +49,7 @@ class SimulationParameters:
     """Table 3 of the paper and what it leaves open, in its units.
 
     Raises:
-        ValueError: ``t_max`` is shorter than one substep.
+        ValueError: ``t_max`` is shorter than one substep, or the scope is local without reseating.
     """
 
     t_max: float = quantity(0.3, "simulated time a placement", unit="s", least=1e-6, most=1000)
@@ -84,6 +75,17 @@ class SimulationParameters:
     samples: int = quantity(
         10, "looks at the items a placement, the last at its end", least=1, most=100_000
     )
+    shrink: float = quantity(
+        0, "draw in side faces by this, so that neighbours do not touch", unit="m", least=0, most=1
+    )
+    rest_speed: float = quantity(
+        0, "end a placement once nothing is faster, looked at with each sample; 0: never",
+        unit="m/s", least=0, most=1000,
+    )  # fmt: skip
+    early_exit: float = quantity(
+        0, "criterion adams: end at a sample beyond this multiple of a threshold; 0: never", least=0
+    )
+    scope: Scope = quantity(Scope.ALL, "which items are simulated when one is placed")
     emulate: frozenset[str] = quantity(
         frozenset(),
         "settings to imitate where an engine can do so only at a price",
@@ -96,20 +98,13 @@ class SimulationParameters:
                 f"t_max times frequency is {self.t_max * self.frequency:g} substeps a placement; "
                 "allowed: 1 or more"
             )
+        if self.scope is Scope.LOCAL and self.between_steps is BetweenSteps.CARRY:
+            raise ValueError("scope=local needs between_steps=reseat")
 
     def world_settings(self) -> WorldSettings:
         """The part of the parameters that a world is made with."""
-        return WorldSettings(
-            friction=self.friction,
-            restitution=self.restitution,
-            linear_damping=self.linear_damping,
-            angular_damping=self.angular_damping,
-            margin=self.margin,
-            broad_phase=self.broad_phase,
-            solver_iterations=self.solver_iterations,
-            gravity=(0.0, 0.0, -self.gravity),
-            emulate=self.emulate,
-        )
+        shared = {name: getattr(self, name) for name in (*SETTINGS, "emulate")}
+        return WorldSettings(**shared, gravity=(0.0, 0.0, -self.gravity))
 
 
 class Simulation(Method):
@@ -118,7 +113,7 @@ class Simulation(Method):
     Items are added one after the other. After each, the world is stepped for ``t_max`` seconds and
     looked at ``samples`` times; the first sample at which an item violates the criterion ends the
     loading. The printed algorithm looks before it steps and never after the last item: a slip, not
-    a rule, and not followed here.
+    a rule, and not followed here. A 2-D engine refuses layouts that are not planar.
     """
 
     Parameters = SimulationParameters
@@ -138,132 +133,124 @@ class Simulation(Method):
         world_class(self._engine).warm_up(item_count)
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
-        parameters: SimulationParameters = self.parameters
-        settings = parameters.world_settings()
         watch.enter(Phase.BUILD)
-        world = open_world(self._engine, settings)
-        run = _Loading(world, boxes(layout), parameters, watch)
+        settings = self.parameters.world_settings()
+        run = _Loading(layout, self._engine, self.parameters, watch)
         try:
             finding = run.load()
         except EngineError as error:
             finding = Finding(status=Status.ERROR, reason=str(error))
-        finally:
-            watch.enter(Phase.BUILD)
-            world.close()
-        return Finding(
-            failing_step=finding.failing_step,
-            moved_item=finding.moved_item,
-            displacement=finding.displacement,
-            rotation=finding.rotation,
-            reason=finding.reason,
-            status=finding.status,
-            ignored=world.capabilities.ignored(settings),
-            emulated=world.capabilities.emulated(settings),
+        facts = world_class(self._engine).capabilities
+        return dataclasses.replace(
+            finding,
+            ignored=facts.ignored(settings),
+            emulated=facts.emulated(settings),
             substeps=run.substeps,
         )
-
-
-def boxes(layout: Layout) -> list[Box]:
-    """A layout's items as boxes of a world: metres, z up. The one place where axes change."""
-    sizes = (layout.upper - layout.lower)[:, _WORLD_AXES] * _CM
-    centres = (0.5 * (layout.lower + layout.upper))[:, _WORLD_AXES] * _CM
-    offsets = layout.mass_offsets[:, _WORLD_AXES] * _CM
-    return [
-        Box(tuple(size), weight, tuple(centre), tuple(offset))
-        for size, weight, centre, offset in zip(
-            sizes.tolist(), layout.weights.tolist(), centres.tolist(), offsets.tolist(), strict=True
-        )
-    ]
 
 
 class _Loading:
     """One run of Algorithm 1."""
 
     def __init__(
-        self, world: World, items: list[Box], parameters: SimulationParameters, watch: Stopwatch
+        self, layout: Layout, engine: str, parameters: SimulationParameters, watch: Stopwatch
     ) -> None:
-        self.world, self.items, self.parameters, self.watch = world, items, parameters, watch
+        self.layout, self.engine, self.parameters, self.watch = layout, engine, parameters, watch
+        self.settings = parameters.world_settings()
         self.substeps = 0
-        self.planned = np.array([b.centre for b in items])
-        self.corners = -0.5 * np.array([b.size for b in items])
+        across = "width"
+        if world_class(engine).capabilities.dimensions == 2:
+            scene = planar_scene(layout)
+            if scene.across is None:
+                raise RefusedError(scene.reason)
+            across = scene.across
+        self.items = boxes(layout, across=across, shrink=parameters.shrink)
+        self.examiner = Examiner(
+            self.items, parameters.criterion, parameters.eps_t, parameters.eps_r
+        )
 
     def load(self) -> Finding:
         """Place item after item until one moves or all stand."""
-        for step, item in enumerate(self.items):
-            self.watch.enter(Phase.BUILD)
-            self.world.add_box(item)
-            self.world.prepare()
-            finding = self._settle(step)
-            if finding is not None:
-                return finding
-            if self.parameters.between_steps is BetweenSteps.RESEAT:
+        if self.parameters.scope is Scope.LOCAL:
+            return self._load_locally()
+        reseat = self.parameters.between_steps is BetweenSteps.RESEAT
+        world = open_world(self.engine, self.settings)
+        try:
+            for step, item in enumerate(self.items):
                 self.watch.enter(Phase.BUILD)
-                self.world.reset_poses()
+                world.add_box(item)
+                world.prepare()
+                finding = self._settle(step, world, slice(step + 1))
+                if finding is not None:
+                    return finding
+                self.watch.enter(Phase.BUILD)
+                if reseat:
+                    world.reset_poses()
+            return STABLE
+        finally:
+            self.watch.enter(Phase.BUILD)
+            world.close()
+
+    def _load_locally(self) -> Finding:
+        contacts = find_contacts(self.layout)
+        for step in range(len(self.items)):
+            self.watch.enter(Phase.BUILD)
+            part = neighbourhood(self.layout, contacts, step, self.parameters.eps_t)
+            world = open_world(self.engine, self.settings)
+            try:
+                for index in part.free:
+                    world.add_box(self.items[index])
+                for index in part.fixed:
+                    world.add_box(fixed(self.items[index]))
+                world.prepare()
+                items = np.concatenate((part.free, part.fixed))
+                finding = self._settle(step, world, items)
+                if finding is not None:
+                    return finding
+            finally:
+                self.watch.enter(Phase.BUILD)
+                world.close()
         return STABLE
 
-    def _settle(self, step: int) -> Finding | None:
+    def _settle(self, step: int, world: World, items: FloatArray | slice) -> Finding | None:
+        """Simulate one placement; a finding when something moves too far."""
         p = self.parameters
-        length = 1.0 / p.frequency
-        limit = math.ceil(p.t_max * p.frequency) + 1
+        any_sample = p.criterion is Criterion.PAPER
         for sample in range(1, p.samples + 1):
             last = sample == p.samples
-            self.watch.enter(Phase.STEP)
-            count = self.world.stepSimulation(p.t_max / p.samples, limit, length)
-            self.substeps += count.executed
-            if (p.criterion is Criterion.ADAMS or not count.executed) and not last:
-                continue
-            self.watch.enter(Phase.READ)
-            finding = self._examine(step, self.world.poses())
-            if finding is not None:
-                return finding
+            executed = self._step(world, p.t_max / p.samples)
+            excess = 1.0 if last or any_sample else p.early_exit
+            if excess and (executed or last):
+                self.watch.enter(Phase.READ)
+                finding = self.examiner.examine(step, world.poses(), items, excess)
+                if finding is not None:
+                    return finding
+            if p.rest_speed and not last:
+                self.watch.enter(Phase.READ)
+                if _fastest(world) < p.rest_speed:
+                    return self.examiner.examine(step, world.poses(), items)
         return None
 
-    def _examine(self, step: int, poses: Poses) -> Finding | None:
-        if not (np.isfinite(poses.centres).all() and np.isfinite(poses.quaternions).all()):
-            return Finding(
-                status=Status.DIVERGED,
-                reason=f"the engine's state became non-finite when item {step} was placed",
-            )
-        moved = self._displacements(poses) / _CM
-        turned = np.degrees(euler_angles(poses.quaternions)).max(axis=1)
-        unstable = (moved > self.parameters.eps_t) | (turned > self.parameters.eps_r)
-        if not unstable.any():
-            return None
-        # Name the item that is furthest beyond its threshold, in units of the thresholds.
-        excess = np.maximum(
-            moved / max(self.parameters.eps_t, 1e-12), turned / max(self.parameters.eps_r, 1e-12)
-        )
-        item = int(excess.argmax())
-        return Finding(
-            failing_step=step,
-            moved_item=item,
-            displacement=float(moved[item]),
-            rotation=float(turned[item]),
-            reason=f"item {item} moved {moved[item]:.1f} cm and turned {turned[item]:.1f} degrees",
-        )
+    def _step(self, world: World, duration: float) -> int:
+        """Step ``duration`` seconds; under a timeout in parts, with a look at the clock after each.
 
-    def _displacements(self, poses: Poses) -> FloatArray:
-        """How far each item moved [m], shape (n,), as the criterion measures it."""
-        count = len(poses.centres)
-        shift = poses.centres - self.planned[:count]
-        if self.parameters.criterion is Criterion.PAPER:
-            return np.sqrt((shift * shift).sum(axis=1))
-        corners = self.corners[:count]
-        shift += rotate(poses.quaternions, corners) - corners
-        return np.abs(shift).max(axis=1)
+        The parts add up to the same substeps: the clock of a world counts exactly.
+        """
+        self.watch.enter(Phase.STEP)
+        length, parts = 1.0 / self.parameters.frequency, 1
+        if self.watch.timeout is not None:
+            parts = math.ceil(duration / length / _SUBSTEPS_BETWEEN_LOOKS_AT_THE_CLOCK)
+        limit = math.ceil(duration / length) + 1
+        executed = 0
+        for _ in range(parts):
+            executed += world.stepSimulation(duration / parts, limit, length).executed
+            self.watch.check()
+        self.substeps += executed
+        return executed
 
 
-def euler_angles(quaternions: FloatArray) -> FloatArray:
-    """Absolute roll, pitch and yaw [rad], shape (n, 3): turns about the layout's x, y and z axes.
-
-    Args:
-        quaternions: w, x, y, z in *world* axes, shape (n, 4), unit length.
-
-    The decomposition is R = Rz Ry Rx in layout axes; below some 20 degrees the order hardly
-    matters.
-    """
-    w, z, x, y = quaternions.T
-    roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-    pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
-    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    return np.abs(np.stack((roll, pitch, yaw), axis=1))
+def _fastest(world: World) -> float:
+    """The largest speed of any item [m/s]: of its centre of mass, or of a point 10 cm from it."""
+    linear, angular = world.velocities()
+    speeds = np.sqrt((linear * linear).sum(axis=1)) + 0.1 * np.sqrt((angular * angular).sum(axis=1))
+    return float(speeds.max())

@@ -25,6 +25,8 @@ _UNITS: dict[str, dict[str, float]] = {
     "cm": {"cm": 1.0, "m": 100.0, "mm": 0.1},
     "m": {"m": 1.0, "cm": 0.01, "mm": 0.001},
     "s": {"s": 1.0, "ms": 0.001},
+    "m/s": {},
+    "m/s2": {},
     "Hz": {"Hz": 1.0, "kHz": 1000.0},
     "deg": {"deg": 1.0, "rad": math.degrees(1.0)},
 }

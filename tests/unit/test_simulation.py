@@ -20,7 +20,8 @@ from engines.world import (
 )
 from harness.layouts import Item, Layout, Pallet
 from harness.methods import Status, make_method
-from harness.methods.simulation import boxes, euler_angles
+from harness.methods.criteria import euler_angles
+from harness.methods.scene import boxes
 
 
 class ScriptedWorld(FixedStepWorld):

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from engines.world import StepCount, SubstepClock
+from engines.substeps import StepCount, SubstepClock
 
 SIXTIETH = 1.0 / 60.0
 

@@ -1,0 +1,142 @@
+"""Chipmunk through pymunk: two dimensions, impulses, the vertical x-z plane of the world."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pymunk
+
+from engines.world import (
+    Box,
+    BroadPhase,
+    Capabilities,
+    EngineError,
+    FixedStepWorld,
+    Poses,
+    SettingSupport,
+    Support,
+    Velocities,
+    WorldSettings,
+    centres_from_mass_centres,
+    declare,
+)
+
+_FLOOR_HALF_WIDTH = 1000.0
+_FLOOR_THICKNESS = 10.0
+_ITERATIONS = 50
+
+# Lengths here are metres; Chipmunk's default slop of 0.1 is meant for pixels.
+_SLOP = 1e-5
+
+
+class ChipmunkWorld(FixedStepWorld):
+    """A Chipmunk world: only motion in the x-z plane exists.
+
+    Raises:
+        EngineError: boxes that do not share their centre and size along y, or whose centre of mass
+            lies off its middle. They would need the third dimension.
+    """
+
+    capabilities = Capabilities(
+        title="Chipmunk (pymunk)",
+        dimensions=2,
+        settings=declare(
+            friction=SettingSupport(
+                Support.HONOURED, "pairs multiply, so each shape gets the square root"
+            ),
+            restitution=SettingSupport(
+                Support.HONOURED, "pairs multiply, so each shape gets the square root"
+            ),
+            linear_damping=SettingSupport(Support.HONOURED, "v (1 - d)^t, and angular alike"),
+            angular_damping=SettingSupport(
+                Support.IGNORED, "Chipmunk has one damping for both: linear_damping"
+            ),
+            margin=SettingSupport(Support.IGNORED, "its radius would inflate the boxes"),
+            broad_phase=SettingSupport(
+                Support.HONOURED,
+                "a dynamic tree of bounding boxes",
+                values=(BroadPhase.DBVT,),
+            ),
+            solver_iterations=SettingSupport(Support.HONOURED, f"default {_ITERATIONS}"),
+        ),
+        notes="Two dimensions: a layout is judged when it is planar, and refused otherwise.",
+    )
+
+    def __init__(self, settings: WorldSettings) -> None:
+        super().__init__(settings)
+        self._space = space = pymunk.Space()
+        space.gravity = settings.gravity[0], settings.gravity[2]
+        space.damping = 1.0 - settings.linear_damping
+        space.iterations = settings.solver_iterations or _ITERATIONS
+        space.collision_slop = _SLOP
+        self._bodies: list[pymunk.Body] = []
+        self._starts: list[tuple[float, float]] = []
+        right, bottom = _FLOOR_HALF_WIDTH, -_FLOOR_THICKNESS
+        corners = [(-right, bottom), (right, bottom), (right, 0.0), (-right, 0.0)]
+        space.add(self._surface(pymunk.Poly(space.static_body, corners)))
+
+    def _surface(self, shape: pymunk.Poly) -> pymunk.Poly:
+        shape.friction = math.sqrt(self.settings.friction)
+        shape.elasticity = math.sqrt(self.settings.restitution)
+        return shape
+
+    def _add(self, box: Box) -> None:
+        self._check_planar(box)
+        (x, _, z), (p, _, r) = box.size, box.mass_offset
+        # The body stands at the centre of mass, its shape at an offset.
+        corners = [
+            (a * x - p, b * z - r) for a, b in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))
+        ]
+        if box.fixed:
+            body = pymunk.Body(body_type=pymunk.Body.STATIC)
+        else:
+            body = pymunk.Body(box.mass, box.inertia[1])
+        start = (box.centre[0] + p, box.centre[2] + r)
+        body.position = start
+        self._space.add(body, self._surface(pymunk.Poly(body, corners)))
+        self._bodies.append(body)
+        self._starts.append(start)
+
+    def _check_planar(self, box: Box) -> None:
+        first = self.boxes[0] if self.boxes else box
+        same = math.isclose(box.centre[1], first.centre[1], abs_tol=1e-3)
+        same = same and math.isclose(box.size[1], first.size[1], abs_tol=1e-3)
+        if not same or abs(box.mass_offset[1]) > 1e-3:
+            raise EngineError("Chipmunk is 2-D: boxes must share their extent along y, centred")
+
+    def _advance(self, substeps: int, length: float) -> None:
+        step = self._space.step
+        for _ in range(substeps):
+            step(length)
+
+    def _poses(self) -> Poses:
+        rows = [(b.position.x, b.position.y, b.angle) for b in self._bodies]
+        states = np.array(rows).reshape(-1, 3)
+        half = 0.5 * states[:, 2]
+        # Counter-clockwise from x to z is a negative turn about y.
+        quaternions = np.zeros((len(states), 4))
+        quaternions[:, 0], quaternions[:, 2] = np.cos(half), -np.sin(half)
+        offsets = np.array([b.mass_offset for b in self.boxes]).reshape(-1, 3)
+        mass_centres = np.array([b.centre for b in self.boxes]).reshape(-1, 3) + offsets
+        mass_centres[:, 0], mass_centres[:, 2] = states[:, 0], states[:, 1]
+        return Poses(centres_from_mass_centres(mass_centres, quaternions, offsets), quaternions)
+
+    def _velocities(self) -> Velocities:
+        linear, angular = np.zeros((2, len(self._bodies), 3))
+        for index, body in enumerate(self._bodies):
+            linear[index, 0], linear[index, 2] = body.velocity
+            angular[index, 1] = -body.angular_velocity
+        return Velocities(linear, angular)
+
+    def _reset(self) -> None:
+        for box, body, start in zip(self.boxes, self._bodies, self._starts, strict=True):
+            if box.fixed:
+                continue
+            body.position, body.angle = start, 0.0
+            body.velocity, body.angular_velocity = (0.0, 0.0), 0.0
+            self._space.reindex_shapes_for_body(body)
+
+    def _close(self) -> None:
+        self._bodies.clear()
+        del self._space

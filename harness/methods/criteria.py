@@ -1,0 +1,120 @@
+"""When an item counts as moved (Eq. 6 and 7 of the paper, and the authors' own evaluation)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from enum import StrEnum
+
+import numpy as np
+
+from engines.world import Box, FloatArray, Poses, rotate
+from harness.methods.method import Finding, Status
+from harness.methods.scene import CM
+
+
+class Criterion(StrEnum):
+    """What is measured, and when.
+
+    ``paper``: Eq. 6 and 7, at any sample: the geometric centre moved by more than ``eps_t``
+    (Euclidean), or an angle about an axis exceeds ``eps_r``. ``adams``: the authors' evaluation of
+    the reference simulation, at the last sample: the left-bottom-back corner moved by more than
+    ``eps_t`` along one axis, or an angle exceeds ``eps_r``.
+    """
+
+    PAPER = "paper"
+    ADAMS = "adams"
+
+
+class Examiner:
+    """Compares poses with the planned ones.
+
+    Args:
+        items: all boxes of a layout, at their planned poses.
+        criterion: what is measured.
+        eps_t: displacement that counts as unstable [cm].
+        eps_r: angle that counts as unstable [degrees].
+    """
+
+    def __init__(
+        self, items: Sequence[Box], criterion: Criterion, eps_t: float, eps_r: float
+    ) -> None:
+        self._criterion, self._eps_t, self._eps_r = criterion, eps_t, eps_r
+        self._planned = np.array([b.centre for b in items])
+        self._corners = -0.5 * np.array([b.size for b in items])
+        self._half_diagonals = np.sqrt((self._corners**2).sum(axis=1))
+
+    def examine(
+        self, step: int, poses: Poses, items: FloatArray | slice, excess: float = 1.0
+    ) -> Finding | None:
+        """The finding when something moved too far or the state is not finite, else None.
+
+        Args:
+            step: the item that was placed last.
+            poses: poses of some items.
+            items: which items these are, in the order of the poses.
+            excess: multiple of the thresholds that must be exceeded.
+        """
+        if self._clearly_stable(poses, items, excess):
+            return None
+        if not (np.isfinite(poses.centres).all() and np.isfinite(poses.quaternions).all()):
+            return Finding(
+                status=Status.DIVERGED,
+                reason=f"the engine's state became non-finite when item {step} was placed",
+            )
+        moved = self._displacements(poses, items) / CM
+        turned = np.degrees(euler_angles(poses.quaternions)).max(axis=1)
+        # How far beyond its threshold each item is, in units of the thresholds.
+        beyond = np.maximum(moved / max(self._eps_t, 1e-12), turned / max(self._eps_r, 1e-12))
+        worst = int(beyond.argmax())
+        if not beyond[worst] > excess:
+            return None
+        item = int(np.arange(len(self._planned))[items][worst])
+        return Finding(
+            failing_step=step,
+            moved_item=item,
+            displacement=float(moved[worst]),
+            rotation=float(turned[worst]),
+            reason=f"item {item} moved {moved[worst]:.1f} cm and turned by {turned[worst]:.1f} deg",
+        )
+
+    def _clearly_stable(self, poses: Poses, items: FloatArray | slice, excess: float) -> bool:
+        """A cheap sufficient condition; false for anything that is not finite.
+
+        No angle about an axis exceeds the total angle of a rotation below 90 degrees, and no corner
+        moves by more than its centre does plus the turn of half the diagonal.
+        """
+        shift = poses.centres - self._planned[items]
+        far = math.sqrt((shift * shift).sum(axis=1).max())
+        cosine = float(np.abs(poses.quaternions[:, 0]).min())
+        if not cosine >= math.cos(0.5 * math.radians(min(excess * self._eps_r, 90.0))) + 1e-12:
+            return False
+        if self._criterion is Criterion.ADAMS:
+            sine = math.sqrt(max(0.0, 1.0 - cosine * cosine))
+            far += 2.0 * sine * float(self._half_diagonals[items].max())
+        return far <= excess * self._eps_t * CM * (1.0 - 1e-12)
+
+    def _displacements(self, poses: Poses, items: FloatArray | slice) -> FloatArray:
+        """How far each item moved [m], shape (n,), as the criterion measures it."""
+        shift = poses.centres - self._planned[items]
+        if self._criterion is Criterion.PAPER:
+            return np.sqrt((shift * shift).sum(axis=1))
+        corners = self._corners[items]
+        shift += rotate(poses.quaternions, corners) - corners
+        return np.abs(shift).max(axis=1)
+
+
+def euler_angles(quaternions: FloatArray) -> FloatArray:
+    """Absolute roll, pitch and yaw [rad], shape (n, 3): turns about the layout's x, y and z axes.
+
+    Args:
+        quaternions: w, x, y, z in *world* axes, shape (n, 4), unit length.
+
+    The decomposition is R = Rz Ry Rx in layout axes; below some 20 degrees the order hardly
+    matters.
+    """
+    w, z, x, y = quaternions.T
+    roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
+    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return np.abs(np.stack((roll, pitch, yaw), axis=1))

@@ -1,0 +1,130 @@
+"""What a physics engine is given of a layout: boxes in metres, z up, and no more than needed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engines.world import Box
+from harness.layouts.contacts import Contacts
+from harness.layouts.model import TOLERANCE, Layout
+
+CM = 0.01
+"""Metres in a centimetre."""
+
+_UPRIGHT: tuple[tuple[int, int], ...] = ((2, 1), (0, 1), (1, 1))
+"""World (x, y, z) = layout (z, x, y): z up instead of y up, by a rotation, not a mirror. Each pair
+is a layout axis and its sign."""
+
+_ALONG_WIDTH: tuple[tuple[int, int], ...] = ((0, 1), (2, -1), (1, 1))
+"""World (x, y, z) = layout (x, -z, y): the rotation that puts the depth across the x-z plane."""
+
+
+def boxes(
+    layout: Layout,
+    *,
+    across: Literal["width", "depth"] = "width",
+    shrink: float = 0.0,
+) -> list[Box]:
+    """A layout's items as boxes of a world. The one place where units and axes change.
+
+    Args:
+        layout: any layout.
+        across: which of the layout's horizontal axes becomes the world's y. The other becomes x,
+            the only horizontal axis of a 2-D engine.
+        shrink: draw in every side face by this [m], top and base excepted, so that neighbours do
+            not touch; never more than a thousandth of a side.
+    """
+    frame = _UPRIGHT if across == "width" else _ALONG_WIDTH
+    axes, signs = [a for a, _ in frame], np.array([s for _, s in frame], dtype=float)
+    sizes = (layout.upper - layout.lower)[:, axes] * CM
+    sizes[:, :2] -= 2.0 * np.minimum(shrink, 1e-3 * sizes[:, :2])
+    centres = (0.5 * (layout.lower + layout.upper))[:, axes] * signs * CM
+    offsets = layout.mass_offsets[:, axes] * signs * CM
+    return [
+        Box(tuple(size), weight, tuple(centre), tuple(offset))
+        for size, weight, centre, offset in zip(
+            sizes.tolist(), layout.weights.tolist(), centres.tolist(), offsets.tolist(), strict=True
+        )
+    ]
+
+
+def fixed(box: Box) -> Box:
+    """The same box as part of the surroundings."""
+    return replace(box, fixed=True)
+
+
+@dataclass(frozen=True, slots=True)
+class PlanarScene:
+    """Whether a layout moves in a vertical plane only, by symmetry.
+
+    Attributes:
+        across: the horizontal axis along which nothing happens, ``width`` or ``depth``; None when
+            the layout is not planar.
+        reason: one sentence that says why it is not.
+    """
+
+    across: Literal["width", "depth"] | None
+    reason: str = ""
+
+
+def planar_scene(layout: Layout) -> PlanarScene:
+    """Say whether a 2-D engine can judge a layout exactly.
+
+    It can when all items have the same extent along one horizontal axis (walls of full depth, a
+    single column of equal depth) and every centre of mass lies in the middle of it: then each item
+    and each contact is symmetric about one vertical plane, and so is the motion.
+    """
+    reasons = []
+    for axis, across in ((2, "depth"), (0, "width")):
+        low, high = layout.lower[:, axis], layout.upper[:, axis]
+        if np.ptp(low) > TOLERANCE or np.ptp(high) > TOLERANCE:
+            odd = int((np.abs(low - low[0]) + np.abs(high - high[0]) > TOLERANCE).argmax())
+            reasons.append(f"item {odd} does not share its {across} with item 0")
+        elif np.abs(layout.mass_offsets[:, axis]).max() > TOLERANCE:
+            odd = int(np.abs(layout.mass_offsets[:, axis]).argmax())
+            reasons.append(f"the centre of mass of item {odd} is off the middle of its {across}")
+        else:
+            return PlanarScene("depth" if across == "depth" else "width")
+    return PlanarScene(None, f"the layout is not planar: {' and '.join(reasons)}")
+
+
+@dataclass(frozen=True, slots=True)
+class Neighbourhood:
+    """The part of a layout that placing one item can affect.
+
+    Attributes:
+        free: items that may move: those joined to the new one by standing on each other, directly
+            or over others.
+        fixed: items beside them, which carry and stop them but do not move.
+    """
+
+    free: NDArray[np.intp]
+    fixed: NDArray[np.intp]
+
+
+def neighbourhood(layout: Layout, contacts: Contacts, step: int, reach: float) -> Neighbourhood:
+    """What placing item ``step`` on the items before it can affect.
+
+    Args:
+        layout: any layout.
+        contacts: its vertical contacts.
+        step: the new item.
+        reach: how far around the free items others count as beside them [cm].
+    """
+    joined = contacts.carries[: step + 1, : step + 1]
+    joined = joined | joined.T
+    free = np.zeros(step + 1, dtype=bool)
+    free[step] = True
+    while True:
+        grown = free | joined[free].any(axis=0)
+        if (grown == free).all():
+            break
+        free = grown
+    lower, upper = layout.lower[: step + 1], layout.upper[: step + 1]
+    gaps = np.maximum(lower[:, None] - upper[None, free], lower[None, free] - upper[:, None])
+    beside = (gaps.max(axis=2) <= reach).any(axis=1) & ~free
+    return Neighbourhood(np.flatnonzero(free), np.flatnonzero(beside))

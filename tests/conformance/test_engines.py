@@ -1,0 +1,44 @@
+"""Every engine against every check of :mod:`engines.conformance`."""
+
+import pytest
+
+from engines.conformance import CHECKS, NotApplicable
+from engines.registry import world_class
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_conformance(engine, name):
+    world = world_class(engine)
+    known = {failure.check: failure for failure in world.capabilities.known_failures}
+    try:
+        CHECKS[name](world)
+    except NotApplicable as reason:
+        pytest.skip(str(reason))
+    except AssertionError as error:
+        if name not in known:
+            raise
+        pytest.xfail(f"{known[name].kind}: {known[name].reason} ({error})")
+    assert name not in known, "a known failure passes: take it from the adapter's list"
+
+
+def test_known_failures_are_few_and_explained(engine):
+    failures = world_class(engine).capabilities.known_failures
+    assert len(failures) <= 3
+    for failure in failures:
+        assert failure.check in CHECKS
+        assert failure.reason
+        assert failure.evidence
+
+
+def test_an_engine_skips_only_what_it_declares_to_ignore(engine):
+    """Were an engine skipped by every check, nothing would have been tested."""
+    skipped = []
+    for name in ("linear_damping", "angular_damping", "restitution"):
+        try:
+            CHECKS[name](world_class(engine))
+        except NotApplicable:
+            skipped.append(name)
+        except AssertionError:
+            continue
+    declared = world_class(engine).capabilities.settings
+    assert all(declared[name].support == "ignored" for name in skipped)
