@@ -28,7 +28,7 @@ types: $(READY) ## check types
 	$(BIN)/mypy
 
 bench: $(READY) ## measure what a judgement costs
-	$(BIN)/python -m harness.studies.bench
+	$(BIN)/steadyload bench --output runs/bench
 
 docs: $(READY) ## remake the generated pages
 	$(BIN)/steadyload engines --markdown > docs/engines.md

@@ -21,6 +21,7 @@ from rich.table import Table
 from engines.registry import EngineNotInstalledError
 from harness.layouts.formats import Format, read_layouts, write_layouts
 from harness.layouts.model import LayoutError
+from harness.layouts.packing import random_layouts
 from harness.layouts.scenarios import Scenario
 from harness.layouts.snapping import SNAP_GAP
 from harness.methods.registry import method_listing
@@ -39,6 +40,8 @@ _BAD_INPUT = (
     OSError,
 )
 """What a user can mend: one sentence on stderr, exit status 2."""
+
+_BENCH_SEED = 7
 
 _errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 
@@ -139,6 +142,30 @@ def _parser() -> argparse.ArgumentParser:
     report = commands.add_parser("report", help="write report.md of a study's folder")
     report.add_argument("directory", type=Path, metavar="DIR")
     report.set_defaults(run=_report)
+
+    bench = commands.add_parser("bench", help="compare engines: agreement, options, speed")
+    bench.add_argument("--output", "-o", type=Path, metavar="DIR", default=Path("runs/bench"))
+    bench.add_argument(
+        "--part",
+        action="append",
+        choices=["agreement", "options", "speed", "throughput"],
+        help="measure only this; may be repeated (default: speed and throughput)",
+    )
+    bench.add_argument(
+        "--layouts",
+        type=_at_least(1),
+        default=300,
+        metavar="N",
+        help="generated layouts for agreement and options (default: 300)",
+    )
+    bench.add_argument(
+        "--most-items",
+        type=_at_least(20),
+        default=200,
+        metavar="J",
+        help="largest layout of the speed part (default: 200)",
+    )
+    bench.set_defaults(run=_bench)
 
     methods = commands.add_parser("methods", help="list methods and presets, or explain one")
     methods.add_argument("name", nargs="?", metavar="NAME")
@@ -265,6 +292,27 @@ def _report(options: argparse.Namespace) -> None:
     print(write_page(study_page(compare(options.directory)), options.directory))
 
 
+def _bench(options: argparse.Namespace) -> None:
+    from harness.studies.engine_study import engine_agreement, option_effects
+    from harness.studies.results import provenance_lines
+    from harness.studies.speed import ITEM_COUNTS, speed_curves, throughput
+    from reports.engine_study_page import engine_study_page
+    from reports.pages import write_page
+
+    parts = options.part or ["speed", "throughput"]
+    layouts = random_layouts(options.layouts, seed=_BENCH_SEED)
+    counts = [n for n in ITEM_COUNTS if n <= options.most_items]
+    with _status() as say:
+        page = engine_study_page(
+            engine_agreement(layouts, progress=say) if "agreement" in parts else [],
+            option_effects(layouts, progress=say) if "options" in parts else [],
+            speed_curves(counts, progress=say) if "speed" in parts else [],
+            throughput(progress=say) if "throughput" in parts else [],
+            {"generated layouts": f"{options.layouts}, seed {_BENCH_SEED}"} | provenance_lines(),
+        )
+    print(write_page(page, options.output))
+
+
 def _methods(options: argparse.Namespace) -> None:
     listing = method_listing()
     if options.name is None:
@@ -323,6 +371,14 @@ def _progress(label: str) -> Iterator[Callable[[int, int], None]]:
     ) as bar:
         task = bar.add_task(label, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+@contextmanager
+def _status() -> Iterator[Callable[[str], None]]:
+    """A line on stderr that says what is being measured, where somebody can see it."""
+    console = Console(stderr=True)
+    with console.status("") as status:
+        yield lambda what: status.update(what)
 
 
 if __name__ == "__main__":

@@ -14,8 +14,15 @@ import numpy as np
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from reports.records import AgreementMatrix, MethodSummary, Scene
-from reports.style import colour, marker
+from reports.records import (
+    AgreementMatrix,
+    EngineAgreement,
+    MethodKey,
+    MethodSummary,
+    Scene,
+    SpeedCurve,
+)
+from reports.style import colour, engine_colour, marker
 
 matplotlib.rcParams.update(
     {
@@ -119,6 +126,61 @@ def plot_phases(methods: Sequence[MethodSummary]) -> Figure:
     axes.set_xlabel("mean CPU time a layout (ms)")
     if shown:
         axes.legend(frameon=False, ncols=4, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    return figure
+
+
+def plot_growth(curves: Sequence[SpeedCurve]) -> Figure:
+    """CPU time against the number of items, both on log axes; solid all items, dashed local."""
+    figure = Figure(figsize=(7.6, 4.8))
+    axes = figure.add_subplot()
+    for curve in curves:
+        key = MethodKey(curve.engine, curve.engine, curve.engine, curve.engine)
+        label = f"{curve.engine}, {curve.scene}, {curve.scope}: J^{curve.exponent:.2f}"
+        axes.plot(
+            [p.item_count for p in curve.points],
+            [p.total for p in curve.points],
+            linestyle={"all": "-", "local": "--"}[curve.scope],
+            linewidth=1.2 if curve.scene == "pile" else 0.7,
+            marker=marker(key),
+            markersize=6 if curve.scene == "pile" else 3,
+            color=engine_colour(curve.engine),
+            label=label,
+        )
+    axes.set(xscale="log", yscale="log")
+    axes.set_xlabel("items in the layout, J")
+    axes.set_ylabel("CPU time a layout (ms)")
+    counts = sorted({p.item_count for c in curves for p in c.points})
+    axes.set_xticks(counts, [str(n) for n in counts])
+    axes.minorticks_off()
+    axes.grid(visible=True, linewidth=0.4, alpha=0.6)
+    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+    return figure
+
+
+def plot_convergence(rows: Sequence[EngineAgreement]) -> Figure:
+    """Agreement between every two engines against frequency."""
+    figure = Figure(figsize=(6.4, 3.8))
+    axes = figure.add_subplot()
+    for pair in rows[0].agreement:
+        found = [100 * row.agreement[pair].value for row in rows]
+        low = [100 * (row.agreement[pair].value - row.agreement[pair].low) for row in rows]
+        high = [100 * (row.agreement[pair].high - row.agreement[pair].value) for row in rows]
+        axes.errorbar(
+            [row.frequency for row in rows],
+            found,
+            yerr=[low, high],
+            marker="o",
+            capsize=2,
+            linewidth=1.0,
+            label=" and ".join(pair),
+        )
+    axes.set_xscale("log")
+    axes.set_xticks([row.frequency for row in rows], [str(row.frequency) for row in rows])
+    axes.minorticks_off()
+    axes.set_xlabel("substeps a second (Hz)")
+    axes.set_ylabel("same failing step (%)")
+    axes.grid(visible=True, linewidth=0.4, alpha=0.6)
+    axes.legend(frameon=False)
     return figure
 
 

@@ -36,6 +36,13 @@ _ENGINE_MARKERS = {
     "chipmunk": "v",
     "reference": "*",
 }
+_ENGINE_COLOURS = {
+    "bullet": "#1f77b4",
+    "mujoco": "#d62728",
+    "dart": "#2ca02c",
+    "chipmunk": "#9467bd",
+    "reference": "#000000",
+}
 _SPARE_COLOURS = ("#393b79", "#637939", "#843c39", "#7b4173", "#3182bd", "#e6550d")
 _SPARE_MARKERS = ("P", "X", "h", "<", ">", "p")
 
@@ -49,6 +56,11 @@ def marker(method: MethodKey) -> str:
     """The method's marker; an engine without one gets a spare marker by its name."""
     known = _ENGINE_MARKERS.get(method.engine)
     return known or _spare(str(method.engine), _SPARE_MARKERS)
+
+
+def engine_colour(engine: str) -> str:
+    """The colour of an engine, where a figure compares engines and not methods."""
+    return _ENGINE_COLOURS.get(engine) or _spare(engine, _SPARE_COLOURS)
 
 
 def _spare(name: str, choices: tuple[str, ...]) -> str:

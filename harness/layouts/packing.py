@@ -13,6 +13,7 @@ from itertools import permutations
 import numpy as np
 
 from harness.layouts.model import Item, Layout, Pallet, Vector
+from harness.layouts.scenarios import Scenario, apply_scenario
 
 DENSITY = 250.0
 """kg/m3. The paper's weights are proportional to volume; it names no density."""
@@ -31,6 +32,9 @@ ITEM_CLASSES: Mapping[int, ItemClass] = {
     2: ItemClass(Pallet(100.0, 100.0, 100.0), 35),
     3: ItemClass(Pallet(100.0, 100.0, 100.0), 100),
 }
+
+_FEWEST, _MOST, _OFFERED = 3, 20, 40
+_FROM_THE_BOTTOM = 0.75
 
 _Space = tuple[Vector, Vector]
 """Lower and upper corner of an empty space (x, y, z) [cm]."""
@@ -85,6 +89,36 @@ def pack(
         x, y, z = (corner[axis] + oriented[axis] for axis in range(3))
         spaces = _without((corner, (x, y, z)), spaces)
     return Layout(name, pallet, tuple(items)) if items else None
+
+
+def random_layouts(count: int, seed: int, *, scenario: Scenario | None = None) -> list[Layout]:
+    """Layouts to compare methods on: 3 to 20 items, the three classes in turn.
+
+    Three of four are packed from the bottom up, the fourth by one of the other rules; about three
+    quarters of them can be loaded, as in the paper's natural set.
+
+    Args:
+        count: how many; no two are equal.
+        seed: the same seed gives the same layouts, and more of them start with fewer.
+        scenario: where the centres of mass lie; None takes the three scenarios in turn.
+    """
+    random = np.random.default_rng(np.random.SeedSequence(seed))
+    layouts: list[Layout] = []
+    hashes: set[str] = set()
+    while len(layouts) < count:
+        number = len(layouts)
+        item_class = ITEM_CLASSES[1 + number % len(ITEM_CLASSES)]
+        sizes = random_item_list(item_class, _OFFERED, random)
+        most = int(random.integers(_FEWEST, _MOST + 1))
+        upright = "bottom-back-left" if random.random() < _FROM_THE_BOTTOM else None
+        rule = upright or list(SPACE_RULES)[random.integers(len(SPACE_RULES))]
+        layout = pack(f"layout-{number:04d}", item_class.pallet, sizes, rule, most_items=most)
+        if layout is None or len(layout) < _FEWEST or layout.geometry_hash() in hashes:
+            continue
+        hashes.add(layout.geometry_hash())
+        which = scenario or list(Scenario)[number // len(ITEM_CLASSES) % len(Scenario)]
+        layouts.append(apply_scenario(layout, which, seed))
+    return layouts
 
 
 def _first_fit(spaces: Sequence[_Space], size: Vector) -> tuple[Vector, Vector] | None:

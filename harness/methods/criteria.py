@@ -7,10 +7,14 @@ from collections.abc import Sequence
 from enum import StrEnum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engines.world import Box, FloatArray, Poses, rotate
 from harness.methods.method import Finding, Status
 from harness.methods.scene import CM
+
+Indices = NDArray[np.intp] | slice
+"""Which of a layout's items are meant."""
 
 
 class Criterion(StrEnum):
@@ -45,7 +49,7 @@ class Examiner:
         self._half_diagonals = np.sqrt((self._corners**2).sum(axis=1))
 
     def examine(
-        self, step: int, poses: Poses, items: FloatArray | slice, excess: float = 1.0
+        self, step: int, poses: Poses, items: Indices, excess: float = 1.0
     ) -> Finding | None:
         """The finding when something moved too far or the state is not finite, else None.
 
@@ -78,7 +82,7 @@ class Examiner:
             reason=f"item {item} moved {moved[worst]:.1f} cm and turned by {turned[worst]:.1f} deg",
         )
 
-    def _clearly_stable(self, poses: Poses, items: FloatArray | slice, excess: float) -> bool:
+    def _clearly_stable(self, poses: Poses, items: Indices, excess: float) -> bool:
         """A cheap sufficient condition; false for anything that is not finite.
 
         No angle about an axis exceeds the total angle of a rotation below 90 degrees, and no corner
@@ -94,7 +98,7 @@ class Examiner:
             far += 2.0 * sine * float(self._half_diagonals[items].max())
         return far <= excess * self._eps_t * CM * (1.0 - 1e-12)
 
-    def _displacements(self, poses: Poses, items: FloatArray | slice) -> FloatArray:
+    def _displacements(self, poses: Poses, items: Indices) -> FloatArray:
         """How far each item moved [m], shape (n,), as the criterion measures it."""
         shift = poses.centres - self._planned[items]
         if self._criterion is Criterion.PAPER:

@@ -15,6 +15,9 @@ from harness.layouts.model import TOLERANCE, Layout
 CM = 0.01
 """Metres in a centimetre."""
 
+Across = Literal["width", "depth"]
+"""A horizontal axis of the layout, the one that becomes the world's y."""
+
 _UPRIGHT: tuple[tuple[int, int], ...] = ((2, 1), (0, 1), (1, 1))
 """World (x, y, z) = layout (z, x, y): z up instead of y up, by a rotation, not a mirror. Each pair
 is a layout axis and its sign."""
@@ -26,7 +29,7 @@ _ALONG_WIDTH: tuple[tuple[int, int], ...] = ((0, 1), (2, -1), (1, 1))
 def boxes(
     layout: Layout,
     *,
-    across: Literal["width", "depth"] = "width",
+    across: Across = "width",
     shrink: float = 0.0,
 ) -> list[Box]:
     """A layout's items as boxes of a world. The one place where units and axes change.
@@ -67,7 +70,7 @@ class PlanarScene:
         reason: one sentence that says why it is not.
     """
 
-    across: Literal["width", "depth"] | None
+    across: Across | None
     reason: str = ""
 
 

@@ -10,12 +10,12 @@ from enum import StrEnum
 import numpy as np
 
 from engines.registry import open_world, world_class
-from engines.world import SETTINGS, BroadPhase, EngineError, FloatArray, World, WorldSettings
+from engines.world import SETTINGS, BroadPhase, EngineError, World, WorldSettings
 from harness.layouts.contacts import find_contacts
 from harness.layouts.model import Layout
-from harness.methods.criteria import Criterion, Examiner
+from harness.methods.criteria import Criterion, Examiner, Indices
 from harness.methods.method import STABLE, Finding, Method, Phase, RefusedError, Status, Stopwatch
-from harness.methods.scene import boxes, fixed, neighbourhood, planar_scene
+from harness.methods.scene import Across, boxes, fixed, neighbourhood, planar_scene
 from harness.methods.spec import quantity
 
 _SUBSTEPS_BETWEEN_LOOKS_AT_THE_CLOCK = 10
@@ -158,7 +158,7 @@ class _Loading:
         self.layout, self.engine, self.parameters, self.watch = layout, engine, parameters, watch
         self.settings = parameters.world_settings()
         self.substeps = 0
-        across = "width"
+        across: Across = "width"
         if world_class(engine).capabilities.dimensions == 2:
             scene = planar_scene(layout)
             if scene.across is None:
@@ -212,7 +212,7 @@ class _Loading:
                 world.close()
         return STABLE
 
-    def _settle(self, step: int, world: World, items: FloatArray | slice) -> Finding | None:
+    def _settle(self, step: int, world: World, items: Indices) -> Finding | None:
         """Simulate one placement; a finding when something moves too far."""
         p = self.parameters
         any_sample = p.criterion is Criterion.PAPER

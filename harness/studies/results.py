@@ -192,6 +192,16 @@ def provenance() -> dict[str, Any]:
     }
 
 
+def provenance_lines() -> dict[str, str]:
+    """:func:`provenance` as a page shows it."""
+    made = provenance()
+    return {
+        "source": f"{made['git'] or 'installed package'} (code {made['code']})",
+        "versions": ", ".join(f"{k} {v}" for k, v in made["versions"].items()),
+        "machine": made["machine"],
+    }
+
+
 def _installed(name: str) -> bool:
     try:
         metadata.version(name)

@@ -1,0 +1,233 @@
+"""Checks of the adapter: signatures, counting, isolation, repetition, resources."""
+
+from __future__ import annotations
+
+import gc
+import inspect
+import math
+import multiprocessing
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import numpy as np
+
+from engines.checks.scenes import (
+    CUBE,
+    WorldClass,
+    angles,
+    expect,
+    fall_speed,
+    fill,
+    two_cubes,
+)
+from engines.substeps import StepCount
+from engines.world import (
+    GRAVITY,
+    Box,
+    EngineError,
+    Poses,
+    World,
+    WorldClosedError,
+    WorldSettings,
+    rotate,
+)
+
+
+def check_protocol_signatures(world_class: WorldClass) -> None:
+    """Every operation of the protocol is there, with the same parameter names."""
+    for name, expected in inspect.getmembers(World, inspect.isfunction):
+        if name.startswith("_"):
+            continue
+        found = getattr(world_class, name, None)
+        assert found is not None, f"{name} is missing"
+        wanted = list(inspect.signature(expected).parameters)
+        assert list(inspect.signature(found).parameters) == wanted, f"{name} differs"
+
+
+def check_step_counting(world_class: WorldClass) -> None:
+    """The returned count is Bullet's, and so is what the engine really did (v = g n h)."""
+    sixtieth = 1.0 / 60.0
+    with world_class(WorldSettings()) as world:
+        world.add_box(Box(CUBE, 1.0, (0.0, 0.0, 500.0)))
+        done = 0
+        for call, expected in (
+            ((sixtieth, 1, sixtieth), StepCount(1, 1, 0)),
+            ((0.1, 2, sixtieth), StepCount(2, 6, 4)),
+            ((0.025, 10, sixtieth), StepCount(1, 1, 0)),
+            ((0.025, 10, sixtieth), StepCount(2, 2, 0)),
+            ((0.001, 10, sixtieth), StepCount(0, 0, 0)),
+        ):
+            assert world.stepSimulation(*call) == expected, f"{call}"
+            done += expected.executed
+            expect(fall_speed(world), GRAVITY * done * sixtieth, 1e-9, "speed after the substeps")
+
+
+def check_two_worlds_do_not_mix(world_class: WorldClass) -> None:
+    """Two worlds stepped in turns give what each gives alone."""
+    scenes = [
+        two_cubes(0.03),
+        [Box(CUBE, 2.0, (0.0, 0.0, 0.3)), Box(CUBE, 1.0, (0.3, 0.0, 0.05))],
+    ]
+    settings = [WorldSettings(friction=0.3), WorldSettings(gravity=(0.0, 0.0, -5.0))]
+    alone = []
+    for scene, setting in zip(scenes, settings, strict=True):
+        with world_class(setting) as world:
+            fill(world, scene)
+            for _ in range(20):
+                world.stepSimulation(0.01, 10, 1.0 / 200.0)
+            alone.append(world.poses())
+    with world_class(settings[0]) as first, world_class(settings[1]) as second:
+        worlds = (first, second)
+        for world, scene in zip(worlds, scenes, strict=True):
+            fill(world, scene)
+        for _ in range(20):
+            for world in worlds:
+                world.stepSimulation(0.01, 10, 1.0 / 200.0)
+        for world, expected in zip(worlds, alone, strict=True):
+            _same_bits(world.poses(), expected)
+
+
+def check_repeat_in_a_fresh_process(world_class: WorldClass) -> None:
+    """The same scene gives the same bits, here again and in a freshly started process."""
+    expected = _tumble(world_class)
+    _same_bits(_tumble(world_class), expected)
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(1, mp_context=context) as pool:
+        _same_bits(pool.submit(_tumble, world_class).result(), expected)
+
+
+def check_reseat_equals_a_fresh_world(world_class: WorldClass) -> None:
+    """After ``reset_poses`` a scene moves as in a new world, to within 0.1 mm and 0.1 degrees."""
+    scene = [
+        *two_cubes(0.03),
+        Box((0.3, 0.1, 0.02), 0.5, (0.05, 0.0, 0.21), (0.02, 0.0, 0.0)),
+    ]
+    with world_class(WorldSettings()) as world:
+        fill(world, scene)
+        world.stepSimulation(0.3, 1000, 1.0 / 240.0)
+        expected = world.poses()
+        world.reset_poses()
+        planned = np.array([b.centre for b in scene])
+        assert np.abs(world.poses().centres - planned).max() < 1e-12, "not at the planned poses"
+        assert not any(v.any() for v in world.velocities()), "not at rest"
+        world.stepSimulation(0.3, 1000, 1.0 / 240.0)
+        again = world.poses()
+    expect(np.abs(again.centres - expected.centres).max(), 0.0, 1e-4, "centres after reseating")
+    turned = np.abs((again.quaternions * expected.quaternions).sum(axis=1)).min()
+    expect(2.0 * math.degrees(math.acos(min(1.0, turned))), 0.0, 0.1, "angles after reseating")
+
+
+def check_poses_are_of_the_geometric_centre(world_class: WorldClass) -> None:
+    """Also for a box with a shifted centre of mass, at rest, in flight and turning over an edge."""
+    offset = (0.03, 0.0, 0.01)
+    scene = [Box(CUBE, 1.0, (0.0, 0.0, 0.05)), Box(CUBE, 1.0, (0.06, 0.0, 0.15), offset)]
+    with world_class(WorldSettings()) as world:
+        fill(world, scene)
+        expect(world.poses().centres[1], scene[1].centre, 1e-12, "planned centre")
+        world.stepSimulation(0.2, 1000, 1.0 / 480.0)
+        poses = world.poses()
+        assert angles(poses)[1] > 10.0, "the box should be turning over the edge"
+        _check_corners_stay_outside(poses, scene)
+    with world_class(WorldSettings()) as world:
+        world.add_box(Box(CUBE, 1.0, (0.2, 0.0, 10.0), offset))
+        world.stepSimulation(0.5, 1000, 1.0 / 240.0)
+        expect(world.poses().centres[0, :2], (0.2, 0.0), 1e-9, "centre in free fall")
+
+
+def check_fixed_boxes_carry_and_never_move(world_class: WorldClass) -> None:
+    """A fixed box floats where it is; another rests on it, and falls when beyond its edge."""
+    table = Box((0.2, 0.1, 0.02), 0.1, (0.0, 0.0, 0.3), fixed=True)
+    with world_class(WorldSettings()) as world:
+        fill(world, [table, Box(CUBE, 5.0, (0.05, 0.0, 0.36))])
+        world.stepSimulation(0.3, 1000, 1.0 / 240.0)
+        poses = world.poses()
+        expect(poses.centres[0], table.centre, 0.0, "fixed box")
+        expect(poses.centres[1], (0.05, 0.0, 0.36), 1e-3, "box on a fixed box")
+        world.add_box(Box(CUBE, 1.0, (-0.16, 0.0, 0.36)))
+        world.stepSimulation(0.3, 1000, 1.0 / 240.0)
+        assert world.poses().centres[2, 2] < 0.34, "a box beyond the edge should fall"
+        world.reset_poses()
+        expect(world.poses().centres[2], (-0.16, 0.0, 0.36), 1e-12, "reseated centre")
+
+
+def check_closing(world_class: WorldClass) -> None:
+    """Closing twice is allowed, using a closed world is an error, reading never advances time."""
+    world = world_class(WorldSettings())
+    world.add_box(Box(CUBE, 1.0, (0.0, 0.0, 1.0)))
+    world.stepSimulation(0.1, 100, 0.01)
+    _same_bits(world.poses(), world.poses())
+    mine = world.poses()
+    mine.centres[:] = 7.0
+    assert not (world.poses().centres == 7.0).any(), "the arrays should belong to the caller"
+    world.close()
+    world.close()
+    for operation in (world.poses, world.velocities, world.reset_poses):
+        try:
+            operation()
+        except WorldClosedError:
+            continue
+        raise AssertionError(f"{operation.__name__} works after close")
+
+
+def check_many_worlds_leave_no_memory(world_class: WorldClass) -> None:
+    """Ten thousand worlds do not make the process grow."""
+
+    def worlds(count: int) -> None:
+        for _ in range(count):
+            with world_class(WorldSettings()) as world:
+                fill(world, two_cubes(0.03))
+                world.stepSimulation(0.02, 10, 0.01)
+                world.poses()
+
+    worlds(1000)
+    gc.collect()
+    before = _resident_bytes()
+    worlds(9000)
+    gc.collect()
+    grown = (_resident_bytes() - before) / 1024**2
+    assert grown < 10.0, f"the process grew by {grown:.1f} MiB over 9,000 worlds"
+
+
+def check_a_state_that_is_not_finite_shows(world_class: WorldClass) -> None:
+    """An overflow is neither hidden nor mended, nor does it end the process."""
+    with world_class(WorldSettings(gravity=(0.0, 0.0, 1e306))) as world:
+        world.add_box(Box(CUBE, 1.0, (0.0, 0.0, 1.0)))
+        try:
+            world.stepSimulation(1000.0, 1000, 1.0)
+        except EngineError:
+            return
+        poses = world.poses()
+        assert not np.isfinite(poses.centres).all(), "the state should have overflowed"
+
+
+def _same_bits(found: Poses, expected: Poses) -> None:
+    for one, other in zip(found, expected, strict=True):
+        assert one.tobytes() == other.tobytes(), f"not the same bits: {one} and {other}"
+
+
+def _check_corners_stay_outside(poses: Poses, scene: Sequence[Box]) -> None:
+    """No corner of the second box lies below the floor or deep inside the first box."""
+    half = 0.5 * np.array(scene[1].size)
+    signs = np.array([(a, 0.0, b) for a in (-1.0, 1.0) for b in (-1.0, 1.0)])
+    corners = poses.centres[1] + rotate(np.tile(poses.quaternions[1], (4, 1)), signs * half)
+    assert corners[:, 2].min() > -2e-3, "a corner lies below the floor"
+    inside = (np.abs(corners[:, 0]) < 0.047) & (corners[:, 2] < 0.097)
+    assert not inside.any(), "a corner lies inside the box below"
+
+
+def _tumble(world_class: WorldClass) -> Poses:
+    scene = [
+        *two_cubes(0.03),
+        Box((0.06, 0.1, 0.2), 0.7, (0.1, 0.0, 0.3), (0.01, 0.0, 0.05)),
+    ]
+    with world_class(WorldSettings()) as world:
+        for box in scene:
+            world.add_box(box)
+            world.stepSimulation(0.3, 1000, 1.0 / 120.0)
+        return world.poses()
+
+
+def _resident_bytes() -> int:
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * 4096

@@ -1,0 +1,58 @@
+"""What checks are made of: scenes, measures, and the ways to say no."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from engines.world import Box, FixedStepWorld, FloatArray, Poses, Support, Velocities
+
+WorldClass = type[FixedStepWorld]
+Check = Callable[[WorldClass], None]
+
+CUBE = (0.1, 0.1, 0.1)
+
+
+class NotApplicable(Exception):  # noqa: N818 - an outcome, not an error
+    """The engine declares that it lacks what a check is about."""
+
+
+def expect(
+    found: ArrayLike, expected: ArrayLike, absolute: float, what: str, relative: float = 0.0
+) -> None:
+    """Fail unless ``found`` is ``expected`` to within an absolute plus a relative tolerance."""
+    ok = np.allclose(found, expected, rtol=relative, atol=absolute)
+    assert ok, f"{what}: found {found!r}, expected {expected!r} +- {absolute:g} + {relative:.0%}"
+
+
+def require(world_class: WorldClass, setting: str) -> None:
+    """Leave a check that an engine declares itself out of."""
+    if world_class.capabilities.settings[setting].support is Support.IGNORED:
+        raise NotApplicable(f"{world_class.__name__} declares that it ignores {setting}")
+
+
+def fill(world: FixedStepWorld, scene: Sequence[Box]) -> None:
+    """Add all boxes of a scene."""
+    for box in scene:
+        world.add_box(box)
+
+
+def two_cubes(shift: float, offset: float = 0.0) -> list[Box]:
+    """Two cubes of 10 cm, the upper one shifted along x, its centre of mass by ``offset`` more."""
+    return [
+        Box(CUBE, 1.0, (0.0, 0.0, 0.05)),
+        Box(CUBE, 1.0, (shift, 0.0, 0.15), (offset, 0.0, 0.0)),
+    ]
+
+
+def fall_speed(world: FixedStepWorld) -> float:
+    """Downward speed of the first box [m/s]."""
+    velocities: Velocities = world.velocities()
+    return -float(velocities.linear[0, 2])
+
+
+def angles(poses: Poses) -> FloatArray:
+    """Total angles [degrees]."""
+    return np.degrees(2.0 * np.arccos(np.minimum(1.0, np.abs(poses.quaternions[:, 0]))))

@@ -1,0 +1,168 @@
+"""What a judgement costs: by engine, number of items and phase, beside the engine's own floor.
+
+Everything here is measured in one process, alternatives side by side, in CPU time; compare ratios.
+"""
+
+from __future__ import annotations
+
+import math
+import multiprocessing
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+
+from engines.registry import engine_names, open_world, world_class
+from harness.layouts.model import Item, Layout, Pallet
+from harness.layouts.packing import pack, random_layouts
+from harness.methods.method import Status, Verdict
+from harness.methods.registry import make_method
+from harness.methods.scene import boxes
+from harness.methods.simulation import SimulationParameters
+from reports.records import SpeedCurve, SpeedPoint, Throughput
+
+ITEM_COUNTS = (5, 10, 20, 50, 100, 200)
+WALL_COUNTS = (5, 10, 20)
+TUNING = "t_max=0.3,frequency=90,between_steps=reseat,samples=1"
+"""One placement is 27 substeps and one look at its end."""
+
+_NO_EXIT = "eps_t=100000,eps_r=180"
+"""Thresholds that nothing exceeds: every item is placed, whatever falls."""
+
+_REPEATS = 5
+_ENOUGH_SECONDS = 2.0
+"""A case that took this long is not repeated."""
+
+Progress = Callable[[str], None]
+
+
+def random_pile(count: int) -> Layout:
+    """The first ``count`` boxes, sides of 5 to 25 cm, of one pile packed from the bottom up."""
+    random = np.random.default_rng(np.random.SeedSequence(3))
+    sizes = [
+        (float(a), float(b), float(c))
+        for a, b, c in random.integers(5, 26, (2 * count, 3)).tolist()
+    ]
+    pallet = Pallet(120.0, 160.0, 80.0)
+    layout = pack(f"pile-{count}", pallet, sizes, "bottom-back-left", most_items=count)
+    assert layout is not None
+    assert len(layout) == count, "the pallet holds all"
+    return layout
+
+
+def brick_wall(count: int) -> Layout:
+    """Bricks of 20 x 15 cm and full depth in courses of six, shifted by 5 cm in turn: planar."""
+    items = []
+    for index in range(count):
+        course, place = divmod(index, 6)
+        x = 20.0 * place + (5.0 if course % 2 else 0.0)
+        items.append(Item(index, (x, 15.0 * course, 0.0), (20.0, 15.0, 40.0), 3.0))
+    return Layout(f"wall-{count}", Pallet(130.0, 600.0, 40.0), tuple(items))
+
+
+def speed_curves(
+    counts: Sequence[int] = ITEM_COUNTS,
+    wall_counts: Sequence[int] = WALL_COUNTS,
+    *,
+    progress: Progress = lambda what: None,
+) -> list[SpeedCurve]:
+    """Cost against the number of items, per engine: the whole pile, local scope, and the wall."""
+    curves = []
+    for engine in engine_names():
+        planar_only = world_class(engine).capabilities.dimensions == 2
+        plans = [("wall", wall_counts, "all")]
+        if not planar_only:
+            plans += [("pile", counts, "all"), ("pile", counts, "local")]
+        for scene, numbers, scope in plans:
+            points = []
+            for count in numbers:
+                progress(f"{engine}, {scene}, {scope}, {count} items")
+                layout = brick_wall(count) if scene == "wall" else random_pile(count)
+                points.append(_measure(engine, layout, scope))
+            curves.append(SpeedCurve(engine, scene, scope, tuple(points), _exponent(points)))
+    return curves
+
+
+def throughput(*, layouts: int = 60, progress: Progress = lambda what: None) -> list[Throughput]:
+    """Layouts a second over one process and over two, wall time, start-up excluded."""
+    cases = random_layouts(layouts, seed=11)
+    rows = []
+    context = multiprocessing.get_context("spawn")
+    for engine in engine_names():
+        if world_class(engine).capabilities.dimensions == 2:
+            continue
+        progress(f"{engine}, throughput")
+        spec, rates = f"simulation@{engine}:{TUNING}", []
+        for workers in (1, 2):
+            parts = [cases[i::10] for i in range(10)]
+            with ProcessPoolExecutor(workers, mp_context=context) as pool:
+                # Warm both workers, then measure.
+                list(pool.map(_judge_part, [spec] * 4 * workers, [cases[:6]] * 4 * workers))
+                start = time.perf_counter()
+                done = sum(pool.map(_judge_part, [spec] * len(parts), parts))
+                rates.append(done / (time.perf_counter() - start))
+        rows.append(Throughput(engine, layouts, rates[0], rates[1]))
+    return rows
+
+
+def _judge_part(spec: str, layouts: list[Layout]) -> int:
+    method = make_method(spec)
+    method.prepare(20)
+    return sum(v.status is Status.DONE for v in method.judge_many(layouts))
+
+
+def _measure(engine: str, layout: Layout, scope: str) -> SpeedPoint:
+    method = make_method(f"simulation@{engine}:{TUNING},{_NO_EXIT},scope={scope}")
+    method.prepare(len(layout))
+    method.judge(layout if len(layout) <= 20 else layout.first(20))
+    runs: list[Verdict] = []
+    floors: list[tuple[float, float]] = []
+    spent = 0.0
+    while len(runs) < _REPEATS and spent < _ENOUGH_SECONDS:
+        verdict = method.judge(layout)
+        runs.append(verdict)
+        if scope == "all":
+            floors.append(_floor(engine, layout))
+        spent += verdict.cpu.total
+    total, build, step, read = (
+        1e3 * float(np.median([getattr(v.cpu, phase) for v in runs]))
+        for phase in ("total", "build", "step", "read")
+    )
+    floor, create = (1e3 * np.median(floors, axis=0)).tolist() if floors else (None, None)
+    return SpeedPoint(len(layout), total, build, step, read, floor, create, len(runs))
+
+
+def _floor(engine: str, layout: Layout) -> tuple[float, float]:
+    """CPU seconds of the engine's own stepping, with no Python of ours between the calls, and of
+    adding the boxes, which creates native bodies where the engine has them.
+    """
+    parameters: SimulationParameters = make_method(f"simulation@{engine}:{TUNING}").parameters
+    substeps = round(parameters.t_max * parameters.frequency)
+    length, stepping, adding = 1.0 / parameters.frequency, 0.0, 0.0
+    planar = world_class(engine).capabilities.dimensions == 2
+    world = open_world(engine, parameters.world_settings())
+    try:
+        for box in boxes(layout, across="depth" if planar else "width"):
+            start = time.process_time()
+            world.add_box(box)
+            adding += time.process_time() - start
+            world.prepare()
+            start = time.process_time()
+            world._advance(substeps, length)
+            stepping += time.process_time() - start
+            world.reset_poses()
+    finally:
+        world.close()
+    return stepping, adding
+
+
+def _exponent(points: Sequence[SpeedPoint]) -> float:
+    """Growth exponent of the total from 20 items on, by least squares in log-log."""
+    large = [p for p in points if p.item_count >= 20]
+    if len(large) < 2:
+        return math.nan
+    slope, _ = np.polyfit(
+        np.log([p.item_count for p in large]), np.log([p.total for p in large]), 1
+    )
+    return float(slope)

@@ -1,0 +1,34 @@
+"""The same layouts judged by every engine in two fresh processes give identical score tables."""
+
+import json
+import subprocess
+import sys
+
+from engines.registry import engine_names
+
+SCRIPT = """
+import json, sys
+from harness.layouts.packing import random_layouts
+from harness.methods import make_method
+rows = []
+for engine in sys.argv[1:]:
+    for tuning in ("ps_opt-paper", "simulation"):
+        values = "" if tuning == "ps_opt-paper" else ":between_steps=reseat,frequency=90"
+        for verdict in make_method(f"{tuning}@{engine}{values}").judge_many(random_layouts(20, 9)):
+            rows.append([verdict.status, verdict.failing_step, verdict.moved_item,
+                         verdict.displacement, verdict.rotation, verdict.substeps])
+print(json.dumps(rows))
+"""
+
+
+def table():
+    command = [sys.executable, "-c", SCRIPT, *engine_names()]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+def test_two_fresh_processes_give_identical_tables():
+    first = table()
+    assert first == table()
+    rows = json.loads(first)
+    assert len(rows) == 40 * len(engine_names())
+    assert any(row[1] is not None for row in rows)

@@ -1,0 +1,201 @@
+"""What a layout needs of an engine: two dimensions or three, and which items."""
+
+import numpy as np
+import pytest
+
+from engines.registry import engine_names, world_class
+from harness.layouts import Item, Layout, Pallet
+from harness.layouts.contacts import find_contacts
+from harness.layouts.packing import random_layouts
+from harness.methods import Status, make_method
+from harness.methods.scene import boxes, neighbourhood, planar_scene
+
+PALLET = Pallet(100.0, 100.0, 100.0)
+SPATIAL = [e for e in engine_names() if world_class(e).capabilities.dimensions == 3]
+PLANAR = [e for e in engine_names() if world_class(e).capabilities.dimensions == 2]
+
+
+def layout(*items):
+    """Items as (position, size[, mass offset])."""
+    made = []
+    for step, (position, size, *offset) in enumerate(items):
+        made.append(Item(step, position, size, 1.0, *offset))
+    return Layout("a", PALLET, tuple(made))
+
+
+def wall(shifts, *, across="depth", offset=0.0):
+    """A column of boxes 20 x 10 cm, 40 cm deep, shifted in the plane."""
+    items = []
+    for k, shift in enumerate(shifts):
+        moved = offset if k == len(shifts) - 1 else 0.0
+        if across == "depth":
+            items.append(((30.0 + shift, 10.0 * k, 20.0), (20.0, 10.0, 40.0), (moved, 0.0, 0.0)))
+        else:
+            items.append(((20.0, 10.0 * k, 30.0 + shift), (40.0, 10.0, 20.0), (0.0, 0.0, moved)))
+    return layout(*items)
+
+
+def test_a_wall_of_full_depth_is_planar():
+    assert planar_scene(wall([0.0, 5.0, 8.0])).across == "depth"
+    assert planar_scene(wall([0.0, 5.0], across="width")).across == "width"
+    assert planar_scene(wall([0.0, 5.0], offset=3.0)).across == "depth"
+
+
+@pytest.mark.parametrize(
+    ("lay", "reason"),
+    [
+        (layout(((0, 0, 0), (10, 10, 10)), ((20, 0, 20), (10, 10, 10))), "item 1 does not share"),
+        (layout(((0, 0, 0), (9, 9, 9), (1, 0, 1))), "the centre of mass of item 0 is off"),
+        (
+            layout(((0, 0, 0), (9, 9, 9)), ((0, 9, 0), (9, 9, 8), (2, 0, 0))),
+            "does not share its depth",
+        ),
+    ],
+)
+def test_a_layout_that_is_not_planar_says_why(lay, reason):
+    scene = planar_scene(lay)
+    assert scene.across is None
+    assert reason in scene.reason
+
+
+@pytest.mark.parametrize("engine", PLANAR)
+def test_a_2d_engine_refuses_what_is_not_planar(engine):
+    verdict = make_method(f"ps3@{engine}").judge(layout(((0, 0, 0), (9, 9, 9), (1, 0, 1))))
+    assert (verdict.status, verdict.score) == (Status.REFUSED, None)
+    assert "not planar" in verdict.reason
+
+
+@pytest.mark.parametrize("across", ["depth", "width"])
+@pytest.mark.parametrize(
+    ("shifts", "offset", "step"),
+    [
+        ([0.0] * 5, 0.0, None),
+        ([0.0, 8.0], 0.0, None),
+        ([0.0, 12.0], 0.0, 1),
+        ([0.0, -12.0], 0.0, 1),
+        ([0.0, 8.0], 4.0, 1),
+        ([0.0, 12.0], -4.0, None),
+        ([0.0, 6.0, 12.0], 0.0, None),  # 1 and 2 together stand at 9 of 10 over box 0
+        ([0.0, 8.0, 16.0], 0.0, 2),  # at 12 of 10: box 1 tips under box 2
+    ],
+)
+def test_planar_layouts_get_the_same_verdict_in_2d_and_3d(across, shifts, offset, step):
+    # A box falls when the centre of mass of what stands above an edge lies beyond it.
+    lay = wall(shifts, across=across, offset=offset)
+    found = {
+        engine: make_method(f"simulation@{engine}:t_max=0.5,between_steps=reseat").judge(lay)
+        for engine in engine_names()
+    }
+    steps = {engine: verdict.failing_step for engine, verdict in found.items()}
+    assert set(steps.values()) == {step}, steps
+
+
+def test_both_frames_are_rotations():
+    lay = layout(((0, 0, 0), (10, 20, 30), (1, 2, 3)))
+    for across in ("width", "depth"):
+        unit = []
+        for axis in range(3):
+            position = [0.0, 0.0, 0.0]
+            position[axis] = 10.0
+            (box,) = boxes(layout((tuple(position), (10, 20, 30))), across=across)
+            (base,) = boxes(layout(((0, 0, 0), (10, 20, 30))), across=across)
+            unit.append(np.subtract(box.centre, base.centre) / 0.1)
+        assert np.linalg.det(np.array(unit)) == pytest.approx(1.0)
+        (box,) = boxes(lay, across=across)
+        assert box.size[2] == pytest.approx(0.2)
+        assert box.mass_offset[2] == pytest.approx(0.02)
+
+
+def test_shrinking_leaves_tops_and_bases_alone():
+    lay = layout(((0, 0, 0), (10, 20, 0.05)))
+    (box,) = boxes(lay, shrink=1e-4)
+    # World x is the layout's z (0.05 cm deep): at most a thousandth of a side on each side.
+    assert box.size == pytest.approx((0.0005 * (1 - 2e-3), 0.1 - 2e-4, 0.2))
+    assert box.centre == pytest.approx(boxes(lay)[0].centre)
+
+
+def test_a_neighbourhood_is_the_stack_and_what_stands_beside_it():
+    lay = layout(
+        ((0, 0, 0), (10, 10, 10)),
+        ((10, 0, 0), (10, 10, 10)),  # touches item 0 sideways
+        ((60, 0, 60), (10, 10, 10)),  # far away
+        ((0, 10, 0), (10, 10, 10)),  # on item 0
+        ((0, 20, 0), (10, 10, 10)),  # on item 3
+        ((60, 10, 60), (10, 10, 10)),
+    )
+    contacts = find_contacts(lay)
+    part = neighbourhood(lay, contacts, 4, reach=5.0)
+    assert part.free.tolist() == [0, 3, 4]
+    assert part.fixed.tolist() == [1]
+    assert neighbourhood(lay, contacts, 5, reach=5.0).free.tolist() == [2, 5]
+    assert neighbourhood(lay, contacts, 0, reach=5.0).free.tolist() == [0]
+    # What two stacks carry together joins them.
+    bridge = layout(
+        ((0, 0, 0), (10, 10, 10)), ((20, 0, 0), (10, 10, 10)), ((5, 10, 0), (20, 5, 10))
+    )
+    assert neighbourhood(bridge, find_contacts(bridge), 2, 5.0).free.tolist() == [0, 1, 2]
+
+
+@pytest.mark.parametrize("engine", SPATIAL)
+def test_local_scope_gives_the_verdicts_of_the_whole(engine):
+    layouts = random_layouts(30, seed=5)
+    base = f"simulation@{engine}:frequency=240,between_steps=reseat,samples=1"
+    whole = make_method(base).judge_many(layouts)
+    local = make_method(f"{base},scope=local").judge_many(layouts)
+    same = [a.failing_step == b.failing_step for a, b in zip(whole, local, strict=True)]
+    assert sum(same) >= 27, same
+    assert sum(v.substeps for v in local) == pytest.approx(sum(v.substeps for v in whole), rel=0.15)
+
+
+def test_local_scope_needs_reseating():
+    with pytest.raises(ValueError, match="scope=local needs between_steps=reseat"):
+        make_method("simulation@mujoco:scope=local")
+
+
+@pytest.mark.parametrize("engine", engine_names())
+def test_stopping_at_rest_saves_substeps_and_keeps_clear_verdicts(engine):
+    stands, falls = wall([0.0] * 4), wall([0.0, 12.0])
+    base = f"simulation@{engine}:frequency=240,between_steps=reseat,samples=10"
+    plain, rested = make_method(base), make_method(f"{base},rest_speed=0.01")
+    assert rested.judge(stands).failing_step is None
+    assert rested.judge(stands).substeps < 0.6 * plain.judge(stands).substeps
+    assert rested.judge(falls).failing_step == plain.judge(falls).failing_step == 1
+
+
+@pytest.mark.parametrize("engine", engine_names())
+def test_an_early_exit_keeps_clear_verdicts(engine):
+    base = f"simulation@{engine}:t_max=1,between_steps=reseat,criterion=adams,samples=20"
+    plain, early = make_method(base), make_method(f"{base},early_exit=2")
+    for lay, step in ((wall([0.0] * 4), None), (wall([0.0, 14.0]), 1)):
+        assert plain.judge(lay).failing_step == early.judge(lay).failing_step == step
+    assert early.judge(lay).substeps < plain.judge(lay).substeps
+
+
+@pytest.mark.parametrize("engine", engine_names())
+def test_a_timeout_is_a_status_and_changes_no_verdict(engine):
+    lay = wall([0.0] * 6)
+    method = make_method(f"simulation@{engine}:frequency=240")
+    calm = method.judge(lay)
+    assert method.judge(lay, timeout=1000.0).failing_step == calm.failing_step
+    assert method.judge(lay, timeout=1000.0).substeps == calm.substeps
+    falls = wall([0.0, 12.0])
+    timed = method.judge(falls, timeout=1000.0)
+    assert timed.displacement == method.judge(falls).displacement
+    late = method.judge(lay, timeout=1e-9)
+    assert (late.status, late.score) == (Status.TIMEOUT, None)
+    assert "no verdict within" in late.reason
+
+
+@pytest.mark.parametrize("engine", SPATIAL)
+def test_extreme_sizes_run_to_a_verdict(engine):
+    # Sides from 0.1 cm to 500 cm in one layout.
+    items = (
+        Item(0, (0.0, 0.0, 0.0), (500.0, 10.0, 500.0), 500.0),
+        Item(1, (10.0, 10.0, 10.0), (0.1, 0.1, 0.1), 1e-6),
+        Item(2, (20.0, 10.0, 20.0), (0.1, 500.0, 100.0), 10.0),
+        Item(3, (60.0, 10.0, 20.0), (100.0, 0.1, 100.0), 1.0),
+        Item(4, (60.0, 10.1, 20.0), (100.0, 100.0, 100.0), 250.0),
+    )
+    lay = Layout("extreme", Pallet(500.0, 600.0, 500.0), items)
+    verdict = make_method(f"ps_opt-paper@{engine}").judge(lay, timeout=60.0)
+    assert verdict.status in (Status.DONE, Status.DIVERGED, Status.TIMEOUT)
