@@ -3,7 +3,7 @@ PYTHON ?= python3.11
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help study test lint types bench docs clean
+.PHONY: help study test lint types bench engines docs clean
 
 help: ## list these targets
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-8s %s\n", $$1, $$2}'
@@ -29,6 +29,10 @@ types: $(READY) ## check types
 
 bench: $(READY) ## measure what a judgement costs
 	$(BIN)/steadyload bench --output runs/bench
+
+engines: $(READY) ## remake the published comparison of engines (half an hour)
+	$(BIN)/steadyload bench --part agreement --part options --part speed --part throughput \
+		--output reports/published/engines
 
 docs: $(READY) ## remake the generated pages
 	$(BIN)/steadyload engines --markdown > docs/engines.md

@@ -161,6 +161,27 @@ def test_a_study_from_definition_to_report(layout_file, tmp_path):
     assert (tmp_path / "runs" / "s" / "report.md").read_text().startswith("# Study: s")
 
 
+def test_a_timeout_is_a_record(layout_file):
+    done = steadyload(
+        *("score", layout_file, "-m", "ps3-literal@dart", "--timeout", "1e-6", "--json"),
+        cwd=layout_file.parent,
+    )
+    assert done.returncode == 0
+    for record in json.loads(done.stdout):
+        assert (record["status"], record["score"]) == ("timeout", None)
+
+
+def test_the_benchmark_writes_its_page(tmp_path):
+    arguments = ("bench", "-o", "out", "--layouts", "3", "--most-items", "20")
+    parts = ("--part", "agreement", "--part", "options")
+    done = steadyload(*arguments, *parts, cwd=tmp_path)
+    assert done.stdout.strip() == "out/report.md"
+    text = (tmp_path / "out" / "report.md").read_text()
+    assert "## Agreement" in text
+    assert "local scope" in text
+    assert (tmp_path / "out" / "figures" / "convergence.png").stat().st_size > 10_000
+
+
 def test_engines_leave_no_files_behind_and_keep_quiet(layout_file):
     before = sorted(p.name for p in layout_file.parent.iterdir())
     done = steadyload(

@@ -1,0 +1,53 @@
+"""The benchmark measures what it says: phases add up, the floor lies below, piles hold J items."""
+
+import math
+
+import pytest
+
+from engines.registry import engine_names
+from harness.layouts.packing import random_layouts
+from harness.methods.scene import planar_scene
+from harness.studies.engine_study import engine_agreement, option_effects
+from harness.studies.speed import ITEM_COUNTS, brick_wall, random_pile, speed_curves
+from reports.engine_study_page import engine_study_page
+from reports.pages import write_page
+
+
+def test_scenes_hold_as_many_items_as_asked():
+    assert [len(random_pile(count)) for count in ITEM_COUNTS] == list(ITEM_COUNTS)
+    assert random_pile(20).items == random_pile(50).first(20).items
+    assert planar_scene(brick_wall(30)).across == "depth"
+
+
+def test_curves_cover_every_engine_and_add_up(tmp_path):
+    curves = speed_curves((5, 20, 25), (5,))
+    assert {c.engine for c in curves} == set(engine_names())
+    assert {c.scope for c in curves if c.scene == "pile"} == {"all", "local"}
+    for curve in curves:
+        assert curve.scene == "wall" or math.isfinite(curve.exponent)
+        for point in curve.points:
+            # Medians of parts and of the whole are not of one run: allow a tenth.
+            assert point.build + point.step + point.read <= 1.1 * point.total
+            if curve.scope == "all":
+                assert 0.0 < point.floor <= 1.5 * point.total
+    text = write_page(engine_study_page([], [], curves, [], {}), tmp_path).read_text()
+    assert "J^" not in text  # the exponents stand in the figure
+    assert (tmp_path / "figures" / "growth.png").exists()
+
+
+def test_agreement_and_options_are_counted_on_the_same_layouts():
+    layouts = random_layouts(4, seed=1)
+    rows = engine_agreement(layouts, (60, 90))
+    assert [row.frequency for row in rows] == [60, 90]
+    assert all(e.n == 4 for row in rows for e in row.agreement.values())
+    effects = {(e.option, e.engine): e for e in option_effects(layouts)}
+    assert ("10 solver iterations", "dart") not in effects  # DART ignores it
+    assert all(e.ratio > 0 for e in effects.values())
+
+
+def test_generated_layouts_start_alike_and_differ():
+    few, many = random_layouts(6, seed=3), random_layouts(12, seed=3)
+    assert [lay.items for lay in few] == [lay.items for lay in many[:6]]
+    assert len({lay.geometry_hash() for lay in many}) == 12
+    assert all(3 <= len(lay) <= 20 for lay in many)
+    assert pytest.approx(0.0) == abs(many[0].mass_offsets).max()
