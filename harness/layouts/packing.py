@@ -80,7 +80,8 @@ def pack(
     for size in sizes:
         if len(items) == most_items:
             break
-        placed = _first_fit(sorted(spaces, key=key), size)
+        # Ties go to the space that sorts first, so that a layout does not depend on hashing.
+        placed = _first_fit(sorted(spaces, key=lambda s: (key(s), s)), size)
         if placed is None:
             continue
         corner, oriented = placed
@@ -132,17 +133,36 @@ def _first_fit(spaces: Sequence[_Space], size: Vector) -> tuple[Vector, Vector] 
 
 
 def _without(box: _Space, spaces: Sequence[_Space]) -> list[_Space]:
-    """Cut a box out of all spaces (difference) and drop those inside another (elimination)."""
-    cut: set[_Space] = set()
+    """Cut a box out of all spaces (difference) and drop those inside another (elimination).
+
+    Only what was cut can lie inside another: the spaces that the box does not touch were maximal
+    before, and a part of a space contains none of them.
+    """
+    whole: list[_Space] = []
+    parts: set[_Space] = set()
     for space in spaces:
-        cut.update(_difference(space, box))
-    return [s for s in cut if not any(s != other and _inside(s, other) for other in cut)]
+        cut = _difference(space, box)
+        if cut is None:
+            whole.append(space)
+        else:
+            parts.update(cut)
+    if not parts:
+        return whole
+    new = sorted(parts)
+    corners = np.array(whole + new)
+    low, high = corners[:, 0], corners[:, 1]
+    start = len(whole)
+    inside = (low[None] <= low[start:, None]).all(axis=2)
+    inside &= (high[start:, None] <= high[None]).all(axis=2)
+    maximal = inside.sum(axis=1) == 1  # itself
+    return whole + [space for space, keep in zip(new, maximal, strict=True) if keep]
 
 
-def _difference(space: _Space, box: _Space) -> list[_Space]:
+def _difference(space: _Space, box: _Space) -> list[_Space] | None:
+    """What a box leaves of a space, as maximal parts; None when it does not reach into it."""
     (low, high), (box_low, box_high) = space, box
     if any(box_high[a] <= low[a] or box_low[a] >= high[a] for a in range(3)):
-        return [space]
+        return None
     parts: list[_Space] = []
     for axis in range(3):
         if box_low[axis] > low[axis]:
@@ -150,10 +170,6 @@ def _difference(space: _Space, box: _Space) -> list[_Space]:
         if box_high[axis] < high[axis]:
             parts.append((_replaced(low, axis, box_high[axis]), high))
     return parts
-
-
-def _inside(inner: _Space, outer: _Space) -> bool:
-    return all(outer[0][a] <= inner[0][a] and inner[1][a] <= outer[1][a] for a in range(3))
 
 
 def _replaced(point: Vector, axis: int, value: float) -> Vector:
