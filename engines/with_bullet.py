@@ -13,6 +13,7 @@ from engines.world import (
     Box,
     BroadPhase,
     Capabilities,
+    EngineError,
     FixedStepWorld,
     Poses,
     SettingSupport,
@@ -87,8 +88,19 @@ def _is_exact(batch: int, length: float) -> bool:
     return native_length == length and int(length * batch / native_length) == batch
 
 
+def _connect() -> int:
+    client = pybullet.connect(pybullet.DIRECT)
+    if client < 0:
+        raise EngineError("pybullet has no physics client left; are worlds not being closed?")
+    return client
+
+
 class BulletWorld(FixedStepWorld):
-    """A pybullet world. Raises nothing of its own; a diverged state shows in its poses."""
+    """A pybullet world. A diverged state shows in its poses.
+
+    Raises:
+        EngineError: more than some thousand worlds are open at once.
+    """
 
     capabilities = Capabilities(
         title="Bullet (pybullet)",
@@ -121,7 +133,9 @@ class BulletWorld(FixedStepWorld):
         flags = pybullet.RESET_USE_DISCRETE_DYNAMICS_WORLD
         if settings.broad_phase is BroadPhase.SIMPLE:
             flags |= pybullet.RESET_USE_SIMPLE_BROADPHASE
-        self._client = _idle_clients.pop() if _idle_clients else pybullet.connect(pybullet.DIRECT)
+        self._friction = math.sqrt(settings.friction)
+        self._restitution = math.sqrt(settings.restitution)
+        self._client = _idle_clients.pop() if _idle_clients else _connect()
         pybullet.resetSimulation(flags, physicsClientId=self._client)
         pybullet.setGravity(*settings.gravity, physicsClientId=self._client)
         # numSubSteps and fixedTimeStep survive a reset; these do not.
@@ -135,8 +149,6 @@ class BulletWorld(FixedStepWorld):
         self._bodies: list[int] = []
         self._starts: list[tuple[float, float, float]] = []
         self._offsets: list[tuple[float, float, float]] = []
-        self._friction = math.sqrt(settings.friction)
-        self._restitution = math.sqrt(settings.restitution)
         # A box, not a plane: a plane throws a grid of small cubes apart.
         floor = pybullet.createCollisionShape(
             pybullet.GEOM_BOX, halfExtents=_FLOOR_HALF, physicsClientId=self._client
@@ -155,6 +167,12 @@ class BulletWorld(FixedStepWorld):
             restitution=self._restitution,
             physicsClientId=self._client,
         )
+
+    @classmethod
+    def warm_up(cls, box_count: int) -> None:
+        """Connect a client."""
+        if not _idle_clients:
+            _idle_clients.append(_connect())
 
     def _add(self, box: Box) -> None:
         client, settings = self._client, self.settings

@@ -65,6 +65,8 @@ class ChipmunkWorld(FixedStepWorld):
 
     def __init__(self, settings: WorldSettings) -> None:
         super().__init__(settings)
+        if settings.gravity[1]:
+            raise EngineError("Chipmunk is 2-D: gravity must have no part along y")
         self._space = space = pymunk.Space()
         space.gravity = settings.gravity[0], settings.gravity[2]
         space.damping = 1.0 - settings.linear_damping

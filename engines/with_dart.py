@@ -57,7 +57,8 @@ class DartWorld(FixedStepWorld):
             solver_iterations=SettingSupport(Support.IGNORED, "Dantzig's method is direct"),
         ),
         notes="Side faces are drawn in by 0.01 mm, so that touching neighbours do not form one "
-        "linear complementarity problem.",
+        "linear complementarity problem. DART keeps 1000 contacts (some 250 touching pairs): a "
+        "layout that needs more ends with status `error`, never with contacts dropped in silence.",
     )
 
     def __init__(self, settings: WorldSettings) -> None:
@@ -127,14 +128,13 @@ class DartWorld(FixedStepWorld):
     def _advance(self, substeps: int, length: float) -> None:
         if self._world.getTimeStep() != length:
             self._world.setTimeStep(length)
-        step = self._world.step
+        step, result = self._world.step, self._world.getLastCollisionResult
         for _ in range(substeps):
             step()
-        contacts = self._world.getLastCollisionResult().getNumContacts()
-        if contacts >= _MOST_CONTACTS:
-            raise EngineError(
-                f"DART found {contacts} contacts or more, and drops those beyond {_MOST_CONTACTS}"
-            )
+            if result().getNumContacts() >= _MOST_CONTACTS:
+                raise EngineError(
+                    f"DART keeps {_MOST_CONTACTS} contacts and drops the rest; this layout has more"
+                )
 
     def _poses(self) -> Poses:
         # A free joint's coordinates: rotation vector, then translation, of the centre of mass.

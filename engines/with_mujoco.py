@@ -186,8 +186,7 @@ class MujocoWorld(FixedStepWorld):
             ladder.rung(count, 0)
         _idle_ladders.append(ladder)
 
-    def prepare(self) -> None:
-        """Climb to the rung for all boxes added so far."""
+    def _prepare(self) -> None:
         self._climb()
 
     def _add(self, box: Box) -> None:

@@ -273,7 +273,9 @@ class FixedStepWorld(ABC):
         return len(self.boxes) - 1
 
     def prepare(self) -> None:
-        """See :meth:`World.prepare`. Nothing to do, unless an engine puts something off."""
+        """See :meth:`World.prepare`."""
+        self._check_open()
+        self._prepare()
 
     @classmethod
     def warm_up(cls, box_count: int) -> None:
@@ -326,6 +328,9 @@ class FixedStepWorld(ABC):
     def _check_open(self) -> None:
         if self._closed:
             raise WorldClosedError(f"this {type(self).__name__} has been closed")
+
+    def _prepare(self) -> None:
+        """Nothing to do, unless an engine puts something off."""
 
     @abstractmethod
     def _add(self, box: Box) -> None: ...

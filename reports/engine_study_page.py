@@ -93,8 +93,9 @@ def _options(effects: Sequence[OptionEffect]) -> Section:
         "Options: what they change and what they cost",
         f"At 240 Hz, n = {effects[0].changed.n} layouts. *Changed* is the share of layouts whose "
         "failing step is another with the option than without; *CPU ratio* is its CPU time over "
-        "that without, in the same run. All options are off by default: an untuned method is the "
-        "plain algorithm, and whoever tunes one can give the same options to the others.",
+        "that without, both measured in turn, layout by layout. All options are off by default: an "
+        "untuned method is the plain algorithm, and whoever tunes one can give the same options to "
+        "the others.",
         [markdown_table(header, rows)],
     )
 
@@ -121,10 +122,10 @@ def _speed(curves: Sequence[SpeedCurve]) -> Section:
         "0.3 s a placement at 90 Hz, reseat, one look at its end; every item is placed. *Pile*: "
         "random boxes packed from the bottom up. *Wall*: bricks of full depth, planar. *Local* "
         "scope simulates what shares a stack with the new item; what stands beside it is fixed, "
-        "the rest left out. *Floor* is the engine's own stepping of the same states with no Python "
-        "of ours between, *create* the adding of boxes (native bodies, where the engine has "
-        "them), *own* all the rest, a difference of measurements: noise where steps are long. "
-        "The exponent in the figure is fitted from 20 items on.",
+        "the rest left out. *Floor* is the stepping of the same states alone: the engine's native "
+        "steps and the adapter's call. *Create* is the adding of boxes (native bodies, where the "
+        "engine has them), *own* all the rest, a difference of measurements: noise where steps are "
+        "long. The exponent in the figure is fitted from 10 items on.",
         [markdown_table(header, rows, left=3)],
         [
             Picture(

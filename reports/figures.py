@@ -135,7 +135,9 @@ def plot_growth(curves: Sequence[SpeedCurve]) -> Figure:
     axes = figure.add_subplot()
     for curve in curves:
         key = MethodKey(curve.engine, curve.engine, curve.engine, curve.engine)
-        label = f"{curve.engine}, {curve.scene}, {curve.scope}: J^{curve.exponent:.2f}"
+        label = f"{curve.engine}, {curve.scene}, {curve.scope}"
+        if math.isfinite(curve.exponent):
+            label += f": J^{curve.exponent:.2f}"
         axes.plot(
             [p.item_count for p in curve.points],
             [p.total for p in curve.points],

@@ -6,7 +6,7 @@ import gc
 import inspect
 import math
 import multiprocessing
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
@@ -19,6 +19,7 @@ from engines.checks.scenes import (
     expect,
     fall_speed,
     fill,
+    require,
     two_cubes,
 )
 from engines.substeps import StepCount
@@ -88,6 +89,43 @@ def check_two_worlds_do_not_mix(world_class: WorldClass) -> None:
             _same_bits(world.poses(), expected)
 
 
+def check_nothing_leaks_to_the_next_world(world_class: WorldClass) -> None:
+    """A world gives the same bits before and after one whose every setting differs."""
+    expected = _tumble(world_class)
+    other = WorldSettings(
+        friction=0.05,
+        restitution=0.9,
+        linear_damping=0.9,
+        angular_damping=0.9,
+        margin=0.02,
+        solver_iterations=1,
+        gravity=(3.0, 0.0, -2.0),
+    )
+    with world_class(other) as world:
+        world.add_box(Box((0.3, 0.1, 0.1), 9.0, (0.1, 0.0, 0.2), fixed=True))
+        fill(world, two_cubes(0.06))
+        world.stepSimulation(0.5, 1000, 1.0 / 50.0)
+    _same_bits(_tumble(world_class), expected)
+
+
+def check_solver_iterations_count(world_class: WorldClass) -> None:
+    """Where they are honoured, one iteration gives another motion than the default."""
+    require(world_class, "solver_iterations")
+    few = _tumble(world_class, WorldSettings(solver_iterations=1))
+    moved = np.abs(few.centres - _tumble(world_class).centres).max()
+    assert moved > 1e-9, "the number of iterations has no effect"
+
+
+def check_a_margin_lifts_nothing(world_class: WorldClass) -> None:
+    """Boxes keep their size under a margin: a tower of four stands where it stood."""
+    tower = [Box(CUBE, 1.0, (0.0, 0.0, 0.05 + 0.1 * level)) for level in range(4)]
+    with world_class(WorldSettings(margin=0.006)) as world:
+        fill(world, tower)
+        world.stepSimulation(0.3, 1000, 1.0 / 240.0)
+        moved = np.abs(world.poses().centres - [b.centre for b in tower]).max()
+    expect(moved, 0.0, 1e-3, "movement under a margin")
+
+
 def check_repeat_in_a_fresh_process(world_class: WorldClass) -> None:
     """The same scene gives the same bits, here again and in a freshly started process."""
     expected = _tumble(world_class)
@@ -107,6 +145,10 @@ def check_reseat_equals_a_fresh_world(world_class: WorldClass) -> None:
         fill(world, scene)
         world.stepSimulation(0.3, 1000, 1.0 / 240.0)
         expected = world.poses()
+        world.stepSimulation(0.5 / 240.0, 1000, 1.0 / 240.0)
+        world.reset_poses()
+        count = world.stepSimulation(0.5 / 240.0, 1000, 1.0 / 240.0)
+        assert count == StepCount(0, 0, 0), "half a substep survived the reset"
         world.reset_poses()
         planned = np.array([b.centre for b in scene])
         assert np.abs(world.poses().centres - planned).max() < 1e-12, "not at the planned poses"
@@ -128,6 +170,8 @@ def check_poses_are_of_the_geometric_centre(world_class: WorldClass) -> None:
         world.stepSimulation(0.2, 1000, 1.0 / 480.0)
         poses = world.poses()
         assert angles(poses)[1] > 10.0, "the box should be turning over the edge"
+        assert poses.quaternions[1, 2] * poses.quaternions[1, 0] > 0.0, "it turns the other way"
+        assert world.velocities().angular[1, 1] > 0.0, "its velocity turns the other way"
         _check_corners_stay_outside(poses, scene)
     with world_class(WorldSettings()) as world:
         world.add_box(Box(CUBE, 1.0, (0.2, 0.0, 10.0), offset))
@@ -136,19 +180,25 @@ def check_poses_are_of_the_geometric_centre(world_class: WorldClass) -> None:
 
 
 def check_fixed_boxes_carry_and_never_move(world_class: WorldClass) -> None:
-    """A fixed box floats where it is; another rests on it, and falls when beyond its edge."""
+    """Fixed boxes float; others rest on and between them, and fall when beyond an edge.
+
+    Three fixed boxes, one of them flush beside a free one and one added after it.
+    """
     table = Box((0.2, 0.1, 0.02), 0.1, (0.0, 0.0, 0.3), fixed=True)
+    flush = Box(CUBE, 0.1, (0.15, 0.0, 0.36), fixed=True)
+    post = Box((0.02, 0.1, 0.2), 0.1, (1.0, 0.0, 0.1), fixed=True)
     with world_class(WorldSettings()) as world:
-        fill(world, [table, Box(CUBE, 5.0, (0.05, 0.0, 0.36))])
+        fill(world, [table, flush, Box(CUBE, 5.0, (0.05, 0.0, 0.36)), post])
         world.stepSimulation(0.3, 1000, 1.0 / 240.0)
         poses = world.poses()
-        expect(poses.centres[0], table.centre, 0.0, "fixed box")
-        expect(poses.centres[1], (0.05, 0.0, 0.36), 1e-3, "box on a fixed box")
+        for index, box in ((0, table), (1, flush), (3, post)):
+            expect(poses.centres[index], box.centre, 0.0, "fixed box")
+        expect(poses.centres[2], (0.05, 0.0, 0.36), 2e-4, "box between fixed boxes")
         world.add_box(Box(CUBE, 1.0, (-0.16, 0.0, 0.36)))
         world.stepSimulation(0.3, 1000, 1.0 / 240.0)
-        assert world.poses().centres[2, 2] < 0.34, "a box beyond the edge should fall"
+        assert world.poses().centres[4, 2] < 0.34, "a box beyond the edge should fall"
         world.reset_poses()
-        expect(world.poses().centres[2], (-0.16, 0.0, 0.36), 1e-12, "reseated centre")
+        expect(world.poses().centres[4], (-0.16, 0.0, 0.36), 1e-12, "reseated centre")
 
 
 def check_closing(world_class: WorldClass) -> None:
@@ -162,12 +212,20 @@ def check_closing(world_class: WorldClass) -> None:
     assert not (world.poses().centres == 7.0).any(), "the arrays should belong to the caller"
     world.close()
     world.close()
-    for operation in (world.poses, world.velocities, world.reset_poses):
+    operations: dict[str, Callable[[], object]] = {
+        "poses": world.poses,
+        "velocities": world.velocities,
+        "reset_poses": world.reset_poses,
+        "prepare": world.prepare,
+        "add_box": lambda: world.add_box(Box(CUBE, 1.0, (0.0, 0.0, 2.0))),
+        "stepSimulation": lambda: world.stepSimulation(0.1, 9, 0.1),
+    }
+    for name, operation in operations.items():
         try:
             operation()
         except WorldClosedError:
             continue
-        raise AssertionError(f"{operation.__name__} works after close")
+        raise AssertionError(f"{name} works after close")
 
 
 def check_many_worlds_leave_no_memory(world_class: WorldClass) -> None:
@@ -216,12 +274,12 @@ def _check_corners_stay_outside(poses: Poses, scene: Sequence[Box]) -> None:
     assert not inside.any(), "a corner lies inside the box below"
 
 
-def _tumble(world_class: WorldClass) -> Poses:
+def _tumble(world_class: WorldClass, settings: WorldSettings | None = None) -> Poses:
     scene = [
         *two_cubes(0.03),
         Box((0.06, 0.1, 0.2), 0.7, (0.1, 0.0, 0.3), (0.01, 0.0, 0.05)),
     ]
-    with world_class(WorldSettings()) as world:
+    with world_class(settings or WorldSettings()) as world:
         for box in scene:
             world.add_box(box)
             world.stepSimulation(0.3, 1000, 1.0 / 120.0)

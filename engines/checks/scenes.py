@@ -27,6 +27,12 @@ def expect(
     assert ok, f"{what}: found {found!r}, expected {expected!r} +- {absolute:g} + {relative:.0%}"
 
 
+def require_space(world_class: WorldClass) -> None:
+    """Leave a check of motion out of the plane to engines that have it."""
+    if world_class.capabilities.dimensions < 3:
+        raise NotApplicable(f"{world_class.__name__} has two dimensions")
+
+
 def require(world_class: WorldClass, setting: str) -> None:
     """Leave a check that an engine declares itself out of."""
     if world_class.capabilities.settings[setting].support is Support.IGNORED:

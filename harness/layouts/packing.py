@@ -57,7 +57,13 @@ def random_item_list(
 
 
 def pack(
-    name: str, pallet: Pallet, sizes: Sequence[Vector], rule: str, *, most_items: int = 20
+    name: str,
+    pallet: Pallet,
+    sizes: Sequence[Vector],
+    rule: str,
+    *,
+    most_items: int = 20,
+    least_support: float = 0.0,
 ) -> Layout | None:
     """Pack items in the given order; what fits nowhere is left out.
 
@@ -70,6 +76,8 @@ def pack(
         sizes: width, height, depth of every item [cm].
         rule: a key of :data:`SPACE_RULES`.
         most_items: stop at this many.
+        least_support: leave out spaces in which less than this share of the base would rest on
+            something; 0, the default, asks for nothing.
 
     Returns:
         The layout, or None when no item fits.
@@ -77,11 +85,16 @@ def pack(
     key = SPACE_RULES[rule]
     spaces: list[_Space] = [((0.0, 0.0, 0.0), pallet.size)]
     items: list[Item] = []
+
+    def rests(corner: Vector, oriented: Vector) -> bool:
+        return not least_support or _support(items, corner, oriented) >= least_support
+
     for size in sizes:
         if len(items) == most_items:
             break
         # Ties go to the space that sorts first, so that a layout does not depend on hashing.
-        placed = _first_fit(sorted(spaces, key=lambda s: (key(s), s)), size)
+        ordered = sorted(spaces, key=lambda s: (key(s), s))
+        placed = _first_fit(ordered, size, rests)
         if placed is None:
             continue
         corner, oriented = placed
@@ -122,14 +135,33 @@ def random_layouts(count: int, seed: int, *, scenario: Scenario | None = None) -
     return layouts
 
 
-def _first_fit(spaces: Sequence[_Space], size: Vector) -> tuple[Vector, Vector] | None:
+def _first_fit(
+    spaces: Sequence[_Space], size: Vector, accept: Callable[[Vector, Vector], bool]
+) -> tuple[Vector, Vector] | None:
     orientations = [(a, b, c) for a, b, c in sorted(set(permutations(size)))]
     for low, high in spaces:
         room = [high[axis] - low[axis] for axis in range(3)]
         fitting = [o for o in orientations if all(o[a] <= room[a] for a in range(3))]
         if fitting:
-            return low, min(fitting, key=lambda o: (min(room[a] - o[a] for a in range(3)), o))
+            best = min(fitting, key=lambda o: (min(room[a] - o[a] for a in range(3)), o))
+            if accept(low, best):
+                return low, best
     return None
+
+
+def _support(items: Sequence[Item], corner: Vector, size: Vector) -> float:
+    """Share of a base that rests on the floor or on tops of items."""
+    x, y, z = corner
+    if y == 0.0:
+        return 1.0
+    area = 0.0
+    for item in items:
+        (a, b, c), (width, height, depth) = item.position, item.size
+        if b + height == y:
+            along_x = min(a + width, x + size[0]) - max(a, x)
+            along_z = min(c + depth, z + size[2]) - max(c, z)
+            area += max(0.0, along_x) * max(0.0, along_z)
+    return area / (size[0] * size[2])
 
 
 def _without(box: _Space, spaces: Sequence[_Space]) -> list[_Space]:

@@ -14,11 +14,23 @@ from engines.world import SETTINGS, BroadPhase, EngineError, World, WorldSetting
 from harness.layouts.contacts import find_contacts
 from harness.layouts.model import Layout
 from harness.methods.criteria import Criterion, Examiner, Indices
-from harness.methods.method import STABLE, Finding, Method, Phase, RefusedError, Status, Stopwatch
+from harness.methods.method import (
+    STABLE,
+    Finding,
+    Method,
+    Phase,
+    RefusedError,
+    Status,
+    Stopwatch,
+    TimeoutExpiredError,
+)
 from harness.methods.scene import Across, boxes, fixed, neighbourhood, planar_scene
 from harness.methods.spec import quantity
 
 _SUBSTEPS_BETWEEN_LOOKS_AT_THE_CLOCK = 10
+
+_PATIENCE = 3.0
+"""A placement is at rest no earlier than after this many times the free fall to the rest speed."""
 
 
 class BetweenSteps(StrEnum):
@@ -36,8 +48,9 @@ class Scope(StrEnum):
     """Which items are simulated when one is placed.
 
     ``all``: all that have been placed. ``local``: those joined to the new one by standing on each
-    other; items beside them are fixed, the others left out. What is left out stood when it was
-    placed, and nothing that it stands on has changed. Needs ``between_steps=reseat``.
+    other; items beside them are fixed, as far as a corner can come before the verdict, and the
+    others are left out. What is fixed stops others and cannot be pushed over itself: a light stack
+    that a heavy neighbour leans on looks firmer than it is. Needs ``between_steps=reseat``.
     """
 
     ALL = "all"
@@ -49,7 +62,8 @@ class SimulationParameters:
     """Table 3 of the paper and what it leaves open, in its units.
 
     Raises:
-        ValueError: ``t_max`` is shorter than one substep, or the scope is local without reseating.
+        ValueError: ``t_max`` is shorter than one substep, the scope is local without reseating, or
+            there is an early exit with the criterion ``paper``.
     """
 
     t_max: float = quantity(0.3, "simulated time a placement", unit="s", least=1e-6, most=1000)
@@ -79,7 +93,7 @@ class SimulationParameters:
         0, "draw in side faces by this, so that neighbours do not touch", unit="m", least=0, most=1
     )
     rest_speed: float = quantity(
-        0, "end a placement once nothing is faster, looked at with each sample; 0: never",
+        0, "end a placement when nothing is faster at two samples in a row; 0: never",
         unit="m/s", least=0, most=1000,
     )  # fmt: skip
     early_exit: float = quantity(
@@ -100,6 +114,8 @@ class SimulationParameters:
             )
         if self.scope is Scope.LOCAL and self.between_steps is BetweenSteps.CARRY:
             raise ValueError("scope=local needs between_steps=reseat")
+        if self.early_exit and self.criterion is Criterion.PAPER:
+            raise ValueError("early_exit needs criterion=adams: with paper every sample may end it")
 
     def world_settings(self) -> WorldSettings:
         """The part of the parameters that a world is made with."""
@@ -140,6 +156,8 @@ class Simulation(Method):
             finding = run.load()
         except EngineError as error:
             finding = Finding(status=Status.ERROR, reason=str(error))
+        except TimeoutExpiredError as error:
+            finding = Finding(status=Status.TIMEOUT, reason=str(error))
         facts = world_class(self._engine).capabilities
         return dataclasses.replace(
             finding,
@@ -169,6 +187,14 @@ class _Loading:
             self.items, parameters.criterion, parameters.eps_t, parameters.eps_r
         )
 
+    @property
+    def _reach(self) -> float:
+        """How far a corner of any item can come before it counts as moved [cm]."""
+        p = self.parameters
+        sides = self.layout.upper - self.layout.lower
+        diagonal = float(np.sqrt((sides * sides).sum(axis=1)).max())
+        return p.eps_t + 2.0 * math.sin(math.radians(min(p.eps_r, 180.0)) / 2.0) * diagonal
+
     def load(self) -> Finding:
         """Place item after item until one moves or all stand."""
         if self.parameters.scope is Scope.LOCAL:
@@ -195,7 +221,7 @@ class _Loading:
         contacts = find_contacts(self.layout)
         for step in range(len(self.items)):
             self.watch.enter(Phase.BUILD)
-            part = neighbourhood(self.layout, contacts, step, self.parameters.eps_t)
+            part = neighbourhood(self.layout, contacts, step, self._reach)
             world = open_world(self.engine, self.settings)
             try:
                 for index in part.free:
@@ -216,6 +242,10 @@ class _Loading:
         """Simulate one placement; a finding when something moves too far."""
         p = self.parameters
         any_sample = p.criterion is Criterion.PAPER
+        # Whatever is going to move needs some time to become faster than the speed of rest.
+        patience = math.ceil(_PATIENCE * p.rest_speed / p.gravity * p.frequency) if p.gravity else 1
+        calm = False
+        before = self.substeps
         for sample in range(1, p.samples + 1):
             last = sample == p.samples
             executed = self._step(world, p.t_max / p.samples)
@@ -225,9 +255,10 @@ class _Loading:
                 finding = self.examiner.examine(step, world.poses(), items, excess)
                 if finding is not None:
                     return finding
-            if p.rest_speed and not last:
+            if p.rest_speed and executed and not last and self.substeps - before >= patience:
                 self.watch.enter(Phase.READ)
-                if _fastest(world) < p.rest_speed:
+                was_calm, calm = calm, _fastest(world) < p.rest_speed
+                if was_calm and calm:
                     return self.examiner.examine(step, world.poses(), items)
         return None
 
@@ -241,12 +272,11 @@ class _Loading:
         if self.watch.timeout is not None:
             parts = math.ceil(duration / length / _SUBSTEPS_BETWEEN_LOOKS_AT_THE_CLOCK)
         limit = math.ceil(duration / length) + 1
-        executed = 0
+        before = self.substeps
         for _ in range(parts):
-            executed += world.stepSimulation(duration / parts, limit, length).executed
+            self.substeps += world.stepSimulation(duration / parts, limit, length).executed
             self.watch.check()
-        self.substeps += executed
-        return executed
+        return self.substeps - before
 
 
 def _fastest(world: World) -> float:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import combinations
-
-import numpy as np
 
 from engines.registry import engine_names, world_class
 from harness.layouts.model import Layout
@@ -42,29 +41,28 @@ _OPTION_FREQUENCY = 240
 Progress = Callable[[str], None]
 
 
-class _Judge:
-    """Verdicts and CPU times, each method asked once."""
+@dataclass(frozen=True, slots=True)
+class _Answers:
+    """What a method said of every layout (failing step, J when stable, or status), and CPU ms."""
 
-    def __init__(self, layouts: Sequence[Layout], progress: Progress) -> None:
-        self.layouts, self.progress = layouts, progress
-        self._known: dict[str, tuple[list[int | str], np.ndarray]] = {}
+    said: list[int | str]
+    cpu: list[float]
 
-    def __call__(self, spec: str) -> tuple[list[int | str], np.ndarray]:
-        """What the method said of every layout (failing step or status), and CPU ms of each."""
-        if spec not in self._known:
-            self.progress(spec)
-            method = make_method(spec)
-            method.prepare(max(map(len, self.layouts)))
-            verdicts = method.judge_many(self.layouts)
-            said: list[int | str] = []
-            for verdict in verdicts:
-                if verdict.status is not Status.DONE:
-                    said.append(f"{verdict.status}")
-                else:
-                    safe = verdict.failing_step
-                    said.append(verdict.item_count if safe is None else safe)
-            self._known[spec] = said, np.array([1e3 * v.cpu.total for v in verdicts])
-        return self._known[spec]
+
+def _ask(specs: Sequence[str], layouts: Sequence[Layout]) -> list[_Answers]:
+    """Every method on every layout, in turn, so that a slow minute is slow for all."""
+    methods = [make_method(spec) for spec in specs]
+    for method in methods:
+        method.prepare(max(map(len, layouts)))
+    answers = [_Answers([], []) for _ in methods]
+    for layout in layouts:
+        for method, answer in zip(methods, answers, strict=True):
+            verdict = method.judge(layout)
+            safe = len(layout) if verdict.failing_step is None else verdict.failing_step
+            done = verdict.status is Status.DONE
+            answer.said.append(safe if done else str(verdict.status))
+            answer.cpu.append(1e3 * verdict.cpu.total)
+    return answers
 
 
 def engine_agreement(
@@ -74,21 +72,22 @@ def engine_agreement(
     progress: Progress = lambda what: None,
 ) -> list[EngineAgreement]:
     """Share of equal failing steps between every two 3-D engines, by frequency, with costs."""
-    ask = _Judge(layouts, progress)
     engines = _spatial_engines()
     rows = []
     for frequency in frequencies:
-        found = {e: ask(f"simulation@{e}:{BASE},frequency={frequency},samples=1") for e in engines}
+        progress(f"agreement at {frequency} Hz")
+        specs = [f"simulation@{e}:{BASE},frequency={frequency},samples=1" for e in engines]
+        found = dict(zip(engines, _ask(specs, layouts), strict=True))
         rows.append(
             EngineAgreement(
                 frequency=frequency,
                 stable={
-                    e: share([s == len(lay) for s, lay in zip(said, layouts, strict=True)])
-                    for e, (said, _) in found.items()
+                    e: share([s == len(lay) for s, lay in zip(a.said, layouts, strict=True)])
+                    for e, a in found.items()
                 },
-                cpu={e: mean(cpu) for e, (_, cpu) in found.items()},
+                cpu={e: mean(a.cpu) for e, a in found.items()},
                 agreement={
-                    (a, b): share(_equal(found[a][0], found[b][0]))
+                    (a, b): share(_equal(found[a].said, found[b].said))
                     for a, b in combinations(engines, 2)
                 },
             )
@@ -100,7 +99,6 @@ def option_effects(
     layouts: Sequence[Layout], *, progress: Progress = lambda what: None
 ) -> list[OptionEffect]:
     """What each option changes in verdicts and CPU time, per engine that does not ignore it."""
-    ask = _Judge(layouts, progress)
     effects = []
     for title, (without, given) in OPTIONS.items():
         for engine in _spatial_engines():
@@ -108,13 +106,12 @@ def option_effects(
                 continue
             start = f"simulation@{engine}:{BASE},frequency={_OPTION_FREQUENCY}"
             start = start.replace(",between_steps=reseat", "") if "carry" in given else start
-            before = ask(f"simulation@{engine}:{BASE},frequency={_OPTION_FREQUENCY},{without}")
-            after = ask(f"{start},{given}")
-            equal = _equal(before[0], after[0])
-            ratio = float(after[1].sum() / before[1].sum())
-            effects.append(
-                OptionEffect(title, engine, share([not e for e in equal]), ratio, mean(after[1]))
-            )
+            progress(f"{engine}: {title}")
+            base = f"simulation@{engine}:{BASE},frequency={_OPTION_FREQUENCY},{without}"
+            before, after = _ask([base, f"{start},{given}"], layouts)
+            changed = share([not e for e in _equal(before.said, after.said)])
+            ratio = sum(after.cpu) / sum(before.cpu)
+            effects.append(OptionEffect(title, engine, changed, ratio, mean(after.cpu)))
     return effects
 
 

@@ -23,12 +23,11 @@ from harness.methods.simulation import SimulationParameters
 from reports.records import SpeedCurve, SpeedPoint, Throughput
 
 ITEM_COUNTS = (5, 10, 20, 50, 100, 200)
-WALL_COUNTS = (5, 10, 20)
 TUNING = "t_max=0.3,frequency=90,between_steps=reseat,samples=1"
 """One placement is 27 substeps and one look at its end."""
 
-_NO_EXIT = "eps_t=100000,eps_r=180"
-"""Thresholds that nothing exceeds: every item is placed, whatever falls."""
+_LARGEST_SPATIAL_WALL = 20
+"""A touching wall is the worst case of a 3-D solver: DART needs 40 s for one of 50 bricks."""
 
 _REPEATS = 5
 _ENOUGH_SECONDS = 2.0
@@ -38,14 +37,15 @@ Progress = Callable[[str], None]
 
 
 def random_pile(count: int) -> Layout:
-    """The first ``count`` boxes, sides of 5 to 25 cm, of one pile packed from the bottom up."""
+    """The first ``count`` boxes, sides of 5 to 25 cm, of one pile packed from the bottom up.
+
+    Nine tenths of every base are supported: the pile stands, so that every item is placed.
+    """
     random = np.random.default_rng(np.random.SeedSequence(3))
-    sizes = [
-        (float(a), float(b), float(c))
-        for a, b, c in random.integers(5, 26, (2 * count, 3)).tolist()
-    ]
-    pallet = Pallet(120.0, 160.0, 80.0)
-    layout = pack(f"pile-{count}", pallet, sizes, "bottom-back-left", most_items=count)
+    sides = random.integers(5, 26, (20 * count, 3)).tolist()
+    sizes = [(float(a), float(b), float(c)) for a, b, c in sides]
+    pallet, rule, share = Pallet(140.0, 400.0, 100.0), "bottom-back-left", 0.9
+    layout = pack(f"pile-{count}", pallet, sizes, rule, most_items=count, least_support=share)
     assert layout is not None
     assert len(layout) == count, "the pallet holds all"
     return layout
@@ -63,7 +63,6 @@ def brick_wall(count: int) -> Layout:
 
 def speed_curves(
     counts: Sequence[int] = ITEM_COUNTS,
-    wall_counts: Sequence[int] = WALL_COUNTS,
     *,
     progress: Progress = lambda what: None,
 ) -> list[SpeedCurve]:
@@ -71,9 +70,12 @@ def speed_curves(
     curves = []
     for engine in engine_names():
         planar_only = world_class(engine).capabilities.dimensions == 2
-        plans = [("wall", wall_counts, "all")]
-        if not planar_only:
-            plans += [("pile", counts, "all"), ("pile", counts, "local")]
+        plans: list[tuple[str, Sequence[int], str]]
+        if planar_only:
+            plans = [("wall", counts, "all")]
+        else:
+            few = [n for n in counts if n <= _LARGEST_SPATIAL_WALL]
+            plans = [("wall", few, "all"), ("pile", counts, "all"), ("pile", counts, "local")]
         for scene, numbers, scope in plans:
             points = []
             for count in numbers:
@@ -113,7 +115,7 @@ def _judge_part(spec: str, layouts: list[Layout]) -> int:
 
 
 def _measure(engine: str, layout: Layout, scope: str) -> SpeedPoint:
-    method = make_method(f"simulation@{engine}:{TUNING},{_NO_EXIT},scope={scope}")
+    method = make_method(f"simulation@{engine}:{TUNING},scope={scope}")
     method.prepare(len(layout))
     method.judge(layout if len(layout) <= 20 else layout.first(20))
     runs: list[Verdict] = []
@@ -121,6 +123,8 @@ def _measure(engine: str, layout: Layout, scope: str) -> SpeedPoint:
     spent = 0.0
     while len(runs) < _REPEATS and spent < _ENOUGH_SECONDS:
         verdict = method.judge(layout)
+        if not verdict.stable:
+            raise RuntimeError(f"{method.spec} on {layout.name}: {verdict.status} {verdict.reason}")
         runs.append(verdict)
         if scope == "all":
             floors.append(_floor(engine, layout))
@@ -158,8 +162,8 @@ def _floor(engine: str, layout: Layout) -> tuple[float, float]:
 
 
 def _exponent(points: Sequence[SpeedPoint]) -> float:
-    """Growth exponent of the total from 20 items on, by least squares in log-log."""
-    large = [p for p in points if p.item_count >= 20]
+    """Growth exponent of the total from 10 items on, by least squares in log-log."""
+    large = [p for p in points if p.item_count >= 10]
     if len(large) < 2:
         return math.nan
     slope, _ = np.polyfit(

@@ -33,12 +33,15 @@ def test_known_failures_are_few_and_explained(engine):
 def test_an_engine_skips_only_what_it_declares_to_ignore(engine):
     """Were an engine skipped by every check, nothing would have been tested."""
     skipped = []
-    for name in ("linear_damping", "angular_damping", "restitution"):
+    facts = world_class(engine).capabilities
+    for name in set(CHECKS) - {"many_worlds_leave_no_memory", "repeat_in_a_fresh_process"}:
         try:
             CHECKS[name](world_class(engine))
         except NotApplicable:
             skipped.append(name)
         except AssertionError:
             continue
-    declared = world_class(engine).capabilities.settings
-    assert all(declared[name].support == "ignored" for name in skipped)
+    allowed = {name for name, answer in facts.settings.items() if answer.support == "ignored"}
+    allowed |= {"solver_iterations_count"} if "solver_iterations" in allowed else set()
+    allowed |= {"tipping_about_the_other_axis"} if facts.dimensions == 2 else set()
+    assert set(skipped) <= allowed

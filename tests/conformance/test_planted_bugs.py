@@ -6,7 +6,8 @@ import math
 import pytest
 
 from engines.conformance import CHECKS, NotApplicable
-from engines.registry import world_class
+from engines.registry import engine_names, world_class
+from engines.world import Box
 
 # These need the class to be importable in another process, or only cost time.
 LEFT_OUT = {"repeat_in_a_fresh_process", "many_worlds_leave_no_memory"}
@@ -56,18 +57,99 @@ def with_a_substep_lost(base):
     return SubstepLost
 
 
+def with_attitudes_conjugated(base):
+    class AttitudesConjugated(base):
+        def _poses(self):
+            poses = super()._poses()
+            return poses._replace(quaternions=poses.quaternions * (1.0, -1.0, -1.0, -1.0))
+
+    return AttitudesConjugated
+
+
+def with_spin_negated(base):
+    class SpinNegated(base):
+        def _velocities(self):
+            velocities = super()._velocities()
+            return velocities._replace(angular=-velocities.angular)
+
+    return SpinNegated
+
+
+def with_inertia_doubled(base):
+    class _Heavy(Box):
+        @property
+        def inertia(self):
+            return tuple(2.0 * i for i in Box(self.size, self.mass, self.centre).inertia)
+
+    class InertiaDoubled(base):
+        def _add(self, box):
+            values = {f.name: getattr(box, f.name) for f in dataclasses.fields(box)}
+            super()._add(_Heavy(**values))
+
+    return InertiaDoubled
+
+
+def with_large_fixed_boxes(base):
+    class LargeFixedBoxes(base):
+        def add_box(self, box):
+            if box.fixed:
+                x, y, z = box.size
+                box = dataclasses.replace(box, size=(1.02 * x, y, 1.02 * z))
+            return super().add_box(box)
+
+    return LargeFixedBoxes
+
+
+def with_half_a_substep_kept(base):
+    class HalfASubstepKept(base):
+        def reset_poses(self):
+            clock = self._clock
+            super().reset_poses()
+            self._clock = clock
+
+    return HalfASubstepKept
+
+
+def with_reset_in_motion(base):
+    class ResetInMotion(base):
+        """Resetting does nothing but tell where the boxes should be."""
+
+        def _reset(self):
+            pass
+
+    return ResetInMotion
+
+
 @pytest.mark.parametrize(
     ("plant", "caught_by"),
     [
         (with_offset_ignored, {"tipping_rate_of_a_shifted_mass", "two_block_overhang"}),
         (with_friction_product, {"sliding_threshold", "friction_is_that_of_the_contact"}),
         (with_a_substep_lost, {"free_fall"}),
+        (with_attitudes_conjugated, {"poses_are_of_the_geometric_centre"}),
+        (with_spin_negated, {"velocities_are_rates_of_the_poses"}),
+        (with_inertia_doubled, {"tipping_rate_of_a_shifted_mass"}),
+        (with_large_fixed_boxes, {"fixed_boxes_carry_and_never_move"}),
+        (with_half_a_substep_kept, {"reseat_equals_a_fresh_world"}),
+        (with_reset_in_motion, {"reseat_equals_a_fresh_world"}),
     ],
 )
 def test_a_planted_bug_is_caught_in_every_adapter(engine, plant, caught_by):
-    healthy = world_class(engine)
-    assert failing_checks(healthy) <= {f.check for f in healthy.capabilities.known_failures}
-    assert caught_by <= failing_checks(plant(healthy))
+    assert caught_by <= failing_checks(plant(world_class(engine)))
+
+
+@pytest.mark.parametrize(
+    "engine", [e for e in engine_names() if world_class(e).capabilities.dimensions == 3]
+)
+def test_a_bug_out_of_the_plane_is_caught(engine):
+    base = world_class(engine)
+
+    class AcrossIgnored(base):
+        def _add(self, box):
+            x, _, z = box.mass_offset
+            super()._add(dataclasses.replace(box, mass_offset=(x, 0.0, z)))
+
+    assert "tipping_about_the_other_axis" in failing_checks(AcrossIgnored)
 
 
 def test_a_remainder_that_is_dropped_is_caught(engine):

@@ -162,6 +162,54 @@ def test_stopping_at_rest_saves_substeps_and_keeps_clear_verdicts(engine):
     assert rested.judge(falls).failing_step == plain.judge(falls).failing_step == 1
 
 
+@pytest.mark.parametrize(
+    "values",
+    [
+        "frequency=30,rest_speed=0.01",
+        "frequency=90,samples=100,rest_speed=0.001",
+        "frequency=1000,samples=300,rest_speed=0.01",
+        "frequency=480,samples=144,rest_speed=0.03",
+    ],
+)
+def test_nothing_is_at_rest_before_it_could_move(values):
+    method = make_method(f"simulation@mujoco:between_steps=reseat,{values}")
+    assert method.judge(wall([0.0, 15.0])).failing_step == 1
+
+
+@pytest.mark.parametrize("engine", SPATIAL)
+@pytest.mark.parametrize("gap", [2.5, 4.0])
+def test_local_scope_keeps_what_stops_a_fall(engine, gap):
+    # A tall item leans over and is caught by a heavy one across a gap wider than the threshold.
+    items = (
+        Item(0, (0.0, 0.0, 0.0), (20.0, 20.0, 40.0), 50.0),
+        Item(1, (30.0 + gap, 0.0, 0.0), (80.0, 120.0, 40.0), 900.0),
+        Item(2, (14.0, 20.0, 0.0), (16.0, 80.0, 40.0), 10.0),
+    )
+    lay = Layout("caught", Pallet(200.0, 200.0, 200.0), items)
+    verdicts = [
+        make_method(f"ps3@{engine}:restitution=0,scope={scope}").judge(lay).failing_step
+        for scope in ("all", "local")
+    ]
+    assert verdicts == [None, None]
+
+
+def test_a_timeout_keeps_what_was_ignored(stack):
+    verdict = make_method("ps3@mujoco").judge(stack(0.0, 0.0), timeout=1e-9)
+    assert (verdict.status, verdict.ignored) == (Status.TIMEOUT, ("restitution",))
+    assert verdict.substeps > 0
+
+
+def test_contacts_that_dart_would_drop_are_an_error():
+    # 17 x 17 cubes rest on the floor: 1156 contacts.
+    items = tuple(
+        Item(k, (5.0 * (k % 17), 0.0, 5.0 * (k // 17)), (4.0, 4.0, 4.0), 0.1) for k in range(289)
+    )
+    lay = Layout("many", PALLET, items)
+    verdict = make_method("simulation@dart:frequency=60,t_max=0.02,samples=1").judge(lay)
+    assert verdict.status is Status.ERROR
+    assert "keeps 1000 contacts" in verdict.reason
+
+
 @pytest.mark.parametrize("engine", engine_names())
 def test_an_early_exit_keeps_clear_verdicts(engine):
     base = f"simulation@{engine}:t_max=1,between_steps=reseat,criterion=adams,samples=20"

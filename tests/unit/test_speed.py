@@ -20,11 +20,11 @@ def test_scenes_hold_as_many_items_as_asked():
 
 
 def test_curves_cover_every_engine_and_add_up(tmp_path):
-    curves = speed_curves((5, 20, 25), (5,))
+    curves = speed_curves((5, 20, 25))
     assert {c.engine for c in curves} == set(engine_names())
     assert {c.scope for c in curves if c.scene == "pile"} == {"all", "local"}
     for curve in curves:
-        assert curve.scene == "wall" or math.isfinite(curve.exponent)
+        assert math.isfinite(curve.exponent) or len(curve.points) < 3
         for point in curve.points:
             # Medians of parts and of the whole are not of one run: allow a tenth.
             assert point.build + point.step + point.read <= 1.1 * point.total
