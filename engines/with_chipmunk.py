@@ -60,8 +60,8 @@ class ChipmunkWorld(FixedStepWorld):
             ),
             solver_iterations=SettingSupport(Support.HONOURED, f"default {_ITERATIONS}"),
         ),
-        notes="Two dimensions: a layout is judged when it is planar, and refused otherwise. At 60 Hz "
-        "with restitution 0.5 a tower of six cubes falls within 4 s (PS_3, literal).",
+        notes="Two dimensions: a layout is judged when it is planar, and refused otherwise. At "
+        "60 Hz with restitution 0.5 a tower of six cubes falls within 4 s (PS_3, literal).",
     )
 
     def __init__(self, settings: WorldSettings) -> None:
