@@ -154,7 +154,8 @@ class MujocoWorld(FixedStepWorld):
                 Support.ON_REQUEST,
                 "emulate=restitution makes contacts springy: bounces come out right to within "
                 "0.06, but stacks are pushed apart (a tower of six cubes falls under PS_3, "
-                "literal; of 120 layouts 2 change their verdict under PS_3, 5 under the paper's PS_opt)",
+                "literal; of 120 layouts 2 change their verdict under PS_3 and 5 under the paper's "
+                "PS_opt)",
             ),
             linear_damping=SettingSupport(Support.EMULATED, "joint damping -m ln(1 - d)"),
             angular_damping=SettingSupport(Support.EMULATED, "joint damping -I ln(1 - d)"),
