@@ -300,6 +300,7 @@ def _bench(options: argparse.Namespace) -> None:
     from reports.pages import write_page
 
     parts = options.part or ["speed", "throughput"]
+    made_with = provenance_lines()  # of the code that measures, not of what it has become meanwhile
     layouts = random_layouts(options.layouts, seed=_BENCH_SEED)
     counts = [n for n in ITEM_COUNTS if n <= options.most_items]
     with _status() as say:
@@ -308,7 +309,7 @@ def _bench(options: argparse.Namespace) -> None:
             option_effects(layouts, progress=say) if "options" in parts else [],
             speed_curves(counts, progress=say) if "speed" in parts else [],
             throughput(progress=say) if "throughput" in parts else [],
-            {"generated layouts": f"{options.layouts}, seed {_BENCH_SEED}"} | provenance_lines(),
+            {"generated layouts": f"{options.layouts}, seed {_BENCH_SEED}"} | made_with,
         )
     print(write_page(page, options.output))
 
