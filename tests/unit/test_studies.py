@@ -106,8 +106,8 @@ def test_a_study_that_was_killed_resumes_to_the_same_table(tmp_path):
     """SIGKILL in the middle: nothing half-written, no orphans, and the rest is computed later."""
     command = [sys.executable, "-m", "harness.cli", "study", "run", str(tmp_path / "study.toml")]
     (tmp_path / "study.toml").write_text(
-        'name = "killed"\nshard_size = 1\nmax_items = 6\nlimit = 12\nlayouts = ["layouts.json"]\n'
-        'methods = ["ps3@mujoco", "ps_opt-paper@bullet"]\nscenarios = ["S1"]\n'
+        'name = "killed"\nshard_size = 1\nlimit = 12\nlayouts = ["layouts.json"]\n'
+        'methods = ["ps3@mujoco", "ps3@dart"]\nscenarios = ["S1"]\n'
     )
     shipped = Path(__file__).parents[2] / "harness" / "studies" / "embedded" / "layouts.json"
     (tmp_path / "layouts.json").write_bytes(shipped.read_bytes())
