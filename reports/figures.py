@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from reports.records import (
@@ -34,6 +35,9 @@ matplotlib.rcParams.update(
 )
 
 _DPI = 150
+_PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
+"""Ticks of a log axis as plain numbers."""
+
 _PHASE_COLOURS = {"build": "#9ecae1", "step": "#3182bd", "read": "#08519c", "other": "#c7c7c7"}
 
 
@@ -75,6 +79,7 @@ def plot_trade_off(methods: Sequence[MethodSummary], *, x_label: str) -> Figure:
             label=summary.method.title,
         )
     axes.set_yscale("log")
+    axes.yaxis.set_major_formatter(_PLAIN)
     axes.set_xlabel(x_label)
     axes.set_ylabel("CPU time a layout (ms)")
     axes.grid(visible=True, which="major", linewidth=0.4, alpha=0.6)
@@ -149,6 +154,7 @@ def plot_growth(curves: Sequence[SpeedCurve]) -> Figure:
             label=label,
         )
     axes.set(xscale="log", yscale="log")
+    axes.yaxis.set_major_formatter(_PLAIN)
     axes.set_xlabel("items in the layout, J")
     axes.set_ylabel("CPU time a layout (ms)")
     counts = sorted({p.item_count for c in curves for p in c.points})
