@@ -97,7 +97,9 @@ def _parser() -> argparse.ArgumentParser:
         help="for example sme, pbs:alpha=0.7, ps3@mujoco; may be repeated (default: sme)",
     )
     score.add_argument(
-        "--scenario", choices=[*Scenario], help="draw centres of mass (default: as in the file)"
+        "--scenario",
+        choices=[str(scenario) for scenario in Scenario],
+        help="draw centres of mass (default: as in the file)",
     )
     score.add_argument(
         "--seed", type=_at_least(0), default=0, help="seed of the scenario (default: 0)"
@@ -121,8 +123,7 @@ def _parser() -> argparse.ArgumentParser:
     convert.add_argument("--output", "-o", required=True, type=Path, metavar="FILE")
     convert.add_argument(
         "--to",
-        type=Format,
-        choices=[Format.NATIVE, Format.CSV, Format.JOB],
+        choices=[str(kind) for kind in (Format.NATIVE, Format.CSV, Format.JOB)],
         help="format of the output (default: csv for *.csv, else native)",
     )
     _add_snap(convert)
@@ -184,14 +185,13 @@ def _add_snap(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--snap-gap",
         type=_positive,
-        default=SNAP_GAP,
         metavar="CM",
-        help=f"largest gap that --snap closes (default: {SNAP_GAP:g})",
+        help=f"close gaps up to this; implies --snap (default: {SNAP_GAP:g})",
     )
 
 
 def _snap_gap(options: argparse.Namespace) -> float:
-    return options.snap_gap if options.snap else 0.0
+    return options.snap_gap or (SNAP_GAP if options.snap else 0.0)
 
 
 def _at_least(least: int) -> Callable[[str], int]:
@@ -263,8 +263,8 @@ def _convert(options: argparse.Namespace) -> None:
         for file in options.files
         for layout in read_layouts(file, snap_gap=_snap_gap(options))
     ]
-    kind = options.to or (Format.CSV if options.output.suffix == ".csv" else Format.NATIVE)
-    write_layouts(options.output, layouts, kind)
+    by_name = Format.CSV if options.output.suffix.lower() == ".csv" else Format.NATIVE
+    write_layouts(options.output, layouts, Format(options.to) if options.to else by_name)
     print(f"{len(layouts)} layouts -> {options.output}")
 
 
@@ -322,7 +322,7 @@ def _methods(options: argparse.Namespace) -> None:
             [(m.name, "yes" if m.needs_engine else "no", m.about) for m in listing],
         )
         return
-    found = {m.name: m for m in listing}.get(options.name)
+    found = {m.name: m for m in listing}.get(options.name.partition("@")[0])
     if found is None:
         known = nearest(options.name, [m.name for m in listing])
         raise SpecError(f"unknown method {options.name!r}; {known}")

@@ -78,7 +78,8 @@ def plot_trade_off(methods: Sequence[MethodSummary], *, x_label: str) -> Figure:
             markersize=7,
             label=summary.method.title,
         )
-    axes.set_yscale("log")
+    if any(m.cpu.value > 0.0 for m in methods if m.agreement is not None):
+        axes.set_yscale("log")
     axes.yaxis.set_major_formatter(_PLAIN)
     axes.set_xlabel(x_label)
     axes.set_ylabel("CPU time a layout (ms)")

@@ -116,7 +116,6 @@ class Disagreement:
     scenario: str
     item_count: int
     said: Mapping[str, str]
-    distinct: int
     scene: Scene
 
 
@@ -136,6 +135,7 @@ class Comparison:
     disagreements: tuple[Disagreement, ...]
     disputed: int
     missing_rows: int = 0
+    missing_methods: tuple[str, ...] = ()
     manifest: Mapping[str, str] = field(default_factory=dict)
 
 

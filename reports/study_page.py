@@ -22,10 +22,11 @@ _PICTURED_DISAGREEMENTS = 2
 def study_page(comparison: Comparison) -> Page:
     """Compose the page of a comparison."""
     scenarios = ", ".join(comparison.scenarios)
+    several = len(comparison.methods) > 1
     summary = (
         f"{len(comparison.methods)} methods on {comparison.cases} cases: {comparison.layouts} "
         f"layouts, scenarios {scenarios}. "
-        f"On {comparison.disputed} of {comparison.cases} cases at least two methods disagree.\n\n"
+        f"On {comparison.disputed} of {comparison.cases} cases the methods do not all agree.\n\n"
         "A *score* is the share of a layout's items that can be loaded one after the other before "
         "something moves too far; two methods *agree* on a case when they name the same failing "
         "step. Brackets hold 95 % intervals: Wilson's for shares, bootstrap for means; where "
@@ -33,17 +34,19 @@ def study_page(comparison: Comparison) -> Page:
         "not stable and as no agreement; it is left out of the mean score. "
         "There are no reference labels on this page: agreement is not accuracy."
     )
+    missing = comparison.missing_methods
     if comparison.missing_rows:
         summary = (
             f"**Partial: {comparison.missing_rows} rows are still missing.** Only cases that every "
-            f"method has judged are shown; run the study again to go on.\n\n{summary}"
+            "method has judged are shown"
+            + (f", without {', '.join(missing)}, which have judged none" if missing else "")
+            + f"; run the study again to go on.\n\n{summary}"
         )
     sections = [
         _scores(comparison),
         *_same_tunings(comparison.tunings),
         _costs(comparison),
-        _agreement(comparison),
-        _disagreements(comparison),
+        *([_agreement(comparison), _disagreements(comparison)] if several else []),
         _settings(comparison.uses),
     ]
     return Page(f"Study: {comparison.title}", summary, sections, comparison.manifest)
@@ -65,7 +68,8 @@ def _scores(comparison: Comparison) -> Section:
                     comparison.methods, x_label="agreement with simulations on other engines (%)"
                 ),
                 "CPU time against agreement; good methods stand at the lower right. "
-                "Colour tells the method, marker tells the engine, bars are 95 % intervals.",
+                "Colour tells the method, marker tells the engine, bars are 95 % intervals; equal "
+                "methods hide each other.",
             )
         ]
         if any(m.agreement for m in comparison.methods)
@@ -211,8 +215,9 @@ def _disagreements(comparison: Comparison) -> Section:
     rows = [(d.layout, d.scenario, str(d.item_count), *(d.said[t] for t in titles)) for d in shown]
     return Section(
         "Where they disagree",
-        f"The {len(shown)} cases that divide the methods most (the simulations, where there are "
-        "several): the failing step that each method names, counted from 0, or *stable*.",
+        f"Of {comparison.disputed} cases with more than one answer, the {len(shown)} on which most "
+        "pairs of simulations differ (of all methods, where there are no simulations): the failing "
+        "step that each method names, counted from 0, or *stable*.",
         [markdown_table(header, rows, left=2)],
         [
             Picture(

@@ -127,7 +127,9 @@ def write_layouts(path: str | Path, layouts: Iterable[Layout], kind: Format) -> 
     names: set[str] = set()
     for layout in layouts:
         if layout.name in names:
-            raise FormatError(_TWICE, file=str(path), layout=layout.name)
+            raise FormatError(
+                "two of the layouts to write have this name; allowed: each once", layout=layout.name
+            )
         names.add(layout.name)
     write_atomically(Path(path), _WRITERS[kind](layouts))
 

@@ -83,6 +83,12 @@ class Item:
     name: str = ""
 
     def __post_init__(self) -> None:
+        for label in ("position", "size", "mass_offset"):
+            if not _is_vector(getattr(self, label)):
+                found = getattr(self, label)
+                self._refuse(f"{label} is {found!r}; allowed: three numbers")
+        if not _is_number(self.weight):
+            self._refuse(f"weight is {self.weight!r}; allowed: a number [kg]")
         if not self.name.isprintable():
             raise LayoutError(_unprintable(self.name), item=str(self.sequence))
         if type(self.sequence) is not int or self.sequence < 0:
@@ -123,6 +129,8 @@ class Pallet:
 
     def __post_init__(self) -> None:
         for side, value in zip(_SIZES, self.size, strict=True):
+            if not _is_number(value):
+                raise LayoutError(f"pallet {side} is {value!r}; allowed: a number [cm]")
             if not SIDES[0] <= value <= SIDES[1]:
                 raise LayoutError(f"pallet {side} is {value:g} cm; {_allowed(SIDES)}")
 
@@ -273,6 +281,14 @@ def _digest(*arrays: FloatArray) -> str:
     for array in arrays:
         digest.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
     return digest.hexdigest()
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float | np.floating | np.integer) and not isinstance(value, bool)
+
+
+def _is_vector(values: object) -> bool:
+    return isinstance(values, tuple | list) and len(values) == 3 and all(map(_is_number, values))
 
 
 def _allowed(limits: tuple[float, float]) -> str:

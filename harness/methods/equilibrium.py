@@ -37,7 +37,9 @@ class StaticMechanicalEquilibrium(Method):
                 return Finding(
                     failing_step=step,
                     moved_item=culprit,
-                    reason="the resultant of its load lies outside its support",
+                    reason="the resultant of its load lies outside its support"
+                    if scene.below[culprit]
+                    else "nothing supports it",
                 )
         return STABLE
 

@@ -120,7 +120,7 @@ def method_listing() -> list[MethodEntry]:
     entries = []
     for name, target in method_classes().items():
         method = _load(target)
-        about = (method.__doc__ or "").strip().splitlines()[0].replace("``", "")
+        about = (method.__doc__ or name).strip().partition("\n")[0].replace("``", "")
         entries.append(MethodEntry(name, method.needs_engine, about, _parameters(method, {})))
     for preset in presets().values():
         method = _load(method_classes()[preset.method])

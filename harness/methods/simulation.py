@@ -63,7 +63,7 @@ class SimulationParameters:
 
     Raises:
         ValueError: ``t_max`` is shorter than one substep, the scope is local without reseating, or
-            there is an early exit with the criterion ``paper``.
+            there is an early exit below the threshold or with the criterion ``paper``.
     """
 
     t_max: float = quantity(0.3, "simulated time a placement", unit="s", least=1e-6, most=1000)
@@ -114,6 +114,8 @@ class SimulationParameters:
             )
         if self.scope is Scope.LOCAL and self.between_steps is BetweenSteps.CARRY:
             raise ValueError("scope=local needs between_steps=reseat")
+        if 0.0 < self.early_exit < 1.0:
+            raise ValueError(f"early_exit is {self.early_exit:g}; allowed: 0, or 1 or more")
         if self.early_exit and self.criterion is Criterion.PAPER:
             raise ValueError("early_exit needs criterion=adams: with paper every sample may end it")
 

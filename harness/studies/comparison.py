@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from engines.world import SETTINGS
 from harness.layouts.formats import read_layouts
 from harness.layouts.model import Layout
 from harness.layouts.scenarios import Scenario, apply_scenario
@@ -31,7 +32,6 @@ from reports.records import (
 )
 
 _TITLES = {"fbs": "FBS", "pbs": "PBS", "sme": "SME", "simulation": "PS"}
-_NOT_A_SETTING = ("t_max", "frequency", "eps_t", "eps_r", "between_steps", "criterion", "samples")
 _CPU_PHASES = (("cpu", "build"), ("cpu", "step"), ("cpu", "read"))
 _MOST_DISAGREEMENTS = 10
 
@@ -83,6 +83,7 @@ def compare(directory: str | Path) -> Comparison:
         disagreements=_disagreements(results, said, keys, layouts, manifest["study"]["seed"]),
         disputed=len(disputed),
         missing_rows=manifest["rows"] - rows,
+        missing_methods=tuple(m for m in manifest["study"]["methods"] if m not in order),
         manifest=_manifest_lines(manifest, rows),
     )
 
@@ -157,7 +158,7 @@ def _settings_use(rows: pd.DataFrame, key: MethodKey) -> SettingsUse:
     asked = [
         name
         for name, value in parameters.items()
-        if name not in (*_NOT_A_SETTING, "gravity", "emulate") and value not in (None, 0, 0.0)
+        if name in SETTINGS and value not in (None, 0, 0.0)
     ]
     return SettingsUse(
         method=key,
@@ -170,7 +171,7 @@ def _settings_use(rows: pd.DataFrame, key: MethodKey) -> SettingsUse:
 
 def _shown(parameters: Mapping[str, Any]) -> dict[str, str]:
     """Parameters as text, without those that ask for nothing."""
-    skip: tuple[object, ...] = (None, [], 0, 0.0)
+    skip: tuple[object, ...] = (None, [], 0, 0.0, "all")
     return {
         name: f"{value:g}" if isinstance(value, int | float) else str(value)
         for name, value in parameters.items()
@@ -219,13 +220,15 @@ def _disagreements(
     seed: int,
 ) -> tuple[Disagreement, ...]:
     """The cases that divide the methods most: simulations first, since they claim to be exact."""
-    simulated = [m for m, key in keys.items() if key.engine]
-    simulated = simulated if len(simulated) > 1 else list(keys)
-    distinct = said[simulated].nunique(axis=1, dropna=False)
-    spread = said[simulated].max(axis=1) - said[simulated].min(axis=1)
-    ranking = pd.DataFrame({"distinct": distinct, "spread": spread.fillna(0)})
+    simulated = [m for m, key in keys.items() if key.engine] or list(keys)
+    ranking = pd.DataFrame(
+        {
+            "divided": said[simulated].apply(_dissent, axis=1),
+            "distinct": said.nunique(axis=1, dropna=False),
+        }
+    )
     ranking = ranking[ranking["distinct"] > 1].sort_values(
-        ["distinct", "spread"], ascending=False, kind="stable"
+        ["divided", "distinct"], ascending=False, kind="stable"
     )
     rows = results[results["repetition"] == 0].set_index(["layout", "scenario", "method"])
     found = []
@@ -241,11 +244,17 @@ def _disagreements(
                 scenario=scenario,
                 item_count=len(layout),
                 said={keys[m].title: _said(v) for m, v in verdicts.items()},
-                distinct=int(ranking.loc[(name, scenario), "distinct"]),
                 scene=scene(layout, f"{name}, {scenario}", sorted({int(f) for f in failing})),
             )
         )
     return tuple(found)
+
+
+def _dissent(answers: pd.Series) -> float:
+    """Share of pairs of methods that differ in a case; a missing answer differs from all."""
+    values = answers.tolist()
+    pairs = [(a, b) for i, a in enumerate(values) for b in values[i + 1 :]]
+    return float(np.mean([pd.isna(a) or pd.isna(b) or a != b for a, b in pairs])) if pairs else 0.0
 
 
 def _said(row: pd.Series) -> str:

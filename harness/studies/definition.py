@@ -122,9 +122,16 @@ def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
     for key in content:
         if key not in known:
             raise StudyError(f"unknown key {key!r}; {nearest(key, known)}")
-    methods = [str(make_method(spec).spec) for spec in _texts(content, "methods")]
-    if len(set(methods)) < len(methods):
-        raise StudyError("methods: one stands there twice; allowed: each once")
+    methods: list[str] = []
+    seen: dict[object, str] = {}
+    for text in _texts(content, "methods"):
+        method = make_method(text)
+        spec = str(method.spec)
+        identity = (type(method), method.spec.engine, method.parameters)
+        if identity in seen:
+            raise StudyError(f"methods: {spec!r} is the same as {seen[identity]!r}; name it once")
+        seen[identity] = spec
+        methods.append(spec)
     files: list[Path] = []
     for pattern in _texts(content, "layouts"):
         found = sorted(glob.glob(str(path.parent / pattern), recursive=True))
@@ -163,7 +170,9 @@ def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
 
 
 def _texts(content: dict[str, Any], key: str) -> list[str]:
-    value = content.get(key)
+    if key not in content:
+        raise StudyError(f"{key} is missing; allowed: a list of one or more texts")
+    value = content[key]
     if not (isinstance(value, list) and value and all(isinstance(v, str) for v in value)):
         raise StudyError(f"{key} is {value!r}; allowed: a list of one or more texts")
     return value

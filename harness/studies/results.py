@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import inspect
 import json
 import platform
 import subprocess
@@ -165,13 +166,19 @@ def is_whole(shard: Path) -> bool:
         return False
 
 
-def code_fingerprint() -> str:
-    """Hash of everything that may change a verdict: the code of layouts, methods and engines."""
+def code_fingerprint(*classes: type) -> str:
+    """Hash of everything that may change a verdict: the code of layouts, methods and engines.
+
+    Args:
+        classes: methods and worlds; the files of those from elsewhere count too.
+    """
     import engines
     import harness.layouts
     import harness.methods
 
     digest = hashlib.sha256()
+    for outside in sorted({inspect.getsourcefile(cls) or "" for cls in classes}):
+        digest.update(Path(outside).read_bytes())
     for package in (harness.layouts, harness.methods, engines):
         root = Path(package.__path__[0])
         for path in sorted([*root.rglob("*.py"), *root.rglob("*.toml")]):

@@ -333,7 +333,7 @@ def test_a_name_that_stands_twice_is_refused(tmp_path):
 
 
 def test_equal_names_are_not_written(tmp_path, layouts):
-    with pytest.raises(FormatError, match="name stands there twice"):
+    with pytest.raises(FormatError, match="two of the layouts to write have this name"):
         write_layouts(tmp_path / "x", [layouts[0], layouts[0]], Format.NATIVE)
     assert not list(tmp_path.iterdir())
 

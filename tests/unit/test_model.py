@@ -20,6 +20,8 @@ def item(sequence=0, position=(0.0, 0.0, 0.0), size=(10.0, 10.0, 10.0), weight=1
     [
         ({"sequence": -1}, "sequence is -1"),
         ({"sequence": True}, "sequence is True"),
+        ({"position": (0, 0)}, "position is (0, 0); allowed: three numbers"),
+        ({"weight": "3"}, "weight is '3'; allowed: a number"),
         ({"position": (math.nan, 0.0, 0.0)}, "position x is nan"),
         ({"position": (0.0, math.inf, 0.0)}, "position y is inf"),
         ({"size": (0.0, 10.0, 10.0)}, "width is 0 cm"),

@@ -101,6 +101,36 @@ def test_the_published_engine_page_is_up_to_date():
     assert page.read_text() == engines_markdown(engine_records()) + "\n"
 
 
+def test_rules_against_simulations_are_disagreements(tmp_path, stack):
+    """One simulation, or several that agree, do not make the rules' answers disappear."""
+    from harness.layouts.formats import Format, write_layouts
+
+    # Two boxes of which the upper stands 6 of 10 cm out with its centre of mass over the lower.
+    items = stack(0.0, 6.0, offset=-3.0)
+    write_layouts(tmp_path / "layouts.json", [items], Format.NATIVE)
+    (tmp_path / "s.toml").write_text(
+        'layouts = ["layouts.json"]\n'
+        'methods = ["fbs", "ps_opt-paper@bullet", "ps_opt-paper@mujoco"]\n'
+    )
+    run_study(load_study(tmp_path / "s.toml"), tmp_path / "run")
+    comparison = compare(tmp_path / "run")
+    assert comparison.disputed == len(comparison.disagreements) == 1
+    assert list(comparison.disagreements[0].said.values()) == ["1", "stable", "stable"]
+
+
+def test_an_unfinished_study_names_what_is_missing(run, tmp_path):
+    import shutil
+
+    from harness.studies.results import load_manifest
+
+    shutil.copytree(run, tmp_path / "run")
+    for shard in load_manifest(run)["shards"][-1:]:
+        (tmp_path / "run" / "results" / f"{shard}.parquet").unlink()
+    text = write_page(study_page(compare(tmp_path / "run")), tmp_path / "page").read_text()
+    assert "**Partial: 12 rows are still missing.**" in text
+    assert "without ps_opt-paper@dart, which have judged none" in text
+
+
 def test_numbers_read_the_same_everywhere():
     assert percent(Estimate(0.8356, 0.81, 0.859, 900)) == "83.6 [81.0, 85.9]"
     assert percent(None) == percent(Estimate(float("nan"), 0, 0, 0)) == "-"

@@ -67,6 +67,7 @@ def test_presets_can_be_overridden():
         ("ps3@mujoco:t_max=1e-6", "is 0.0006 substeps a placement; allowed: 1 or more"),
         ("pbs:alpha=\uff11", "a finite number"),
         ("simulation@bullet:early_exit=2", "early_exit needs criterion=adams"),
+        ("simulation@bullet:criterion=adams,early_exit=0.5", "allowed: 0, or 1 or more"),
         ("ps3@bullet:t_max=3cm", "allowed units: s, ms"),
         ("ps3@bullet:samples=1.5", "a whole number"),
         ("ps3@bullet:criterion=papr", "did you mean 'paper'?"),

@@ -97,7 +97,7 @@ def test_a_changed_method_or_layout_counts_as_missing(study_file, tmp_path, stac
 def test_changed_code_counts_as_missing(study_file, tmp_path, monkeypatch):
     study, run = load_study(study_file), tmp_path / "run"
     run_study(study, run)
-    monkeypatch.setattr("harness.studies.runner.code_fingerprint", lambda: "another")
+    monkeypatch.setattr("harness.studies.runner.code_fingerprint", lambda *_: "another")
     assert run_study(study, run) == 18
     assert len(load_results(run)) == 18
 
@@ -150,7 +150,9 @@ def _alive(pid):
         (("seed = 3", "seed = true"), "seed is True"),
         (('"S2b"', '"S3"'), "scenarios: 'S3'"),
         (("layouts.json", "nothing-*.json"), "matches no file"),
-        (('["fbs", ', '["fbs", "fbs", '), "methods: one stands there twice"),
+        (('["fbs", ', '["fbs", "fbs", '), "methods: 'fbs' is the same as 'fbs'; name it once"),
+        (('["fbs", ', '["pbs0.5", "pbs:alpha=0.5", '), "is the same as 'pbs0.5'"),
+        (("layouts = ", "layout_files = "), "unknown key 'layout_files'"),
         (('name = "small"', "name = "), "not valid TOML"),
         (('methods = ["fbs"', 'methods = [3, "fbs"'), "allowed: a list of one or more texts"),
     ],
