@@ -125,7 +125,8 @@ def _speed(curves: Sequence[SpeedCurve]) -> Section:
         "the rest left out. *Floor* is the stepping of the same states alone: the engine's native "
         "steps and the adapter's call. *Create* is the adding of boxes (native bodies, where the "
         "engine has them), *own* all the rest, a difference of measurements: noise where steps are "
-        "long. The exponent in the figure is fitted from 10 items on.",
+        "long. The exponent in the figure is fitted from 10 items on. A curve ends where an engine "
+        "has no verdict within a minute, or none at all (DART refuses more than 1000 contacts).",
         [markdown_table(header, rows, left=3)],
         [
             Picture(

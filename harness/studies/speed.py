@@ -10,6 +10,7 @@ import multiprocessing
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from functools import cache
 
 import numpy as np
 
@@ -29,6 +30,9 @@ TUNING = "t_max=0.3,frequency=90,between_steps=reseat,samples=1"
 _LARGEST_SPATIAL_WALL = 20
 """A touching wall is the worst case of a 3-D solver: DART needs 40 s for one of 50 bricks."""
 
+_PATIENCE = 60.0
+"""A judgement that takes longer [s] ends a curve, and so does one without a verdict."""
+
 _REPEATS = 5
 _ENOUGH_SECONDS = 2.0
 """A case that took this long is not repeated."""
@@ -36,6 +40,7 @@ _ENOUGH_SECONDS = 2.0
 Progress = Callable[[str], None]
 
 
+@cache
 def random_pile(count: int) -> Layout:
     """The first ``count`` boxes, sides of 5 to 25 cm, of one pile packed from the bottom up.
 
@@ -81,7 +86,10 @@ def speed_curves(
             for count in numbers:
                 progress(f"{engine}, {scene}, {scope}, {count} items")
                 layout = brick_wall(count) if scene == "wall" else random_pile(count)
-                points.append(_measure(engine, layout, scope))
+                point = _measure(engine, layout, scope)
+                if point is None:
+                    break
+                points.append(point)
             curves.append(SpeedCurve(engine, scene, scope, tuple(points), _exponent(points)))
     return curves
 
@@ -114,7 +122,8 @@ def _judge_part(spec: str, layouts: list[Layout]) -> int:
     return sum(v.status is Status.DONE for v in method.judge_many(layouts))
 
 
-def _measure(engine: str, layout: Layout, scope: str) -> SpeedPoint:
+def _measure(engine: str, layout: Layout, scope: str) -> SpeedPoint | None:
+    """One point, or None where the engine has no verdict within a minute."""
     method = make_method(f"simulation@{engine}:{TUNING},scope={scope}")
     method.prepare(len(layout))
     method.judge(layout if len(layout) <= 20 else layout.first(20))
@@ -122,9 +131,9 @@ def _measure(engine: str, layout: Layout, scope: str) -> SpeedPoint:
     floors: list[tuple[float, float]] = []
     spent = 0.0
     while len(runs) < _REPEATS and spent < _ENOUGH_SECONDS:
-        verdict = method.judge(layout)
+        verdict = method.judge(layout, timeout=_PATIENCE)
         if not verdict.stable:
-            raise RuntimeError(f"{method.spec} on {layout.name}: {verdict.status} {verdict.reason}")
+            return None
         runs.append(verdict)
         if scope == "all":
             floors.append(_floor(engine, layout))
