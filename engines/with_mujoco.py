@@ -38,6 +38,8 @@ _ITERATIONS = 100
 # Contact with restitution e as a damped oscillator that is resolved by 8 substeps a half period.
 _HALF_PERIOD_SUBSTEPS = 8.0
 
+_ROW = 26
+
 _ARENA_PER_BOX = 512 * 1024
 _ARENA_LEAST = 4 * 1024 * 1024
 
@@ -93,7 +95,6 @@ class _Rung:
         self.subtree_mass = model.body_subtreemass
         self.size = model.geom_size[first:]
         self.box_extent = model.geom_aabb[1:, 3:]
-        self.all_sizes = model.geom_size[1:]
         self.radius = model.geom_rbound[1:]
         self.offset = model.geom_pos[first:]
         self.fixed_offset = model.geom_pos[1:first]
@@ -175,8 +176,14 @@ class MujocoWorld(FixedStepWorld):
         self._ladder = _idle_ladders.pop() if _idle_ladders else _Ladder()
         self._rung: _Rung | None = None
         self._placed = 0
-        # A row per free box: mass, inertia (3), half size (3), geom position (3), pose (7).
-        self._rows = np.empty((0, 17))
+        # A row per free box, so that a rung is filled by copies alone: mass, inertia (3), half size
+        # (3), geom position (3), pose (7), half diagonal, then what mj_setConst would derive from a
+        # free box whose frame is its centre of mass: 1 / mass, mean of 1 / inertia; damping (6).
+        self._rows = np.empty((0, _ROW))
+        self._decay = (
+            -math.log1p(-settings.linear_damping),
+            -math.log1p(-settings.angular_damping),
+        )
         self._free: list[int] = []
         self._fixed: list[int] = []
 
@@ -198,11 +205,16 @@ class MujocoWorld(FixedStepWorld):
             return
         count = len(self._free)
         if count == len(self._rows):
-            self._rows = np.concatenate((self._rows, np.empty((max(32, count), 17))))
+            self._rows = np.concatenate((self._rows, np.empty((max(32, count), _ROW))))
         (x, y, z), (a, b, c), (p, q, r) = box.size, box.centre, box.mass_offset
+        mass, (ix, iy, iz), (linear, angular) = box.mass, box.inertia, self._decay
         self._rows[count] = (
-            *(box.mass, *box.inertia, 0.5 * x, 0.5 * y, 0.5 * z, -p, -q, -r),
+            *(mass, ix, iy, iz, 0.5 * x, 0.5 * y, 0.5 * z, -p, -q, -r),
             *(a + p, b + q, c + r, 1.0, 0.0, 0.0, 0.0),
+            *(0.5 * math.sqrt(x * x + y * y + z * z), 1.0 / mass),
+            (1.0 / ix + 1.0 / iy + 1.0 / iz) / 3.0,
+            *(linear * mass, linear * mass, linear * mass),
+            *(angular * ix, angular * iy, angular * iz),
         )
         self._free.append(index)
 
@@ -217,7 +229,7 @@ class MujocoWorld(FixedStepWorld):
         self._write(new, rows)
         if old is not new:
             new.rest()
-            new.position[:] = rows[:, 10:]
+            new.position[:] = rows[:, 10:17]
             if old is not None:
                 new.data.time = old.data.time
                 new.position[:before] = old.position
@@ -228,29 +240,26 @@ class MujocoWorld(FixedStepWorld):
 
     def _write(self, rung: _Rung, rows: FloatArray) -> None:
         mass, inertia, half = rows[:, 0], rows[:, 1:4], rows[:, 4:7]
+        inverse_mass, rotational = rows[:, 18], rows[:, 19]
+        first = len(rung.radius) - len(rows)
         rung.mass[:] = mass
         rung.inertia[:] = inertia
         rung.size[:] = half
         rung.offset[:] = rows[:, 7:10]
+        rung.box_extent[first:] = half
+        rung.radius[first:] = rows[:, 17]
         if self._fixed:
             self._write_fixed(rung)
-        rung.box_extent[:] = rung.all_sizes
-        rung.radius[:] = np.sqrt((rung.all_sizes * rung.all_sizes).sum(axis=1))
-        # What mj_setConst would derive from a free box whose frame is its centre of mass.
+        rung.subtree_mass[first + 1 :] = mass
         rung.subtree_mass[0] = mass.sum()
-        rung.subtree_mass[len(rung.subtree_mass) - len(mass) :] = mass
-        inverse_mass, rotational = 1.0 / mass, (1.0 / inertia).mean(axis=1)
         rung.mass_matrix[:, 0] = mass[:, None]
         rung.mass_matrix[:, 1] = inertia
         rung.inverse_weight[:, 0] = inverse_mass[:, None]
         rung.inverse_weight[:, 1] = rotational[:, None]
-        rung.body_inverse_weight[:, 0] = inverse_mass
-        rung.body_inverse_weight[:, 1] = rotational
-        rung.model.stat.meaninertia = rung.mass_matrix.mean() if len(mass) else 1.0
-        settings = self.settings
-        rung.damping[:, 0] = -math.log1p(-settings.linear_damping) * mass[:, None]
-        rung.damping[:, 1] = -math.log1p(-settings.angular_damping) * inertia
-        if rung.settings != settings:
+        rung.body_inverse_weight[:] = rows[:, 18:20]
+        rung.model.stat.meaninertia = rung.mass_matrix.mean() if len(rows) else 1.0
+        rung.damping.reshape(-1, 6)[:] = rows[:, 20:26]
+        if rung.settings is not self.settings:
             self._write_settings(rung)
 
     def _write_fixed(self, rung: _Rung) -> None:
@@ -261,6 +270,9 @@ class MujocoWorld(FixedStepWorld):
         count = len(self._fixed)
         rung.fixed_position[:count] = [self.boxes[i].centre for i in self._fixed]
         rung.fixed_size[:count] = [[0.5 * s for s in self.boxes[i].size] for i in self._fixed]
+        room = len(rung.fixed_size)
+        rung.box_extent[:room] = rung.fixed_size
+        rung.radius[:room] = np.sqrt((rung.fixed_size * rung.fixed_size).sum(axis=1))
 
     def _write_settings(self, rung: _Rung) -> None:
         model, settings = rung.model, self.settings
@@ -317,7 +329,7 @@ class MujocoWorld(FixedStepWorld):
     def _reset(self) -> None:
         rung = self._climb()
         rung.rest()
-        rung.position[:] = self._rows[: len(self._free), 10:]
+        rung.position[:] = self._rows[: len(self._free), 10:17]
 
     def _close(self) -> None:
         self._rung = None
