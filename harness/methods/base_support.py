@@ -10,14 +10,9 @@ import numpy as np
 from harness.layouts.contacts import Contacts, find_contacts
 from harness.layouts.model import TOLERANCE, Layout
 from harness.methods.method import STABLE, Finding, Method, Stopwatch
-from harness.methods.spec import quantity
+from harness.methods.spec import NoParameters, quantity
 
 _ROUNDING = 1e-9
-
-
-@dataclass(frozen=True)
-class _NoParameters:
-    pass
 
 
 @dataclass(frozen=True)
@@ -62,7 +57,7 @@ class PartialBaseSupport(Method):
 class FullBaseSupport(PartialBaseSupport):
     """FBS: the whole base must be supported, that is PBS with alpha = 1."""
 
-    Parameters = _NoParameters
+    Parameters = NoParameters
 
     @property
     def _alpha(self) -> float:

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from harness.layouts.contacts import Contacts, find_contacts
 from harness.layouts.model import Layout
 from harness.methods.method import STABLE, Finding, Method, Stopwatch
+from harness.methods.spec import NoParameters
 
 _ROUNDING = 1e-9
 _Point = tuple[float, float]
-
-
-@dataclass(frozen=True)
-class _NoParameters:
-    pass
 
 
 class StaticMechanicalEquilibrium(Method):
@@ -27,7 +21,7 @@ class StaticMechanicalEquilibrium(Method):
     counts: a rule of thumb, not the exact equilibrium.
     """
 
-    Parameters = _NoParameters
+    Parameters = NoParameters
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         scene = _Scene(layout)

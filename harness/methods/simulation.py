@@ -189,7 +189,6 @@ class _Loading:
             self.items, parameters.criterion, parameters.eps_t, parameters.eps_r
         )
 
-    @property
     def _reach(self) -> float:
         """How far a corner of any item can come before it counts as moved [cm]."""
         p = self.parameters
@@ -220,10 +219,10 @@ class _Loading:
             world.close()
 
     def _load_locally(self) -> Finding:
-        contacts = find_contacts(self.layout)
+        contacts, reach = find_contacts(self.layout), self._reach()
         for step in range(len(self.items)):
             self.watch.enter(Phase.BUILD)
-            part = neighbourhood(self.layout, contacts, step, self._reach)
+            part = neighbourhood(self.layout, contacts, step, reach)
             world = open_world(self.engine, self.settings)
             try:
                 for index in part.free:

@@ -55,6 +55,11 @@ def quantity(
     return dataclasses.field(default=default, metadata=metadata)
 
 
+@dataclass(frozen=True)
+class NoParameters:
+    """The ``Parameters`` of a method that has none."""
+
+
 @dataclass(frozen=True, slots=True)
 class MethodSpec:
     """A parsed spec string; ``str()`` gives the canonical form.
