@@ -16,10 +16,15 @@ from engines.world import EngineNotInstalledError, FixedStepWorld, WorldSettings
 
 @dataclass(frozen=True, slots=True)
 class EngineEntry:
-    """Where an engine's class lives ("module:Class") and which packages it needs."""
+    """Where an engine's class lives ("module:Class") and which packages it needs.
+
+    ``options``: where a dataclass of what only this engine can be asked lives; its fields are
+    parameters of a simulation on this engine (see :func:`engines.quantities.quantity`).
+    """
 
     target: str
     packages: tuple[str, ...] = ()
+    options: str = ""
 
 
 ENGINES: dict[str, EngineEntry] = {
@@ -27,6 +32,11 @@ ENGINES: dict[str, EngineEntry] = {
     "mujoco": EngineEntry("engines.with_mujoco:MujocoWorld", ("mujoco",)),
     "dart": EngineEntry("engines.with_dart:DartWorld", ("dartpy",)),
     "chipmunk": EngineEntry("engines.with_chipmunk:ChipmunkWorld", ("pymunk",)),
+    "reference": EngineEntry(
+        "engines.reference.world:ReferenceWorld",
+        ("numba",),
+        options="engines.reference.options:ReferenceOptions",
+    ),
 }
 
 
@@ -64,6 +74,16 @@ def world_class(name: str) -> type[FixedStepWorld]:
         raise EngineNotInstalledError(
             f"engine {name!r} needs the package {missing}: pip install {missing}"
         ) from error
+
+
+def engine_options(name: str) -> type | None:
+    """The dataclass of what only this engine can be asked; None where there is none.
+
+    Raises:
+        KeyError: no engine of that name.
+    """
+    module, _, attribute = engines()[name].options.partition(":")
+    return getattr(importlib.import_module(module), attribute) if module else None
 
 
 def open_world(name: str, settings: WorldSettings) -> FixedStepWorld:

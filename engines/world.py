@@ -93,6 +93,8 @@ class WorldSettings:
         gravity: acceleration vector [m/s2]; tilting it is the same as tilting the floor.
         emulate: settings that the engine lacks and that it shall imitate where it can do so only
             at a price (see the engine's notes). Nothing is imitated at a price unasked.
+        options: what only this engine can be asked (its ``options`` in the registry); None leaves
+            all of it at its defaults.
     """
 
     friction: float = 0.5
@@ -104,6 +106,7 @@ class WorldSettings:
     solver_iterations: int | None = None
     gravity: tuple[float, float, float] = (0.0, 0.0, -GRAVITY)
     emulate: frozenset[str] = frozenset()
+    options: object | None = None
 
     def requested(self) -> tuple[str, ...]:
         """Names of the settings that ask for something, that is: differ from "nothing special"."""
@@ -112,7 +115,9 @@ class WorldSettings:
 
 
 SETTINGS: tuple[str, ...] = tuple(
-    f.name for f in dataclasses.fields(WorldSettings) if f.name not in ("emulate", "gravity")
+    f.name
+    for f in dataclasses.fields(WorldSettings)
+    if f.name not in ("emulate", "gravity", "options")
 )
 """Names of the settings that an engine may honour, emulate or ignore."""
 

@@ -7,10 +7,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from engines.quantities import quantity
 from harness.layouts.contacts import Contacts, find_contacts
 from harness.layouts.model import TOLERANCE, Layout
 from harness.methods.method import STABLE, Finding, Method, Stopwatch
-from harness.methods.spec import NoParameters, quantity
+from harness.methods.spec import NoParameters
 
 _ROUNDING = 1e-9
 

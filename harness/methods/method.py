@@ -173,6 +173,11 @@ class Method(ABC):
         self.spec = spec
         self.parameters = parameters
 
+    @classmethod
+    def parameters_on(cls, engine: str | None) -> type[Any]:
+        """The ``Parameters`` to be bound when the method runs on the named engine."""
+        return cls.Parameters
+
     def prepare(self, item_count: int = 0) -> None:
         """Make ready for layouts of up to ``item_count`` items.
 

@@ -89,7 +89,9 @@ def make_method(spec: str | MethodSpec) -> Method:
     method = _load(target)
     _check_engine(parsed, method)
     stored = dict(preset.parameters) if preset else {}
-    parameters = bind(method.Parameters, stored | dict(parsed.values), where=str(parsed))
+    parameters = bind(
+        method.parameters_on(parsed.engine), stored | dict(parsed.values), where=str(parsed)
+    )
     values = canonical(parameters, [key for key, _ in parsed.values])
     return method(MethodSpec(parsed.name, parsed.engine, values), parameters)
 

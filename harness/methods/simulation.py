@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from dataclasses import dataclass
+import typing
+from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import cache
 
 import numpy as np
 
-from engines.registry import open_world, world_class
+from engines.quantities import quantity
+from engines.registry import engine_options, open_world, world_class
 from engines.world import SETTINGS, BroadPhase, EngineError, World, WorldSettings
 from harness.layouts.contacts import find_contacts
 from harness.layouts.model import Layout
@@ -25,7 +28,6 @@ from harness.methods.method import (
     TimeoutExpiredError,
 )
 from harness.methods.scene import Across, boxes, fixed, neighbourhood, planar_scene
-from harness.methods.spec import quantity
 
 _SUBSTEPS_BETWEEN_LOOKS_AT_THE_CLOCK = 10
 
@@ -122,7 +124,35 @@ class SimulationParameters:
     def world_settings(self) -> WorldSettings:
         """The part of the parameters that a world is made with."""
         shared = {name: getattr(self, name) for name in (*SETTINGS, "emulate")}
-        return WorldSettings(**shared, gravity=(0.0, 0.0, -self.gravity))
+        gravity = (0.0, 0.0, -self.gravity)
+        return WorldSettings(**shared, gravity=gravity, options=self._options())
+
+    def _options(self) -> object | None:
+        return None
+
+
+@cache
+def _parameters_on(engine: str) -> type[SimulationParameters]:
+    """The parameters of a simulation, and after them those that this engine alone has."""
+    options = engine_options(engine)
+    if options is None:
+        return SimulationParameters
+    own, hints = dataclasses.fields(options), typing.get_type_hints(options)
+
+    def make_options(parameters: SimulationParameters) -> object:
+        return options(**{f.name: getattr(parameters, f.name) for f in own})
+
+    def check(parameters: SimulationParameters) -> None:
+        SimulationParameters.__post_init__(parameters)
+        make_options(parameters)
+
+    return dataclasses.make_dataclass(
+        f"SimulationParameters_{engine}",
+        [(f.name, hints[f.name], field(default=f.default, metadata=f.metadata)) for f in own],
+        bases=(SimulationParameters,),
+        namespace={"_options": make_options, "__post_init__": check},
+        frozen=True,
+    )
 
 
 class Simulation(Method):
@@ -136,6 +166,11 @@ class Simulation(Method):
 
     Parameters = SimulationParameters
     needs_engine = True
+
+    @classmethod
+    def parameters_on(cls, engine: str | None) -> type[SimulationParameters]:
+        """See :meth:`Method.parameters_on`: an engine's own options are parameters, too."""
+        return SimulationParameters if engine is None else _parameters_on(engine)
 
     @property
     def _engine(self) -> str:

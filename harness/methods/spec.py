@@ -36,25 +36,6 @@ class SpecError(ValueError):
     """A spec string that names no method, or a parameter or value that is not allowed."""
 
 
-def quantity(
-    default: Any,
-    about: str,
-    *,
-    unit: str = "",
-    least: float = -math.inf,
-    most: float = math.inf,
-    choices: Collection[str] = (),
-) -> Any:
-    """A field of a ``Parameters`` dataclass: its default, meaning, unit and inclusive range.
-
-    ``choices`` are the names that a field of type ``frozenset[str]`` may hold.
-    """
-    metadata = {"about": about, "unit": unit, "least": least, "most": most, "choices": choices}
-    if isinstance(default, frozenset):
-        return dataclasses.field(default_factory=lambda: default, metadata=metadata)
-    return dataclasses.field(default=default, metadata=metadata)
-
-
 @dataclass(frozen=True)
 class NoParameters:
     """The ``Parameters`` of a method that has none."""

@@ -1,0 +1,84 @@
+"""The forces at one point of contact: ADAMS' IMPACT and its regularised Coulomb friction."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from numba import njit
+
+
+class Law(NamedTuple):
+    """Parameters of a contact, in SI.
+
+    Attributes:
+        stiffness: K of a whole contact polygon [N/m^exponent].
+        exponent: of the depth, 1 or more.
+        damping: C of a whole contact polygon at full depth [N s/m].
+        damping_depth: depth at which the damping has become full [m].
+        static_friction: coefficient at the stiction speed.
+        dynamic_friction: coefficient from the friction speed on.
+        stiction_speed: sliding speed at which friction is full [m/s].
+        friction_speed: sliding speed at which friction has become dynamic [m/s].
+    """
+
+    stiffness: float
+    exponent: float
+    damping: float
+    damping_depth: float
+    static_friction: float
+    dynamic_friction: float
+    stiction_speed: float
+    friction_speed: float
+
+
+@njit(cache=True)
+def normal_force(law, depth, rate):
+    """K d^e + C step(d / d_max) d', never a pull, of a polygon's whole weight.
+
+    Args:
+        law: the parameters.
+        depth: penetration d [m].
+        rate: d' [m/s].
+
+    Returns:
+        The force [N] and its derivatives by depth and rate; zeros where there is no force.
+    """
+    if depth <= 0.0:
+        return 0.0, 0.0, 0.0
+    if law.exponent == 1.0:
+        elastic, slope = law.stiffness * depth, law.stiffness
+    else:
+        elastic = law.stiffness * depth**law.exponent
+        slope = law.exponent * elastic / depth
+    share, share_slope = 1.0, 0.0
+    if depth < law.damping_depth:
+        u = depth / law.damping_depth
+        share, share_slope = u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u) / law.damping_depth
+    force = elastic + law.damping * share * rate
+    if force <= 0.0:
+        return 0.0, 0.0, 0.0
+    return force, slope + law.damping * share_slope * rate, law.damping * share
+
+
+@njit(cache=True)
+def friction_ratio(law, speed):
+    """The coefficient of friction over the sliding speed, mu(s) / s, smooth at rest.
+
+    mu rises as the cubic step of ADAMS from 0 to the static value at the stiction speed, and goes
+    from there to the dynamic value at the friction speed.
+
+    Returns:
+        mu(s) / s [s/m], and the derivative of that by s, over s.
+    """
+    if speed < law.stiction_speed:
+        u = speed / law.stiction_speed
+        ratio = 0.5 * law.static_friction * (3.0 - u * u) / law.stiction_speed
+        return ratio, -law.static_friction / law.stiction_speed**3
+    mu, mu_slope = law.dynamic_friction, 0.0
+    if speed < law.friction_speed:
+        width = law.friction_speed - law.stiction_speed
+        u = (speed - law.stiction_speed) / width
+        drop = law.dynamic_friction - law.static_friction
+        mu = law.static_friction + drop * u * u * (3.0 - 2.0 * u)
+        mu_slope = drop * 6.0 * u * (1.0 - u) / width
+    return mu / speed, (mu_slope * speed - mu) / speed**3

@@ -1,0 +1,113 @@
+"""What can be asked of the reference simulator, and its two sets of contact parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from types import MappingProxyType
+
+from engines.quantities import quantity
+from engines.reference.law import Law
+
+
+class Contact(StrEnum):
+    """A set of contact parameters.
+
+    ``stiff``: as rigid as labels need; linear. ``adams``: the values of the paper's reference
+    simulation in MSC ADAMS, taken over from cm to m. Its scripts set no unit of force; newton, the
+    default, is assumed: 6e7 N/cm^1.2 and 800 N s/cm. Every item starts 1 mm above the floor.
+    """
+
+    STIFF = "stiff"
+    ADAMS = "adams"
+
+
+_VALUES = MappingProxyType(
+    {
+        Contact.STIFF: MappingProxyType(
+            {
+                "stiffness": 1e8,
+                "exponent": 1.0,
+                "contact_damping": 1e5,
+                "damping_depth": 1e-7,
+                "dynamic_share": 1.0,
+                "stiction_speed": 1e-4,
+                "friction_speed": 1e-2,
+                "floor_gap": 0.0,
+            }
+        ),
+        Contact.ADAMS: MappingProxyType(
+            {
+                "stiffness": 6e7 * 100.0**1.2,
+                "exponent": 1.2,
+                "contact_damping": 800.0 * 100.0,
+                "damping_depth": 1e-5,
+                "dynamic_share": 0.75,
+                "stiction_speed": 1e-4,
+                "friction_speed": 1e-2,
+                "floor_gap": 1e-3,
+            }
+        ),
+    }
+)
+
+
+@dataclass(frozen=True)
+class ReferenceOptions:
+    """Accuracy and contact. What is None comes with ``contact``.
+
+    Raises:
+        ValueError: friction would have to become dynamic before it is full.
+    """
+
+    tolerance: float = quantity(
+        1e-7, "error allowed a step: of positions; velocities 100 times as much a second",
+        unit="m", least=1e-12, most=1e-2,
+    )  # fmt: skip
+    most_time: float = quantity(
+        0.01, "longest step of the integrator", unit="s", least=1e-6, most=1
+    )
+    contact: Contact = quantity(Contact.STIFF, "the set of contact parameters")
+    stiffness: float | None = quantity(None, "of a contact, N/m^exponent", least=1.0, most=1e14)
+    exponent: float | None = quantity(None, "of the depth in the elastic force", least=1, most=3)
+    contact_damping: float | None = quantity(
+        None, "of a contact at full depth, N s/m", least=0, most=1e12
+    )
+    damping_depth: float | None = quantity(
+        None, "depth at which damping is full", unit="m", least=1e-12, most=1
+    )
+    dynamic_share: float | None = quantity(None, "dynamic over static friction", least=0, most=1)
+    stiction_speed: float | None = quantity(
+        None, "sliding speed at which friction is full", unit="m/s", least=1e-9, most=1
+    )
+    friction_speed: float | None = quantity(
+        None, "sliding speed at which friction has become dynamic", unit="m/s", least=1e-9, most=10
+    )
+    floor_gap: float | None = quantity(
+        None, "distance of the floor below z = 0", unit="m", least=0, most=1
+    )
+
+    def __post_init__(self) -> None:
+        if self.value("friction_speed") <= self.value("stiction_speed"):
+            raise ValueError(
+                f"friction_speed is {self.value('friction_speed'):g} m/s; allowed: more than "
+                f"stiction_speed, {self.value('stiction_speed'):g} m/s"
+            )
+
+    def value(self, name: str) -> float:
+        """A contact parameter: as stated, or as it comes with :attr:`contact`."""
+        stated = getattr(self, name)
+        return _VALUES[self.contact][name] if stated is None else stated
+
+    def law(self, friction: float) -> Law:
+        """The forces of a contact with the given static coefficient of friction."""
+        return Law(
+            self.value("stiffness"),
+            self.value("exponent"),
+            self.value("contact_damping"),
+            self.value("damping_depth"),
+            friction,
+            friction * self.value("dynamic_share"),
+            self.value("stiction_speed"),
+            self.value("friction_speed"),
+        )

@@ -1,0 +1,189 @@
+"""The reference simulator as an engine: the adapter between the protocol and compiled code."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from engines.reference.contact import Bodies
+from engines.reference.islands import advance
+from engines.reference.motion import Field
+from engines.reference.options import ReferenceOptions
+from engines.reference.rodas import (
+    FINISHED,
+    NOT_FINITE,
+    SINGULAR,
+    STEP_TOO_SMALL,
+    TOO_MANY_STEPS,
+    Control,
+)
+from engines.world import (
+    Box,
+    Capabilities,
+    EngineError,
+    FixedStepWorld,
+    Poses,
+    SettingSupport,
+    Support,
+    Velocities,
+    WorldSettings,
+    centres_from_mass_centres,
+    declare,
+)
+
+_FIRST_STEP = 1e-4
+"""Length of the first step after a start from rest [s]; the error decides from there on."""
+
+_MOST_STEPS = 1_000_000
+"""Attempts at a step a group and window; a placement of 20 items takes some hundred."""
+
+_WHY = {
+    STEP_TOO_SMALL: "the error stays above the tolerance however short the step is",
+    NOT_FINITE: "the state became non-finite",
+    SINGULAR: "a linear system is singular",
+    TOO_MANY_STEPS: f"more than {_MOST_STEPS} steps in one window",
+}
+
+
+class ReferenceWorld(FixedStepWorld):
+    """Rigid boxes in compliant contact, integrated with error control.
+
+    The substeps of the protocol only add up to a time: the integrator chooses its own steps.
+    Options: :class:`engines.reference.options.ReferenceOptions`.
+    """
+
+    capabilities = Capabilities(
+        title="reference",
+        dimensions=3,
+        settings=declare(
+            friction=SettingSupport(Support.HONOURED, "static coefficient, regularised"),
+            restitution=SettingSupport(
+                Support.IGNORED, "contacts are damped; none bounces by a coefficient"
+            ),
+            linear_damping=SettingSupport(Support.HONOURED, "v ln(1 - d) in the equations"),
+            angular_damping=SettingSupport(Support.HONOURED, "w ln(1 - d) in the equations"),
+            margin=SettingSupport(Support.IGNORED, "contacts begin where faces meet"),
+            broad_phase=SettingSupport(Support.IGNORED, "has its own"),
+            solver_iterations=SettingSupport(Support.IGNORED, "the linear solver is direct"),
+        ),
+        notes="Compliant contact over the exact contact polygon, error-controlled (RODAS, order 4). "
+        "The frequency has no effect but where it ends a call: steps are chosen by the error.",
+    )
+
+    def __init__(self, settings: WorldSettings) -> None:
+        super().__init__(settings)
+        options = settings.options or ReferenceOptions()
+        assert isinstance(options, ReferenceOptions)
+        self._law = options.law(settings.friction)
+        self._field = Field(
+            np.array(settings.gravity, dtype=float),
+            -options.value("floor_gap"),
+            -math.log1p(-settings.linear_damping),
+            -math.log1p(-settings.angular_damping),
+        )
+        self._control = Control(options.tolerance, options.most_time, _MOST_STEPS)
+        self._bodies = _bodies([])
+        self._planned = self._mass_centres = self._linear = self._angular = np.empty((0, 3))
+        self._axes = np.empty((0, 3, 3))
+        self._next_steps = np.empty(0)
+
+    @classmethod
+    def warm_up(cls, box_count: int) -> None:
+        """Compile, or load what has been compiled before."""
+        with cls(WorldSettings()) as world:
+            world.add_box(Box((0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.05)))
+            world.stepSimulation(1e-3, 1, 1e-3)
+
+    def _add(self, box: Box) -> None:
+        pass  # taken over by _prepare, all at once
+
+    def _prepare(self) -> None:
+        new = self.boxes[len(self._planned) :]
+        if not new:
+            return
+        self._bodies = _bodies(self.boxes)
+        start = np.array([np.add(b.centre, b.mass_offset) for b in new])
+        still = np.zeros_like(start)
+        self._planned = np.concatenate((self._planned, start))
+        self._mass_centres = np.concatenate((self._mass_centres, start))
+        self._linear = np.concatenate((self._linear, still))
+        self._angular = np.concatenate((self._angular, still))
+        self._axes = np.concatenate((self._axes, np.tile(np.eye(3), (len(new), 1, 1))))
+        self._next_steps = np.full(len(self.boxes), _FIRST_STEP)
+
+    def _advance(self, substeps: int, length: float) -> None:
+        self._prepare()
+        if not self.boxes:
+            return
+        outcome, _, _ = advance(
+            self._law, self._field, self._bodies, self._mass_centres, self._axes, self._linear,
+            self._angular, self._next_steps, substeps * length, self._control,
+        )  # fmt: skip
+        if outcome != FINISHED:
+            raise EngineError(f"the integrator gave up: {_WHY[outcome]}")
+
+    def _poses(self) -> Poses:
+        self._prepare()
+        quaternions = _quaternions(self._axes)
+        centres = centres_from_mass_centres(
+            self._mass_centres.copy(), quaternions, self._bodies.offset
+        )
+        for index in np.flatnonzero(self._bodies.fixed):
+            centres[index] = self.boxes[index].centre
+        return Poses(centres, quaternions)
+
+    def _velocities(self) -> Velocities:
+        self._prepare()
+        return Velocities(self._linear.copy(), self._angular.copy())
+
+    def _set_velocities(self, velocities: Velocities) -> None:
+        self._prepare()
+        free = ~self._bodies.fixed
+        self._linear[free] = velocities.linear[free]
+        self._angular[free] = velocities.angular[free]
+        self._next_steps[:] = _FIRST_STEP
+
+    def _reset(self) -> None:
+        self._prepare()
+        self._mass_centres[:] = self._planned
+        self._axes[:] = np.eye(3)
+        self._linear[:] = 0.0
+        self._angular[:] = 0.0
+        self._next_steps[:] = _FIRST_STEP
+
+    def _close(self) -> None:
+        self._bodies = _bodies([])
+
+
+def _bodies(boxes: list[Box]) -> Bodies:
+    half = 0.5 * np.array([b.size for b in boxes], dtype=float).reshape(-1, 3)
+    return Bodies(
+        half,
+        np.array([b.mass_offset for b in boxes], dtype=float).reshape(-1, 3),
+        np.array([b.mass for b in boxes], dtype=float),
+        np.array([b.inertia for b in boxes], dtype=float).reshape(-1, 3),
+        np.array([b.fixed for b in boxes], dtype=bool),
+        np.sqrt((half * half).sum(axis=1)),
+    )
+
+
+def _quaternions(axes: np.ndarray) -> np.ndarray:
+    """Unit quaternions (n, 4; w, x, y, z) of rotation matrices (n, 3, 3), with w >= 0.
+
+    By the largest of the four components, as S. W. Shepperd, J. Guidance Control 1 (1978).
+    """
+    x, y, z = axes[:, 0, 0], axes[:, 1, 1], axes[:, 2, 2]
+    squares = np.stack((x + y + z, x - y - z, y - x - z, z - x - y), axis=1)
+    products = np.empty((len(axes), 4, 4))
+    products[:, range(4), range(4)] = 1.0 + squares
+    for a, b, c in ((1, 2, 3), (2, 3, 1), (3, 1, 2)):
+        minus = axes[:, c - 1, b - 1] - axes[:, b - 1, c - 1]
+        plus = axes[:, c - 1, b - 1] + axes[:, b - 1, c - 1]
+        products[:, 0, a] = products[:, a, 0] = minus
+        products[:, b, c] = products[:, c, b] = plus
+    largest = squares.argmax(axis=1)
+    rows = products[np.arange(len(axes)), largest]
+    rows /= np.sqrt((rows * rows).sum(axis=1))[:, None]
+    rows[rows[:, 0] < 0.0] *= -1.0
+    return rows
