@@ -7,12 +7,13 @@ a pile empty, so the work grows with the contacts and not with the cube of the n
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from engines.reference.compiled import compiled
 
 SIZE = 6
 
 
-@njit(cache=True)
+@compiled
 def elimination_order(filled):
     """Order by least degree; ``filled`` (n, n) of bool is completed by the blocks that fill in."""
     n = len(filled)
@@ -46,7 +47,7 @@ def elimination_order(filled):
     return order
 
 
-@njit(cache=True)
+@compiled
 def _invert(block):
     """Invert a 6 x 6 block in place (Gauss and Jordan, partial pivoting); False if singular."""
     swaps = np.empty(SIZE, np.int64)
@@ -79,7 +80,7 @@ def _invert(block):
     return True
 
 
-@njit(cache=True)
+@compiled
 def factorise(matrix, filled, order):
     """Factorise in place: inverses on the diagonal, multipliers below, the rest above it.
 
@@ -121,7 +122,7 @@ def factorise(matrix, filled, order):
     return True
 
 
-@njit(cache=True)
+@compiled
 def solve(matrix, filled, order, vector):
     """Solve for ``vector`` (n, 6) in place, with the factors of :func:`factorise`."""
     n = len(order)

@@ -6,8 +6,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from engines.reference.compiled import compiled
 from engines.reference.law import friction_ratio, normal_force
 from engines.reference.polygon import (
     APART,
@@ -63,7 +63,7 @@ class Scratch(NamedTuple):
     chained: np.ndarray
 
 
-@njit(cache=True)
+@compiled
 def make_scratch():
     """Fresh memory for one thread of evaluation."""
     return Scratch(
@@ -83,7 +83,7 @@ def make_scratch():
     )
 
 
-@njit(cache=True)
+@compiled
 def _add_point(law, point, slopes, depth, weight, weight_slopes, centre, speed, spin, want, s):
     """Add one point's force and torque about ``centre`` to ``s.wrench``, and their derivatives.
 
@@ -163,7 +163,7 @@ def _add_point(law, point, slopes, depth, weight, weight_slopes, centre, speed, 
         gradient[5, c] += rx * gy - ry * gx + px * fy - py * fx
 
 
-@njit(cache=True)
+@compiled
 def _on_floor(law, height, half, centre, mass_centre, turn, speed, spin, want, s):
     """Fill the scratch with the wrench of a box on the plane z = ``height``, in world axes."""
     s.normal[0], s.normal[1], s.normal[2] = 0.0, 0.0, 1.0
@@ -182,7 +182,7 @@ def _on_floor(law, height, half, centre, mass_centre, turn, speed, spin, want, s
             )  # fmt: skip
 
 
-@njit(cache=True)
+@compiled
 def _on_face(law, reference, incident, turn, shift, mass_centre, axis, speed, spin, want, s):
     """Fill the scratch with the wrench over a contact polygon, in the reference box's axes."""
     sign = 1.0 if shift[axis] >= 0.0 else -1.0
@@ -215,7 +215,7 @@ def _on_face(law, reference, incident, turn, shift, mass_centre, axis, speed, sp
             )  # fmt: skip
 
 
-@njit(cache=True)
+@compiled
 def _to(frame, vector):
     """A world vector in the coordinates of a frame whose axes are columns."""
     out = np.empty(3)
@@ -224,7 +224,7 @@ def _to(frame, vector):
     return out
 
 
-@njit(cache=True)
+@compiled
 def _cross(a, b):
     out = np.empty(3)
     out[0] = a[1] * b[2] - a[2] * b[1]
@@ -233,7 +233,7 @@ def _cross(a, b):
     return out
 
 
-@njit(cache=True)
+@compiled
 def touch(law, height, bodies, a, b, p, turn, v, w, want, s):
     """The wrench between bodies ``a`` and ``b``, or ``a`` and the floor (``b == FLOOR``).
 
@@ -327,7 +327,7 @@ def touch(law, height, bodies, a, b, p, turn, v, w, want, s):
     return incident, reference
 
 
-@njit(cache=True)
+@compiled
 def _to_world(frame, want, s):
     """Turn the wrench and its derivatives from a frame into world axes."""
     for block in (0, 3):
@@ -351,7 +351,7 @@ def _to_world(frame, want, s):
                 s.gradient[r, block + i] = frame[i, 0] * x + frame[i, 1] * y + frame[i, 2] * z
 
 
-@njit(cache=True)
+@compiled
 def _add_cross(matrix, row, column, vector, factor):
     """Add ``factor [vector]x`` to a 3 x 3 block: [v]x a = v x a."""
     x, y, z = factor * vector[0], factor * vector[1], factor * vector[2]
@@ -363,7 +363,7 @@ def _add_cross(matrix, row, column, vector, factor):
     matrix[row + 2, column + 1] += x
 
 
-@njit(cache=True)
+@compiled
 def chain(incident, reference, p, v, w, by_pose, by_velocity, s):
     """Derivatives of both bodies' wrenches by both bodies' own coordinates, in world axes.
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from engines.reference.compiled import compiled
 from engines.reference.contact import FLOOR, Bodies
 from engines.reference.rodas import FINISHED, Control, integrate
 
@@ -21,7 +21,7 @@ _SHARE_OF_THICKNESS = 0.25
 """A step moves no body by more than this share of the thinnest one: none jumps through another."""
 
 
-@njit(cache=True)
+@compiled
 def _reaches(field, bodies, v, w, duration, stretch):
     """How far any point of each body is taken to come within ``duration`` [m], shape (n,)."""
     n = len(v)
@@ -35,7 +35,7 @@ def _reaches(field, bodies, v, w, duration, stretch):
     return reach
 
 
-@njit(cache=True)
+@compiled
 def candidate_pairs(floor, bodies, p, turn, reach):
     """Pairs of bodies whose bounding boxes, widened by their reaches, overlap; shape (m, 2).
 
@@ -68,7 +68,7 @@ def candidate_pairs(floor, bodies, p, turn, reach):
     return pairs[:count]
 
 
-@njit(cache=True)
+@compiled
 def islands(fixed, pairs):
     """A label for every body: free bodies joined by pairs share it, fixed ones have -1."""
     n = len(fixed)
@@ -87,7 +87,7 @@ def islands(fixed, pairs):
     return label
 
 
-@njit(cache=True)
+@compiled
 def _members(island, label, pairs):
     """The bodies of an island and the fixed ones beside it; and its pairs, numbered among them."""
     place = np.full(len(label), -1)
@@ -113,7 +113,7 @@ def _members(island, label, pairs):
     return members[:count], own[:found]
 
 
-@njit(cache=True)
+@compiled
 def _longest_step(bodies, v, control, duration, gravity):
     """The control's longest step, or less where something fast might jump through something."""
     thinnest, fastest = math.inf, 0.0
@@ -125,7 +125,7 @@ def _longest_step(bodies, v, control, duration, gravity):
     return min(control.most_time, _SHARE_OF_THICKNESS * thinnest / (math.sqrt(fastest) + fall))
 
 
-@njit(cache=True)
+@compiled
 def advance(law, field, bodies, p, turn, v, w, next_steps, duration, control):
     """Advance a world by ``duration`` seconds, in place.
 
@@ -183,7 +183,7 @@ def advance(law, field, bodies, p, turn, v, w, next_steps, duration, control):
     return FINISHED, accepted, rejected
 
 
-@njit(cache=True)
+@compiled
 def _within(bodies, p_before, turn_before, p, turn, reach):
     """Whether no point of any free body came further than its reach."""
     for b in range(len(p)):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from numba import njit
+from engines.reference.compiled import compiled
 
 
 class Law(NamedTuple):
@@ -31,7 +31,7 @@ class Law(NamedTuple):
     friction_speed: float
 
 
-@njit(cache=True)
+@compiled
 def normal_force(law, depth, rate):
     """K d^e + C step(d / d_max) d', never a pull, of a polygon's whole weight.
 
@@ -60,7 +60,7 @@ def normal_force(law, depth, rate):
     return force, slope + law.damping * share_slope * rate, law.damping * share
 
 
-@njit(cache=True)
+@compiled
 def friction_ratio(law, speed):
     """The coefficient of friction over the sliding speed, mu(s) / s, smooth at rest.
 

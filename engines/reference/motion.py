@@ -11,8 +11,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from engines.reference.compiled import compiled
 from engines.reference.contact import FLOOR, chain, touch
 
 
@@ -29,7 +29,7 @@ class Field(NamedTuple):
     angular_decay: float
 
 
-@njit(cache=True)
+@compiled
 def rotation(vector, out):
     """The rotation matrix of a rotation vector (Rodrigues), shape (3, 3)."""
     x, y, z = vector[0], vector[1], vector[2]
@@ -50,7 +50,7 @@ def rotation(vector, out):
     out[2, 1] = versine * y * z + sine * x
 
 
-@njit(cache=True)
+@compiled
 def turn_by(vectors, start, out):
     """Attitudes after rotation vectors (n, 3), shape (n, 3, 3)."""
     by = np.empty((3, 3))
@@ -65,7 +65,7 @@ def turn_by(vectors, start, out):
                 )
 
 
-@njit(cache=True)
+@compiled
 def rotation_rate(vector, spin, out):
     """Rate of a rotation vector t under an angular velocity w (inverse of the exponential map).
 
@@ -83,7 +83,7 @@ def rotation_rate(vector, spin, out):
     out[2] = spin[2] - 0.5 * cz + k * (x * cy - y * cx)
 
 
-@njit(cache=True)
+@compiled
 def world_inertia(turn, inertia, out):
     """R diag(inertia) R^T, shape (3, 3)."""
     for i in range(3):
@@ -95,7 +95,7 @@ def world_inertia(turn, inertia, out):
             )
 
 
-@njit(cache=True)
+@compiled
 def accelerations(law, field, bodies, pairs, p, turn, v, w, out, s):
     """Linear and angular accelerations of all bodies, shape (n, 6).
 
@@ -116,7 +116,7 @@ def accelerations(law, field, bodies, pairs, p, turn, v, w, out, s):
     _from_forces(field, bodies, turn, v, w, out)
 
 
-@njit(cache=True)
+@compiled
 def add_wrench(incident, reference, p, wrench, out):
     """Add a wrench to the incident body, and what balances it to the reference body."""
     for i in range(6):
@@ -131,7 +131,7 @@ def add_wrench(incident, reference, p, wrench, out):
         out[reference, 5] -= wrench[5] + x * fy - y * fx
 
 
-@njit(cache=True)
+@compiled
 def _from_forces(field, bodies, turn, v, w, out):
     """Forces and torques of contact become accelerations (Newton, Euler), in place."""
     for b in range(len(out)):
@@ -173,7 +173,7 @@ class Linearisation(NamedTuple):
     mass: np.ndarray
 
 
-@njit(cache=True)
+@compiled
 def make_linearisation(body_count, pair_count):
     """Memory for a linearisation."""
     return Linearisation(
@@ -186,7 +186,7 @@ def make_linearisation(body_count, pair_count):
     )
 
 
-@njit(cache=True)
+@compiled
 def linearise(law, field, bodies, pairs, p, turn, v, w, out, lin, s):
     """Accelerations into ``out`` (n, 6), and their derivatives into ``lin``.
 
@@ -238,7 +238,7 @@ def linearise(law, field, bodies, pairs, p, turn, v, w, out, lin, s):
     return count
 
 
-@njit(cache=True)
+@compiled
 def _skew(vector, out):
     out[:, :] = 0.0
     out[0, 1], out[0, 2] = -vector[2], vector[1]
@@ -246,7 +246,7 @@ def _skew(vector, out):
     out[2, 0], out[2, 1] = -vector[1], vector[0]
 
 
-@njit(cache=True)
+@compiled
 def _times(matrix, vector):
     out = np.zeros(3)
     for i in range(3):

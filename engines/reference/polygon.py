@@ -11,7 +11,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from engines.reference.compiled import compiled
 
 APART, FACE_OF_FIRST, FACE_OF_SECOND, EDGES = 0, 1, 2, 3
 
@@ -21,10 +22,12 @@ CORNERS = 16
 _PARALLEL = 1e-6
 """Sine of the angle below which two edges count as parallel: a face tells the same then."""
 
+_FACING = math.cos(math.radians(15.0))
 _EDGE_BIAS = 0.9
 _EDGE_DEPTH = 1e-6
-"""Two crossing edges carry a contact only where every face is clearly deeper: a polygon's corners
-hold the crossing points of nearly parallel faces, too, and know how the load spreads."""
+"""Two crossing edges carry a contact only where no faces look at each other and every face is
+clearly deeper. The corners of a polygon hold the crossing points of faces, too, and spread the load
+without a jump; their normal is wrong by the angle between the faces at most."""
 
 _ON_A_LINE = 1e-12
 """A point this close to a clipping plane counts as inside [m]; aligned edges are not cut."""
@@ -33,7 +36,7 @@ _SAME_CORNER = 1e-10
 """Corners this close are one [m]."""
 
 
-@njit(cache=True)
+@compiled
 def separation(first, second, turn, shift):
     """Find the axis along which two boxes overlap least.
 
@@ -66,6 +69,10 @@ def separation(first, second, turn, shift):
         if gap > best:
             best, kind, one = gap, FACE_OF_SECOND, j
     limit = _EDGE_BIAS * best + _EDGE_DEPTH
+    facing = 0.0
+    for k in range(3):
+        facing = max(facing, abs(turn[one, k] if kind == FACE_OF_FIRST else turn[k, one]))
+    by_edges = facing < _FACING
     for i in range(3):
         i1, i2 = (i + 1) % 3, (i + 2) % 3
         for j in range(3):
@@ -79,12 +86,12 @@ def separation(first, second, turn, shift):
             if gap >= 0.0:
                 return APART, 0, 0
             gap /= math.sqrt(sine2)
-            if gap > limit:
+            if by_edges and gap > limit:
                 limit, kind, one, two = gap, EDGES, i, j
     return kind, one, two
 
 
-@njit(cache=True)
+@compiled
 def rigid(point, centre, out):
     """Derivatives of a point fixed to the incident box, shape (3, 6): [1, -r x] about its mass."""
     x, y, z = point[0] - centre[0], point[1] - centre[1], point[2] - centre[2]
@@ -95,7 +102,7 @@ def rigid(point, centre, out):
     out[2, 3], out[2, 4] = y, -x
 
 
-@njit(cache=True)
+@compiled
 def incident_face(second, turn, shift, normal_axis, sign, points):
     """The four corners of the incident box's face that looks against the reference face."""
     k = 0
@@ -111,7 +118,7 @@ def incident_face(second, turn, shift, normal_axis, sign, points):
             points[m, i] = shift[i] + turn[i, k] * side + turn[i, u] * a + turn[i, v] * b
 
 
-@njit(cache=True)
+@compiled
 def clip(count, points, slopes, spare, spare_slopes, axis, sign, limit, want):
     """Cut a polygon by the half space ``sign * x[axis] <= limit`` (Sutherland and Hodgman).
 
@@ -154,7 +161,7 @@ def clip(count, points, slopes, spare, spare_slopes, axis, sign, limit, want):
     return kept
 
 
-@njit(cache=True)
+@compiled
 def merge_corners(count, points, slopes, one, two, want):
     """Make one of corners that coincide in the plane of axes ``one`` and ``two``."""
     kept = 0
@@ -171,12 +178,12 @@ def merge_corners(count, points, slopes, one, two, want):
     return kept
 
 
-@njit(cache=True)
+@compiled
 def _close(p, q, one, two):
     return abs(p[one] - q[one]) < _SAME_CORNER and abs(p[two] - q[two]) < _SAME_CORNER
 
 
-@njit(cache=True)
+@compiled
 def corner_weights(count, points, slopes, one, two, weights, weight_slopes, want):
     """Exterior angle over 2 pi at every corner: what a corner carries of the contact.
 
@@ -205,7 +212,7 @@ def corner_weights(count, points, slopes, one, two, weights, weight_slopes, want
                 weight_slopes[m, c] = sign * turn / (2.0 * math.pi)
 
 
-@njit(cache=True)
+@compiled
 def crossing(first, second, turn, shift, centre, i, j, normal, normal_slopes, point, slopes):
     """The contact of two crossing edges: ``normal`` (first to second), ``point``, derivatives.
 

@@ -11,9 +11,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from engines.reference.blocks import elimination_order, factorise, solve
+from engines.reference.compiled import compiled
 from engines.reference.contact import FLOOR, make_scratch
 from engines.reference.motion import (
     accelerations,
@@ -79,7 +79,7 @@ class Count(NamedTuple):
     rejected: int
 
 
-@njit(cache=True)
+@compiled
 def _assemble(bodies, lin, touching, spins, sigma, matrix, filled, behind):
     """The matrix of the velocities' stages, sigma M - D - C (sigma - A)^-1, block by block.
 
@@ -119,7 +119,7 @@ def _assemble(bodies, lin, touching, spins, sigma, matrix, filled, behind):
                 )
 
 
-@njit(cache=True)
+@compiled
 def _subtract(block, by_pose, by_velocity, row, column, sigma, behind):
     """Subtract D + C (sigma - A)^-1 of one 6 x 6 part from a block."""
     for i in range(6):
@@ -131,7 +131,7 @@ def _subtract(block, by_pose, by_velocity, row, column, sigma, behind):
             block[i, 3 + j] -= by_velocity[row + i, column + 3 + j] + turned
 
 
-@njit(cache=True)
+@compiled
 def _stage(bodies, lin, touching, sigma, behind, matrix, filled, order, rates, forces, x, u):
     """One stage: solve for ``x`` and ``u`` (n, 6) from right-hand sides ``rates`` and ``forces``.
 
@@ -177,7 +177,7 @@ def _stage(bodies, lin, touching, sigma, behind, matrix, filled, order, rates, f
                 x[b, 3 + i] += behind[b, i, m] * u[b, 3 + m]
 
 
-@njit(cache=True)
+@compiled
 def _error(bodies, x, u, tolerance):
     """The largest estimated error in units of the tolerance; not a number if the state is not."""
     worst = 0.0
@@ -192,7 +192,7 @@ def _error(bodies, x, u, tolerance):
     return worst / tolerance
 
 
-@njit(cache=True)
+@compiled
 def _orthonormal(turn):
     """Mend the rounding of rotation matrices in place (Gram and Schmidt)."""
     for b in range(len(turn)):
@@ -210,7 +210,7 @@ def _orthonormal(turn):
         r[2, 2] = r[0, 0] * r[1, 1] - r[1, 0] * r[0, 1]
 
 
-@njit(cache=True)
+@compiled
 def _pattern(lin, touching, filled):
     """Which bodies share a block."""
     filled[:, :] = False
@@ -222,7 +222,7 @@ def _pattern(lin, touching, filled):
             filled[i, j] = filled[j, i] = True
 
 
-@njit(cache=True)
+@compiled
 def integrate(law, field, bodies, pairs, p, turn, v, w, duration, first_step, control):
     """Advance bodies by ``duration`` seconds, in place.
 

@@ -1,0 +1,22 @@
+"""Compilation by numba, kept on disk and made anew whenever any file of this package changes."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from numba import njit
+
+# Numba's own cache looks at the file that a function stands in, not at those of the functions that
+# it calls. The digest, as part of the name, makes a change anywhere a change everywhere.
+_SOURCES = hashlib.sha256(
+    b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
+).hexdigest()[:12]
+
+
+def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function when it is first called, or load what was compiled before."""
+    function.__qualname__ += f"_{_SOURCES}"
+    return njit(cache=True)(function)
