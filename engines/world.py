@@ -161,7 +161,11 @@ class KnownFailure:
 
 @dataclass(frozen=True)
 class Capabilities:
-    """Facts about an engine, as data: tables, warnings and tests are made from them."""
+    """Facts about an engine, as data: tables, warnings and tests are made from them.
+
+    ``error_controlled``: the engine chooses its own steps to a tolerance, so that the length of a
+    substep decides only when it can be looked at.
+    """
 
     title: str
     dimensions: int
@@ -169,6 +173,7 @@ class Capabilities:
     deterministic: bool = True
     notes: str = ""
     known_failures: tuple[KnownFailure, ...] = ()
+    error_controlled: bool = False
 
     def support(self, name: str, settings: WorldSettings) -> Support:
         """How the setting ``name`` is met under ``settings``: honoured, emulated or ignored."""
@@ -242,6 +247,17 @@ class World(Protocol):
         """Current velocities. The arrays belong to the caller."""
         ...
 
+    def set_velocities(self, velocities: Velocities) -> None:
+        """Give every box the velocities that :meth:`velocities` is to return next.
+
+        Poses stay. Rows of fixed boxes are ignored.
+
+        Raises:
+            ValueError: not two arrays of shape (n, 3), one row a box, finite for every box that
+                is not fixed.
+        """
+        ...
+
     def reset_poses(self) -> None:
         """Put every box back to its planned pose, at rest ("reseat")."""
         ...
@@ -307,6 +323,22 @@ class FixedStepWorld(ABC):
         self._check_open()
         return self._velocities()
 
+    def set_velocities(self, velocities: Velocities) -> None:
+        """See :meth:`World.set_velocities`."""
+        self._check_open()
+        moving = np.array([not box.fixed for box in self.boxes], dtype=bool)
+        linear, angular = (np.array(part, dtype=np.float64) for part in velocities)
+        for name, part in (("linear", linear), ("angular", angular)):
+            if part.shape != (len(moving), 3):
+                raise ValueError(
+                    f"{name} velocities of shape {part.shape}; allowed: ({len(moving)}, 3), "
+                    "a row for each box in order of adding"
+                )
+            if not np.isfinite(part[moving]).all():
+                raise ValueError(f"{name} velocities must be finite, got {part.tolist()}")
+            part[~moving] = 0.0
+        self._set_velocities(Velocities(linear, angular))
+
     def reset_poses(self) -> None:
         """See :meth:`World.reset_poses`. Also drops the clock's remainder."""
         self._check_open()
@@ -344,6 +376,10 @@ class FixedStepWorld(ABC):
 
     @abstractmethod
     def _velocities(self) -> Velocities: ...
+
+    @abstractmethod
+    def _set_velocities(self, velocities: Velocities) -> None:
+        """Take over checked velocities; rows of fixed boxes are zero."""
 
     @abstractmethod
     def _reset(self) -> None: ...
