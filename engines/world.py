@@ -163,8 +163,7 @@ class KnownFailure:
 class Capabilities:
     """Facts about an engine, as data: tables, warnings and tests are made from them.
 
-    ``error_controlled``: the engine chooses its own steps to a tolerance, so that the length of a
-    substep decides only when it can be looked at.
+    ``error_controlled``: it chooses its own steps; a substep decides only when one can look at it.
     """
 
     title: str
@@ -248,13 +247,10 @@ class World(Protocol):
         ...
 
     def set_velocities(self, velocities: Velocities) -> None:
-        """Give every box the velocities that :meth:`velocities` is to return next.
-
-        Poses stay. Rows of fixed boxes are ignored.
+        """Give every box the velocities that :meth:`velocities` returns; poses stay.
 
         Raises:
-            ValueError: not two arrays of shape (n, 3), one row a box, finite for every box that
-                is not fixed.
+            ValueError: not a finite row for every box; rows of fixed boxes are ignored.
         """
         ...
 
@@ -327,17 +323,13 @@ class FixedStepWorld(ABC):
         """See :meth:`World.set_velocities`."""
         self._check_open()
         moving = np.array([not box.fixed for box in self.boxes], dtype=bool)
-        linear, angular = (np.array(part, dtype=np.float64) for part in velocities)
-        for name, part in (("linear", linear), ("angular", angular)):
-            if part.shape != (len(moving), 3):
-                raise ValueError(
-                    f"{name} velocities of shape {part.shape}; allowed: ({len(moving)}, 3), "
-                    "a row for each box in order of adding"
-                )
-            if not np.isfinite(part[moving]).all():
-                raise ValueError(f"{name} velocities must be finite, got {part.tolist()}")
+        checked = Velocities(*(np.array(part, dtype=np.float64) for part in velocities))
+        for part in checked:
+            if part.shape != (len(moving), 3) or not np.isfinite(part[moving]).all():
+                allowed = f"{len(moving)} rows of 3 finite numbers, in order of the boxes"
+                raise ValueError(f"velocities {part.tolist()}; allowed: {allowed}")
             part[~moving] = 0.0
-        self._set_velocities(Velocities(linear, angular))
+        self._set_velocities(checked)
 
     def reset_poses(self) -> None:
         """See :meth:`World.reset_poses`. Also drops the clock's remainder."""
