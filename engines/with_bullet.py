@@ -231,6 +231,12 @@ class BulletWorld(FixedStepWorld):
             np.array([r[1] for r in rows]).reshape(-1, 3),
         )
 
+    def _set_velocities(self, velocities: Velocities) -> None:
+        rows = zip(self.boxes, self._bodies, *map(np.ndarray.tolist, velocities), strict=True)
+        for box, body, linear, angular in rows:
+            if not box.fixed:
+                pybullet.resetBaseVelocity(body, linear, angular, self._client)
+
     def _reset(self) -> None:
         client = self._client
         place, halt = pybullet.resetBasePositionAndOrientation, pybullet.resetBaseVelocity

@@ -33,6 +33,8 @@ _SLOP = 1e-5
 class ChipmunkWorld(FixedStepWorld):
     """A Chipmunk world: only motion in the x-z plane exists.
 
+    Of velocities that are set, the part out of the plane is dropped.
+
     Raises:
         EngineError: boxes that do not share their centre and size along y, or whose centre of mass
             lies off its middle. They would need the third dimension.
@@ -131,6 +133,13 @@ class ChipmunkWorld(FixedStepWorld):
             linear[index, 0], linear[index, 2] = body.velocity
             angular[index, 1] = -body.angular_velocity
         return Velocities(linear, angular)
+
+    def _set_velocities(self, velocities: Velocities) -> None:
+        """Take over the part in the plane; velocity along y and turning about x and z are lost."""
+        rows = zip(self.boxes, self._bodies, *map(np.ndarray.tolist, velocities), strict=True)
+        for box, body, (x, _, z), (_, turning, _) in rows:
+            if not box.fixed:
+                body.velocity, body.angular_velocity = (x, z), -turning
 
     def _reset(self) -> None:
         for box, body, start in zip(self.boxes, self._bodies, self._starts, strict=True):

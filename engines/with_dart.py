@@ -160,6 +160,15 @@ class DartWorld(FixedStepWorld):
             angular[self._free] = [b.getAngularVelocity() for b in self._bodies]
         return Velocities(linear, angular)
 
+    def _set_velocities(self, velocities: Velocities) -> None:
+        linear, angular = velocities
+        for index, skeleton in zip(self._free, self._skeletons, strict=True):
+            # A free joint's own coordinates are in body axes; these two take world axes. The body
+            # frame stands at the centre of mass, so turning does not change the linear part.
+            joint = skeleton.getJoint(0)
+            joint.setAngularVelocity(angular[index])
+            joint.setLinearVelocity(linear[index])
+
     def _reset(self) -> None:
         for skeleton, start in zip(self._skeletons, self._starts, strict=True):
             skeleton.setPositions(start)

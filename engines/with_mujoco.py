@@ -326,6 +326,12 @@ class MujocoWorld(FixedStepWorld):
         angular[self._free] = rotate(rung.position[:, 3:], rung.velocity[:, 3:])
         return Velocities(linear, angular)
 
+    def _set_velocities(self, velocities: Velocities) -> None:
+        rung = self._climb()
+        rung.velocity[:, :3] = velocities.linear[self._free]
+        inverse = rung.position[:, 3:] * (1.0, -1.0, -1.0, -1.0)
+        rung.velocity[:, 3:] = rotate(inverse, velocities.angular[self._free])
+
     def _reset(self) -> None:
         rung = self._climb()
         rung.rest()

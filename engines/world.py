@@ -166,7 +166,10 @@ class KnownFailure:
 
 @dataclass(frozen=True)
 class Capabilities:
-    """Facts about an engine, as data: tables, warnings and tests are made from them."""
+    """Facts about an engine, as data: tables, warnings and tests are made from them.
+
+    ``error_controlled``: it chooses its own steps; a substep decides only when one can look at it.
+    """
 
     title: str
     dimensions: int
@@ -174,6 +177,7 @@ class Capabilities:
     deterministic: bool = True
     notes: str = ""
     known_failures: tuple[KnownFailure, ...] = ()
+    error_controlled: bool = False
 
     def support(self, name: str, settings: WorldSettings) -> Support:
         """How the setting ``name`` is met under ``settings``: honoured, emulated or ignored."""
@@ -247,6 +251,14 @@ class World(Protocol):
         """Current velocities. The arrays belong to the caller."""
         ...
 
+    def set_velocities(self, velocities: Velocities) -> None:
+        """Give every box the velocities that :meth:`velocities` returns; poses stay.
+
+        Raises:
+            ValueError: not a finite row for every box; rows of fixed boxes are ignored.
+        """
+        ...
+
     def reset_poses(self) -> None:
         """Put every box back to its planned pose, at rest ("reseat")."""
         ...
@@ -312,6 +324,18 @@ class FixedStepWorld(ABC):
         self._check_open()
         return self._velocities()
 
+    def set_velocities(self, velocities: Velocities) -> None:
+        """See :meth:`World.set_velocities`."""
+        self._check_open()
+        moving = np.array([not box.fixed for box in self.boxes], dtype=bool)
+        checked = Velocities(*(np.array(part, dtype=np.float64) for part in velocities))
+        for part in checked:
+            if part.shape != (len(moving), 3) or not np.isfinite(part[moving]).all():
+                allowed = f"{len(moving)} rows of 3 finite numbers, in order of the boxes"
+                raise ValueError(f"velocities {part.tolist()}; allowed: {allowed}")
+            part[~moving] = 0.0
+        self._set_velocities(checked)
+
     def reset_poses(self) -> None:
         """See :meth:`World.reset_poses`. Also drops the clock's remainder."""
         self._check_open()
@@ -349,6 +373,10 @@ class FixedStepWorld(ABC):
 
     @abstractmethod
     def _velocities(self) -> Velocities: ...
+
+    @abstractmethod
+    def _set_velocities(self, velocities: Velocities) -> None:
+        """Take over checked velocities; rows of fixed boxes are zero."""
 
     @abstractmethod
     def _reset(self) -> None: ...

@@ -42,6 +42,7 @@ _BAD_INPUT = (
 """What a user can mend: one sentence on stderr, exit status 2."""
 
 _BENCH_SEED = 7
+_CLOSED_FORMS = "closed-forms"
 
 _errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 
@@ -149,8 +150,15 @@ def _parser() -> argparse.ArgumentParser:
     bench.add_argument(
         "--part",
         action="append",
-        choices=["agreement", "options", "speed", "throughput"],
-        help="measure only this; may be repeated (default: speed and throughput)",
+        choices=["agreement", "options", "speed", "throughput", _CLOSED_FORMS],
+        help="measure only this; may be repeated (default: speed and throughput); "
+        f"{_CLOSED_FORMS} has a page of its own",
+    )
+    bench.add_argument(
+        "--engine",
+        action="append",
+        metavar="NAME",
+        help=f"only this engine ({_CLOSED_FORMS} alone); may be repeated",
     )
     bench.add_argument(
         "--layouts",
@@ -292,7 +300,26 @@ def _report(options: argparse.Namespace) -> None:
     print(write_page(study_page(compare(options.directory)), options.directory))
 
 
+def _closed_forms(options: argparse.Namespace) -> None:
+    from harness.studies.closed_forms import closed_form_tests, closed_forms
+    from harness.studies.results import provenance_lines
+    from reports.closed_forms_page import closed_forms_page
+    from reports.pages import write_page
+
+    made_with = provenance_lines()
+    with _status() as say:
+        results = closed_forms(options.engine, progress=say)
+    print(write_page(closed_forms_page(closed_form_tests(), results, made_with), options.output))
+
+
 def _bench(options: argparse.Namespace) -> None:
+    if _CLOSED_FORMS in (options.part or ()):
+        if set(options.part) != {_CLOSED_FORMS}:
+            raise SpecError(f"part {_CLOSED_FORMS} writes a page of its own; ask for it alone")
+        _closed_forms(options)
+        return
+    if options.engine:
+        raise SpecError(f"--engine goes with --part {_CLOSED_FORMS} alone")
     from harness.studies.engine_study import engine_agreement, option_effects
     from harness.studies.results import provenance_lines
     from harness.studies.speed import ITEM_COUNTS, speed_curves, throughput

@@ -35,6 +35,14 @@ def significant(value: float, digits: int = 3) -> str:
     return f"{value:.{decimals}f}"
 
 
+def compact(value: float, digits: int = 2) -> str:
+    """A number of any size with ``digits`` significant digits; very small ones with exponent."""
+    text = f"{value:.{digits - 1}e}"
+    if 0.0 < abs(value) < 1e-4:
+        return text
+    return significant(float(text), digits)  # rounded first: 0.0998 is 0.10, not 0.100
+
+
 def names(items: Iterable[str]) -> str:
     """Names in one cell; a dash when there are none."""
     return ", ".join(items) or MISSING

@@ -28,6 +28,7 @@ from engines.world import (
     Box,
     EngineError,
     Poses,
+    Velocities,
     World,
     WorldClosedError,
     WorldSettings,
@@ -160,6 +161,57 @@ def check_reseat_equals_a_fresh_world(world_class: WorldClass) -> None:
     expect(2.0 * math.degrees(math.acos(min(1.0, turned))), 0.0, 0.1, "angles after reseating")
 
 
+def check_velocities_can_be_set(world_class: WorldClass) -> None:
+    """What is set is read back, then m (v0 + g t) and attitudes follow; a reset ends it.
+
+    Set on boxes in flight that have turned already, so that body axes are not the world's. One has
+    its centre of mass off its middle, one is fixed, and in two dimensions all moves in the plane.
+    """
+    space = world_class.capabilities.dimensions == 3
+    along, about = ((1.0, 1.0, 1.0),) * 2 if space else ((1.0, 0.0, 1.0), (0.0, 1.0, 0.0))
+    offset, t, h = np.array((0.01, 0.02 * along[1], -0.04)), 0.05, 1e-3
+    scene = [
+        Box((0.12, 0.1, 0.3), 2.0, (0.0, 0.0, 50.0), (offset[0], offset[1], offset[2])),
+        Box(CUBE, 1.0, (1.0, 0.0, 0.05), fixed=True),
+        Box(CUBE, 3.0, (2.0, 0.0, 50.0)),
+    ]
+    given = Velocities(
+        np.array([(1.0, -0.5, 2.0), (np.nan, 1.0, 1.0), (0.0, 3.0, -1.0)]) * along,
+        np.array([(0.7, -0.4, 0.3), (1.0, np.inf, 1.0), (0.2, 0.5, -2.0)]) * about,
+    )
+    moving = [0, 2]
+    with world_class(WorldSettings()) as world:
+        fill(world, scene)
+        world.set_velocities(Velocities(np.zeros((3, 3)), np.full((3, 3), 3.0) * about))
+        world.stepSimulation(0.3, 10**6, h)
+        before = world.poses()
+        assert min(angles(before)[moving]) > 20.0, "the boxes should have turned"
+        world.set_velocities(given)
+        _same_bits(world.poses(), before)
+        found = world.velocities()
+        for one, wanted in zip(found, given, strict=True):
+            expect(one[moving], wanted[moving], 1e-9, "velocities read back")
+            expect(one[1], 0.0, 0.0, "velocity of a fixed box")
+        world.stepSimulation(t, 10**6, h)
+        flown = given.linear[moving] + (0.0, 0.0, -GRAVITY * t)
+        expect(world.velocities().linear[moving], flown, 1e-9, "velocities in flight")
+        expect(world.velocities().angular[2], given.angular[2], 1e-6, "turning of a cube")
+        after = world.poses()
+        paths = [p.centres[0] + rotate(p.quaternions[:1], offset[None])[0] for p in (before, after)]
+        wanted = given.linear[0] * t + (0.0, 0.0, -0.5 * GRAVITY * t * t)
+        expect(paths[1] - paths[0], wanted, 0.51 * GRAVITY * t * h, "way of the centre of mass")
+        world.reset_poses()
+        planned = np.array([b.centre for b in scene])
+        assert np.abs(world.poses().centres - planned).max() < 1e-12, "not at the planned poses"
+        assert not any(v.any() for v in world.velocities()), "not at rest"
+        for linear in (np.zeros((2, 3)), np.zeros((3, 2)), np.full((3, 3), np.nan)):
+            try:
+                world.set_velocities(Velocities(linear, np.zeros((3, 3))))
+            except ValueError:
+                continue
+            raise AssertionError(f"accepts velocities {linear.tolist()}")
+
+
 def check_poses_are_of_the_geometric_centre(world_class: WorldClass) -> None:
     """Also for a box with a shifted centre of mass, at rest, in flight and turning over an edge."""
     offset = (0.03, 0.0, 0.01)
@@ -207,6 +259,7 @@ def check_closing(world_class: WorldClass) -> None:
     world.add_box(Box(CUBE, 1.0, (0.0, 0.0, 1.0)))
     world.stepSimulation(0.1, 100, 0.01)
     _same_bits(world.poses(), world.poses())
+    still = world.velocities()
     mine = world.poses()
     mine.centres[:] = 7.0
     assert not (world.poses().centres == 7.0).any(), "the arrays should belong to the caller"
@@ -215,6 +268,7 @@ def check_closing(world_class: WorldClass) -> None:
     operations: dict[str, Callable[[], object]] = {
         "poses": world.poses,
         "velocities": world.velocities,
+        "set_velocities": lambda: world.set_velocities(still),
         "reset_poses": world.reset_poses,
         "prepare": world.prepare,
         "add_box": lambda: world.add_box(Box(CUBE, 1.0, (0.0, 0.0, 2.0))),

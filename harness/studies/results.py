@@ -189,7 +189,7 @@ def code_fingerprint(*classes: type) -> str:
 
 def provenance() -> dict[str, Any]:
     """Versions, source revision and kind of machine; nothing that identifies a person or host."""
-    packages = ("steadyload", "numpy", "pandas", "pyarrow")
+    packages = ("steadyload", "numpy", "pandas", "pyarrow", "scipy")
     versions = {name: metadata.version(name) for name in packages if _installed(name)}
     return {
         "code": code_fingerprint()[:16],

@@ -3,11 +3,12 @@
 import dataclasses
 import math
 
+import numpy as np
 import pytest
 
 from engines.conformance import CHECKS, NotApplicable
 from engines.registry import engine_names, world_class
-from engines.world import Box
+from engines.world import Box, Velocities, rotate
 
 # These need the class to be importable in another process, or only cost time.
 LEFT_OUT = {"repeat_in_a_fresh_process", "many_worlds_leave_no_memory"}
@@ -120,6 +121,47 @@ def with_reset_in_motion(base):
     return ResetInMotion
 
 
+def with_velocities_set_in_body_axes(base):
+    class SetInBodyAxes(base):
+        def _set_velocities(self, velocities):
+            attitudes = self._poses().quaternions
+            super()._set_velocities(Velocities(*(rotate(attitudes, v) for v in velocities)))
+
+    return SetInBodyAxes
+
+
+def with_velocities_set_at_the_middle(base):
+    class SetAtTheMiddle(base):
+        """The linear velocity becomes that of the geometric centre."""
+
+        def _set_velocities(self, velocities):
+            offsets = np.array([b.mass_offset for b in self.boxes])
+            arms = rotate(self._poses().quaternions, offsets)
+            linear = velocities.linear + np.cross(velocities.angular, arms)
+            super()._set_velocities(velocities._replace(linear=linear))
+
+    return SetAtTheMiddle
+
+
+def with_velocities_only_remembered(base):
+    class OnlyRemembered(base):
+        """They are read back and move nothing."""
+
+        remembered = None
+
+        def _set_velocities(self, velocities):
+            self.remembered = velocities
+
+        def _velocities(self):
+            return self.remembered or super()._velocities()
+
+        def _reset(self):
+            self.remembered = None
+            super()._reset()
+
+    return OnlyRemembered
+
+
 @pytest.mark.parametrize(
     ("plant", "caught_by"),
     [
@@ -131,7 +173,10 @@ def with_reset_in_motion(base):
         (with_inertia_doubled, {"tipping_rate_of_a_shifted_mass"}),
         (with_large_fixed_boxes, {"fixed_boxes_carry_and_never_move"}),
         (with_half_a_substep_kept, {"reseat_equals_a_fresh_world"}),
-        (with_reset_in_motion, {"reseat_equals_a_fresh_world"}),
+        (with_reset_in_motion, {"reseat_equals_a_fresh_world", "velocities_can_be_set"}),
+        (with_velocities_set_in_body_axes, {"velocities_can_be_set"}),
+        (with_velocities_set_at_the_middle, {"velocities_can_be_set"}),
+        (with_velocities_only_remembered, {"velocities_can_be_set"}),
     ],
 )
 def test_a_planted_bug_is_caught_in_every_adapter(engine, plant, caught_by):

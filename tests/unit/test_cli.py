@@ -182,6 +182,23 @@ def test_the_benchmark_writes_its_page(tmp_path):
     assert (tmp_path / "out" / "figures" / "convergence.png").stat().st_size > 10_000
 
 
+def test_closed_forms_write_a_page_of_their_own(tmp_path):
+    part = ("bench", "-o", "out", "--part", "closed-forms")
+    done = steadyload(*part, "--engine", "chipmunk", cwd=tmp_path)
+    assert done.stdout.strip() == "out/report.md"
+    text = (tmp_path / "out" / "report.md").read_text()
+    assert "## Tipping offset" in text
+    assert "chipmunk, 1000 Hz" in text
+    for wrong, message in (
+        ((*part, "--part", "speed"), "ask for it alone"),
+        ((*part, "--engine", "bulet"), "unknown engine 'bulet'"),
+        (("bench", "--engine", "bullet"), "closed-forms alone"),
+    ):
+        done = steadyload(*wrong, cwd=tmp_path)
+        assert done.returncode == 2
+        assert message in done.stderr
+
+
 def test_engines_leave_no_files_behind_and_keep_quiet(layout_file):
     before = sorted(p.name for p in layout_file.parent.iterdir())
     done = steadyload(

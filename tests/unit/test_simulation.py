@@ -70,6 +70,9 @@ class ScriptedWorld(FixedStepWorld):
         zeros = np.zeros((len(self.boxes), 3))
         return Velocities(zeros, zeros)
 
+    def _set_velocities(self, velocities):
+        pass
+
     def _reset(self):
         self.time = 0.0
         self.resets += 1

@@ -1,0 +1,107 @@
+"""What mechanics says of single bodies: closed forms, and equations of motion solved to 1e-12.
+
+Nothing here knows an engine. Units are SI, angles in radians unless a name says otherwise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from engines.world import GRAVITY
+
+FloatArray = NDArray[np.float64]
+
+_RELATIVE, _ABSOLUTE = 1e-12, 1e-14
+
+
+def height_change(seconds: float) -> float:
+    """Free fall from rest: -g t^2 / 2 [m]."""
+    return -0.5 * GRAVITY * seconds**2
+
+
+def slid(slope: float, friction: float, seconds: float) -> float:
+    """Way of a block from rest down a ``slope`` = tan(angle): g (sin - f cos) t^2 / 2 [m]."""
+    angle = math.atan(slope)
+    return 0.5 * GRAVITY * (math.sin(angle) - friction * math.cos(angle)) * seconds**2
+
+
+def box_inertia(size: Sequence[float], mass: float) -> FloatArray:
+    """Principal moments of a uniform box about its centre [kg m2]."""
+    squares = np.square(size)
+    return mass / 12.0 * (squares.sum() - squares)
+
+
+def spun(inertia: FloatArray, angular_velocity: Sequence[float], seconds: float) -> FloatArray:
+    """Attitude (w, x, y, z) and angular velocity (body axes) of a free body, by Euler's equations.
+
+    Args:
+        inertia: principal moments [kg m2], along the axes of the body.
+        angular_velocity: at the start, where the body's axes are the world's [rad/s].
+        seconds: how long it turns.
+    """
+
+    def rates(_: float, state: FloatArray) -> FloatArray:
+        quaternion, spin = state[:4], state[4:]
+        turning = 0.5 * np.array(
+            [
+                -quaternion[1:] @ spin,
+                *(quaternion[0] * spin + np.cross(quaternion[1:], spin)),
+            ]
+        )
+        return np.concatenate((turning, -np.cross(spin, inertia * spin) / inertia))
+
+    state = _solved(rates, (1.0, 0.0, 0.0, 0.0, *angular_velocity), seconds).y[:, -1]
+    state[:4] /= np.linalg.norm(state[:4])
+    return state
+
+
+def tipping_time(size: tuple[float, float], past_edge: float, angle: float) -> float:
+    """Time [s] in which a uniform box at rest turns by ``angle`` about the edge that carries it.
+
+    (k^2 + d^2 + h^2) a'' = g (d cos a + h sin a), with the centre of mass d past the edge and h
+    above it, and the radius of gyration k.
+
+    Args:
+        size: of the box along the overhang and upwards [m].
+        past_edge: d [m], above 0.
+        angle: [rad], below a quarter turn.
+    """
+    width, height = size
+    above = 0.5 * height
+    square = (width**2 + height**2) / 12.0 + past_edge**2 + above**2
+
+    def rates(_: float, state: FloatArray) -> tuple[float, float]:
+        pull = past_edge * math.cos(state[0]) + above * math.sin(state[0])
+        return state[1], GRAVITY * pull / square
+
+    def reached(_: float, state: FloatArray) -> float:
+        return state[0] - angle
+
+    reached.terminal = True  # type: ignore[attr-defined]
+    return float(_solved(rates, (0.0, 0.0), 60.0, reached).t_events[0][0])
+
+
+def harmonic_overhangs(count: int, length: float) -> list[float]:
+    """How far each of ``count`` equal blocks stands out over the one below, from the top down [m].
+
+    L/2, L/4, L/6, ...: the centre of mass of every upper part lies exactly above the edge that
+    carries it. The lowest block stands on the floor, so there are ``count`` - 1 of them.
+    """
+    return [length / (2.0 * k) for k in range(1, count)]
+
+
+def _solved(rates: Callable, start: Sequence[float], seconds: float, event: Callable | None = None):
+    return solve_ivp(
+        rates,
+        (0.0, seconds),
+        start,
+        method="DOP853",
+        events=event,
+        rtol=_RELATIVE,
+        atol=_ABSOLUTE,
+    )

@@ -1,0 +1,240 @@
+"""Engines against mechanics: the expected values, the measuring, and the page."""
+
+import dataclasses
+import math
+import re
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from engines.registry import ENGINES, EngineEntry, world_class
+from engines.world import GRAVITY, EngineError, SettingSupport, Support
+from harness.studies import mechanics
+from harness.studies.closed_form_runs import NoValueError, boundary
+from harness.studies.closed_forms import closed_form_tests, closed_forms
+from harness.studies.definition import StudyError
+from reports.closed_forms_page import closed_forms_page
+from reports.figures import plot_closed_forms
+from reports.pages import write_page
+from reports.tables import compact
+
+TESTS = {test.name: test for test in closed_form_tests()}
+
+
+def measured(name, engine="bullet", frequency=240):
+    (result,) = closed_forms([engine], (frequency,), tests=[TESTS[name]])
+    return result
+
+
+# --- what is expected ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("past", [1e-3, 1e-5])
+def test_tipping_starts_as_a_linear_pendulum(past):
+    """At small angles a'' = g (d + h a) / s has the solution (d / h) (cosh t sqrt(g h / s) - 1)."""
+    angle, above = 1e-4, 0.05
+    rate = math.sqrt(GRAVITY * above / ((0.1**2 + 0.1**2) / 12 + past**2 + above**2))
+    linear = math.acosh(1.0 + angle * above / past) / rate
+    assert mechanics.tipping_time((0.1, 0.1), past, angle) == pytest.approx(linear, rel=1e-6)
+
+
+def test_tipping_keeps_its_energy():
+    """The speed at an angle follows from the height lost; the time is the sum of da / speed."""
+    past, above, end = 0.01, 0.05, math.radians(10.0)
+    square = 0.02 / 12 + past**2 + above**2
+    # a = end u^2 takes the singularity at rest out of the integral.
+    u = (np.arange(200_000) + 0.5) / 200_000
+    a = end * u**2
+    fallen = past * np.sin(a) + above * (1.0 - np.cos(a))
+    time = (2.0 * end * u / np.sqrt(2.0 * GRAVITY * fallen / square)).mean()
+    assert mechanics.tipping_time((0.1, 0.1), past, end) == pytest.approx(time, rel=1e-8)
+
+
+def test_a_spinning_body_keeps_energy_and_momentum():
+    inertia, start = mechanics.box_inertia((0.1, 0.2, 0.3), 3.0), np.array((0.1, 10.0, 0.1))
+    assert inertia == pytest.approx((0.0325, 0.025, 0.0125))
+    state = mechanics.spun(inertia, start, 1.0)
+    (w, *v), spin = state[:4], state[4:]
+    cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+    rotation = np.eye(3) + 2.0 * w * cross + 2.0 * cross @ cross
+    assert spin @ (inertia * spin) == pytest.approx(start @ (inertia * start), rel=1e-10)
+    assert rotation @ (inertia * spin) == pytest.approx(inertia * start, rel=1e-9)
+    assert abs(spin[0]) > 5.0, "it should be turning over"
+
+
+def test_a_body_that_spins_about_a_main_axis_just_turns():
+    state = mechanics.spun(np.array((1.0, 2.0, 3.0)), (0.0, 0.0, 0.5), 2.0)
+    assert state[:4] == pytest.approx((math.cos(0.5), 0.0, 0.0, math.sin(0.5)))
+
+
+def test_harmonic_overhangs_balance_every_upper_part():
+    over = mechanics.harmonic_overhangs(6, 0.2)
+    places = np.concatenate(([0.0], np.cumsum(over[::-1])))
+    for level in range(1, 6):
+        assert places[level:].mean() == pytest.approx(places[level - 1] + 0.1)
+
+
+def test_falling_and_sliding_by_hand():
+    assert TESTS["free fall"].expected == pytest.approx(-441.0)
+    # 3-4-5: sin 0.6, cos 0.8, friction 0.5: 9.8 * 0.2 / 2
+    assert mechanics.slid(0.75, 0.5, 1.0) == pytest.approx(0.98)
+    assert mechanics.slid(0.5, 0.5, 1.0) == pytest.approx(0.0)
+
+
+# --- how it is measured -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("place", [1.0, 0.99, 1.4, 0.5003])
+def test_a_boundary_is_found_from_either_side(place):
+    assert boundary(lambda x: x > place, 1.0, 1e-4, 1e-5, (0.3, 1.5)) == pytest.approx(
+        place, abs=1e-5
+    )
+
+
+def test_a_boundary_that_is_not_there_is_said():
+    for answer, word in ((True, "down to 0.3"), (False, "up to 1.5")):
+        with pytest.raises(NoValueError, match=word):
+            boundary(lambda x, answer=answer: answer, 1.0, 1e-4, 1e-5, (0.3, 1.5))
+
+
+def test_free_fall_shows_the_order_of_the_integrator(engine):
+    """Semi-implicit or explicit Euler: g t h / 2 off, unless the engine controls its error."""
+    result = measured("free fall", engine)
+    own_steps = world_class(engine).capabilities.error_controlled
+    expected = 0.0 if own_steps else 1e3 * GRAVITY * 0.3 / 240 / 2
+    assert abs(result.error) == pytest.approx(expected, rel=1e-6, abs=1e-3)
+    assert result.found == pytest.approx(TESTS["free fall"].expected + result.error)
+
+
+@pytest.mark.parametrize(
+    ("name", "largest"),
+    [
+        ("sliding distance", 5.0),
+        ("sliding threshold", 5.0),
+        ("creep", 20.0),
+        ("tipping offset", 10.0),
+        ("time to 10 degrees, 10 mm", 10.0),
+        ("time to 10 degrees, 1 mm", 20.0),
+        ("overhang of 3", 5.0),
+        ("sink under 10", 1.0),
+    ],
+)
+def test_every_engine_is_roughly_right(engine, name, largest):
+    result = measured(name, engine)
+    assert result.note == ""
+    assert abs(result.error) < largest
+
+
+def test_a_spin_needs_three_dimensions(engine):
+    result, facts = measured("intermediate-axis spin", engine), world_class(engine).capabilities
+    if facts.dimensions == 2:
+        assert result.found is None
+        assert result.note.startswith("not defined")
+        return
+    finer = measured("intermediate-axis spin", engine, 1000)
+    assert finer.error < 0.5 * result.error < 5.0 or facts.error_controlled
+    assert 0.0 <= finer.error < 1.0
+
+
+def test_a_bounce_needs_restitution(engine, monkeypatch):
+    facts = world_class(engine).capabilities
+    if facts.settings["restitution"].support is not Support.IGNORED:
+        assert measured("bounce", engine).found == pytest.approx(0.25, rel=0.4)
+    without = dict(facts.settings) | {"restitution": SettingSupport(Support.IGNORED)}
+    ignoring = dataclasses.replace(facts, settings=without)
+    monkeypatch.setattr(world_class(engine), "capabilities", ignoring)
+    result = measured("bounce", engine)
+    assert (result.found, result.note) == (None, "not defined: no restitution")
+
+
+def test_a_light_cube_gives_way_under_a_load_too_heavy_for_the_solver():
+    light, heavy = measured("sink under 10"), measured("sink under 10000", frequency=90)
+    assert light.found < 1.0 < heavy.found <= 100.0
+
+
+def test_failures_are_rows(monkeypatch):
+    base = world_class("bullet")
+
+    class Diverging(base):
+        def _poses(self):
+            poses = super()._poses()
+            poses.centres[:] = np.nan
+            return poses
+
+    class Failing(base):
+        def _advance(self, substeps, length):
+            raise EngineError("no more contacts")
+
+    for world, note in ((Diverging, "diverged"), (Failing, "error: no more contacts")):
+        monkeypatch.setattr("engines.with_bullet.BulletWorld", world)
+        for name in ("free fall", "tipping offset", "bounce"):
+            result = measured(name)
+            assert (result.found, result.error, result.note) == (None, None, note)
+
+
+def test_an_engine_with_its_own_steps_runs_once(monkeypatch, tmp_path):
+    base, said = world_class("mujoco"), []
+
+    class OwnSteps(base):
+        capabilities = dataclasses.replace(base.capabilities, error_controlled=True)
+
+    monkeypatch.setattr("engines.with_mujoco.OwnSteps", OwnSteps, raising=False)
+    monkeypatch.setitem(ENGINES, "own", EngineEntry("engines.with_mujoco:OwnSteps"))
+    tests = [TESTS["free fall"], TESTS["sink under 10"], TESTS["sink under 100"]]
+    results = closed_forms(["bullet", "own"], (90, 240), tests=tests, progress=said.append)
+    assert [(r.engine, r.frequency) for r in results[:3]] == [
+        ("bullet", 90), ("bullet", 240), ("own", None),
+    ]  # fmt: skip
+    assert len(results) == len(said) == 9
+    assert said[0] == "free fall: bullet, 90 Hz"
+    text = write_page(closed_forms_page(list(TESTS.values()), results, {}), tmp_path).read_text()
+    assert "| bullet, 240 Hz | own, own |" in text
+    assert re.search(r"\| own +\| +own \|", text)
+    alone = [r for r in results if r.engine == "own"]
+    write_page(closed_forms_page(tests, alone, {}), tmp_path / "alone")
+
+
+def test_an_unknown_engine_is_named():
+    with pytest.raises(StudyError, match="unknown engine 'bulet'"):
+        closed_forms(["bulet"])
+
+
+# --- what is shown ------------------------------------------------------------------------------
+
+
+def test_the_page_defines_every_test_and_shows_its_errors(tmp_path):
+    chosen = [
+        TESTS[name] for name in ("free fall", "intermediate-axis spin", "creep", "sink under 10")
+    ]
+    chosen.append(TESTS["sink under 100"])
+    results = closed_forms(["bullet", "chipmunk"], (90, 240), tests=chosen)
+    page = closed_forms_page(list(TESTS.values()), results, {"made": "here"})
+    text = write_page(page, tmp_path).read_text()
+    for test in chosen:
+        assert f"## {test.series}\n\n{test.definition} Expected: " in text
+    assert "## Bounce" not in text
+    free_fall = text.partition("## Free fall")[2].partition("\n## ")[0]
+    assert re.search(r"\| bullet +\| +90 Hz \| +-457\.333 \| +-16 \|", free_fall)
+    assert "not defined: two dimensions" in text
+    assert re.search(r"\| chipmunk .*< 1e-06", text), "an error that cannot be told from none"
+    pictures = re.findall(r"!\[.*?\]\((.*?)\)", text)
+    assert pictures == ["figures/closed-forms.png", "figures/sink-under-a-heavy-load.png"]
+    for name in pictures:
+        assert matplotlib.image.imread(tmp_path / name)[..., :3].std() > 0.01
+    again = closed_forms_page(list(TESTS.values()), results, {"made": "here"})
+    assert write_page(again, tmp_path / "again").read_text() == text
+
+
+def test_the_figure_shows_the_errors_of_the_records():
+    test = TESTS["time to 10 degrees, 10 mm"]
+    results = closed_forms(["bullet"], (90, 240), tests=[test])
+    axes = plot_closed_forms([test], results).axes[0]
+    drawn = next(line for line in axes.lines if len(line.get_xdata()) == 2)
+    assert list(drawn.get_ydata()) == pytest.approx([abs(r.error) for r in results])
+    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
+
+
+def test_small_numbers_are_compact():
+    found = [compact(v) for v in (0.09998, -1.47, 441.2, 1.44e-5, 0.0, -16.33)]
+    assert found == ["0.10", "-1.5", "440", "1.4e-05", "0", "-16"]
