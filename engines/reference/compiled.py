@@ -19,4 +19,4 @@ _SOURCES = hashlib.sha256(
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a function when it is first called, or load what was compiled before."""
     function.__qualname__ += f"_{_SOURCES}"
-    return njit(cache=True)(function)
+    return njit(cache=True, error_model="numpy", fastmath={"contract"})(function)

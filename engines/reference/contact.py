@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
-
 import numpy as np
 
 from engines.reference.compiled import compiled
@@ -13,7 +11,7 @@ from engines.reference.polygon import (
     APART,
     CORNERS,
     EDGES,
-    FACE_OF_FIRST,
+    FACE_OF_SECOND,
     clip,
     corner_weights,
     crossing,
@@ -30,71 +28,69 @@ _CROSSING_WEIGHT = 0.25
 """Of two edges that cross: the exterior angle of a right corner over 2 pi, as in a polygon."""
 
 
-class Bodies(NamedTuple):
-    """What does not change while bodies move, shapes (n, 3) or (n,); SI.
+BODY = np.dtype(
+    [
+        ("half", np.float64, (3,)),
+        ("offset", np.float64, (3,)),
+        ("mass", np.float64),
+        ("inertia", np.float64, (3,)),
+        ("extent", np.float64),
+        ("fixed", np.bool_),
+    ],
+    align=True,
+)
+"""What does not change while a body moves: half edge lengths [m], centre of mass minus geometric
+centre [m] and principal moments [kg m2] in body axes, half the space diagonal [m], and whether the
+body is part of the surroundings."""
 
-    ``half``: half edge lengths. ``offset``: centre of mass minus geometric centre, body axes.
-    ``fixed``: part of the surroundings. ``extent``: half the space diagonal.
+_SCRATCH = np.dtype(
+    [
+        ("points", np.float64, (CORNERS, 3)),
+        ("slopes", np.float64, (CORNERS, 3, 6)),
+        ("spare", np.float64, (CORNERS, 3)),
+        ("spare_slopes", np.float64, (CORNERS, 3, 6)),
+        ("weights", np.float64, (CORNERS,)),
+        ("weight_slopes", np.float64, (CORNERS, 6)),
+        ("normal", np.float64, (3,)),
+        ("normal_slopes", np.float64, (3, 6)),
+        ("depth_slopes", np.float64, (6,)),
+        ("wrench", np.float64, (6,)),
+        ("gradient", np.float64, (6, 12)),
+        ("turned", np.float64, (6, 12)),
+        # Where and how the incident box is, as seen from the reference box: axes, geometric
+        # centre, centre of mass, and that body's relative velocities.
+        ("spun", np.float64, (3, 3)),
+        ("shift", np.float64, (3,)),
+        ("mass_centre", np.float64, (3,)),
+        ("speed", np.float64, (3,)),
+        ("spin", np.float64, (3,)),
+    ],
+    align=True,
+)
+
+
+def make_scratch() -> np.void:
+    """Memory that one evaluation after the other writes into.
+
+    A record travels as one pointer; a tuple of arrays would cost more to hand over than to use.
     """
-
-    half: np.ndarray
-    offset: np.ndarray
-    mass: np.ndarray
-    inertia: np.ndarray
-    fixed: np.ndarray
-    extent: np.ndarray
-
-
-class Scratch(NamedTuple):
-    """Memory that one evaluation after the other writes into."""
-
-    points: np.ndarray
-    slopes: np.ndarray
-    spare: np.ndarray
-    spare_slopes: np.ndarray
-    weights: np.ndarray
-    weight_slopes: np.ndarray
-    normal: np.ndarray
-    normal_slopes: np.ndarray
-    depth_slopes: np.ndarray
-    wrench: np.ndarray
-    gradient: np.ndarray
-    turned: np.ndarray
-    chained: np.ndarray
+    return np.rec.array(np.zeros(1, _SCRATCH))[0]
 
 
 @compiled
-def make_scratch():
-    """Fresh memory for one thread of evaluation."""
-    return Scratch(
-        np.zeros((CORNERS, 3)),
-        np.zeros((CORNERS, 3, 6)),
-        np.zeros((CORNERS, 3)),
-        np.zeros((CORNERS, 3, 6)),
-        np.zeros(CORNERS),
-        np.zeros((CORNERS, 6)),
-        np.zeros(3),
-        np.zeros((3, 6)),
-        np.zeros(6),
-        np.zeros(6),
-        np.zeros((6, 12)),
-        np.zeros((6, 12)),
-        np.zeros((6, 24)),
-    )
-
-
-@compiled
-def _add_point(law, point, slopes, depth, weight, weight_slopes, centre, speed, spin, want, s):
-    """Add one point's force and torque about ``centre`` to ``s.wrench``, and their derivatives.
+def _add_point(law, m, depth, weight, want, s):
+    """Add the force and torque of corner ``m`` to ``s.wrench``, and their derivatives.
 
     Columns of ``s.gradient``: the relative translation and rotation, then the relative velocity
     of the incident body's centre of mass and its relative angular velocity.
     """
-    n = s.normal
-    rx, ry, rz = point[0] - centre[0], point[1] - centre[1], point[2] - centre[2]
-    vx = speed[0] + spin[1] * rz - spin[2] * ry
-    vy = speed[1] + spin[2] * rx - spin[0] * rz
-    vz = speed[2] + spin[0] * ry - spin[1] * rx
+    n, spin, slopes = s.normal, s.spin, s.slopes
+    rx = s.points[m, 0] - s.mass_centre[0]
+    ry = s.points[m, 1] - s.mass_centre[1]
+    rz = s.points[m, 2] - s.mass_centre[2]
+    vx = s.speed[0] + spin[1] * rz - spin[2] * ry
+    vy = s.speed[1] + spin[2] * rx - spin[0] * rz
+    vz = s.speed[2] + spin[0] * ry - spin[1] * rx
     away = n[0] * vx + n[1] * vy + n[2] * vz
     force, by_depth, by_rate = normal_force(law, depth, -away)
     if force == 0.0:
@@ -120,7 +116,7 @@ def _add_point(law, point, slopes, depth, weight, weight_slopes, centre, speed, 
         nx = ny = nz = 0.0  # of the normal
         change = 0.0  # of the force
         if c < 6:
-            px, py, pz = slopes[0, c], slopes[1, c], slopes[2, c]
+            px, py, pz = slopes[m, 0, c], slopes[m, 1, c], slopes[m, 2, c]
             if c == 0:
                 px -= 1.0
             elif c == 1:
@@ -131,7 +127,7 @@ def _add_point(law, point, slopes, depth, weight, weight_slopes, centre, speed, 
             uy = spin[2] * px - spin[0] * pz
             uz = spin[0] * py - spin[1] * px
             nx, ny, nz = s.normal_slopes[0, c], s.normal_slopes[1, c], s.normal_slopes[2, c]
-            change = weight_slopes[c] * force + weight * by_depth * s.depth_slopes[c]
+            change = s.weight_slopes[m, c] * force + weight * by_depth * s.depth_slopes[c]
         elif c == 6:
             ux, uy, uz = 1.0, 0.0, 0.0
         elif c == 7:
@@ -164,33 +160,31 @@ def _add_point(law, point, slopes, depth, weight, weight_slopes, centre, speed, 
 
 
 @compiled
-def _on_floor(law, height, half, centre, mass_centre, turn, speed, spin, want, s):
+def _on_floor(law, height, half, want, s):
     """Fill the scratch with the wrench of a box on the plane z = ``height``, in world axes."""
     s.normal[0], s.normal[1], s.normal[2] = 0.0, 0.0, 1.0
     s.normal_slopes[:, :] = 0.0
-    s.weight_slopes[0] = 0.0
-    incident_face(half, turn, centre, 2, 1.0, s.points)
+    incident_face(half, s.spun, s.shift, 2, 1.0, s.points)
     for m in range(4):
         depth = height - s.points[m, 2]
         if depth > 0.0:
             if want:
-                rigid(s.points[m], mass_centre, s.slopes[m])
-                s.depth_slopes[:] = -s.slopes[m, 2]
-            _add_point(
-                law, s.points[m], s.slopes[m], depth, 0.25, s.weight_slopes[0], mass_centre,
-                speed, spin, want, s,
-            )  # fmt: skip
+                s.weight_slopes[m] = 0.0
+                rigid(s.points[m], s.mass_centre, s.slopes[m])
+                for c in range(6):
+                    s.depth_slopes[c] = -s.slopes[m, 2, c]
+            _add_point(law, m, depth, 0.25, want, s)
 
 
 @compiled
-def _on_face(law, reference, incident, turn, shift, mass_centre, axis, speed, spin, want, s):
+def _on_face(law, reference, incident, axis, want, s):
     """Fill the scratch with the wrench over a contact polygon, in the reference box's axes."""
-    sign = 1.0 if shift[axis] >= 0.0 else -1.0
+    sign = 1.0 if s.shift[axis] >= 0.0 else -1.0
     one, two = (axis + 1) % 3, (axis + 2) % 3
-    incident_face(incident, turn, shift, axis, sign, s.points)
+    incident_face(incident, s.spun, s.shift, axis, sign, s.points)
     if want:
         for m in range(4):
-            rigid(s.points[m], mass_centre, s.slopes[m])
+            rigid(s.points[m], s.mass_centre, s.slopes[m])
     count = 4
     for a in (one, two):
         for side in (1.0, -1.0):
@@ -201,36 +195,60 @@ def _on_face(law, reference, incident, turn, shift, mass_centre, axis, speed, sp
         return
     count = merge_corners(count, s.points, s.slopes, one, two, want)
     corner_weights(count, s.points, s.slopes, one, two, s.weights, s.weight_slopes, want)
-    s.normal[:] = 0.0
+    s.normal[0] = s.normal[1] = s.normal[2] = 0.0
     s.normal[axis] = sign
     s.normal_slopes[:, :] = 0.0
     for m in range(count):
         depth = reference[axis] - sign * s.points[m, axis]
         if depth > 0.0:
             if want:
-                s.depth_slopes[:] = -sign * s.slopes[m, axis]
-            _add_point(
-                law, s.points[m], s.slopes[m], depth, s.weights[m], s.weight_slopes[m],
-                mass_centre, speed, spin, want, s,
-            )  # fmt: skip
+                for c in range(6):
+                    s.depth_slopes[c] = -sign * s.slopes[m, axis, c]
+            _add_point(law, m, depth, s.weights[m], want, s)
 
 
 @compiled
-def _to(frame, vector):
-    """A world vector in the coordinates of a frame whose axes are columns."""
-    out = np.empty(3)
+def _place_on_floor(bodies, a, p, turn, v, w, s):
+    """Fill in where a box stands as seen from the floor."""
     for i in range(3):
-        out[i] = frame[0, i] * vector[0] + frame[1, i] * vector[1] + frame[2, i] * vector[2]
-    return out
+        centre = p[a, i]
+        for j in range(3):
+            s.spun[i, j] = turn[a, i, j]
+            centre -= turn[a, i, j] * bodies[a].offset[j]
+        s.shift[i], s.mass_centre[i] = centre, p[a, i]
+        s.speed[i], s.spin[i] = v[a, i], w[a, i]
 
 
 @compiled
-def _cross(a, b):
-    out = np.empty(3)
-    out[0] = a[1] * b[2] - a[2] * b[1]
-    out[1] = a[2] * b[0] - a[0] * b[2]
-    out[2] = a[0] * b[1] - a[1] * b[0]
-    return out
+def _place(bodies, a, b, p, turn, s):
+    """Fill in where box ``b`` stands and how it is turned, as seen from box ``a``."""
+    x, y, z = p[b, 0] - p[a, 0], p[b, 1] - p[a, 1], p[b, 2] - p[a, 2]
+    bx, by, bz = bodies[b].offset[0], bodies[b].offset[1], bodies[b].offset[2]
+    for i in range(3):
+        ax, ay, az = turn[a, 0, i], turn[a, 1, i], turn[a, 2, i]
+        for j in range(3):
+            s.spun[i, j] = ax * turn[b, 0, j] + ay * turn[b, 1, j] + az * turn[b, 2, j]
+        s.mass_centre[i] = bodies[a].offset[i] + ax * x + ay * y + az * z
+        s.shift[i] = s.mass_centre[i] - (s.spun[i, 0] * bx + s.spun[i, 1] * by + s.spun[i, 2] * bz)
+
+
+@compiled
+def _move(incident, reference, p, turn, v, w, s):
+    """Fill in how the incident body moves, as seen from the reference body, which turns."""
+    x, y, z = (
+        p[incident, 0] - p[reference, 0],
+        p[incident, 1] - p[reference, 1],
+        p[incident, 2] - p[reference, 2],
+    )
+    wx, wy, wz = w[reference, 0], w[reference, 1], w[reference, 2]
+    vx = v[incident, 0] - v[reference, 0] - (wy * z - wz * y)
+    vy = v[incident, 1] - v[reference, 1] - (wz * x - wx * z)
+    vz = v[incident, 2] - v[reference, 2] - (wx * y - wy * x)
+    wx, wy, wz = w[incident, 0] - wx, w[incident, 1] - wy, w[incident, 2] - wz
+    for i in range(3):
+        rx, ry, rz = turn[reference, 0, i], turn[reference, 1, i], turn[reference, 2, i]
+        s.speed[i] = rx * vx + ry * vy + rz * vz
+        s.spin[i] = rx * wx + ry * wy + rz * wz
 
 
 @compiled
@@ -241,8 +259,12 @@ def touch(law, height, bodies, a, b, p, turn, v, w, want, s):
         law: contact parameters.
         height: the floor's z [m].
         bodies: sizes and the like.
-        a, b: indices.
-        p, turn, v, w: centres of mass [m], axes as columns, velocities, angular velocities of all.
+        a: index of a body.
+        b: index of another, or ``FLOOR``.
+        p: centres of mass of all [m], shape (n, 3).
+        turn: their axes as columns, shape (n, 3, 3).
+        v: their velocities [m/s].
+        w: their angular velocities [rad/s].
         want: whether derivatives are wanted.
         s: scratch; ``s.wrench`` is force and torque on the incident body about its centre of mass
             in world axes, ``s.gradient`` its derivatives by the relative motion as seen from the
@@ -254,77 +276,41 @@ def touch(law, height, bodies, a, b, p, turn, v, w, want, s):
     if b == FLOOR:
         lowest = p[a, 2]
         for i in range(3):
-            lowest -= turn[a, 2, i] * bodies.offset[a, i] + abs(turn[a, 2, i]) * bodies.half[a, i]
+            lowest -= turn[a, 2, i] * bodies[a].offset[i] + abs(turn[a, 2, i]) * bodies[a].half[i]
         if lowest >= height:
             return FLOOR, FLOOR
-        s.wrench[:] = 0.0
-        if want:
-            s.gradient[:, :] = 0.0
-        centre = p[a].copy()
-        for i in range(3):
-            for j in range(3):
-                centre[i] -= turn[a, i, j] * bodies.offset[a, j]
-        _on_floor(
-            law, height, bodies.half[a], centre, p[a], turn[a], v[a], w[a], want, s
-        )  # fmt: skip
+        _clear(want, s)
+        _place_on_floor(bodies, a, p, turn, v, w, s)
+        _on_floor(law, height, bodies[a].half, want, s)
         return a, FLOOR
-    # The second box in the first's frame.
-    spun = np.empty((3, 3))
-    shift = np.empty(3)
-    apart = np.empty(3)
-    for i in range(3):
-        apart[i] = p[b, i] - p[a, i]
-    for i in range(3):
-        for j in range(3):
-            spun[i, j] = (
-                turn[a, 0, i] * turn[b, 0, j]
-                + turn[a, 1, i] * turn[b, 1, j]
-                + turn[a, 2, i] * turn[b, 2, j]
-            )
-        shift[i] = bodies.offset[a, i]
-        for j in range(3):
-            shift[i] += turn[a, j, i] * apart[j] - spun[i, j] * bodies.offset[b, j]
-    kind, one, two = separation(bodies.half[a], bodies.half[b], spun, shift)
+    _place(bodies, a, b, p, turn, s)
+    kind, one, two = separation(bodies[a].half, bodies[b].half, s.spun, s.shift)
     if kind == APART:
         return FLOOR, FLOOR
+    _clear(want, s)
+    incident, reference = b, a
+    if kind == FACE_OF_SECOND:
+        incident, reference = a, b
+        _place(bodies, b, a, p, turn, s)
+    _move(incident, reference, p, turn, v, w, s)
+    if kind == EDGES:
+        depth = crossing(
+            bodies[a].half, bodies[b].half, s.spun, s.shift, s.mass_centre, one, two, s.normal,
+            s.normal_slopes, s.points[0], s.slopes[0], s.depth_slopes,
+        )  # fmt: skip
+        s.weight_slopes[0] = 0.0
+        _add_point(law, 0, depth, _CROSSING_WEIGHT, want, s)
+    else:
+        _on_face(law, bodies[reference].half, bodies[incident].half, one, want, s)
+    _to_world(turn[reference], want, s)
+    return incident, reference
+
+
+@compiled
+def _clear(want, s):
     s.wrench[:] = 0.0
     if want:
         s.gradient[:, :] = 0.0
-    incident, reference = b, a
-    if kind != FACE_OF_FIRST and kind != EDGES:
-        incident, reference = a, b
-        for i in range(3):
-            apart[i] = -apart[i]
-        back = np.empty(3)
-        for i in range(3):
-            back[i] = -(spun[0, i] * shift[0] + spun[1, i] * shift[1] + spun[2, i] * shift[2])
-        shift = back
-        spun = np.ascontiguousarray(spun.T)
-    frame = turn[reference]
-    mass_centre = _to(frame, apart)
-    for i in range(3):
-        mass_centre[i] += bodies.offset[reference, i]
-    # Velocities as seen from the reference body, which turns.
-    drag = _cross(w[reference], apart)
-    speed = _to(frame, v[incident] - v[reference] - drag)
-    spin = _to(frame, w[incident] - w[reference])
-    if kind == EDGES:
-        depth, s.depth_slopes[:] = crossing(
-            bodies.half[a], bodies.half[b], spun, shift, mass_centre, one, two,
-            s.normal, s.normal_slopes, s.points[0], s.slopes[0],
-        )  # fmt: skip
-        s.weight_slopes[0] = 0.0
-        _add_point(
-            law, s.points[0], s.slopes[0], depth, _CROSSING_WEIGHT, s.weight_slopes[0],
-            mass_centre, speed, spin, want, s,
-        )  # fmt: skip
-    else:
-        _on_face(
-            law, bodies.half[reference], bodies.half[incident], spun, shift, mass_centre, one,
-            speed, spin, want, s,
-        )  # fmt: skip
-    _to_world(frame, want, s)
-    return incident, reference
 
 
 @compiled
@@ -384,7 +370,10 @@ def chain(incident, reference, p, v, w, by_pose, by_velocity, s):
         return
     apart = p[incident] - p[reference]
     spin = w[incident] - w[reference]
-    speed = v[incident] - v[reference] - _cross(w[reference], apart)
+    speed = v[incident] - v[reference]
+    speed[0] -= w[reference, 1] * apart[2] - w[reference, 2] * apart[1]
+    speed[1] -= w[reference, 2] * apart[0] - w[reference, 0] * apart[2]
+    speed[2] -= w[reference, 0] * apart[1] - w[reference, 1] * apart[0]
     force, torque = s.wrench[:3], s.wrench[3:]
     by_pose[:6, 6:] = -s.gradient[:, :6]
     by_velocity[:6, 6:] = -s.gradient[:, 6:]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from engines.reference.compiled import compiled
-from engines.reference.contact import FLOOR, Bodies
+from engines.reference.contact import FLOOR
 from engines.reference.rodas import FINISHED, Control, integrate
 
 _WINDOW = 0.03
@@ -30,8 +30,8 @@ def _reaches(field, bodies, v, w, duration, stretch):
     for b in range(n):
         speed = math.sqrt(v[b, 0] ** 2 + v[b, 1] ** 2 + v[b, 2] ** 2)
         spin = math.sqrt(w[b, 0] ** 2 + w[b, 1] ** 2 + w[b, 2] ** 2)
-        reach[b] = 1.5 * (speed + spin * bodies.extent[b]) * duration + fall + _SPARE_REACH
-        reach[b] = 0.0 if bodies.fixed[b] else stretch * reach[b]
+        reach[b] = 1.5 * (speed + spin * bodies[b].extent) * duration + fall + _SPARE_REACH
+        reach[b] = 0.0 if bodies[b].fixed else stretch * reach[b]
     return reach
 
 
@@ -47,17 +47,17 @@ def candidate_pairs(floor, bodies, p, turn, reach):
         for i in range(3):
             middle, half = p[b, i], reach[b]
             for j in range(3):
-                middle -= turn[b, i, j] * bodies.offset[b, j]
-                half += abs(turn[b, i, j]) * bodies.half[b, j]
+                middle -= turn[b, i, j] * bodies[b].offset[j]
+                half += abs(turn[b, i, j]) * bodies[b].half[j]
             low[b, i], high[b, i] = middle - half, middle + half
     pairs = np.empty((n * (n + 1) // 2, 2), np.int64)
     count = 0
     for a in range(n):
-        if low[a, 2] < floor and not bodies.fixed[a]:
+        if low[a, 2] < floor and not bodies[a].fixed:
             pairs[count, 0], pairs[count, 1] = a, FLOOR
             count += 1
         for b in range(a + 1, n):
-            if bodies.fixed[a] and bodies.fixed[b]:
+            if bodies[a].fixed and bodies[b].fixed:
                 continue
             apart = False
             for i in range(3):
@@ -69,20 +69,20 @@ def candidate_pairs(floor, bodies, p, turn, reach):
 
 
 @compiled
-def islands(fixed, pairs):
+def islands(bodies, pairs):
     """A label for every body: free bodies joined by pairs share it, fixed ones have -1."""
-    n = len(fixed)
+    n = len(bodies)
     label = np.arange(n)
     changed = True
     while changed:
         changed = False
         for k in range(len(pairs)):
             a, b = pairs[k, 0], pairs[k, 1]
-            if b != FLOOR and not fixed[a] and not fixed[b] and label[a] != label[b]:
+            if b != FLOOR and not bodies[a].fixed and not bodies[b].fixed and label[a] != label[b]:
                 label[a] = label[b] = min(label[a], label[b])
                 changed = True
     for b in range(n):
-        if fixed[b]:
+        if bodies[b].fixed:
             label[b] = -1
     return label
 
@@ -119,14 +119,14 @@ def _longest_step(bodies, v, control, duration, gravity):
     thinnest, fastest = math.inf, 0.0
     for b in range(len(v)):
         for i in range(3):
-            thinnest = min(thinnest, 2.0 * bodies.half[b, i])
+            thinnest = min(thinnest, 2.0 * bodies[b].half[i])
         fastest = max(fastest, v[b, 0] ** 2 + v[b, 1] ** 2 + v[b, 2] ** 2)
     fall = math.sqrt(np.sum(gravity * gravity)) * duration
     return min(control.most_time, _SHARE_OF_THICKNESS * thinnest / (math.sqrt(fastest) + fall))
 
 
 @compiled
-def advance(law, field, bodies, p, turn, v, w, next_steps, duration, control):
+def advance(law, field, bodies, p, turn, v, w, next_steps, duration, control, s):
     """Advance a world by ``duration`` seconds, in place.
 
     Args:
@@ -135,6 +135,7 @@ def advance(law, field, bodies, p, turn, v, w, next_steps, duration, control):
         next_steps: the step [s] that each body's group would take next, shape (n,); updated.
         duration: [s].
         control: how time is cut into steps.
+        s: scratch.
 
     Returns:
         The outcome (see :mod:`engines.reference.rodas`), steps accepted and steps rejected.
@@ -149,27 +150,24 @@ def advance(law, field, bodies, p, turn, v, w, next_steps, duration, control):
         while True:
             reach = _reaches(field, bodies, v, w, window, stretch)
             pairs = candidate_pairs(field.floor, bodies, p, turn, reach)
-            label = islands(bodies.fixed, pairs)
+            label = islands(bodies, pairs)
             for island in range(len(p)):
                 if label[island] != island:
                     continue
                 members, own = _members(island, label, pairs)
-                part = Bodies(
-                    bodies.half[members], bodies.offset[members], bodies.mass[members],
-                    bodies.inertia[members], bodies.fixed[members], bodies.extent[members],
-                )  # fmt: skip
+                part = bodies[members]
                 ps, turns, vs, ws = p[members], turn[members], v[members], w[members]
                 longest = _longest_step(part, vs, control, window, field.gravity)
                 count = integrate(
                     law, field, part, own, ps, turns, vs, ws, window,
                     np.min(next_steps[members]),
-                    Control(control.tolerance, longest, control.most_steps),
+                    Control(control.tolerance, longest, control.most_steps), s,
                 )  # fmt: skip
                 accepted += count.accepted
                 rejected += count.rejected
                 for k in range(len(members)):
                     b = members[k]
-                    if not bodies.fixed[b]:
+                    if not bodies[b].fixed:
                         p[b], turn[b], v[b], w[b] = ps[k], turns[k], vs[k], ws[k]
                         next_steps[b] = count.next_step
                 if count.outcome != FINISHED:
@@ -187,11 +185,11 @@ def advance(law, field, bodies, p, turn, v, w, next_steps, duration, control):
 def _within(bodies, p_before, turn_before, p, turn, reach):
     """Whether no point of any free body came further than its reach."""
     for b in range(len(p)):
-        if bodies.fixed[b]:
+        if bodies[b].fixed:
             continue
         shift = math.sqrt(np.sum((p[b] - p_before[b]) ** 2))
         # The Frobenius norm of the difference bounds what a turn does to a unit vector.
         change = math.sqrt(np.sum((turn[b] - turn_before[b]) ** 2))
-        if not shift + change * bodies.extent[b] <= reach[b]:
+        if not shift + change * bodies[b].extent <= reach[b]:
             return False
     return True

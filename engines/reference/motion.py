@@ -135,12 +135,12 @@ def add_wrench(incident, reference, p, wrench, out):
 def _from_forces(field, bodies, turn, v, w, out):
     """Forces and torques of contact become accelerations (Newton, Euler), in place."""
     for b in range(len(out)):
-        if bodies.fixed[b]:
+        if bodies[b].fixed:
             out[b] = 0.0
             continue
-        r, inertia = turn[b], bodies.inertia[b]
+        r, inertia = turn[b], bodies[b].inertia
         for i in range(3):
-            out[b, i] = out[b, i] / bodies.mass[b] + field.gravity[i] - field.linear_decay * v[b, i]
+            out[b, i] = out[b, i] / bodies[b].mass + field.gravity[i] - field.linear_decay * v[b, i]
         # In body axes: I a = t - w x I w.
         tx = r[0, 0] * out[b, 3] + r[1, 0] * out[b, 4] + r[2, 0] * out[b, 5]
         ty = r[0, 1] * out[b, 3] + r[1, 1] * out[b, 4] + r[2, 1] * out[b, 5]
@@ -214,9 +214,9 @@ def linearise(law, field, bodies, pairs, p, turn, v, w, out, lin, s):
     )  # fmt: skip
     for b in range(len(out)):
         for i in range(3):
-            lin.mass[b, i, i] = bodies.mass[b]
-            lin.own_velocity[b, i, i] = -field.linear_decay * bodies.mass[b]
-        world_inertia(turn[b], bodies.inertia[b], inertia)
+            lin.mass[b, i, i] = bodies[b].mass
+            lin.own_velocity[b, i, i] = -field.linear_decay * bodies[b].mass
+        world_inertia(turn[b], bodies[b].inertia, inertia)
         turning = out[b, 3:] + field.angular_decay * w[b]
         _skew(w[b], spin)
         _skew(turning, alpha)

@@ -41,7 +41,8 @@ def separation(first, second, turn, shift):
     """Find the axis along which two boxes overlap least.
 
     Args:
-        first, second: half edge lengths [m], shape (3,).
+        first: half edge lengths of the first box [m], shape (3,).
+        second: half edge lengths of the second box [m], shape (3,).
         turn: second box's axes in the first's, as columns, shape (3, 3).
         shift: second's centre in the first's frame [m], shape (3,).
 
@@ -213,18 +214,28 @@ def corner_weights(count, points, slopes, one, two, weights, weight_slopes, want
 
 
 @compiled
-def crossing(first, second, turn, shift, centre, i, j, normal, normal_slopes, point, slopes):
-    """The contact of two crossing edges: ``normal`` (first to second), ``point``, derivatives.
+def crossing(
+    first, second, turn, shift, centre, i, j,
+    normal, normal_slopes, point, slopes, depth_slopes,
+):  # fmt: skip
+    """The contact of two crossing edges: its normal (first to second), point and depth.
 
     Args:
-        first, second: half edge lengths [m].
-        turn, shift: the second box in the first's frame.
+        first: half edge lengths of the first box [m].
+        second: half edge lengths of the second box [m].
+        turn: the second box's axes in the first's frame.
+        shift: the second box's centre in the first's frame [m].
         centre: the second box's centre of mass in the first's frame [m].
-        i, j: the axes of the edges on either box.
-        normal, normal_slopes, point, slopes: filled in, shapes (3,), (3, 6), (3,), (3, 6).
+        i: the axis of the first box's edge.
+        j: the axis of the second box's edge.
+        normal: filled in, shape (3,).
+        normal_slopes: filled in, its derivatives, shape (3, 6).
+        point: filled in [m], shape (3,).
+        slopes: filled in, its derivatives, shape (3, 6).
+        depth_slopes: filled in, derivatives of the depth, shape (6,).
 
     Returns:
-        The depth [m] and its six derivatives.
+        The depth [m].
     """
     i1, i2 = (i + 1) % 3, (i + 2) % 3
     # e_i x turn[:, j]
@@ -249,7 +260,6 @@ def crossing(first, second, turn, shift, centre, i, j, normal, normal_slopes, po
     point[:] = start
     point[i] += reach
     depth = gap[0] * normal[0] + gap[1] * normal[1] + gap[2] * normal[2]
-    depth_slopes = np.zeros(6)
     moved = np.zeros((3, 6))
     rigid(other, centre, moved)
     slopes[:, :] = 0.0
@@ -271,4 +281,4 @@ def crossing(first, second, turn, shift, centre, i, j, normal, normal_slopes, po
         depth_slopes[c] = depth_slope
         numerator = cosine_slope * along_second + cosine * second_slope + moved[i, c]
         slopes[i, c] = (numerator + 2.0 * cosine * cosine_slope * reach) / sine2
-    return depth, depth_slopes
+    return depth

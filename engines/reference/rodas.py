@@ -14,7 +14,7 @@ import numpy as np
 
 from engines.reference.blocks import elimination_order, factorise, solve
 from engines.reference.compiled import compiled
-from engines.reference.contact import FLOOR, make_scratch
+from engines.reference.contact import FLOOR
 from engines.reference.motion import (
     accelerations,
     linearise,
@@ -103,16 +103,16 @@ def _assemble(bodies, lin, touching, spins, sigma, matrix, filled, behind):
         for i in range(6):
             for j in range(6):
                 matrix[b, b, i, j] = sigma * lin.mass[b, i, j]
-        if not bodies.fixed[b]:
+        if not bodies[b].fixed:
             _subtract(matrix[b, b], lin.own_pose[b], lin.own_velocity[b], 0, 0, sigma, e)
     for k in range(touching):
         for x in range(2):
             i = lin.ends[k, x]
-            if i == FLOOR or bodies.fixed[i]:
+            if i == FLOOR or bodies[i].fixed:
                 continue
             for y in range(2):
                 j = lin.ends[k, y]
-                if j == FLOOR or bodies.fixed[j]:
+                if j == FLOOR or bodies[j].fixed:
                     continue
                 _subtract(
                     matrix[i, j], lin.by_pose[k], lin.by_velocity[k], 6 * x, 6 * y, sigma, behind[j]
@@ -148,18 +148,18 @@ def _stage(bodies, lin, touching, sigma, behind, matrix, filled, order, rates, f
     for b in range(n):
         for i in range(6):
             total = 0.0
-            if not bodies.fixed[b]:
+            if not bodies[b].fixed:
                 for m in range(6):
                     total += lin.mass[b, i, m] * forces[b, m] + lin.own_pose[b, i, m] * x[b, m]
             u[b, i] = total
     for k in range(touching):
         for first in range(2):
             i = lin.ends[k, first]
-            if i == FLOOR or bodies.fixed[i]:
+            if i == FLOOR or bodies[i].fixed:
                 continue
             for second in range(2):
                 j = lin.ends[k, second]
-                if j == FLOOR or bodies.fixed[j]:
+                if j == FLOOR or bodies[j].fixed:
                     continue
                 for r in range(6):
                     total = 0.0
@@ -168,7 +168,7 @@ def _stage(bodies, lin, touching, sigma, behind, matrix, filled, order, rates, f
                     u[i, r] += total
     solve(matrix, filled, order, u)
     for b in range(n):
-        if bodies.fixed[b]:
+        if bodies[b].fixed:
             x[b] = 0.0
             continue
         for i in range(3):
@@ -182,7 +182,7 @@ def _error(bodies, x, u, tolerance):
     """The largest estimated error in units of the tolerance; not a number if the state is not."""
     worst = 0.0
     for b in range(len(x)):
-        arm = bodies.extent[b]
+        arm = bodies[b].extent
         for i in range(3):
             linear = max(abs(x[b, i]), abs(u[b, i]) / _VELOCITY_TOLERANCE)
             angular = max(abs(x[b, 3 + i]), abs(u[b, 3 + i]) / _VELOCITY_TOLERANCE) * arm
@@ -223,7 +223,7 @@ def _pattern(lin, touching, filled):
 
 
 @compiled
-def integrate(law, field, bodies, pairs, p, turn, v, w, duration, first_step, control):
+def integrate(law, field, bodies, pairs, p, turn, v, w, duration, first_step, control, s):
     """Advance bodies by ``duration`` seconds, in place.
 
     Args:
@@ -233,12 +233,12 @@ def integrate(law, field, bodies, pairs, p, turn, v, w, duration, first_step, co
         duration: [s].
         first_step: length of the first step [s].
         control: how time is cut into steps.
+        s: scratch.
 
     Returns:
         A :class:`Count`; on any outcome but ``FINISHED`` the state is that of the last good step.
     """
     n = len(p)
-    s = make_scratch()
     lin = make_linearisation(n, len(pairs))
     matrix = np.zeros((n, n, 6, 6))
     filled = np.zeros((n, n), np.bool_)
@@ -315,7 +315,7 @@ def integrate(law, field, bodies, pairs, p, turn, v, w, duration, first_step, co
             continue
         # The last stage's point, which the estimate was taken from, and the estimate added to it.
         for b in range(n):
-            if bodies.fixed[b]:
+            if bodies[b].fixed:
                 continue
             for i in range(3):
                 p[b, i] += x[b, i] + xs[STAGES - 1, b, i]

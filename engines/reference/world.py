@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from engines.reference.contact import Bodies
+from engines.reference.contact import BODY, make_scratch
 from engines.reference.islands import advance
 from engines.reference.motion import Field
 from engines.reference.options import ReferenceOptions
@@ -83,6 +83,7 @@ class ReferenceWorld(FixedStepWorld):
             -math.log1p(-settings.angular_damping),
         )
         self._control = Control(options.tolerance, options.most_time, _MOST_STEPS)
+        self._scratch = make_scratch()
         self._bodies = _bodies([])
         self._planned = self._mass_centres = self._linear = self._angular = np.empty((0, 3))
         self._axes = np.empty((0, 3, 3))
@@ -119,6 +120,7 @@ class ReferenceWorld(FixedStepWorld):
         outcome, _, _ = advance(
             self._law, self._field, self._bodies, self._mass_centres, self._axes, self._linear,
             self._angular, self._next_steps, substeps * length, self._control,
+            self._scratch,
         )  # fmt: skip
         if outcome != FINISHED:
             raise EngineError(f"the integrator gave up: {_WHY[outcome]}")
@@ -156,16 +158,14 @@ class ReferenceWorld(FixedStepWorld):
         self._bodies = _bodies([])
 
 
-def _bodies(boxes: list[Box]) -> Bodies:
-    half = 0.5 * np.array([b.size for b in boxes], dtype=float).reshape(-1, 3)
-    return Bodies(
-        half,
-        np.array([b.mass_offset for b in boxes], dtype=float).reshape(-1, 3),
-        np.array([b.mass for b in boxes], dtype=float),
-        np.array([b.inertia for b in boxes], dtype=float).reshape(-1, 3),
-        np.array([b.fixed for b in boxes], dtype=bool),
-        np.sqrt((half * half).sum(axis=1)),
-    )
+def _bodies(boxes: list[Box]) -> np.recarray:
+    bodies = np.rec.array(np.zeros(len(boxes), BODY))
+    for body, box in zip(bodies, boxes, strict=True):
+        body.half = 0.5 * np.array(box.size)
+        body.offset, body.mass, body.inertia = box.mass_offset, box.mass, box.inertia
+        body.extent = math.hypot(*body.half)
+        body.fixed = box.fixed
+    return bodies
 
 
 def _quaternions(axes: np.ndarray) -> np.ndarray:
