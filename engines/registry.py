@@ -11,15 +11,25 @@ import importlib.metadata
 from dataclasses import dataclass
 from functools import cache
 
-from engines.world import EngineNotInstalledError, FixedStepWorld, WorldSettings
+from engines.world import (
+    Capabilities,
+    EngineNotInstalledError,
+    FixedStepWorld,
+    WorldSettings,
+)
 
 
 @dataclass(frozen=True, slots=True)
 class EngineEntry:
-    """Where an engine's class lives ("module:Class") and which packages it needs."""
+    """Where an engine's class lives ("module:Class") and which packages it needs.
+
+    ``extra`` names the optional dependencies of this distribution that bring them. An engine that
+    has one takes part where it is named, and in nothing that runs over all engines.
+    """
 
     target: str
     packages: tuple[str, ...] = ()
+    extra: str = ""
 
 
 ENGINES: dict[str, EngineEntry] = {
@@ -27,11 +37,12 @@ ENGINES: dict[str, EngineEntry] = {
     "mujoco": EngineEntry("engines.with_mujoco:MujocoWorld", ("mujoco",)),
     "dart": EngineEntry("engines.with_dart:DartWorld", ("dartpy",)),
     "chipmunk": EngineEntry("engines.with_chipmunk:ChipmunkWorld", ("pymunk",)),
+    "drake": EngineEntry("engines.with_drake:DrakeWorld", ("drake",), extra="drake"),
 }
 
 
 def engines() -> dict[str, EngineEntry]:
-    """All engines by name, with those of other distributions."""
+    """All engines by name, with the optional ones and those of other distributions."""
     return _from_other_distributions() | ENGINES
 
 
@@ -42,8 +53,12 @@ def _from_other_distributions() -> dict[str, EngineEntry]:
 
 
 def engine_names() -> tuple[str, ...]:
-    """Names of all engines, in the order in which tables show them."""
-    return tuple(engines())
+    """Names of the engines that are compared unasked, in the order in which tables show them.
+
+    The optional ones are not among them, installed or not: what runs over all engines is then the
+    same everywhere. :func:`engines` has them all.
+    """
+    return tuple(name for name, entry in engines().items() if not entry.extra)
 
 
 def world_class(name: str) -> type[FixedStepWorld]:
@@ -54,7 +69,27 @@ def world_class(name: str) -> type[FixedStepWorld]:
         EngineNotInstalledError: its library is missing.
     """
     entry = engines()[name]
-    module, _, attribute = entry.target.partition(":")
+    if entry.extra:
+        for package in entry.packages:
+            if not _is_installed(package):
+                raise EngineNotInstalledError(
+                    f"engine {name!r} needs the package {package}: "
+                    f"pip install 'steadyload[{entry.extra}]'"
+                )
+    return _declared_class(name)
+
+
+def capabilities(name: str) -> Capabilities:
+    """What an engine declares, also without its library where its adapter imports that later.
+
+    Raises:
+        KeyError, EngineNotInstalledError: see :func:`world_class`.
+    """
+    return _declared_class(name).capabilities
+
+
+def _declared_class(name: str) -> type[FixedStepWorld]:
+    module, _, attribute = engines()[name].target.partition(":")
     try:
         return getattr(importlib.import_module(module), attribute)
     except ModuleNotFoundError as error:
@@ -64,6 +99,11 @@ def world_class(name: str) -> type[FixedStepWorld]:
         raise EngineNotInstalledError(
             f"engine {name!r} needs the package {missing}: pip install {missing}"
         ) from error
+
+
+@cache
+def _is_installed(package: str) -> bool:
+    return any(True for _ in importlib.metadata.distributions(name=package))
 
 
 def open_world(name: str, settings: WorldSettings) -> FixedStepWorld:
