@@ -11,7 +11,12 @@ import importlib.metadata
 from dataclasses import dataclass
 from functools import cache
 
-from engines.world import EngineNotInstalledError, FixedStepWorld, WorldSettings
+from engines.world import (
+    Capabilities,
+    EngineNotInstalledError,
+    FixedStepWorld,
+    WorldSettings,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,11 +25,14 @@ class EngineEntry:
 
     ``options``: where a dataclass of what only this engine can be asked lives; its fields are
     parameters of a simulation on this engine (see :func:`engines.quantities.quantity`).
+    ``extra`` names the optional dependencies of this distribution that bring them. An engine that
+    has one takes part where it is named, and in nothing that runs over all engines.
     """
 
     target: str
     packages: tuple[str, ...] = ()
     options: str = ""
+    extra: str = ""
 
 
 ENGINES: dict[str, EngineEntry] = {
@@ -37,11 +45,12 @@ ENGINES: dict[str, EngineEntry] = {
         ("numba",),
         options="engines.reference.options:ReferenceOptions",
     ),
+    "drake": EngineEntry("engines.with_drake:DrakeWorld", ("drake",), extra="drake"),
 }
 
 
 def engines() -> dict[str, EngineEntry]:
-    """All engines by name, with those of other distributions."""
+    """All engines by name, with the optional ones and those of other distributions."""
     return _from_other_distributions() | ENGINES
 
 
@@ -52,8 +61,12 @@ def _from_other_distributions() -> dict[str, EngineEntry]:
 
 
 def engine_names() -> tuple[str, ...]:
-    """Names of all engines, in the order in which tables show them."""
-    return tuple(engines())
+    """Names of the engines that are compared unasked, in the order in which tables show them.
+
+    The optional ones are not among them, installed or not: what runs over all engines is then the
+    same everywhere. :func:`engines` has them all.
+    """
+    return tuple(name for name, entry in engines().items() if not entry.extra)
 
 
 def world_class(name: str) -> type[FixedStepWorld]:
@@ -64,7 +77,27 @@ def world_class(name: str) -> type[FixedStepWorld]:
         EngineNotInstalledError: its library is missing.
     """
     entry = engines()[name]
-    module, _, attribute = entry.target.partition(":")
+    if entry.extra:
+        for package in entry.packages:
+            if not _is_installed(package):
+                raise EngineNotInstalledError(
+                    f"engine {name!r} needs the package {package}: "
+                    f"pip install 'steadyload[{entry.extra}]'"
+                )
+    return _declared_class(name)
+
+
+def capabilities(name: str) -> Capabilities:
+    """What an engine declares, also without its library where its adapter imports that later.
+
+    Raises:
+        KeyError, EngineNotInstalledError: see :func:`world_class`.
+    """
+    return _declared_class(name).capabilities
+
+
+def _declared_class(name: str) -> type[FixedStepWorld]:
+    module, _, attribute = engines()[name].target.partition(":")
     try:
         return getattr(importlib.import_module(module), attribute)
     except ModuleNotFoundError as error:
@@ -84,6 +117,11 @@ def engine_options(name: str) -> type | None:
     """
     module, _, attribute = engines()[name].options.partition(":")
     return getattr(importlib.import_module(module), attribute) if module else None
+
+
+@cache
+def _is_installed(package: str) -> bool:
+    return any(True for _ in importlib.metadata.distributions(name=package))
 
 
 def open_world(name: str, settings: WorldSettings) -> FixedStepWorld:

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from engines.registry import engine_names
+from engines.registry import engine_names, engines, world_class
+from engines.world import EngineNotInstalledError
 from harness.layouts import Item, Layout, Pallet
 
 ACLPP = Path(__file__).resolve().parents[2] / "shared" / "data" / "aclpp"
@@ -13,7 +14,18 @@ ACLPP = Path(__file__).resolve().parents[2] / "shared" / "data" / "aclpp"
 
 @pytest.fixture(params=engine_names())
 def engine(request: pytest.FixtureRequest) -> str:
-    """Every registered engine, one after the other."""
+    """Every engine that is compared unasked, one after the other."""
+    return request.param
+
+
+@pytest.fixture(params=engines())
+def any_engine(request: pytest.FixtureRequest) -> str:
+    """Every registered engine; an optional one that is not installed is skipped."""
+    if engines()[request.param].extra:
+        try:
+            world_class(request.param)
+        except EngineNotInstalledError as error:
+            pytest.skip(str(error))
     return request.param
 
 

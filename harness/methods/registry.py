@@ -17,7 +17,7 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from engines.registry import engine_names
+from engines.registry import engines
 from harness.methods.method import Method
 from harness.methods.spec import (
     MethodSpec,
@@ -162,7 +162,7 @@ def _check_engine(spec: MethodSpec, method: type[Method]) -> None:
     elif not spec.engine:
         raise SpecError(
             f"{spec}: {spec.name} needs an engine, for example {spec.name}@mujoco; "
-            f"allowed: {', '.join(engine_names())}"
+            f"allowed: {', '.join(engines())}"
         )
-    elif spec.engine not in engine_names():
-        raise SpecError(f"unknown engine {spec.engine!r}; {nearest(spec.engine, engine_names())}")
+    elif spec.engine not in engines():
+        raise SpecError(f"unknown engine {spec.engine!r}; {nearest(spec.engine, engines())}")

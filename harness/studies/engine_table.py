@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from engines.registry import engine_names, world_class
+from engines.registry import capabilities, engines
 from engines.world import EngineNotInstalledError
 from reports.records import EngineSettings
 
@@ -10,9 +10,9 @@ from reports.records import EngineSettings
 def engine_records() -> list[EngineSettings]:
     """Every engine's answer to every setting; a missing library is said in the title."""
     records = []
-    for name in engine_names():
+    for name in engines():
         try:
-            facts = world_class(name).capabilities
+            facts = capabilities(name)
         except EngineNotInstalledError as error:
             records.append(EngineSettings(name, f"{name} (not installed)", 3, {}, str(error)))
             continue

@@ -1,4 +1,4 @@
-"""Every engine against every check of :mod:`engines.conformance`."""
+"""Every engine, optional ones where installed, against every check of the conformance suite."""
 
 import pytest
 
@@ -7,8 +7,8 @@ from engines.registry import world_class
 
 
 @pytest.mark.parametrize("name", CHECKS)
-def test_conformance(engine, name):
-    world = world_class(engine)
+def test_conformance(any_engine, name):
+    world = world_class(any_engine)
     known = {failure.check: failure for failure in world.capabilities.known_failures}
     try:
         CHECKS[name](world)
@@ -21,8 +21,8 @@ def test_conformance(engine, name):
     assert name not in known, "a known failure passes: take it from the adapter's list"
 
 
-def test_known_failures_are_few_and_explained(engine):
-    failures = world_class(engine).capabilities.known_failures
+def test_known_failures_are_few_and_explained(any_engine):
+    failures = world_class(any_engine).capabilities.known_failures
     assert len(failures) <= 3
     for failure in failures:
         assert failure.check in CHECKS
@@ -30,13 +30,13 @@ def test_known_failures_are_few_and_explained(engine):
         assert failure.evidence
 
 
-def test_an_engine_skips_only_what_it_declares_to_ignore(engine):
+def test_an_engine_skips_only_what_it_declares_to_ignore(any_engine):
     """Were an engine skipped by every check, nothing would have been tested."""
     skipped = []
-    facts = world_class(engine).capabilities
+    facts = world_class(any_engine).capabilities
     for name in set(CHECKS) - {"many_worlds_leave_no_memory", "repeat_in_a_fresh_process"}:
         try:
-            CHECKS[name](world_class(engine))
+            CHECKS[name](world_class(any_engine))
         except NotApplicable:
             skipped.append(name)
         except AssertionError:
