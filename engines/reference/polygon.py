@@ -22,6 +22,10 @@ CORNERS = 16
 _PARALLEL = 1e-6
 """Sine of the angle below which two edges count as parallel: a face tells the same then."""
 
+_SECOND_BIAS = 0.95
+"""The second box's face must be this much less deep to carry a contact: between boxes of one size
+both are equally deep however they are tilted, and rounding would choose anew at every look."""
+
 _FACING = math.cos(math.radians(15.0))
 _EDGE_BIAS = 0.9
 _EDGE_DEPTH = 1e-6
@@ -67,7 +71,7 @@ def separation(first, second, turn, shift):
         gap = abs(along) - reach
         if gap >= 0.0:
             return APART, 0, 0
-        if gap > best:
+        if gap > (best if kind == FACE_OF_SECOND else _SECOND_BIAS * best):
             best, kind, one = gap, FACE_OF_SECOND, j
     limit = _EDGE_BIAS * best + _EDGE_DEPTH
     facing = 0.0
