@@ -22,6 +22,13 @@ class Contact(StrEnum):
     ADAMS = "adams"
 
 
+class Integrator(StrEnum):
+    """Who follows the equations: our own method, or scipy's Radau to check it against."""
+
+    RODAS = "rodas"
+    RADAU = "radau"
+
+
 _VALUES = MappingProxyType(
     {
         Contact.STIFF: MappingProxyType(
@@ -67,6 +74,7 @@ class ReferenceOptions:
     most_time: float = quantity(
         0.01, "longest step of the integrator", unit="s", least=1e-6, most=1
     )
+    integrator: Integrator = quantity(Integrator.RODAS, "radau: scipy's, slow, as a check")
     contact: Contact = quantity(Contact.STIFF, "the set of contact parameters")
     stiffness: float | None = quantity(None, "of a contact, N/m^exponent", least=1.0, most=1e14)
     exponent: float | None = quantity(None, "of the depth in the elastic force", least=1, most=3)

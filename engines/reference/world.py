@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
+from engines.reference import islands, radau
 from engines.reference.contact import BODY, make_scratch
-from engines.reference.islands import advance
 from engines.reference.motion import Field
-from engines.reference.options import ReferenceOptions
+from engines.reference.options import Integrator, ReferenceOptions
 from engines.reference.rodas import (
     FINISHED,
     NOT_FINITE,
@@ -37,6 +37,8 @@ _FIRST_STEP = 1e-4
 
 _MOST_STEPS = 1_000_000
 """Attempts at a step a group and window; a placement of 20 items takes some hundred."""
+
+_INTEGRATORS = {Integrator.RODAS: islands.advance, Integrator.RADAU: radau.advance}
 
 _WHY = {
     STEP_TOO_SMALL: "the error stays above the tolerance however short the step is",
@@ -83,6 +85,7 @@ class ReferenceWorld(FixedStepWorld):
             -math.log1p(-settings.angular_damping),
         )
         self._control = Control(options.tolerance, options.most_time, _MOST_STEPS)
+        self._integrate = _INTEGRATORS[options.integrator]
         self._scratch = make_scratch()
         self._bodies = _bodies([])
         self._planned = self._mass_centres = self._linear = self._angular = np.empty((0, 3))
@@ -117,7 +120,7 @@ class ReferenceWorld(FixedStepWorld):
         self._prepare()
         if not self.boxes:
             return
-        outcome, _, _ = advance(
+        outcome, _, _ = self._integrate(
             self._law, self._field, self._bodies, self._mass_centres, self._axes, self._linear,
             self._angular, self._next_steps, substeps * length, self._control,
             self._scratch,

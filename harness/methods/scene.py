@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -31,6 +32,8 @@ def boxes(
     *,
     across: Across = "width",
     shrink: float = 0.0,
+    jitter: float = 0.0,
+    seed: int = 0,
 ) -> list[Box]:
     """A layout's items as boxes of a world. The one place where units and axes change.
 
@@ -40,6 +43,8 @@ def boxes(
             the only horizontal axis of a 2-D engine.
         shrink: draw in every side face by this [m], top and base excepted, so that neighbours do
             not touch; never more than a thousandth of a side.
+        jitter: displace every item along every axis by up to this [m], at random.
+        seed: of the jitter; together with the layout's name it fixes every displacement.
     """
     frame = _UPRIGHT if across == "width" else _ALONG_WIDTH
     axes, signs = [a for a, _ in frame], np.array([s for _, s in frame], dtype=float)
@@ -47,6 +52,9 @@ def boxes(
     sizes[:, :2] -= 2.0 * np.minimum(shrink, 1e-3 * sizes[:, :2])
     centres = (0.5 * (layout.lower + layout.upper))[:, axes] * signs * CM
     offsets = layout.mass_offsets[:, axes] * signs * CM
+    if jitter:
+        random = np.random.default_rng([seed, zlib.crc32(layout.name.encode())])
+        centres += random.uniform(-jitter, jitter, centres.shape)
     return [
         Box(tuple(size), weight, tuple(centre), tuple(offset))
         for size, weight, centre, offset in zip(

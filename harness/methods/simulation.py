@@ -94,6 +94,11 @@ class SimulationParameters:
     shrink: float = quantity(
         0, "draw in side faces by this, so that neighbours do not touch", unit="m", least=0, most=1
     )
+    jitter: float = quantity(
+        0, "displace every item at random by up to this, along every axis", unit="m", least=0,
+        most=1,
+    )  # fmt: skip
+    seed: int = quantity(0, "seed of the jitter", least=0, most=2**31)
     rest_speed: float = quantity(
         0, "end a placement when nothing is faster at two samples in a row; 0: never",
         unit="m/s", least=0, most=1000,
@@ -219,7 +224,13 @@ class _Loading:
             if scene.across is None:
                 raise RefusedError(scene.reason)
             across = scene.across
-        self.items = boxes(layout, across=across, shrink=parameters.shrink)
+        self.items = boxes(
+            layout,
+            across=across,
+            shrink=parameters.shrink,
+            jitter=parameters.jitter,
+            seed=parameters.seed,
+        )
         self.examiner = Examiner(
             self.items, parameters.criterion, parameters.eps_t, parameters.eps_r
         )
