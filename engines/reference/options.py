@@ -33,10 +33,10 @@ _VALUES = MappingProxyType(
     {
         Contact.STIFF: MappingProxyType(
             {
-                "stiffness": 1e8,
+                "stiffness": 1e9,
                 "exponent": 1.0,
-                "contact_damping": 1e5,
-                "damping_depth": 1e-7,
+                "contact_damping": 1e6,
+                "damping_depth": 1e-8,
                 "dynamic_share": 1.0,
                 "stiction_speed": 1e-4,
                 "friction_speed": 1e-2,

@@ -58,6 +58,7 @@ class ReferenceWorld(FixedStepWorld):
     capabilities = Capabilities(
         title="reference",
         dimensions=3,
+        error_controlled=True,
         settings=declare(
             friction=SettingSupport(Support.HONOURED, "static coefficient, regularised"),
             restitution=SettingSupport(
