@@ -246,6 +246,64 @@ class ClosedFormResult:
 
 
 @dataclass(frozen=True, slots=True)
+class ConvergenceRow:
+    """A changed reference, or another judge, against the reference itself.
+
+    ``changed``: share of layouts with another label; ``changed_stable`` of those that the reference
+    calls stable, ``changed_unstable`` of the others. ``earlier``, ``later``: layouts that fail at
+    an earlier or later step. ``cpu``, ``slowest`` in ms a layout. ``value`` is a place on an axis.
+    """
+
+    group: str
+    title: str
+    spec: str
+    value: float | None
+    changed: Estimate
+    changed_stable: Estimate
+    changed_unstable: Estimate
+    earlier: int
+    later: int
+    cpu: Estimate
+    slowest: float
+    without_verdict: Mapping[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class LabelDispute:
+    """A layout that another judge labels otherwise: failing steps, ``stable`` or a status.
+
+    ``displacement`` [cm] and ``rotation`` [degrees] are those of the reference at its failing step.
+    ``changes_under`` names the changes of the reference that change the label, too.
+    """
+
+    layout: str
+    item_count: int
+    label: str
+    displacement: float | None
+    rotation: float | None
+    said: Mapping[str, str]
+    changes_under: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Convergence:
+    """How firm the reference's labels are.
+
+    ``any_change``: share of layouts whose label changes under any change of the numerics.
+    """
+
+    layouts: int
+    items: Estimate
+    stable: Estimate
+    reference: ConvergenceRow
+    variants: tuple[ConvergenceRow, ...]
+    engines: tuple[ConvergenceRow, ...]
+    opinions: tuple[ConvergenceRow, ...]
+    any_change: Estimate
+    disputes: tuple[LabelDispute, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class EngineSettings:
     """An engine's declared answers: setting -> (how it is met, a note)."""
 

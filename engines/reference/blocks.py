@@ -86,7 +86,8 @@ def factorise(matrix, filled, order):
 
     Args:
         matrix: shape (n, n, 6, 6); blocks that are not ``filled`` are not read.
-        filled, order: as :func:`elimination_order` leaves and returns them.
+        filled: which blocks there are, as :func:`elimination_order` leaves it.
+        order: as that returns it.
 
     Returns:
         Whether no diagonal block was singular.

@@ -358,9 +358,13 @@ def chain(incident, reference, p, v, w, by_pose, by_velocity, s):
     turns about world axes, torques are about each body's own centre of mass.
 
     Args:
-        incident, reference: as :func:`touch` returned them; a floor's rows and columns are zero.
-        p, v, w: centres of mass and velocities.
-        by_pose, by_velocity: filled in, shape (12, 12).
+        incident: as :func:`touch` returned it.
+        reference: likewise; the floor's rows and columns are zero.
+        p: centres of mass of all bodies.
+        v: their velocities.
+        w: their angular velocities.
+        by_pose: filled in, shape (12, 12).
+        by_velocity: filled in, shape (12, 12).
         s: scratch as :func:`touch` left it.
     """
     by_pose[:, :] = 0.0

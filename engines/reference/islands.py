@@ -130,8 +130,13 @@ def advance(law, field, bodies, p, turn, v, w, next_steps, duration, control, s)
     """Advance a world by ``duration`` seconds, in place.
 
     Args:
-        law, field, bodies: what acts on what.
-        p, turn, v, w: state, shapes (n, 3), (n, 3, 3), (n, 3), (n, 3).
+        law: contact parameters.
+        field: what acts besides contact.
+        bodies: their sizes and masses.
+        p: centres of mass [m], shape (n, 3).
+        turn: axes as columns, shape (n, 3, 3).
+        v: velocities [m/s].
+        w: angular velocities [rad/s].
         next_steps: the step [s] that each body's group would take next, shape (n,); updated.
         duration: [s].
         control: how time is cut into steps.

@@ -100,9 +100,14 @@ def accelerations(law, field, bodies, pairs, p, turn, v, w, out, s):
     """Linear and angular accelerations of all bodies, shape (n, 6).
 
     Args:
-        law, field, bodies: what acts on what.
+        law: contact parameters.
+        field: what acts besides contact.
+        bodies: their sizes and masses.
         pairs: candidates for contact, shape (m, 2); a second index of -1 is the floor.
-        p, turn, v, w: state; ``turn`` holds the axes as columns, shape (n, 3, 3).
+        p: centres of mass [m], shape (n, 3).
+        turn: axes as columns, shape (n, 3, 3).
+        v: velocities [m/s].
+        w: angular velocities [rad/s].
         out: filled in.
         s: scratch.
     """

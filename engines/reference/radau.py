@@ -42,7 +42,7 @@ def advance(
     turn: NDArray[np.float64],
     v: NDArray[np.float64],
     w: NDArray[np.float64],
-    next_steps: NDArray[np.float64],
+    _next_steps: NDArray[np.float64],
     duration: float,
     control: Control,
     scratch: np.void,
@@ -109,6 +109,7 @@ class _System:
         return [p, t, v, w]
 
     def rates(self, _: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Right-hand side."""
         p, t, v, w = self._unpack(y)
         accelerations(
             self._law, self._field, self._bodies, self._pairs, p, self._turn, v, w, self._out,
@@ -122,6 +123,7 @@ class _System:
         return rates.ravel()
 
     def jacobian(self, _: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Its derivatives, exact for small rotation vectors."""
         p, _t, v, w = self._unpack(y)
         n, lin = len(p), self._linearisation
         touching = linearise(

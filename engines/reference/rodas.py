@@ -227,9 +227,14 @@ def integrate(law, field, bodies, pairs, p, turn, v, w, duration, first_step, co
     """Advance bodies by ``duration`` seconds, in place.
 
     Args:
-        law, field, bodies: what acts on what.
+        law: contact parameters.
+        field: what acts besides contact.
+        bodies: their sizes and masses.
         pairs: candidates for contact during that time, shape (m, 2); -1 is the floor.
-        p, turn, v, w: state of n bodies, shapes (n, 3), (n, 3, 3), (n, 3), (n, 3).
+        p: centres of mass [m], shape (n, 3).
+        turn: axes as columns, shape (n, 3, 3).
+        v: velocities [m/s].
+        w: angular velocities [rad/s].
         duration: [s].
         first_step: length of the first step [s].
         control: how time is cut into steps.

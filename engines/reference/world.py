@@ -70,8 +70,9 @@ class ReferenceWorld(FixedStepWorld):
             broad_phase=SettingSupport(Support.IGNORED, "has its own"),
             solver_iterations=SettingSupport(Support.IGNORED, "the linear solver is direct"),
         ),
-        notes="Compliant contact over the exact contact polygon, error-controlled (RODAS, order 4). "
-        "The frequency has no effect but where it ends a call: steps are chosen by the error.",
+        notes="Compliant contact over the exact contact polygon, integrated with error control "
+        "(RODAS, order 4). The frequency has no effect but where it ends a call: steps are chosen "
+        "by the error.",
     )
 
     def __init__(self, settings: WorldSettings) -> None:

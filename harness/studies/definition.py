@@ -12,6 +12,7 @@ from typing import Any
 
 from harness.layouts.formats import read_layouts
 from harness.layouts.model import Layout
+from harness.layouts.packing import random_layouts
 from harness.layouts.scenarios import Scenario, apply_scenario
 from harness.methods.registry import make_method
 from harness.methods.spec import SpecError, nearest
@@ -35,6 +36,7 @@ class StudyDefinition:
         name: for people.
         methods: canonical spec strings, each once.
         files: layout files, absolute.
+        generated: this many generated layouts after those of the files, drawn with the seed.
         scenarios: scenarios to apply; empty keeps the centres of mass as given.
         seed: root of every random draw, 0 or more.
         max_items: judge only the first items of a layout; None for all.
@@ -47,7 +49,8 @@ class StudyDefinition:
 
     name: str
     methods: tuple[str, ...]
-    files: tuple[Path, ...]
+    files: tuple[Path, ...] = ()
+    generated: int = 0
     scenarios: tuple[Scenario, ...] = ()
     seed: int = 0
     max_items: int | None = None
@@ -58,7 +61,7 @@ class StudyDefinition:
     timeout: float | None = None
 
     def layouts(self) -> list[Layout]:
-        """The study's layouts, in file order, whole and without scenarios.
+        """The study's layouts, whole and without scenarios: those of the files first, in their order.
 
         Raises:
             LayoutError: a file is invalid, or a name stands in two files.
@@ -68,8 +71,8 @@ class StudyDefinition:
         for file in self.files:
             layouts += read_layouts(file, snap_gap=self.snap_gap)
             if self.limit is not None and len(layouts) >= self.limit:
-                layouts = layouts[: self.limit]
                 break
+        layouts = [*layouts, *random_layouts(self.generated, self.seed)][: self.limit]
         names = [layout.name for layout in layouts]
         twice = next((n for n in names if names.count(n) > 1), None) if names else None
         if twice is not None:
@@ -133,7 +136,9 @@ def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
         seen[identity] = spec
         methods.append(spec)
     files: list[Path] = []
-    for pattern in _texts(content, "layouts"):
+    if "layouts" not in content and "generated" not in content:
+        raise StudyError("layouts is missing; allowed: a list of files, or generated = a number")
+    for pattern in _texts(content, "layouts") if "layouts" in content else []:
         found = sorted(glob.glob(str(path.parent / pattern), recursive=True))
         if not found:
             raise StudyError(f"layouts: {pattern!r} matches no file")
@@ -145,7 +150,8 @@ def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
     numbers = {
         key: _whole(content[key], key, least)
         for key, least in (
-            ("seed", 0), ("max_items", 1), ("limit", 1), ("repetitions", 1), ("shard_size", 1)
+            ("generated", 1), ("seed", 0), ("max_items", 1), ("limit", 1), ("repetitions", 1),
+            ("shard_size", 1),
         )
         if key in content
     }  # fmt: skip

@@ -189,6 +189,7 @@ def _manifest(
         "repetitions": study.repetitions,
         "timeout": study.timeout,
         "files": [file.name for file in study.files],
+        "generated": study.generated,
     }
     data = hashlib.sha256("".join(lay.content_hash() for lay in layouts).encode()).hexdigest()
     return {

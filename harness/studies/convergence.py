@@ -1,0 +1,245 @@
+"""Is the reference converged? Its labels under other numerics, other models and other judges."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from harness.methods.method import Status
+from harness.methods.registry import make_method
+from harness.studies.definition import StudyDefinition
+from harness.studies.metrics import mean, share
+from harness.studies.results import load_results
+from harness.studies.runner import run_study
+from reports.records import Convergence, ConvergenceRow, LabelDispute
+
+BASE = "label@reference"
+SEED = 7
+SAMPLE = 50
+"""Layouts that slow judges are asked."""
+
+_STIFFNESSES = (1e5, 1e6, 1e7, 3e7, 1e8, 3e8, 3e9, 1e10)
+_DAMPING_TIME = 1e-3
+"""Contact damping over stiffness of the default contacts [s]; kept when the stiffness changes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """One change of the reference: ``value`` is what a plot puts on its axis, where it is one."""
+
+    group: str
+    title: str
+    changes: str
+    value: float | None = None
+
+    @property
+    def spec(self) -> str:
+        """The changed method."""
+        return str(make_method(f"{BASE}:{self.changes}").spec)
+
+
+def _sweep(group: str, parameter: str, values: Sequence[float]) -> list[Variant]:
+    return [Variant(group, f"{parameter} {v:g}", f"{parameter}={v!r}", v) for v in values]
+
+
+VARIANTS: tuple[Variant, ...] = (
+    *_sweep("tolerance [m]", "tolerance", (1e-5, 1e-6, 1e-8)),
+    *(
+        Variant(
+            "stiffness [N/m]",
+            f"stiffness {k:g}",
+            f"stiffness={k!r},contact_damping={_DAMPING_TIME * k!r}",
+            k,
+        )
+        for k in _STIFFNESSES
+    ),
+    *_sweep("contact damping [N s/m]", "contact_damping", (1e4, 1e5, 1e7)),
+    *_sweep("depth of full damping [m]", "damping_depth", (1e-9, 1e-7, 1e-6)),
+    *_sweep("stiction speed [m/s]", "stiction_speed", (1e-5, 1e-3)),
+    *_sweep("position jitter [m]", "jitter", (1e-6, 1e-5, 1e-4)),
+    *_sweep("lateral shrink [m]", "shrink", (1e-5, 1e-4)),
+    *_sweep("friction", "friction", (0.4, 0.6)),
+    Variant("friction", "dynamic friction 0.375", "dynamic_share=0.75"),
+    *_sweep("time [s]", "t_max", (0.2, 0.27, 0.33, 0.6)),
+    Variant("thresholds", "9 cm and 9 degrees", "eps_t=9,eps_r=9"),
+    Variant("thresholds", "11 cm and 11 degrees", "eps_t=11,eps_r=11"),
+    Variant("loading", "carry instead of reseat", "between_steps=carry"),
+    Variant("loading", "criterion of the paper", "criterion=paper,early_exit=0"),
+    Variant("contact law", "contact of the paper's ADAMS model", "contact=adams"),
+)
+"""Every change of the reference that the study looks at; groups are tables and plots."""
+
+ENGINES: tuple[str, ...] = tuple(
+    f"label@{engine}:frequency={frequency}"
+    for engine, frequencies in (
+        ("mujoco", (90, 240, 480, 1000)),
+        ("bullet", (90, 240, 480, 1000)),
+        ("dart", (90, 240, 480)),
+    )
+    for frequency in frequencies
+)
+"""Other judges of the same question, on all layouts."""
+
+OPINIONS: tuple[str, ...] = ("label@reference:integrator=radau", "label@drake")
+"""Slow judges, on a sample."""
+
+LOOKED_AT = ("label@mujoco:frequency=480", "label@bullet:frequency=480")
+"""Judges whose every disagreement the page lists."""
+
+
+def convergence_study(layouts: int) -> StudyDefinition:
+    """The reference, its variants and the other engines on ``layouts`` generated layouts."""
+    methods = [BASE, *(v.spec for v in VARIANTS), *(str(make_method(s).spec) for s in ENGINES)]
+    return StudyDefinition(
+        "convergence", tuple(methods), generated=layouts, seed=SEED, shard_size=30
+    )
+
+
+def opinions_study(layouts: int, opinions: Sequence[str] = OPINIONS) -> StudyDefinition:
+    """The reference and slow judges on the first ``layouts`` of the same layouts."""
+    methods = (BASE, *(str(make_method(s).spec) for s in opinions))
+    return StudyDefinition(
+        "second opinions", methods, generated=layouts, seed=SEED, shard_size=5, timeout=600
+    )
+
+
+def run_convergence(
+    directory: Path,
+    *,
+    layouts: int,
+    sample: int = SAMPLE,
+    opinions: Sequence[str] = OPINIONS,
+    workers: int = 1,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Convergence:
+    """Compute what is missing in ``directory`` and say what it shows.
+
+    Args:
+        directory: two run folders are kept in it; an interrupted run is taken up again.
+        layouts: how many for the variants and engines.
+        sample: how many for the slow judges; 0 asks none.
+        opinions: the slow judges.
+        workers: processes.
+        progress: called with rows done and rows in all, of either study in turn.
+
+    Raises:
+        EngineNotInstalledError: a judge's engine is missing.
+        ResultsError, WorkerDiedError: see :func:`harness.studies.runner.run_study`.
+    """
+    parts = [(directory / "variants", convergence_study(layouts))]
+    if sample:
+        parts.append((directory / "opinions", opinions_study(sample, opinions)))
+    for folder, study in parts:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        run_study(study, folder, workers=workers, progress=progress)
+    frames = [load_results(folder) for folder, _ in parts]
+    return convergence(frames[0], frames[1] if sample else None)
+
+
+def convergence(results: pd.DataFrame, opinions: pd.DataFrame | None = None) -> Convergence:
+    """What the results of :func:`convergence_study` (and :func:`opinions_study`) show."""
+    said = _answers(results)
+    base = said[BASE]
+    rows = [_row(v.group, v.title, v.spec, v.value, said, results) for v in VARIANTS]
+    engines = []
+    for text in ENGINES:
+        spec = make_method(text).spec
+        title, frequency = f"{spec.engine}", float(dict(spec.values)["frequency"])
+        engines.append(
+            _row(title, f"{title} at {frequency:g} Hz", str(spec), frequency, said, results)
+        )
+    slow = []
+    if opinions is not None:
+        slow_said = _answers(opinions)
+        slow = [
+            _row("second opinion", m, m, None, slow_said, opinions)
+            for m in slow_said.columns
+            if m != BASE
+        ]
+    return Convergence(
+        layouts=len(base),
+        items=mean(results[results["method"] == BASE]["item_count"]),
+        stable=share((base == STABLE).to_numpy()),
+        reference=_row("", "default", BASE, None, said, results),
+        variants=tuple(rows),
+        engines=tuple(engines),
+        opinions=tuple(slow),
+        any_change=share(_changed(said, [v.spec for v in VARIANTS if v.group in NUMERICAL])),
+        disputes=tuple(_disputes(said, results)),
+    )
+
+
+STABLE = "stable"
+NUMERICAL = frozenset(
+    {"tolerance [m]", "stiffness [N/m]", "contact damping [N s/m]", "stiction speed [m/s]"}
+)
+
+
+def _answers(results: pd.DataFrame) -> pd.DataFrame:
+    """What every method (column) said of every layout: failing step, ``stable``, or a status."""
+    step = results["failing_step"].astype(object).where(results["failing_step"].notna(), STABLE)
+    text = step.map(str).where(results["status"] == str(Status.DONE), results["status"])
+    frame = results.assign(said=text)
+    return frame.pivot(index="layout", columns="method", values="said")
+
+
+def _row(
+    group: str,
+    title: str,
+    spec: str,
+    value: float | None,
+    said: pd.DataFrame,
+    results: pd.DataFrame,
+) -> ConvergenceRow:
+    base, other = said[BASE], said[spec]
+    changed, stable = (base != other).to_numpy(), (base == STABLE).to_numpy()
+    own = results[results["method"] == spec]
+    return ConvergenceRow(
+        group=group,
+        title=title,
+        spec=spec,
+        value=value,
+        changed=share(changed),
+        changed_stable=share(changed[stable]),
+        changed_unstable=share(changed[~stable]),
+        later=int(((base != STABLE) & (_step(other) > _step(base))).sum()),
+        earlier=int((_step(other) < _step(base)).sum()),
+        cpu=mean(1e3 * own["cpu_total"]),
+        slowest=float(1e3 * own["cpu_total"].max()),
+        without_verdict=own[own["status"] != str(Status.DONE)]["status"].value_counts().to_dict(),
+    )
+
+
+def _step(said: pd.Series) -> pd.Series:
+    """Failing steps as numbers; a stable layout fails after all others, a missing verdict never."""
+    return pd.to_numeric(said.where(said != STABLE, "1000000"), errors="coerce")
+
+
+def _changed(said: pd.DataFrame, specs: Sequence[str]) -> np.ndarray:
+    return said[list(specs)].ne(said[BASE], axis=0).any(axis=1).to_numpy()
+
+
+def _disputes(said: pd.DataFrame, results: pd.DataFrame) -> list[LabelDispute]:
+    """Every layout on which a judge of :data:`LOOKED_AT` differs, and how firm its label is."""
+    specs = {str(make_method(text).spec): text for text in LOOKED_AT}
+    base = results[results["method"] == BASE].set_index("layout")
+    disputes = []
+    for layout in said.index[_changed(said, list(specs))]:
+        label, row = said.loc[layout, BASE], base.loc[layout]
+        moved = [v.title for v in VARIANTS if said.loc[layout, v.spec] != label]
+        disputes.append(
+            LabelDispute(
+                layout=str(layout),
+                item_count=int(row["item_count"]),
+                label=label,
+                displacement=None if pd.isna(row["displacement"]) else float(row["displacement"]),
+                rotation=None if pd.isna(row["rotation"]) else float(row["rotation"]),
+                said={make_method(s).spec.engine or "": said.loc[layout, s] for s in specs},
+                changes_under=tuple(moved),
+            )
+        )
+    return disputes
