@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from engines.reference.compiled import compiled
-from engines.reference.law import friction_ratio, normal_force
+from engines.reference.law import friction_ratio, normal_force, softening
 from engines.reference.polygon import (
     APART,
     CORNERS,
@@ -65,6 +65,7 @@ _SCRATCH = np.dtype(
         ("mass_centre", np.float64, (3,)),
         ("speed", np.float64, (3,)),
         ("spin", np.float64, (3,)),
+        ("softening", np.float64),
     ],
     align=True,
 )
@@ -96,6 +97,7 @@ def _add_point(law, m, depth, weight, want, s):
     force, by_depth, by_rate = normal_force(law, depth, -away)
     if force == 0.0:
         return
+    force, by_depth, by_rate = s.softening * force, s.softening * by_depth, s.softening * by_rate
     vx -= away * n[0]
     vy -= away * n[1]
     vz -= away * n[2]
@@ -281,6 +283,7 @@ def touch(law, height, bodies, a, b, p, turn, v, w, want, s):
         if lowest >= height:
             return FLOOR, FLOOR
         _clear(want, s)
+        s.softening = softening(law, bodies[a].mass)
         _place_on_floor(bodies, a, p, turn, v, w, s)
         _on_floor(law, height, bodies[a].half, want, s)
         return a, FLOOR
@@ -289,6 +292,10 @@ def touch(law, height, bodies, a, b, p, turn, v, w, want, s):
     if kind == APART:
         return FLOOR, FLOOR
     _clear(want, s)
+    light = math.inf if bodies[a].fixed else bodies[a].mass
+    if not bodies[b].fixed:
+        light = min(light, bodies[b].mass)
+    s.softening = softening(law, light)
     incident, reference = b, a
     if kind == FACE_OF_SECOND:
         incident, reference = a, b

@@ -19,6 +19,8 @@ class Law(NamedTuple):
         dynamic_friction: coefficient from the friction speed on.
         stiction_speed: sliding speed at which friction is full [m/s].
         friction_speed: sliding speed at which friction has become dynamic [m/s].
+        most_rate: a contact is made softer, damping and all, where a body of its own mass would
+            vibrate on it at more than this [rad/s].
     """
 
     stiffness: float
@@ -29,6 +31,17 @@ class Law(NamedTuple):
     dynamic_friction: float
     stiction_speed: float
     friction_speed: float
+    most_rate: float
+
+
+@compiled
+def softening(law, mass):
+    """The factor on the normal forces of a contact whose lighter body has this mass [kg].
+
+    Without it a gramme rests on a stiff contact at a depth below that of rounding and of the
+    tolerated errors, and hops on them for ever.
+    """
+    return min(1.0, mass * law.most_rate * law.most_rate / law.stiffness)
 
 
 @compiled

@@ -40,6 +40,7 @@ _VALUES = MappingProxyType(
                 "dynamic_share": 1.0,
                 "stiction_speed": 1e-4,
                 "friction_speed": 1e-2,
+                "most_rate": 3e4,
                 "floor_gap": 0.0,
             }
         ),
@@ -52,6 +53,7 @@ _VALUES = MappingProxyType(
                 "dynamic_share": 0.75,
                 "stiction_speed": 1e-4,
                 "friction_speed": 1e-2,
+                "most_rate": 1e9,
                 "floor_gap": 1e-3,
             }
         ),
@@ -91,6 +93,10 @@ class ReferenceOptions:
     friction_speed: float | None = quantity(
         None, "sliding speed at which friction has become dynamic", unit="m/s", least=1e-9, most=10
     )
+    most_rate: float | None = quantity(
+        None, "soften a contact on which a body alone would vibrate faster, rad/s",
+        least=1, most=1e12,
+    )  # fmt: skip
     floor_gap: float | None = quantity(
         None, "distance of the floor below z = 0", unit="m", least=0, most=1
     )
@@ -118,4 +124,5 @@ class ReferenceOptions:
             friction * self.value("dynamic_share"),
             self.value("stiction_speed"),
             self.value("friction_speed"),
+            self.value("most_rate"),
         )
