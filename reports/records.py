@@ -273,7 +273,8 @@ class LabelDispute:
     """A layout that another judge labels otherwise: failing steps, ``stable`` or a status.
 
     ``displacement`` [cm] and ``rotation`` [degrees] are those of the reference at its failing step.
-    ``changes_under`` names the changes of the reference that change the label, too.
+    ``changes_under`` names those changes of the reference, of ``tried`` ones, that change the
+    label, too.
     """
 
     layout: str
@@ -282,6 +283,7 @@ class LabelDispute:
     displacement: float | None
     rotation: float | None
     said: Mapping[str, str]
+    tried: int
     changes_under: tuple[str, ...]
 
 
@@ -290,9 +292,9 @@ class Convergence:
     """How firm the reference's labels are.
 
     ``any_change``: share of layouts whose label changes under any change of the numerics.
+    ``by_size``: CPU time of the reference in ms a layout, by number of items.
     """
 
-    layouts: int
     items: Estimate
     stable: Estimate
     reference: ConvergenceRow
@@ -300,6 +302,7 @@ class Convergence:
     engines: tuple[ConvergenceRow, ...]
     opinions: tuple[ConvergenceRow, ...]
     any_change: Estimate
+    by_size: tuple[tuple[str, Estimate], ...]
     disputes: tuple[LabelDispute, ...]
 
 

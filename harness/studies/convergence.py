@@ -15,12 +15,15 @@ from harness.studies.definition import StudyDefinition
 from harness.studies.metrics import mean, share
 from harness.studies.results import load_results
 from harness.studies.runner import run_study
-from reports.records import Convergence, ConvergenceRow, LabelDispute
+from reports.records import Convergence, ConvergenceRow, Estimate, LabelDispute
 
 BASE = "label@reference"
 SEED = 7
 SAMPLE = 50
 """Layouts that slow judges are asked."""
+
+SWEPT = 300
+"""Layouts for the variants that are not :attr:`Variant.decisive`."""
 
 _STIFFNESSES = (1e5, 1e6, 1e7, 3e7, 1e8, 3e8, 3e9, 1e10)
 _DAMPING_TIME = 1e-3
@@ -29,12 +32,17 @@ _DAMPING_TIME = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """One change of the reference: ``value`` is what a plot puts on its axis, where it is one."""
+    """One change of the reference.
+
+    ``value`` is what a plot puts on its axis, where it is one. A ``decisive`` change is tried on
+    all layouts, any other on the first :data:`SWEPT`.
+    """
 
     group: str
     title: str
     changes: str
     value: float | None = None
+    decisive: bool = False
 
     @property
     def spec(self) -> str:
@@ -42,18 +50,23 @@ class Variant:
         return str(make_method(f"{BASE}:{self.changes}").spec)
 
 
-def _sweep(group: str, parameter: str, values: Sequence[float]) -> list[Variant]:
-    return [Variant(group, f"{parameter} {v:g}", f"{parameter}={v!r}", v) for v in values]
+def _sweep(
+    group: str, parameter: str, values: Sequence[float], decisive: Sequence[float] = ()
+) -> list[Variant]:
+    return [
+        Variant(group, f"{parameter} {v:g}", f"{parameter}={v!r}", v, v in decisive) for v in values
+    ]
 
 
 VARIANTS: tuple[Variant, ...] = (
-    *_sweep("tolerance [m]", "tolerance", (1e-5, 1e-6, 1e-8)),
+    *_sweep("tolerance [m]", "tolerance", (1e-5, 1e-6, 1e-8), (1e-6, 1e-8)),
     *(
         Variant(
             "stiffness [N/m]",
             f"stiffness {k:g}",
             f"stiffness={k!r},contact_damping={_DAMPING_TIME * k!r}",
             k,
+            k == 1e8,
         )
         for k in _STIFFNESSES
     ),
@@ -94,20 +107,28 @@ LOOKED_AT = ("label@mujoco:frequency=480", "label@bullet:frequency=480")
 """Judges whose every disagreement the page lists."""
 
 
-def convergence_study(layouts: int) -> StudyDefinition:
-    """The reference, its variants and the other engines on ``layouts`` generated layouts."""
-    methods = [BASE, *(v.spec for v in VARIANTS), *(str(make_method(s).spec) for s in ENGINES)]
-    return StudyDefinition(
-        "convergence", tuple(methods), generated=layouts, seed=SEED, shard_size=30
-    )
+def convergence_studies(
+    layouts: int, sample: int = SAMPLE, opinions: Sequence[str] = OPINIONS
+) -> dict[str, StudyDefinition]:
+    """What to compute, by the name of its folder; all on the first of the same layouts.
 
-
-def opinions_study(layouts: int, opinions: Sequence[str] = OPINIONS) -> StudyDefinition:
-    """The reference and slow judges on the first ``layouts`` of the same layouts."""
-    methods = (BASE, *(str(make_method(s).spec) for s in opinions))
-    return StudyDefinition(
-        "second opinions", methods, generated=layouts, seed=SEED, shard_size=5, timeout=600
-    )
+    Args:
+        layouts: how many for the reference, its decisive variants and the other engines.
+        sample: how many for the slow judges; 0 asks none.
+        opinions: the slow judges.
+    """
+    decisive = [v.spec for v in VARIANTS if v.decisive]
+    other = [v.spec for v in VARIANTS if not v.decisive]
+    parts = {
+        "all": ([BASE, *decisive, *map(_canonical, ENGINES)], layouts, 30),
+        "sweep": ([BASE, *other], min(SWEPT, layouts), 30),
+    }
+    if sample:
+        parts["opinions"] = ([BASE, *map(_canonical, opinions)], sample, 5)
+    return {
+        name: StudyDefinition(name, tuple(methods), generated=count, seed=SEED, shard_size=size)
+        for name, (methods, count, size) in parts.items()
+    }
 
 
 def run_convergence(
@@ -122,58 +143,64 @@ def run_convergence(
     """Compute what is missing in ``directory`` and say what it shows.
 
     Args:
-        directory: two run folders are kept in it; an interrupted run is taken up again.
-        layouts: how many for the variants and engines.
-        sample: how many for the slow judges; 0 asks none.
-        opinions: the slow judges.
+        directory: run folders are kept in it; an interrupted run is taken up again.
+        layouts: see :func:`convergence_studies`.
+        sample: likewise.
+        opinions: likewise.
         workers: processes.
-        progress: called with rows done and rows in all, of either study in turn.
+        progress: called with rows done and rows in all, of one folder after the other.
 
     Raises:
         EngineNotInstalledError: a judge's engine is missing.
         ResultsError, WorkerDiedError: see :func:`harness.studies.runner.run_study`.
     """
-    parts = [(directory / "variants", convergence_study(layouts))]
-    if sample:
-        parts.append((directory / "opinions", opinions_study(sample, opinions)))
-    for folder, study in parts:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        run_study(study, folder, workers=workers, progress=progress)
-    frames = [load_results(folder) for folder, _ in parts]
-    return convergence(frames[0], frames[1] if sample else None)
+    frames = []
+    for name, study in convergence_studies(layouts, sample, opinions).items():
+        directory.mkdir(parents=True, exist_ok=True)
+        run_study(study, directory / name, workers=workers, progress=progress)
+        frames.append(load_results(directory / name))
+    return convergence(*frames)
 
 
-def convergence(results: pd.DataFrame, opinions: pd.DataFrame | None = None) -> Convergence:
-    """What the results of :func:`convergence_study` (and :func:`opinions_study`) show."""
-    said = _answers(results)
-    base = said[BASE]
-    rows = [_row(v.group, v.title, v.spec, v.value, said, results) for v in VARIANTS]
+def convergence(
+    everything: pd.DataFrame, sweep: pd.DataFrame, opinions: pd.DataFrame | None = None
+) -> Convergence:
+    """What the results of :func:`convergence_studies` show."""
+    said = _answers(everything)
+    swept = _answers(sweep)
+    variants = [
+        _row(v.group, v.title, v.spec, v.value, said if v.decisive else swept,
+             everything if v.decisive else sweep)
+        for v in VARIANTS
+    ]  # fmt: skip
     engines = []
     for text in ENGINES:
         spec = make_method(text).spec
-        title, frequency = f"{spec.engine}", float(dict(spec.values)["frequency"])
-        engines.append(
-            _row(title, f"{title} at {frequency:g} Hz", str(spec), frequency, said, results)
-        )
+        frequency = float(dict(spec.values)["frequency"])
+        title = f"{spec.engine} at {frequency:g} Hz"
+        engines.append(_row(str(spec.engine), title, str(spec), frequency, said, everything))
     slow = []
     if opinions is not None:
-        slow_said = _answers(opinions)
-        slow = [
-            _row("second opinion", m, m, None, slow_said, opinions)
-            for m in slow_said.columns
-            if m != BASE
-        ]
+        judges = [m for m in opinions["method"].unique() if m != BASE]
+        slow = [_row("", m, m, None, _answers(opinions), opinions) for m in judges]
+    numerical = [v.spec for v in VARIANTS if v.group in NUMERICAL]
+    both = swept.join(said[[c for c in said.columns if c not in swept.columns]])
+    base = everything[everything["method"] == BASE]
     return Convergence(
-        layouts=len(base),
-        items=mean(results[results["method"] == BASE]["item_count"]),
-        stable=share((base == STABLE).to_numpy()),
-        reference=_row("", "default", BASE, None, said, results),
-        variants=tuple(rows),
+        items=mean(base["item_count"]),
+        stable=share((said[BASE] == STABLE).to_numpy()),
+        reference=_row("", "default", BASE, None, said, everything),
+        variants=tuple(variants),
         engines=tuple(engines),
         opinions=tuple(slow),
-        any_change=share(_changed(said, [v.spec for v in VARIANTS if v.group in NUMERICAL])),
-        disputes=tuple(_disputes(said, results)),
+        any_change=share(_changed(both, numerical)),
+        by_size=tuple(_by_size(base)),
+        disputes=tuple(_disputes(said, both, base)),
     )
+
+
+def _canonical(text: str) -> str:
+    return str(make_method(text).spec)
 
 
 STABLE = "stable"
@@ -226,14 +253,26 @@ def _changed(said: pd.DataFrame, specs: Sequence[str]) -> np.ndarray:
     return said[list(specs)].ne(said[BASE], axis=0).any(axis=1).to_numpy()
 
 
-def _disputes(said: pd.DataFrame, results: pd.DataFrame) -> list[LabelDispute]:
+def _by_size(base: pd.DataFrame) -> list[tuple[str, Estimate]]:
+    """CPU time of the reference by number of items."""
+    bands = ((1, 5), (6, 10), (11, 15), (16, 20))
+    rows = []
+    for low, high in bands:
+        part = base[base["item_count"].between(low, high)]
+        if len(part):
+            rows.append((f"{low} to {high} items", mean(1e3 * part["cpu_total"])))
+    return rows
+
+
+def _disputes(said: pd.DataFrame, swept: pd.DataFrame, base: pd.DataFrame) -> list[LabelDispute]:
     """Every layout on which a judge of :data:`LOOKED_AT` differs, and how firm its label is."""
-    specs = {str(make_method(text).spec): text for text in LOOKED_AT}
-    base = results[results["method"] == BASE].set_index("layout")
+    base = base.set_index("layout")
+    specs = [_canonical(text) for text in LOOKED_AT]
     disputes = []
-    for layout in said.index[_changed(said, list(specs))]:
+    for layout in said.index[_changed(said, specs)]:
         label, row = said.loc[layout, BASE], base.loc[layout]
-        moved = [v.title for v in VARIANTS if said.loc[layout, v.spec] != label]
+        table = swept if layout in swept.index else said
+        tried = [v for v in VARIANTS if v.spec in table.columns]
         disputes.append(
             LabelDispute(
                 layout=str(layout),
@@ -241,8 +280,11 @@ def _disputes(said: pd.DataFrame, results: pd.DataFrame) -> list[LabelDispute]:
                 label=label,
                 displacement=None if pd.isna(row["displacement"]) else float(row["displacement"]),
                 rotation=None if pd.isna(row["rotation"]) else float(row["rotation"]),
-                said={make_method(s).spec.engine or "": said.loc[layout, s] for s in specs},
-                changes_under=tuple(moved),
+                said={
+                    c: said.loc[layout, c] for c in said.columns if c != BASE and "@ref" not in c
+                },
+                tried=len(tried),
+                changes_under=tuple(v.title for v in tried if table.loc[layout, v.spec] != label),
             )
         )
     return disputes

@@ -61,7 +61,7 @@ class StudyDefinition:
     timeout: float | None = None
 
     def layouts(self) -> list[Layout]:
-        """The study's layouts, whole and without scenarios: those of the files first, in their order.
+        """The study's layouts, whole and without scenarios, those of the files first.
 
         Raises:
             LayoutError: a file is invalid, or a name stands in two files.
