@@ -183,20 +183,30 @@ def test_the_benchmark_writes_its_page(tmp_path):
 
 
 def test_closed_forms_write_a_page_of_their_own(tmp_path):
-    part = ("bench", "-o", "out", "--part", "closed-forms")
+    part = ("verify", "closed-forms", "-o", "out")
     done = steadyload(*part, "--engine", "chipmunk", cwd=tmp_path)
     assert done.stdout.strip() == "out/report.md"
     text = (tmp_path / "out" / "report.md").read_text()
     assert "## Tipping offset" in text
     assert "chipmunk, 1000 Hz" in text
-    for wrong, message in (
-        ((*part, "--part", "speed"), "ask for it alone"),
-        ((*part, "--engine", "bulet"), "unknown engine 'bulet'"),
-        (("bench", "--engine", "bullet"), "closed-forms alone"),
-    ):
-        done = steadyload(*wrong, cwd=tmp_path)
-        assert done.returncode == 2
-        assert message in done.stderr
+    done = steadyload(*part, "--engine", "bulet", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "unknown engine 'bulet'" in done.stderr
+
+
+def test_convergence_writes_a_page_and_goes_on_where_it_stopped(tmp_path):
+    part = ("verify", "convergence", "--layouts", "2", "--sample", "1", "--workers", "1")
+    done = steadyload(*part, "--work", "work", "-o", "out", cwd=tmp_path)
+    assert done.stdout.strip() == "out/report.md", done.stderr
+    text = (tmp_path / "out" / "report.md").read_text()
+    assert "| tolerance 1e-06" in text
+    assert "integrator=radau" in text
+    assert (tmp_path / "out" / "figures" / "sweeps.png").stat().st_size > 10_000
+    shards = sorted((tmp_path / "work").rglob("*.parquet"))
+    stamps = [path.stat().st_mtime_ns for path in shards]
+    steadyload(*part, "--work", "work", "-o", "out", cwd=tmp_path)
+    assert [path.stat().st_mtime_ns for path in shards] == stamps
+    assert (tmp_path / "out" / "report.md").read_text() == text
 
 
 def test_engines_leave_no_files_behind_and_keep_quiet(layout_file):

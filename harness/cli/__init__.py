@@ -5,20 +5,24 @@ from __future__ import annotations
 import argparse
 import io
 import json
-import math
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
 from engines.registry import EngineNotInstalledError
+from harness.cli.terminal import (
+    at_least,
+    positive_number,
+    print_table,
+    progress_bar,
+    status_line,
+)
+from harness.cli.verify import add_verify
 from harness.layouts.formats import Format, read_layouts, write_layouts
 from harness.layouts.model import LayoutError
 from harness.layouts.packing import random_layouts
@@ -42,7 +46,6 @@ _BAD_INPUT = (
 """What a user can mend: one sentence on stderr, exit status 2."""
 
 _BENCH_SEED = 7
-_CLOSED_FORMS = "closed-forms"
 
 _errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 
@@ -103,17 +106,17 @@ def _parser() -> argparse.ArgumentParser:
         help="draw centres of mass (default: as in the file)",
     )
     score.add_argument(
-        "--seed", type=_at_least(0), default=0, help="seed of the scenario (default: 0)"
+        "--seed", type=at_least(0), default=0, help="seed of the scenario (default: 0)"
     )
-    score.add_argument("--max-items", type=_at_least(1), metavar="J", help="only the first J items")
-    score.add_argument("--limit", type=_at_least(1), metavar="N", help="only the first N layouts")
+    score.add_argument("--max-items", type=at_least(1), metavar="J", help="only the first J items")
+    score.add_argument("--limit", type=at_least(1), metavar="N", help="only the first N layouts")
     score.add_argument(
         "--skip-invalid",
         action="store_true",
         help="record an invalid layout as refused and go on, instead of ending with status 2",
     )
     score.add_argument(
-        "--timeout", type=_positive, metavar="S", help="wall seconds a judgement may take"
+        "--timeout", type=positive_number, metavar="S", help="wall seconds a judgement may take"
     )
     score.add_argument("--json", action="store_true", help="print one JSON array of records")
     _add_snap(score)
@@ -136,7 +139,7 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("study", metavar="STUDY.toml", help=f"a study file, or the word {EMBEDDED!r}")
     run.add_argument("--output", "-o", type=Path, metavar="DIR", help="default: runs/NAME")
     run.add_argument(
-        "--workers", "-j", type=_at_least(1), default=os.cpu_count() or 1, help="default: all cores"
+        "--workers", "-j", type=at_least(1), default=os.cpu_count() or 1, help="default: all cores"
     )
     run.add_argument("--rerun", action="store_true", help="compute everything anew")
     run.set_defaults(run=_study_run)
@@ -150,31 +153,26 @@ def _parser() -> argparse.ArgumentParser:
     bench.add_argument(
         "--part",
         action="append",
-        choices=["agreement", "options", "speed", "throughput", _CLOSED_FORMS],
-        help="measure only this; may be repeated (default: speed and throughput); "
-        f"{_CLOSED_FORMS} has a page of its own",
-    )
-    bench.add_argument(
-        "--engine",
-        action="append",
-        metavar="NAME",
-        help=f"only this engine ({_CLOSED_FORMS} alone); may be repeated",
+        choices=["agreement", "options", "speed", "throughput"],
+        help="measure only this; may be repeated (default: speed and throughput)",
     )
     bench.add_argument(
         "--layouts",
-        type=_at_least(1),
+        type=at_least(1),
         default=300,
         metavar="N",
         help="generated layouts for agreement and options (default: 300)",
     )
     bench.add_argument(
         "--most-items",
-        type=_at_least(20),
+        type=at_least(20),
         default=200,
         metavar="J",
         help="largest layout of the speed part (default: 200)",
     )
     bench.set_defaults(run=_bench)
+
+    add_verify(commands)
 
     methods = commands.add_parser("methods", help="list methods and presets, or explain one")
     methods.add_argument("name", nargs="?", metavar="NAME")
@@ -192,7 +190,7 @@ def _add_snap(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--snap-gap",
-        type=_positive,
+        type=positive_number,
         metavar="CM",
         help=f"close gaps up to this; implies --snap (default: {SNAP_GAP:g})",
     )
@@ -202,30 +200,11 @@ def _snap_gap(options: argparse.Namespace) -> float:
     return options.snap_gap or (SNAP_GAP if options.snap else 0.0)
 
 
-def _at_least(least: int) -> Callable[[str], int]:
-    def whole(text: str) -> int:
-        if not (text.isascii() and text.isdigit() and int(text) >= least):
-            raise argparse.ArgumentTypeError(f"{text!r}; allowed: a whole number, {least} or more")
-        return int(text)
-
-    return whole
-
-
-def _positive(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 < value < 1e9:
-        raise argparse.ArgumentTypeError(f"{text!r}; allowed: a number above 0")
-    return value
-
-
 # --- commands -----------------------------------------------------------------------------------
 
 
 def _score(options: argparse.Namespace) -> None:
-    with _progress("judging") as advance:
+    with progress_bar("judging") as advance:
         records = score_layouts(
             options.files,
             options.method or ["sme"],
@@ -254,9 +233,7 @@ def _score(options: argparse.Namespace) -> None:
         )
         for r in records
     ]
-    _print_table(
-        ("layout", "method", "items", "score", "failing step", "status", "ms", "why"), rows
-    )
+    print_table(("layout", "method", "items", "score", "failing step", "status", "ms", "why"), rows)
 
 
 def _why(record: dict[str, Any]) -> str:
@@ -282,7 +259,7 @@ def _study_run(options: argparse.Namespace) -> None:
     study = load_study(options.study)
     directory = options.output or Path("runs") / study.name
     try:
-        with _progress("judging") as advance:
+        with progress_bar("judging") as advance:
             computed = run_study(
                 study, directory, workers=options.workers, rerun=options.rerun, progress=advance
             )
@@ -300,26 +277,7 @@ def _report(options: argparse.Namespace) -> None:
     print(write_page(study_page(compare(options.directory)), options.directory))
 
 
-def _closed_forms(options: argparse.Namespace) -> None:
-    from harness.studies.closed_forms import closed_form_tests, closed_forms
-    from harness.studies.results import provenance_lines
-    from reports.closed_forms_page import closed_forms_page
-    from reports.pages import write_page
-
-    made_with = provenance_lines()
-    with _status() as say:
-        results = closed_forms(options.engine, progress=say)
-    print(write_page(closed_forms_page(closed_form_tests(), results, made_with), options.output))
-
-
 def _bench(options: argparse.Namespace) -> None:
-    if _CLOSED_FORMS in (options.part or ()):
-        if set(options.part) != {_CLOSED_FORMS}:
-            raise SpecError(f"part {_CLOSED_FORMS} writes a page of its own; ask for it alone")
-        _closed_forms(options)
-        return
-    if options.engine:
-        raise SpecError(f"--engine goes with --part {_CLOSED_FORMS} alone")
     from harness.studies.engine_study import engine_agreement, option_effects
     from harness.studies.results import provenance_lines
     from harness.studies.speed import ITEM_COUNTS, speed_curves, throughput
@@ -330,7 +288,7 @@ def _bench(options: argparse.Namespace) -> None:
     made_with = provenance_lines()  # of the code that measures, not of what it has become meanwhile
     layouts = random_layouts(options.layouts, seed=_BENCH_SEED)
     counts = [n for n in ITEM_COUNTS if n <= options.most_items]
-    with _status() as say:
+    with status_line() as say:
         page = engine_study_page(
             engine_agreement(layouts, progress=say) if "agreement" in parts else [],
             option_effects(layouts, progress=say) if "options" in parts else [],
@@ -344,7 +302,7 @@ def _bench(options: argparse.Namespace) -> None:
 def _methods(options: argparse.Namespace) -> None:
     listing = method_listing()
     if options.name is None:
-        _print_table(
+        print_table(
             ("name", "needs an engine", "what it is"),
             [(m.name, "yes" if m.needs_engine else "no", m.about) for m in listing],
         )
@@ -354,7 +312,7 @@ def _methods(options: argparse.Namespace) -> None:
         known = nearest(options.name, [m.name for m in listing])
         raise SpecError(f"unknown method {options.name!r}; {known}")
     print(f"{found.name}: {found.about}\n")
-    _print_table(
+    print_table(
         ("parameter", "value", "unit", "allowed", "what it is"),
         [(p.name, p.value, p.unit, p.allowed, p.about) for p in found.parameters],
     )
@@ -369,45 +327,5 @@ def _engines(options: argparse.Namespace) -> None:
         print(engines_markdown(records))
         return
     header, rows = engines_rows(records)
-    _print_table(header, rows)
+    print_table(header, rows)
     print("\nNotes: steadyload engines --markdown")
-
-
-# --- printing -----------------------------------------------------------------------------------
-
-
-def _print_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for title in header:
-        table.add_column(title, overflow="fold")
-    for row in rows:
-        table.add_row(*row)
-    # A pipe has no width: never cut what a program reads.
-    console = Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else 4000)
-    with console.capture() as capture:
-        console.print(table)
-    print("\n".join(line.rstrip() for line in capture.get().splitlines()))
-
-
-@contextmanager
-def _progress(label: str) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar on stderr, shown only where somebody can see it."""
-    console = Console(stderr=True)
-    columns = (TextColumn(label), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as bar:
-        task = bar.add_task(label, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
-
-
-@contextmanager
-def _status() -> Iterator[Callable[[str], None]]:
-    """A line on stderr that says what is being measured, where somebody can see it."""
-    console = Console(stderr=True)
-    with console.status("") as status:
-        yield lambda what: status.update(what)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

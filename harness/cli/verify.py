@@ -1,0 +1,87 @@
+"""``steadyload verify``: engines against mechanics, and the reference against itself."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+from typing import Any
+
+from harness.cli.terminal import at_least, progress_bar, status_line
+
+
+def add_verify(commands: Any) -> None:
+    """Add the command and its actions to the parser's commands."""
+    verify = commands.add_parser("verify", help="check engines against mechanics and each other")
+    actions = verify.add_subparsers(required=True, metavar="ACTION")
+
+    closed = actions.add_parser(
+        "closed-forms", help="hold engines against formulas: tipping, sliding, spinning, stacks"
+    )
+    closed.add_argument(
+        "--engine", action="append", metavar="NAME", help="only this; may be repeated"
+    )
+    closed.add_argument(
+        "--output", "-o", type=Path, metavar="DIR", default=Path("runs/closed-forms")
+    )
+    closed.set_defaults(run=_closed_forms)
+
+    converged = actions.add_parser(
+        "convergence", help="change the reference one parameter at a time; ask other judges"
+    )
+    converged.add_argument(
+        "--layouts", type=at_least(1), default=900, metavar="N", help="default: 900"
+    )
+    converged.add_argument(
+        "--sample",
+        type=at_least(0),
+        default=50,
+        metavar="N",
+        help="layouts that slow judges are asked; 0 asks none (default: 50)",
+    )
+    converged.add_argument(
+        "--drake", action="store_true", help="ask Drake, too (needs the extra `drake`)"
+    )
+    converged.add_argument(
+        "--work", type=Path, metavar="DIR", default=Path("runs/convergence"),
+        help="folder of the results; an interrupted run goes on from it",
+    )  # fmt: skip
+    converged.add_argument(
+        "--output", "-o", type=Path, metavar="DIR", help="folder of the page (default: --work)"
+    )
+    converged.add_argument("--workers", "-j", type=at_least(1), default=os.cpu_count() or 1)
+    converged.set_defaults(run=_convergence)
+
+
+def _closed_forms(options: argparse.Namespace) -> None:
+    from harness.studies.closed_forms import closed_form_tests, closed_forms
+    from harness.studies.results import provenance_lines
+    from reports.closed_forms_page import closed_forms_page
+    from reports.pages import write_page
+
+    made_with = provenance_lines()
+    with status_line() as say:
+        results = closed_forms(options.engine, progress=say)
+    print(write_page(closed_forms_page(closed_form_tests(), results, made_with), options.output))
+
+
+def _convergence(options: argparse.Namespace) -> None:
+    from harness.studies.convergence import OPINIONS, SEED, run_convergence
+    from harness.studies.results import provenance_lines
+    from reports.convergence_page import convergence_page
+    from reports.pages import write_page
+
+    made_with = provenance_lines()
+    opinions = [o for o in OPINIONS if options.drake or "drake" not in o]
+    with progress_bar("judging") as advance:
+        found = run_convergence(
+            options.work,
+            layouts=options.layouts,
+            sample=options.sample,
+            opinions=opinions,
+            workers=options.workers,
+            progress=advance,
+        )
+    layouts = {"generated layouts": f"{options.layouts}, seed {SEED}"}
+    page = convergence_page(found, layouts | made_with)
+    print(write_page(page, options.output or options.work))
