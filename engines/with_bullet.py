@@ -9,6 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from engines.attitudes import centres_from_mass_centres
 from engines.world import (
     Box,
     BroadPhase,
@@ -20,7 +21,6 @@ from engines.world import (
     Support,
     Velocities,
     WorldSettings,
-    centres_from_mass_centres,
     declare,
 )
 

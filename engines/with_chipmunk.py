@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pymunk
 
+from engines.attitudes import centres_from_mass_centres
 from engines.world import (
     Box,
     BroadPhase,
@@ -18,7 +19,6 @@ from engines.world import (
     Support,
     Velocities,
     WorldSettings,
-    centres_from_mass_centres,
     declare,
 )
 

@@ -7,6 +7,7 @@ import math
 import dartpy as dart
 import numpy as np
 
+from engines.attitudes import centres_from_mass_centres
 from engines.world import (
     Box,
     Capabilities,
@@ -17,7 +18,6 @@ from engines.world import (
     Support,
     Velocities,
     WorldSettings,
-    centres_from_mass_centres,
     declare,
 )
 

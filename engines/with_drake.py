@@ -22,6 +22,7 @@ from typing import IO, Any
 
 import numpy as np
 
+from engines.attitudes import centres_from_mass_centres
 from engines.world import (
     Box,
     Capabilities,
@@ -33,7 +34,6 @@ from engines.world import (
     Support,
     Velocities,
     WorldSettings,
-    centres_from_mass_centres,
     declare,
 )
 

@@ -13,6 +13,7 @@ import math
 import mujoco
 import numpy as np
 
+from engines.attitudes import rotate
 from engines.world import (
     Box,
     Capabilities,
@@ -25,7 +26,6 @@ from engines.world import (
     Velocities,
     WorldSettings,
     declare,
-    rotate,
 )
 
 _FLOOR_HALF = (1000.0, 1000.0, 10.0)

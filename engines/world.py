@@ -394,32 +394,3 @@ def declare(**settings: SettingSupport) -> Mapping[str, SettingSupport]:
     if set(SETTINGS) != set(settings):
         raise ValueError(f"declare exactly {sorted(SETTINGS)}, got {sorted(settings)}")
     return MappingProxyType(dict(settings))
-
-
-def centres_from_mass_centres(
-    mass_centres: FloatArray, quaternions: FloatArray, offsets: FloatArray
-) -> FloatArray:
-    """Geometric centres [m] from centres of mass, shape (n, 3): c = p - R(q) r.
-
-    Args:
-        mass_centres: [m], shape (n, 3).
-        quaternions: w, x, y, z, shape (n, 4), unit length.
-        offsets: centre of mass minus geometric centre in body axes [m], shape (n, 3).
-    """
-    return mass_centres - rotate(quaternions, offsets) if offsets.any() else mass_centres
-
-
-def rotate(quaternions: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Vectors (n, 3) turned by unit quaternions (n, 4; w, x, y, z)."""
-    w, x, y, z = quaternions.T
-    vx, vy, vz = vectors.T
-    # 2 q x v, written out: np.cross costs more than the whole rotation for a few items.
-    tx, ty, tz = 2.0 * (y * vz - z * vy), 2.0 * (z * vx - x * vz), 2.0 * (x * vy - y * vx)
-    return np.stack(
-        (
-            vx + w * tx + y * tz - z * ty,
-            vy + w * ty + z * tx - x * tz,
-            vz + w * tz + x * ty - y * tx,
-        ),
-        axis=1,
-    )

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from engines.attitudes import rotate
 from engines.checks.scenes import (
     CUBE,
     WorldClass,
@@ -18,7 +19,7 @@ from engines.checks.scenes import (
     two_cubes,
 )
 from engines.substeps import StepCount
-from engines.world import GRAVITY, Box, Support, WorldSettings, rotate
+from engines.world import GRAVITY, Box, Support, WorldSettings
 
 
 def check_free_fall(world_class: WorldClass) -> None:

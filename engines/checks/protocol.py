@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from engines.attitudes import rotate
 from engines.checks.scenes import (
     CUBE,
     WorldClass,
@@ -32,7 +33,6 @@ from engines.world import (
     World,
     WorldClosedError,
     WorldSettings,
-    rotate,
 )
 
 

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from engines.attitudes import centres_from_mass_centres, quaternions_of_axes
 from engines.reference import islands, radau
 from engines.reference.contact import BODY, make_scratch
 from engines.reference.motion import Field
@@ -28,7 +29,6 @@ from engines.world import (
     Support,
     Velocities,
     WorldSettings,
-    centres_from_mass_centres,
     declare,
 )
 
@@ -132,7 +132,7 @@ class ReferenceWorld(FixedStepWorld):
 
     def _poses(self) -> Poses:
         self._prepare()
-        quaternions = _quaternions(self._axes)
+        quaternions = quaternions_of_axes(self._axes)
         centres = centres_from_mass_centres(
             self._mass_centres.copy(), quaternions, self._bodies.offset
         )
@@ -171,24 +171,3 @@ def _bodies(boxes: list[Box]) -> np.recarray:
         body.extent = math.hypot(*body.half)
         body.fixed = box.fixed
     return bodies
-
-
-def _quaternions(axes: np.ndarray) -> np.ndarray:
-    """Unit quaternions (n, 4; w, x, y, z) of rotation matrices (n, 3, 3), with w >= 0.
-
-    By the largest of the four components, as S. W. Shepperd, J. Guidance Control 1 (1978).
-    """
-    x, y, z = axes[:, 0, 0], axes[:, 1, 1], axes[:, 2, 2]
-    squares = np.stack((x + y + z, x - y - z, y - x - z, z - x - y), axis=1)
-    products = np.empty((len(axes), 4, 4))
-    products[:, range(4), range(4)] = 1.0 + squares
-    for a, b, c in ((1, 2, 3), (2, 3, 1), (3, 1, 2)):
-        minus = axes[:, c - 1, b - 1] - axes[:, b - 1, c - 1]
-        plus = axes[:, c - 1, b - 1] + axes[:, b - 1, c - 1]
-        products[:, 0, a] = products[:, a, 0] = minus
-        products[:, b, c] = products[:, c, b] = plus
-    largest = squares.argmax(axis=1)
-    rows = products[np.arange(len(axes)), largest]
-    rows /= np.sqrt((rows * rows).sum(axis=1))[:, None]
-    rows[rows[:, 0] < 0.0] *= -1.0
-    return rows

@@ -40,7 +40,7 @@ def add_verify(commands: Any) -> None:
         help="layouts that slow judges are asked; 0 asks none (default: 50)",
     )
     converged.add_argument(
-        "--drake", action="store_true", help="ask Drake, too (needs the extra `drake`)"
+        "--second-model", action="store_true", help="ask Drake, too (needs the extra `drake`)"
     )
     converged.add_argument(
         "--work", type=Path, metavar="DIR", default=Path("runs/convergence"),
@@ -66,13 +66,13 @@ def _closed_forms(options: argparse.Namespace) -> None:
 
 
 def _convergence(options: argparse.Namespace) -> None:
-    from harness.studies.convergence import OPINIONS, SEED, run_convergence
+    from harness.studies.convergence import OPINIONS, SECOND_MODEL, SEED, run_convergence
     from harness.studies.results import provenance_lines
     from reports.convergence_page import convergence_page
     from reports.pages import write_page
 
     made_with = provenance_lines()
-    opinions = [o for o in OPINIONS if options.drake or "drake" not in o]
+    opinions = (*OPINIONS, SECOND_MODEL) if options.second_model else OPINIONS
     with progress_bar("judging") as advance:
         found = run_convergence(
             options.work,

@@ -9,7 +9,8 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from engines.world import Box, FloatArray, Poses, rotate
+from engines.attitudes import rotate
+from engines.world import Box, FloatArray, Poses
 from harness.methods.method import Finding, Status
 from harness.methods.scene import CM
 

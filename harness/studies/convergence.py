@@ -99,9 +99,11 @@ ENGINES: tuple[str, ...] = tuple(
 OPINIONS: tuple[str, ...] = (
     "label@reference:integrator=radau",
     "label@reference:contact=adams",
-    "label@drake",
 )
 """Slow judges, on a sample."""
+
+SECOND_MODEL = "label@drake"
+"""Another slow judge, with a model of contact of its own; optional."""
 
 LOOKED_AT = ("label@mujoco:frequency=480", "label@bullet:frequency=480")
 """Judges whose every disagreement the page lists."""
