@@ -89,7 +89,8 @@ class ReferenceWorld(FixedStepWorld):
         self._control = Control(options.tolerance, options.most_time, _MOST_STEPS)
         self._integrate = _INTEGRATORS[options.integrator]
         self._scratch = make_scratch()
-        self._bodies = _bodies([])
+        self._added: list[Box] = []
+        self._bodies = _bodies(self._added)
         self._planned = self._mass_centres = self._linear = self._angular = np.empty((0, 3))
         self._axes = np.empty((0, 3, 3))
         self._next_steps = np.empty(0)
@@ -102,13 +103,13 @@ class ReferenceWorld(FixedStepWorld):
             world.stepSimulation(1e-3, 1, 1e-3)
 
     def _add(self, box: Box) -> None:
-        pass  # taken over by _prepare, all at once
+        self._added.append(box)  # taken over by _prepare, all at once
 
     def _prepare(self) -> None:
-        new = self.boxes[len(self._planned) :]
+        new = self._added[len(self._planned) :]
         if not new:
             return
-        self._bodies = _bodies(self.boxes)
+        self._bodies = _bodies(self._added)
         start = np.array([np.add(b.centre, b.mass_offset) for b in new])
         still = np.zeros_like(start)
         self._planned = np.concatenate((self._planned, start))
@@ -116,11 +117,11 @@ class ReferenceWorld(FixedStepWorld):
         self._linear = np.concatenate((self._linear, still))
         self._angular = np.concatenate((self._angular, still))
         self._axes = np.concatenate((self._axes, np.tile(np.eye(3), (len(new), 1, 1))))
-        self._next_steps = np.full(len(self.boxes), _FIRST_STEP)
+        self._next_steps = np.full(len(self._added), _FIRST_STEP)
 
     def _advance(self, substeps: int, length: float) -> None:
         self._prepare()
-        if not self.boxes:
+        if not self._added:
             return
         outcome, _, _ = self._integrate(
             self._law, self._field, self._bodies, self._mass_centres, self._axes, self._linear,
@@ -137,7 +138,7 @@ class ReferenceWorld(FixedStepWorld):
             self._mass_centres.copy(), quaternions, self._bodies.offset
         )
         for index in np.flatnonzero(self._bodies.fixed):
-            centres[index] = self.boxes[index].centre
+            centres[index] = self._added[index].centre
         return Poses(centres, quaternions)
 
     def _velocities(self) -> Velocities:

@@ -174,7 +174,9 @@ def _parser() -> argparse.ArgumentParser:
 
     add_verify(commands)
 
-    methods = commands.add_parser("methods", help="list methods and presets, or explain one")
+    methods = commands.add_parser(
+        "methods", help="list methods and presets, or explain one, NAME or NAME@ENGINE"
+    )
     methods.add_argument("name", nargs="?", metavar="NAME")
     methods.set_defaults(run=_methods)
 
@@ -300,14 +302,15 @@ def _bench(options: argparse.Namespace) -> None:
 
 
 def _methods(options: argparse.Namespace) -> None:
-    listing = method_listing()
+    name, _, engine = (options.name or "").partition("@")
+    listing = method_listing(engine or None)
     if options.name is None:
         print_table(
             ("name", "needs an engine", "what it is"),
             [(m.name, "yes" if m.needs_engine else "no", m.about) for m in listing],
         )
         return
-    found = {m.name: m for m in listing}.get(options.name.partition("@")[0])
+    found = {m.name: m for m in listing}.get(name)
     if found is None:
         known = nearest(options.name, [m.name for m in listing])
         raise SpecError(f"unknown method {options.name!r}; {known}")

@@ -117,33 +117,50 @@ class MethodEntry:
     parameters: tuple[ParameterEntry, ...]
 
 
-def method_listing() -> list[MethodEntry]:
-    """All methods, then all presets, with their parameters."""
+def method_listing(engine: str | None = None) -> list[MethodEntry]:
+    """All methods, then all presets, with their parameters.
+
+    Args:
+        engine: list the parameters that methods have on this engine, its own options among them.
+
+    Raises:
+        SpecError: no such engine.
+    """
+    if engine is not None and engine not in engines():
+        raise SpecError(f"unknown engine {engine!r}; {nearest(engine, engines())}")
     entries = []
     for name, target in method_classes().items():
         method = _load(target)
         about = (method.__doc__ or name).strip().partition("\n")[0].replace("``", "")
-        entries.append(MethodEntry(name, method.needs_engine, about, _parameters(method, {})))
+        entries.append(
+            MethodEntry(name, method.needs_engine, about, _parameters(method, engine, {}))
+        )
     for preset in presets().values():
         method = _load(method_classes()[preset.method])
         about = f"{preset.title}: {preset.method} with the values of {preset.source}"
         entries.append(
             MethodEntry(
-                preset.name, method.needs_engine, about, _parameters(method, preset.parameters)
+                preset.name,
+                method.needs_engine,
+                about,
+                _parameters(method, engine, preset.parameters),
             )
         )
     return entries
 
 
-def _parameters(method: type[Method], values: Mapping[str, Any]) -> tuple[ParameterEntry, ...]:
-    bound = bind(method.Parameters, values, where="preset")
+def _parameters(
+    method: type[Method], engine: str | None, values: Mapping[str, Any]
+) -> tuple[ParameterEntry, ...]:
+    declared = method.parameters_on(engine)
+    bound = bind(declared, values, where="preset")
     texts = dict(canonical(bound, [f.name for f in dataclasses.fields(bound)]))
     return tuple(
         ParameterEntry(
             f.name,
             texts[f.name],
             f.metadata["unit"],
-            allowed_values(method.Parameters, f.name),
+            allowed_values(declared, f.name),
             f.metadata["about"],
         )
         for f in dataclasses.fields(bound)
