@@ -3,7 +3,7 @@ PYTHON ?= python3.11
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help study test lint types bench engines docs clean
+.PHONY: help study test lint types bench engines verify docs clean
 
 help: ## list these targets
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-8s %s\n", $$1, $$2}'
@@ -33,6 +33,10 @@ bench: $(READY) ## measure what a judgement costs
 engines: $(READY) ## remake the published comparison of engines (a quarter of an hour)
 	$(BIN)/steadyload bench --part agreement --part options --output reports/published/engines
 	$(BIN)/steadyload bench --part speed --part throughput --output reports/published/speed
+
+verify: $(READY) ## hold engines against mechanics and the reference against itself (half an hour)
+	$(BIN)/steadyload verify closed-forms --output reports/published/closed_forms
+	$(BIN)/steadyload verify convergence --output reports/published/convergence
 
 docs: $(READY) ## remake the generated pages
 	$(BIN)/steadyload engines --markdown > docs/engines.md

@@ -133,10 +133,17 @@ def open_world(name: str, settings: WorldSettings) -> FixedStepWorld:
     return world_class(name)(settings)
 
 
-def installed_versions() -> dict[str, str]:
-    """Version of every engine package that is installed, by package name."""
+def installed_versions(engine: str | None = None) -> dict[str, str]:
+    """Version of every engine package that is installed, by package name.
+
+    Args:
+        engine: leave out the optional packages of other engines than this one; None leaves out
+            none. What a result was made with does not change when another engine is installed.
+    """
     versions = {}
-    for entry in engines().values():
+    for name, entry in engines().items():
+        if engine is not None and entry.extra and name != engine:
+            continue
         for package in entry.packages:
             try:
                 versions[package] = importlib.metadata.version(package)

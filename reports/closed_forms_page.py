@@ -25,6 +25,9 @@ def closed_forms_page(
     for test in shown:
         series.setdefault(test.series, []).append(test)
     sections = [_overview(shown, list(series.values()), results)] if shown else []
+    behind = _behind(shown, results)
+    if behind:
+        sections.append(behind)
     sections += [
         _family(group, results) if len(group) > 1 else _single(group[0], results)
         for group in series.values()
@@ -73,6 +76,32 @@ def _overview(
                 "little apart, so that equal ones are seen. Of a series, the test in its middle.",
             )
         ],
+    )
+
+
+def _behind(tests: Sequence[ClosedFormTest], results: Sequence[ClosedFormResult]) -> Section | None:
+    """Where an engine that chooses its own steps is not the best, and why."""
+    rows = []
+    for test in tests:
+        own = [r for r in results if r.test == test.name]
+        fixed = [r for r in own if r.frequency is not None and r.error is not None]
+        finest = _finest(fixed)
+        others = [r for r in fixed if r.frequency == finest]
+        best = min(others, key=lambda r: abs(r.error or 0.0), default=None)
+        for r in own:
+            if r.frequency is not None or r.error is None or best is None or best.error is None:
+                continue
+            if abs(r.error) > max(abs(best.error), test.resolution):
+                beaten = f"{_error(test, best)} ({best.engine}, {_hertz(finest)})"
+                rows.append(
+                    (test.name, r.engine, _error(test, r), beaten, test.error_unit, test.when_soft)
+                )
+    if not rows:
+        return None
+    return Section(
+        "Where an engine with steps of its own is not the best",
+        "Its error is then the model's, not the integrator's.",
+        [markdown_table(("test", "engine", "error", "best other", "in", "why"), rows, left=6)],
     )
 
 

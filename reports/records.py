@@ -210,7 +210,8 @@ class ClosedFormTest:
     ``series`` is the heading; tests that differ in one number share it and have that number as
     ``argument``, named ``argument_name``. ``expected`` is in ``unit``. An error is the difference
     in ``unit``, or in per cent of the expected value where ``relative``. ``resolution``, in the
-    unit of the error: smaller errors are not told from none.
+    unit of the error: smaller errors are not told from none. ``when_soft``: why an engine with
+    compliant contact and regularised friction cannot be exact here, however small its steps.
     """
 
     name: str
@@ -222,6 +223,7 @@ class ClosedFormTest:
     resolution: float
     argument: float | None = None
     argument_name: str = ""
+    when_soft: str = ""
 
     @property
     def error_unit(self) -> str:

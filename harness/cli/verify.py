@@ -66,12 +66,10 @@ def _closed_forms(options: argparse.Namespace) -> None:
 
 
 def _convergence(options: argparse.Namespace) -> None:
-    from harness.studies.convergence import OPINIONS, SECOND_MODEL, SEED, run_convergence
-    from harness.studies.results import provenance_lines
+    from harness.studies.convergence import OPINIONS, SECOND_MODEL, made_with, run_convergence
     from reports.convergence_page import convergence_page
     from reports.pages import write_page
 
-    made_with = provenance_lines()
     opinions = (*OPINIONS, SECOND_MODEL) if options.second_model else OPINIONS
     with progress_bar("judging") as advance:
         found = run_convergence(
@@ -82,6 +80,5 @@ def _convergence(options: argparse.Namespace) -> None:
             workers=options.workers,
             progress=advance,
         )
-    layouts = {"generated layouts": f"{options.layouts}, seed {SEED}"}
-    page = convergence_page(found, layouts | made_with)
+    page = convergence_page(found, made_with(options.work))
     print(write_page(page, options.output or options.work))

@@ -98,6 +98,16 @@ def _result(case: _Case, stage: runs.Stage, frequency: int | None) -> ClosedForm
     return ClosedFormResult(test.name, stage.engine, frequency, found, error)
 
 
+_REGULARISED = (
+    "regularised friction needs a sliding speed to hold: 0.09 mm/s at 0.99 of the limit, which is "
+    "how far a body at rest creeps in a second and what delays a body that slides"
+)
+_COMPLIANT = (
+    "a compliant contact gives way under the load, by the load over the stiffness, and while it "
+    "does it lets the body turn a little"
+)
+
+
 @cache
 def _cases() -> tuple[_Case, ...]:
     ten = math.radians(runs.TURNED)
@@ -138,6 +148,7 @@ def _cases() -> tuple[_Case, ...]:
                 unit="m",
                 relative=True,
                 resolution=1e-7,
+                when_soft=_REGULARISED,
             ),
             partial(runs.way, slope=0.6),
         ),
@@ -153,6 +164,7 @@ def _cases() -> tuple[_Case, ...]:
                 unit="",
                 relative=True,
                 resolution=1e-3,
+                when_soft=_REGULARISED,
             ),
             runs.sliding_threshold,
         ),
@@ -165,6 +177,7 @@ def _cases() -> tuple[_Case, ...]:
                 unit="mm",
                 relative=False,
                 resolution=1e-6,
+                when_soft=_REGULARISED,
             ),
             lambda stage: 1e3 * runs.way(stage, 0.99 * runs.FRICTION),
         ),
@@ -179,6 +192,7 @@ def _cases() -> tuple[_Case, ...]:
                 unit="mm",
                 relative=False,
                 resolution=1e-3,
+                when_soft=_COMPLIANT,
             ),
             runs.tipping_offset,
         ),
@@ -194,6 +208,7 @@ def _cases() -> tuple[_Case, ...]:
                     unit="s",
                     relative=True,
                     resolution=1e-4,
+                    when_soft=_COMPLIANT,
                 ),
                 partial(runs.time_to_turn, past_edge=1e-3 * past),
             )
@@ -228,6 +243,7 @@ def _cases() -> tuple[_Case, ...]:
                 resolution=1e-3,
                 argument=float(count),
                 argument_name="blocks",
+                when_soft=_COMPLIANT,
             ),
             partial(runs.overhang, count=count),
         )
@@ -246,6 +262,8 @@ def _cases() -> tuple[_Case, ...]:
                 resolution=1e-6,
                 argument=ratio,
                 argument_name="mass ratio",
+                when_soft="a contact of stiffness K gives way by the load over K: the load is all "
+                "there is to see, at any mass ratio",
             ),
             partial(runs.sink, ratio=ratio),
         )

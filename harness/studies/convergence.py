@@ -13,7 +13,7 @@ from harness.methods.method import Status
 from harness.methods.registry import make_method
 from harness.studies.definition import StudyDefinition
 from harness.studies.metrics import mean, share
-from harness.studies.results import load_results
+from harness.studies.results import load_manifest, load_results, provenance_lines
 from harness.studies.runner import run_study
 from reports.records import Convergence, ConvergenceRow, Estimate, LabelDispute
 
@@ -199,6 +199,18 @@ def convergence(
         by_size=tuple(_by_size(base)),
         disputes=tuple(_disputes(said, both, base)),
     )
+
+
+def made_with(directory: Path) -> dict[str, str]:
+    """What the results in ``directory`` were made with, as a page shows it; parts apart."""
+    lines: dict[str, str] = {}
+    for folder in sorted(directory.glob("*/manifest.json")):
+        manifest = load_manifest(folder.parent)
+        study = manifest["study"]
+        lines[f"{study['name']}: layouts"] = f"{study['generated']} generated, seed {study['seed']}"
+        for key, text in provenance_lines(manifest).items():
+            lines[f"{study['name']}: {key}"] = text
+    return lines
 
 
 def _canonical(text: str) -> str:

@@ -199,9 +199,13 @@ def provenance() -> dict[str, Any]:
     }
 
 
-def provenance_lines() -> dict[str, str]:
-    """:func:`provenance` as a page shows it."""
-    made = provenance()
+def provenance_lines(made: Mapping[str, Any] | None = None) -> dict[str, str]:
+    """A provenance as a page shows it.
+
+    Args:
+        made: the manifest of a run folder; None for what would be computed now.
+    """
+    made = provenance() if made is None else made
     return {
         "source": f"{made['git'] or 'installed package'} (code {made['code']})",
         "versions": ", ".join(f"{k} {v}" for k, v in made["versions"].items()),

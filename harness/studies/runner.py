@@ -133,8 +133,9 @@ def run_study(
 def _units(study: StudyDefinition, cases: list[tuple[str, Layout]], folder: Path) -> Iterator[Unit]:
     """The study in parts; a shard's name is a hash of all that its rows depend on."""
     for method in study.methods:
-        judge_class = type(make_method(method))
-        made_by = [SCHEMA_VERSION, code_fingerprint(judge_class), installed_versions()]
+        chosen = make_method(method)
+        versions = installed_versions(chosen.spec.engine or "")
+        made_by = [SCHEMA_VERSION, code_fingerprint(type(chosen)), versions]
         for start in range(0, len(cases), study.shard_size):
             part = tuple(cases[start : start + study.shard_size])
             identity = [method, study.repetitions, study.timeout, *made_by]
