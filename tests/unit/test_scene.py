@@ -247,3 +247,16 @@ def test_extreme_sizes_run_to_a_verdict(engine):
     lay = Layout("extreme", Pallet(500.0, 600.0, 500.0), items)
     verdict = make_method(f"ps_opt-paper@{engine}").judge(lay, timeout=60.0)
     assert verdict.status in (Status.DONE, Status.DIVERGED, Status.TIMEOUT)
+
+
+def test_jitter_displaces_every_item_a_little_and_always_the_same_way():
+    layout = random_layouts(3, seed=1)[2]
+    plain = np.array([b.centre for b in boxes(layout)])
+    moved = [np.array([b.centre for b in boxes(layout, jitter=1e-4, seed=s)]) for s in (0, 0, 1)]
+    shift = moved[0] - plain
+    assert (moved[0] == moved[1]).all()
+    assert (moved[0] != moved[2]).all()
+    assert np.abs(shift).min() > 0.0
+    assert 5e-5 < np.abs(shift).max() <= 1e-4
+    other = boxes(layout.renamed("another"), jitter=1e-4)
+    assert (np.array([b.centre for b in other]) != moved[0]).all()

@@ -96,3 +96,38 @@ def test_the_listing_explains_every_parameter():
         assert all(p.about and p.allowed for p in method.parameters)
     table = {p.name: p for p in listing["ps_opt-paper"].parameters}
     assert (table["eps_t"].value, table["eps_t"].unit) == ("22", "cm")
+
+
+def test_options_of_an_engine_are_parameters_on_that_engine_alone():
+    method = make_method("simulation@reference:stiffness=1e8,tolerance=1e-6,t_max=0.2")
+    assert str(method.spec) == "simulation@reference:t_max=0.2,tolerance=1e-06,stiffness=100000000"
+    assert make_method(str(method.spec)).parameters == method.parameters
+    options = method.parameters.world_settings().options
+    assert (options.tolerance, options.stiffness, options.contact) == (1e-6, 1e8, "stiff")
+    assert options.law(0.5).stiffness == 1e8
+    assert options.law(0.5).damping == 1e6
+    assert make_method("simulation@mujoco").parameters.world_settings().options is None
+    for spec, message in (
+        ("simulation@mujoco:stiffness=1e8", "unknown parameter 'stiffness'"),
+        ("label@reference:contact=stif", "did you mean 'stiff'"),
+        ("label@reference:tolerance=1", "tolerance is 1; allowed: 1e-12 to 0.01 m"),
+        ("label@reference:stiction_speed=0.5", "friction_speed is 0.01 m/s; allowed: more than"),
+    ):
+        with pytest.raises(SpecError, match=message):
+            make_method(spec)
+
+
+def test_the_label_is_the_way_the_published_labels_were_made():
+    p = make_method("label@reference").parameters
+    assert (p.t_max, p.eps_t, p.eps_r, p.friction, p.gravity) == (0.3, 10, 10, 0.5, 9.8)
+    assert (p.between_steps, p.criterion, p.samples) == ("reseat", "adams", 10)
+
+
+def test_the_contact_of_the_paper_is_converted_from_centimetres():
+    law = make_method("label@reference:contact=adams").parameters.world_settings().options.law(0.5)
+    # 6e7 N at a depth of 1 cm, 800 N at 1 cm/s; full at 0.001 cm; 0.375 of 0.5; 0.01 and 1 cm/s.
+    assert law.stiffness * 0.01**law.exponent == pytest.approx(6e7)
+    assert law.damping * 0.01 == pytest.approx(800.0)
+    assert law.damping_depth == pytest.approx(1e-5)
+    assert law.dynamic_friction == pytest.approx(0.375)
+    assert (law.stiction_speed, law.friction_speed) == (1e-4, 1e-2)

@@ -12,8 +12,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from engines.registry import ENGINES, EngineEntry, installed_versions
 from engines.world import EngineNotInstalledError
 from harness.layouts.formats import Format, write_layouts
+from harness.layouts.packing import random_layouts
 from harness.methods import Status
 from harness.methods.registry import make_method
 from harness.studies.definition import StudyError, load_study
@@ -263,3 +265,48 @@ def test_an_unexpected_failure_of_a_method_is_a_row(stack, monkeypatch):
     assert verdict.status is Status.ERROR
     assert verdict.reason == "ZeroDivisionError: division by zero"
     assert verdict.score is None
+
+
+def test_a_study_may_generate_its_layouts(tmp_path, study_file):
+    (tmp_path / "made.toml").write_text('generated = 4\nseed = 5\nmethods = ["fbs"]\n')
+    study = load_study(tmp_path / "made.toml")
+    made = [layout.content_hash() for layout in study.layouts()]
+    assert made == [layout.content_hash() for layout in random_layouts(4, seed=5)]
+    run_study(study, tmp_path / "run")
+    assert len(load_results(tmp_path / "run")) == 4
+    assert load_manifest(tmp_path / "run")["study"]["generated"] == 4
+    (tmp_path / "both.toml").write_text(STUDY.replace("seed = 3", "seed = 3\ngenerated = 2"))
+    names = [layout.name for layout in load_study(tmp_path / "both.toml").layouts()]
+    assert names == ["a", "b", "stack", "layout-0000", "layout-0001"]
+    for text, message in (
+        ('methods = ["fbs"]\n', "or generated = a number"),
+        (
+            'methods = ["fbs"]\ngenerated = 0\n',
+            "generated is 0; allowed: a whole number, 1 or more",
+        ),
+    ):
+        (tmp_path / "wrong.toml").write_text(text)
+        with pytest.raises(StudyError, match=message):
+            load_study(tmp_path / "wrong.toml")
+
+
+def test_options_of_an_engine_stand_in_the_rows(tmp_path):
+    spec = "label@reference:tolerance=1e-6,contact=adams"
+    (tmp_path / "study.toml").write_text(f'generated = 1\nmethods = ["{spec}"]\n')
+    run_study(load_study(tmp_path / "study.toml"), tmp_path / "run")
+    row = load_results(tmp_path / "run").iloc[0]
+    assert row["method"] == "label@reference:tolerance=1e-06,contact=adams"
+    parameters = json.loads(row["parameters"])
+    assert (parameters["tolerance"], parameters["contact"]) == (1e-6, "adams")
+    assert parameters["stiffness"] is None
+
+
+def test_results_do_not_depend_on_optional_packages_of_other_engines(monkeypatch):
+    versions = {"numpy": "2", "drake": "1", "pybullet": "3"}
+    monkeypatch.setattr("engines.registry.importlib.metadata.version", lambda p: versions[p])
+    monkeypatch.setitem(ENGINES, "mujoco", EngineEntry("x:X", ("numpy",)))
+    for name in ("dart", "chipmunk", "reference"):
+        monkeypatch.delitem(ENGINES, name)
+    assert installed_versions("mujoco") == {"pybullet": "3", "numpy": "2"}
+    assert installed_versions("drake") == {"pybullet": "3", "numpy": "2", "drake": "1"}
+    assert installed_versions() == {"pybullet": "3", "numpy": "2", "drake": "1"}
