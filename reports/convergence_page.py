@@ -44,8 +44,8 @@ def _reference(found: Convergence) -> Section:
     return Section(
         "The reference",
         "Generated layouts of at most 20 items, three classes and three scenarios. *Other "
-        "numerics* are the tolerances, stiffnesses (a hundredfold less or more), contact dampings "
-        "and stiction speeds of the next section, all together.",
+        "numerics* are all tolerances, stiffnesses, damping times and stiction speeds of the next "
+        "section together.",
         [markdown_table(("", "measured"), rows)],
     )
 
@@ -53,10 +53,10 @@ def _reference(found: Convergence) -> Section:
 def _variants(found: Convergence) -> Section:
     return Section(
         "Under other numerics and other models",
-        "One parameter is changed at a time (with the stiffness also the contact damping, so that "
-        "their ratio stays). Changes that decide whether the labels are converged are tried on all "
-        "layouts, the others on the first 300. *Earlier* and *later* count layouts that then fail "
-        "at an earlier or a later step.",
+        "One parameter is changed at a time (with the stiffness also the damping, and the "
+        "limit that makes contacts of light items softer). Changes that decide whether the labels "
+        "are converged are tried on all layouts, the others on fewer. *Earlier* and "
+        "*later* count layouts that then fail at an earlier or a later step.",
         [_table("change", found.variants)],
         [
             Picture(

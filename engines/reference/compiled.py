@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 from collections.abc import Callable
 from pathlib import Path
@@ -16,7 +17,18 @@ _SOURCES = hashlib.sha256(
 ).hexdigest()[:12]
 
 
+_STALE = Path(__file__).parent / "__pycache__"
+with contextlib.suppress(OSError):
+    for _file in _STALE.glob("*.nb[ci]"):
+        if _SOURCES not in _file.name:
+            _file.unlink(missing_ok=True)
+
+
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a function when it is first called, or load what was compiled before."""
     function.__qualname__ += f"_{_SOURCES}"
-    return njit(cache=True, error_model="numpy", fastmath={"contract"})(function)
+    how = {"error_model": "numpy", "fastmath": {"contract"}}
+    try:
+        return njit(cache=True, **how)(function)
+    except RuntimeError:  # nowhere to keep it: neither beside the sources nor in a home folder
+        return njit(**how)(function)

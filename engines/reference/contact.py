@@ -41,8 +41,8 @@ BODY = np.dtype(
     align=True,
 )
 """What does not change while a body moves: half edge lengths [m], centre of mass minus geometric
-centre [m] and principal moments [kg m2] in body axes, half the space diagonal [m], and whether the
-body is part of the surroundings."""
+centre [m] and principal moments [kg m2] in body axes, the largest distance of a corner from the
+centre of mass (or a little more) [m], and whether the body is part of the surroundings."""
 
 _SCRATCH = np.dtype(
     [

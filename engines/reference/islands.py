@@ -8,7 +8,7 @@ import numpy as np
 
 from engines.reference.compiled import compiled
 from engines.reference.contact import FLOOR
-from engines.reference.rodas import FINISHED, Control, integrate
+from engines.reference.rodas import FINISHED, NOT_FINITE, Control, integrate
 
 _WINDOW = 0.03
 """Bodies that cannot meet within this time [s] are integrated apart, each group with its own steps.
@@ -17,12 +17,16 @@ A third of the ten looks at a placement of 0.3 s would do as well; shorter ones 
 _SPARE_REACH = 1e-3
 """Added to what a body's speed and gravity let it do within a window [m]."""
 
+MOST_STRETCH = 1e6
+"""How much wider than foreseen groups are made before a motion counts as without bounds."""
+
 _SHARE_OF_THICKNESS = 0.25
-"""A step moves no body by more than this share of the thinnest one: none jumps through another."""
+"""A step moves no point of a body by more than this share of the thinnest one, at the speed with
+which a window begins: none jumps through another."""
 
 
 @compiled
-def _reaches(field, bodies, v, w, duration, stretch):
+def reaches(field, bodies, v, w, duration, stretch):
     """How far any point of each body is taken to come within ``duration`` [m], shape (n,)."""
     n = len(v)
     reach = np.empty(n)
@@ -114,15 +118,17 @@ def _members(island, label, pairs):
 
 
 @compiled
-def _longest_step(bodies, v, control, duration, gravity):
+def _longest_step(bodies, v, w, control, duration, gravity):
     """The control's longest step, or less where something fast might jump through something."""
     thinnest, fastest = math.inf, 0.0
     for b in range(len(v)):
         for i in range(3):
             thinnest = min(thinnest, 2.0 * bodies[b].half[i])
-        fastest = max(fastest, v[b, 0] ** 2 + v[b, 1] ** 2 + v[b, 2] ** 2)
+        speed = math.sqrt(v[b, 0] ** 2 + v[b, 1] ** 2 + v[b, 2] ** 2)
+        spin = math.sqrt(w[b, 0] ** 2 + w[b, 1] ** 2 + w[b, 2] ** 2)
+        fastest = max(fastest, speed + spin * bodies[b].extent)
     fall = math.sqrt(np.sum(gravity * gravity)) * duration
-    return min(control.most_time, _SHARE_OF_THICKNESS * thinnest / (math.sqrt(fastest) + fall))
+    return min(control.most_time, _SHARE_OF_THICKNESS * thinnest / (fastest + fall))
 
 
 @compiled
@@ -146,6 +152,8 @@ def advance(law, field, bodies, p, turn, v, w, next_steps, duration, control, s)
         The outcome (see :mod:`engines.reference.rodas`), steps accepted and steps rejected.
     """
     time, accepted, rejected = 0.0, 0, 0
+    if not (np.isfinite(p).all() and np.isfinite(v).all() and np.isfinite(w).all()):
+        return NOT_FINITE, accepted, rejected
     while duration - time > 1e-12 * duration:
         window = min(_WINDOW, duration - time)
         if duration - time - window < 1e-9:
@@ -153,7 +161,7 @@ def advance(law, field, bodies, p, turn, v, w, next_steps, duration, control, s)
         before = (p.copy(), turn.copy(), v.copy(), w.copy())
         stretch = 1.0
         while True:
-            reach = _reaches(field, bodies, v, w, window, stretch)
+            reach = reaches(field, bodies, v, w, window, stretch)
             pairs = candidate_pairs(field.floor, bodies, p, turn, reach)
             label = islands(bodies, pairs)
             for island in range(len(p)):
@@ -162,11 +170,11 @@ def advance(law, field, bodies, p, turn, v, w, next_steps, duration, control, s)
                 members, own = _members(island, label, pairs)
                 part = bodies[members]
                 ps, turns, vs, ws = p[members], turn[members], v[members], w[members]
-                longest = _longest_step(part, vs, control, window, field.gravity)
+                longest = _longest_step(part, vs, ws, control, window, field.gravity)
                 count = integrate(
                     law, field, part, own, ps, turns, vs, ws, window,
                     np.min(next_steps[members]),
-                    Control(control.tolerance, longest, control.most_steps), s,
+                    Control(control.tolerance, longest, control.most_work), s,
                 )  # fmt: skip
                 accepted += count.accepted
                 rejected += count.rejected
@@ -177,17 +185,19 @@ def advance(law, field, bodies, p, turn, v, w, next_steps, duration, control, s)
                         next_steps[b] = count.next_step
                 if count.outcome != FINISHED:
                     return count.outcome, accepted, rejected
-            if _within(bodies, before[0], before[1], p, turn, reach):
+            if within(bodies, before[0], before[1], p, turn, reach):
                 break
             # Something was hit and came further than foreseen: once more, with wider groups.
             p[:, :], turn[:, :, :], v[:, :], w[:, :] = before[0], before[1], before[2], before[3]
             stretch *= 2.0
+            if stretch > MOST_STRETCH:
+                return NOT_FINITE, accepted, rejected
         time += window
     return FINISHED, accepted, rejected
 
 
 @compiled
-def _within(bodies, p_before, turn_before, p, turn, reach):
+def within(bodies, p_before, turn_before, p, turn, reach):
     """Whether no point of any free body came further than its reach."""
     for b in range(len(p)):
         if bodies[b].fixed:

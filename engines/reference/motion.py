@@ -69,15 +69,19 @@ def turn_by(vectors, start, out):
 def rotation_rate(vector, spin, out):
     """Rate of a rotation vector t under an angular velocity w (inverse of the exponential map).
 
-    w - t x w / 2 + (1/12 + |t|^2/720 + |t|^4/30240) t x (t x w); the next term is below 1e-12 for
-    turns of a tenth of a radian.
+    w - t x w / 2 + k t x (t x w) with k = (1 - (|t|/2) cot(|t|/2)) / |t|^2, for turns below 2 pi;
+    small ones by the series, whose next term is below 1e-10.
     """
     x, y, z = vector[0], vector[1], vector[2]
     cx = y * spin[2] - z * spin[1]
     cy = z * spin[0] - x * spin[2]
     cz = x * spin[1] - y * spin[0]
     a = x * x + y * y + z * z
-    k = 1.0 / 12.0 + a / 720.0 + a * a / 30240.0
+    if a < 0.01:
+        k = 1.0 / 12.0 + a / 720.0 + a * a / 30240.0
+    else:
+        half = 0.5 * math.sqrt(a)
+        k = (1.0 - half / math.tan(half)) / a
     out[0] = spin[0] - 0.5 * cx + k * (y * cz - z * cy)
     out[1] = spin[1] - 0.5 * cy + k * (z * cx - x * cz)
     out[2] = spin[2] - 0.5 * cz + k * (x * cy - y * cx)

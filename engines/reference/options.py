@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from enum import StrEnum
 from types import MappingProxyType
@@ -35,7 +36,7 @@ _VALUES = MappingProxyType(
             {
                 "stiffness": 1e9,
                 "exponent": 1.0,
-                "contact_damping": 1e6,
+                "damping_time": 3e-3,
                 "damping_depth": 1e-8,
                 "dynamic_share": 1.0,
                 "stiction_speed": 1e-4,
@@ -48,7 +49,7 @@ _VALUES = MappingProxyType(
             {
                 "stiffness": 6e7 * 100.0**1.2,
                 "exponent": 1.2,
-                "contact_damping": 800.0 * 100.0,
+                "damping_time": 800.0 * 100.0 / (6e7 * 100.0**1.2),
                 "damping_depth": 1e-5,
                 "dynamic_share": 0.75,
                 "stiction_speed": 1e-4,
@@ -66,12 +67,13 @@ class ReferenceOptions:
     """Accuracy and contact. What is None comes with ``contact``.
 
     Raises:
-        ValueError: friction would have to become dynamic before it is full.
+        ValueError: a value outside its range, or friction that would have to become dynamic before
+            it is full.
     """
 
     tolerance: float = quantity(
         1e-7, "error allowed a step: of positions; velocities 100 times as much a second",
-        unit="m", least=1e-12, most=1e-2,
+        unit="m", least=1e-12, most=1e-4,
     )  # fmt: skip
     most_time: float = quantity(
         0.01, "longest step of the integrator", unit="s", least=1e-6, most=1
@@ -80,15 +82,15 @@ class ReferenceOptions:
     contact: Contact = quantity(Contact.STIFF, "the set of contact parameters")
     stiffness: float | None = quantity(None, "of a contact, N/m^exponent", least=1.0, most=1e14)
     exponent: float | None = quantity(None, "of the depth in the elastic force", least=1, most=3)
-    contact_damping: float | None = quantity(
-        None, "of a contact at full depth, N s/m", least=0, most=1e12
+    damping_time: float | None = quantity(
+        None, "damping of a contact at full depth, over its stiffness", unit="s", least=0, most=10
     )
     damping_depth: float | None = quantity(
         None, "depth at which damping is full", unit="m", least=1e-12, most=1
     )
     dynamic_share: float | None = quantity(None, "dynamic over static friction", least=0, most=1)
     stiction_speed: float | None = quantity(
-        None, "sliding speed at which friction is full", unit="m/s", least=1e-9, most=1
+        None, "sliding speed at which friction is full", unit="m/s", least=1e-6, most=1
     )
     friction_speed: float | None = quantity(
         None, "sliding speed at which friction has become dynamic", unit="m/s", least=1e-9, most=10
@@ -102,6 +104,17 @@ class ReferenceOptions:
     )
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "integrator", Integrator(self.integrator))
+        object.__setattr__(self, "contact", Contact(self.contact))
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if value is None or isinstance(value, StrEnum):
+                continue
+            least, most = field.metadata["least"], field.metadata["most"]
+            if not least <= float(value) <= most:
+                raise ValueError(f"{field.name} is {value}; allowed: {least:g} to {most:g}")
+            # Compiled code is made for floats; a whole number would be compiled for anew.
+            object.__setattr__(self, field.name, float(value))
         if self.value("friction_speed") <= self.value("stiction_speed"):
             raise ValueError(
                 f"friction_speed is {self.value('friction_speed'):g} m/s; allowed: more than "
@@ -118,7 +131,7 @@ class ReferenceOptions:
         return Law(
             self.value("stiffness"),
             self.value("exponent"),
-            self.value("contact_damping"),
+            self.value("stiffness") * self.value("damping_time"),
             self.value("damping_depth"),
             friction,
             friction * self.value("dynamic_share"),

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from engines.reference.contact import FLOOR, make_scratch
-from engines.reference.islands import candidate_pairs
+from engines.reference.contact import FLOOR
+from engines.reference.islands import MOST_STRETCH, candidate_pairs, reaches, within
 from engines.reference.law import Law
 from engines.reference.motion import (
     Field,
@@ -23,13 +23,10 @@ from engines.reference.motion import (
     rotation_rate,
     turn_by,
 )
-from engines.reference.rodas import FINISHED, STEP_TOO_SMALL, Control
+from engines.reference.rodas import FINISHED, NOT_FINITE, STEP_TOO_SMALL, Control
 
-_WINDOW = 0.03
-"""Rotation vectors start anew after this time [s], so that they stay small."""
-
-_REACH = 0.1
-"""Bodies further apart than twice this [m] are no candidates for contact within a window."""
+_WINDOW = 0.01
+"""Rotation vectors start anew, and candidates for contact are found anew, after this time [s]."""
 
 _RELATIVE = 1e-8
 
@@ -52,10 +49,11 @@ def advance(
     Positions are followed to a hundredth of the control's tolerance, velocities to a hundredth a
     second of that.
     """
-    time, steps = 0.0, 0
+    time, steps, stretch = 0.0, 0, 2.0
     while duration - time > 1e-9:
         window = min(_WINDOW, duration - time)
-        system = _System(law, field, bodies, p, turn, scratch)
+        reach = reaches(field, bodies, v, w, window, stretch)
+        system = _System(law, field, bodies, p, turn, reach, scratch)
         start = np.concatenate((p, np.zeros_like(p), v, w), axis=1).ravel()
         error = np.repeat([0.01, 0.01, 1.0, 1.0], 3) * control.tolerance
         found = solve_ivp(
@@ -74,10 +72,15 @@ def advance(
         if not found.success:
             return STEP_TOO_SMALL, steps, 0
         end = found.y[:, -1].reshape(-1, 12)
-        turned = np.empty_like(turn)
+        places, turned = np.ascontiguousarray(end[:, :3]), np.empty_like(turn)
         turn_by(np.ascontiguousarray(end[:, 3:6]), turn, turned)
-        p[:], turn[:], v[:], w[:] = end[:, :3], turned, end[:, 6:9], end[:, 9:]
-        time += window
+        if not within(bodies, p, turn, places, turned, reach):
+            stretch *= 2.0
+            if stretch > MOST_STRETCH:
+                return NOT_FINITE, steps, 0
+            continue
+        p[:], turn[:], v[:], w[:] = places, turned, end[:, 6:9], end[:, 9:]
+        time, stretch = time + window, 2.0
     return FINISHED, steps, 0
 
 
@@ -91,13 +94,13 @@ class _System:
         bodies: np.recarray,
         p: NDArray[np.float64],
         turn: NDArray[np.float64],
+        reach: NDArray[np.float64],
         scratch: np.void,
     ) -> None:
         self._law, self._field, self._bodies, self._start = law, field, bodies, turn.copy()
         self._free = ~np.array(bodies.fixed)
-        reach = np.where(self._free, _REACH, 0.0)
         self._pairs = candidate_pairs(field.floor, bodies, p, turn, reach)
-        self._scratch = scratch if scratch is not None else make_scratch()
+        self._scratch = scratch
         self._turn = np.empty_like(turn)
         self._out = np.empty((len(p), 6))
         self._linearisation = make_linearisation(len(p), len(self._pairs))

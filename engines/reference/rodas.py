@@ -56,18 +56,19 @@ _VELOCITY_TOLERANCE = 100.0
 _SMALLEST_STEP = 1e-13
 """A step [s] below which the equations cannot be followed."""
 
-FINISHED, STEP_TOO_SMALL, NOT_FINITE, SINGULAR, TOO_MANY_STEPS = 0, 1, 2, 3, 4
+FINISHED, STEP_TOO_SMALL, NOT_FINITE, SINGULAR, TOO_MUCH_WORK = 0, 1, 2, 3, 4
 
 
 class Control(NamedTuple):
     """How time is cut into steps.
 
-    ``tolerance``: of a position [m]. ``most_time``: longest step [s]. ``most_steps``: attempts.
+    ``tolerance``: of a position [m]. ``most_time``: longest step [s]. ``most_work``: attempts
+    at a step times pairs that may touch.
     """
 
     tolerance: float
     most_time: float
-    most_steps: int
+    most_work: int
 
 
 class Count(NamedTuple):
@@ -258,8 +259,8 @@ def integrate(law, field, bodies, pairs, p, turn, v, w, duration, first_step, co
     fresh, touching = True, 0
     order = np.zeros(0, np.int64)
     while time < duration:
-        if accepted + rejected >= control.most_steps:
-            return Count(TOO_MANY_STEPS, h, accepted, rejected)
+        if (accepted + rejected) * (len(pairs) + 1) >= control.most_work:
+            return Count(TOO_MUCH_WORK, h, accepted, rejected)
         last = time + h * (1.0 + 1e-9) >= duration
         step = duration - time if last else h
         if fresh:

@@ -16,7 +16,7 @@ from engines.reference.rodas import (
     NOT_FINITE,
     SINGULAR,
     STEP_TOO_SMALL,
-    TOO_MANY_STEPS,
+    TOO_MUCH_WORK,
     Control,
 )
 from engines.world import (
@@ -35,8 +35,9 @@ from engines.world import (
 _FIRST_STEP = 1e-4
 """Length of the first step after a start from rest [s]; the error decides from there on."""
 
-_MOST_STEPS = 1_000_000
-"""Attempts at a step a group and window; a placement of 20 items takes some hundred."""
+_MOST_WORK = 20_000_000
+"""Attempts at a step, times pairs that may touch, a group and window: half a minute. A placement of
+20 items takes some thousand."""
 
 _INTEGRATORS = {Integrator.RODAS: islands.advance, Integrator.RADAU: radau.advance}
 
@@ -44,7 +45,7 @@ _WHY = {
     STEP_TOO_SMALL: "the error stays above the tolerance however short the step is",
     NOT_FINITE: "the state became non-finite",
     SINGULAR: "a linear system is singular",
-    TOO_MANY_STEPS: f"more than {_MOST_STEPS} steps in one window",
+    TOO_MUCH_WORK: "it needs too many steps, by far",
 }
 
 
@@ -78,15 +79,16 @@ class ReferenceWorld(FixedStepWorld):
     def __init__(self, settings: WorldSettings) -> None:
         super().__init__(settings)
         options = settings.options or ReferenceOptions()
-        assert isinstance(options, ReferenceOptions)
-        self._law = options.law(settings.friction)
+        if not isinstance(options, ReferenceOptions):
+            raise TypeError(f"options are {options!r}; allowed: ReferenceOptions")
+        self._law = options.law(float(settings.friction))
         self._field = Field(
             np.array(settings.gravity, dtype=float),
             -options.value("floor_gap"),
             -math.log1p(-settings.linear_damping),
             -math.log1p(-settings.angular_damping),
         )
-        self._control = Control(options.tolerance, options.most_time, _MOST_STEPS)
+        self._control = Control(options.tolerance, options.most_time, _MOST_WORK)
         self._integrate = _INTEGRATORS[options.integrator]
         self._scratch = make_scratch()
         self._added: list[Box] = []
@@ -110,6 +112,7 @@ class ReferenceWorld(FixedStepWorld):
         if not new:
             return
         self._bodies = _bodies(self._added)
+        _check_finite(self._bodies, len(self._planned))
         start = np.array([np.add(b.centre, b.mass_offset) for b in new])
         still = np.zeros_like(start)
         self._planned = np.concatenate((self._planned, start))
@@ -125,7 +128,7 @@ class ReferenceWorld(FixedStepWorld):
             return
         outcome, _, _ = self._integrate(
             self._law, self._field, self._bodies, self._mass_centres, self._axes, self._linear,
-            self._angular, self._next_steps, substeps * length, self._control,
+            self._angular, self._next_steps, float(substeps * length), self._control,
             self._scratch,
         )  # fmt: skip
         if outcome != FINISHED:
@@ -168,7 +171,18 @@ def _bodies(boxes: list[Box]) -> np.recarray:
     bodies = np.rec.array(np.zeros(len(boxes), BODY))
     for body, box in zip(bodies, boxes, strict=True):
         body.half = 0.5 * np.array(box.size)
-        body.offset, body.mass, body.inertia = box.mass_offset, box.mass, box.inertia
-        body.extent = math.hypot(*body.half)
-        body.fixed = box.fixed
+        body.offset, body.fixed = box.mass_offset, box.fixed
+        # What never moves needs no mass; any will do where one stands in a denominator.
+        body.mass, body.inertia = (1.0, 1.0) if box.fixed else (box.mass, box.inertia)
+        body.extent = math.hypot(*(body.half + np.abs(body.offset)))
     return bodies
+
+
+def _check_finite(bodies: np.recarray, first: int) -> None:
+    for index in range(first, len(bodies)):
+        body = bodies[index]
+        numbers = (*body.half, *body.offset, body.mass, *body.inertia)
+        if not (np.isfinite(numbers).all() and body.mass > 0.0 and body.half.min() > 0.0):
+            raise EngineError(
+                f"box {index}: allowed: positive, finite sizes and mass, a finite mass offset"
+            )
