@@ -2,50 +2,246 @@
 
 An item stands in the corner of the space it is given, overhanging or even unsupported, as in the
 paper's sub-dataset 2: layouts made with a stability rule would favour methods that resemble it.
+
+:func:`pack_instance` and :func:`generate` pack with the 160 heuristics of the labelled
+data set, several bins an instance. :func:`pack` is a simpler rule for one bin, and
+:func:`random_layouts` draws layouts from it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from itertools import permutations
 
 import numpy as np
 
+from harness.layouts.heuristics import (
+    HEURISTICS,
+    BinRule,
+    Heuristic,
+    Packer,
+    layout_corners,
+    pack_bins,
+)
 from harness.layouts.model import Item, Layout, Pallet, Vector
 from harness.layouts.scenarios import Scenario, apply_scenario
+from harness.layouts.spaces import Space, volume, without
 
 DENSITY = 250.0
 """kg/m3. The paper's weights are proportional to volume; it names no density."""
 
+MOST_ITEMS = 20
+"""A layout of the data set holds at most the first 20 items of a bin."""
+
+
+class PackingError(ValueError):
+    """An instance that cannot be: quotes the value and says what is allowed."""
+
+
+class WeightRule(StrEnum):
+    """How heavy an item is.
+
+    ``PAPER``: proportional to its volume, :data:`DENSITY`. ``AUTHORS``: as in the authors' code,
+    the square root of the volume [cm3], rounded to hundredths, then up to the next 10 kg.
+    """
+
+    PAPER = "paper"
+    AUTHORS = "authors"
+
+
+def weigh(size: Vector, rule: WeightRule) -> float:
+    """Weight [kg] of an item of a size [cm]."""
+    cubic = size[0] * size[1] * size[2]
+    if rule is WeightRule.PAPER:
+        return DENSITY * 1e-6 * cubic
+    return 10.0 * math.ceil(round(math.sqrt(cubic), 2) / 10.0)
+
 
 @dataclass(frozen=True, slots=True)
 class ItemClass:
-    """A class of items of the paper (Section 5.1): whole-number sides [cm] and their pallet."""
+    """A class of items of the paper (Section 5.1).
+
+    Args:
+        pallet: the bin.
+        longest_side: sides are whole numbers from 1 to this [cm].
+        item_count: items of an instance. The paper does not say how many; the file names of the
+            published data set show one bin an instance, rarely two, in classes 1 and 2, and 9 to 19
+            in class 3. These counts give about as many.
+    """
 
     pallet: Pallet
     longest_side: int
+    item_count: int
 
 
 ITEM_CLASSES: Mapping[int, ItemClass] = {
-    1: ItemClass(Pallet(30.0, 30.0, 30.0), 10),
-    2: ItemClass(Pallet(100.0, 100.0, 100.0), 35),
-    3: ItemClass(Pallet(100.0, 100.0, 100.0), 100),
+    1: ItemClass(Pallet(30.0, 30.0, 30.0), 10, 115),
+    2: ItemClass(Pallet(100.0, 100.0, 100.0), 35, 105),
+    3: ItemClass(Pallet(100.0, 100.0, 100.0), 100, 64),
 }
 
 _FEWEST, _MOST, _OFFERED = 3, 20, 40
 _FROM_THE_BOTTOM = 0.75
 
-_Space = tuple[Vector, Vector]
-"""Lower and upper corner of an empty space (x, y, z) [cm]."""
-
-SPACE_RULES: Mapping[str, Callable[[_Space], tuple[float, ...]]] = {
-    "back-bottom-left": lambda s: (s[0][2], s[0][1], s[0][0]),
-    "left-back-bottom": lambda s: (s[0][0], s[0][2], s[0][1]),
-    "bottom-back-left": lambda s: (s[0][1], s[0][2], s[0][0]),
-    "smallest-volume": lambda s: (_volume(s), s[0][2], s[0][1], s[0][0]),
+SPACE_RULES: Mapping[str, Callable[[Space], tuple[float, ...]]] = {
+    "back-bottom-left": lambda s: (s[2], s[1], s[0]),
+    "left-back-bottom": lambda s: (s[0], s[2], s[1]),
+    "bottom-back-left": lambda s: (s[1], s[2], s[0]),
+    "smallest-volume": lambda s: (volume(s), s[2], s[1], s[0]),
 }
-"""Which space an item tries first: the one with the smallest key."""
+"""Which space an item of :func:`pack` tries first: the one with the smallest key."""
+
+
+@dataclass(frozen=True, slots=True)
+class Instance:
+    """Items to be packed, in the order in which they come.
+
+    Args:
+        class_number: a key of :data:`ITEM_CLASSES`.
+        number: which instance of the class, 0 or more.
+        sizes: width, height, depth of every item [cm].
+    """
+
+    class_number: int
+    number: int
+    sizes: tuple[Vector, ...]
+
+    @property
+    def pallet(self) -> Pallet:
+        """The bins' size."""
+        return ITEM_CLASSES[self.class_number].pallet
+
+
+@dataclass(frozen=True, slots=True)
+class PackedLayout:
+    """A layout and everything that packs it.
+
+    Args:
+        layout: named by the first of ``sources``.
+        sources: names as of :func:`pack_instance`, of all heuristics, bins and instances that give
+            this geometry.
+    """
+
+    layout: Layout
+    sources: tuple[str, ...]
+
+
+def make_instance(
+    class_number: int, number: int, *, seed: int, item_count: int | None = None
+) -> Instance:
+    """Draw an instance. It depends on these arguments alone, not on what else is drawn.
+
+    Args:
+        class_number: a key of :data:`ITEM_CLASSES`.
+        number: which instance of the class, 0 or more.
+        seed: root of all instances, 0 or more.
+        item_count: None takes the class's; more items begin with the same ones.
+
+    Raises:
+        PackingError: no such class, number or seed, or no item.
+    """
+    if class_number not in ITEM_CLASSES:
+        allowed = ", ".join(map(str, ITEM_CLASSES))
+        raise PackingError(f"item class is {class_number!r}; allowed: {allowed}")
+    item_class = ITEM_CLASSES[class_number]
+    count = item_class.item_count if item_count is None else item_count
+    for what, value, least in (("number", number, 0), ("seed", seed, 0), ("item count", count, 1)):
+        if value < least:
+            raise PackingError(f"{what} is {value!r}; allowed: {least} or more")
+    sequence = np.random.SeedSequence(seed, spawn_key=(class_number, number))
+    sizes = random_item_list(item_class, count, np.random.default_rng(sequence))
+    return Instance(class_number, number, tuple(sizes))
+
+
+def pack_instance(
+    instance: Instance, heuristic: Heuristic, *, weights: WeightRule = WeightRule.PAPER
+) -> list[Layout]:
+    """Pack an instance into as many bins as it takes.
+
+    Returns:
+        A layout a bin, in the order of opening, each cut after its first :data:`MOST_ITEMS` items;
+        named as the files of the published data set are, bins counted from 0:
+        ``H1_Class_3_Instance_0_ULD_0``.
+    """
+    bins = pack_bins(instance.pallet.size, instance.sizes, heuristic)
+    return [
+        _layout(source_name(heuristic, instance, which), instance, boxes, weights)
+        for which, boxes in enumerate(bins)
+    ]
+
+
+def source_name(heuristic: Heuristic, instance: Instance, which: int) -> str:
+    """The name of a bin's layout; see :func:`pack_instance`."""
+    origin = f"Class_{instance.class_number}_Instance_{instance.number}"
+    return f"H{heuristic.number}_{origin}_ULD_{which}"
+
+
+def generate(
+    instances: Iterable[Instance],
+    *,
+    heuristics: Sequence[Heuristic] = HEURISTICS,
+    weights: WeightRule = WeightRule.PAPER,
+) -> list[PackedLayout]:
+    """Pack instances with many heuristics and keep every geometry once.
+
+    The result is that of :func:`pack_instance` for all of them, with less work: heuristics that
+    differ in the bin rule alone agree until there are two bins to choose from.
+
+    Args:
+        instances: in the order wanted.
+        heuristics: in the order wanted; each once.
+        weights: how heavy items are.
+
+    Returns:
+        In the order in which the geometries first come up: by instance, heuristic, bin.
+    """
+    made: dict[str, Layout] = {}
+    sources: dict[str, list[str]] = {}
+    for instance in instances:
+        hashes: dict[tuple[Space, ...], str] = {}
+        packed = _packed(instance, heuristics)
+        for heuristic in heuristics:
+            for which, boxes in enumerate(packed[heuristic]):
+                name, key = source_name(heuristic, instance, which), tuple(boxes[:MOST_ITEMS])
+                if key not in hashes:
+                    layout = _layout(name, instance, boxes, weights)
+                    hashes[key] = layout.geometry_hash()
+                    made.setdefault(hashes[key], layout)
+                sources.setdefault(hashes[key], []).append(name)
+    return [PackedLayout(layout, tuple(sources[key])) for key, layout in made.items()]
+
+
+def _packed(
+    instance: Instance, heuristics: Sequence[Heuristic]
+) -> dict[Heuristic, list[list[Space]]]:
+    """The bins of every heuristic."""
+    packed: dict[Heuristic, list[list[Space]]] = {}
+    for space, placement in dict.fromkeys((h.space, h.placement) for h in heuristics):
+        packer = Packer(instance.pallet.size, Heuristic(BinRule.FIRST, space, placement))
+        ahead = iter(instance.sizes)
+        for size in ahead:
+            packer.add(size)
+            if len(packer.bins) > 1:
+                break
+        rest = list(ahead)
+        for heuristic in heuristics:
+            if (heuristic.space, heuristic.placement) == (space, placement):
+                copy = packer.forked(heuristic.bins)
+                for size in rest:
+                    copy.add(size)
+                packed[heuristic] = copy.bins
+    return packed
+
+
+def _layout(name: str, instance: Instance, boxes: Sequence[Space], weights: WeightRule) -> Layout:
+    items = []
+    for sequence, box in enumerate(boxes[:MOST_ITEMS]):
+        position, size = layout_corners(box)
+        items.append(Item(sequence, position, size, weigh(size, weights)))
+    return Layout(name, instance.pallet, tuple(items))
 
 
 def random_item_list(
@@ -83,7 +279,7 @@ def pack(
         The layout, or None when no item fits.
     """
     key = SPACE_RULES[rule]
-    spaces: list[_Space] = [((0.0, 0.0, 0.0), pallet.size)]
+    spaces: list[Space] = [(0.0, 0.0, 0.0, *pallet.size)]
     items: list[Item] = []
 
     def rests(corner: Vector, oriented: Vector) -> bool:
@@ -98,10 +294,11 @@ def pack(
         if placed is None:
             continue
         corner, oriented = placed
+        # In this order of the factors: published layouts hold the last bit it gives.
         weight = DENSITY * 1e-6 * oriented[0] * oriented[1] * oriented[2]
         items.append(Item(len(items), corner, oriented, weight))
         x, y, z = (corner[axis] + oriented[axis] for axis in range(3))
-        spaces = _without((corner, (x, y, z)), spaces)
+        spaces = without((*corner, x, y, z), spaces)
     return Layout(name, pallet, tuple(items)) if items else None
 
 
@@ -136,10 +333,11 @@ def random_layouts(count: int, seed: int, *, scenario: Scenario | None = None) -
 
 
 def _first_fit(
-    spaces: Sequence[_Space], size: Vector, accept: Callable[[Vector, Vector], bool]
+    spaces: Sequence[Space], size: Vector, accept: Callable[[Vector, Vector], bool]
 ) -> tuple[Vector, Vector] | None:
     orientations = [(a, b, c) for a, b, c in sorted(set(permutations(size)))]
-    for low, high in spaces:
+    for space in spaces:
+        low, high = space[:3], space[3:]
         room = [high[axis] - low[axis] for axis in range(3)]
         fitting = [o for o in orientations if all(o[a] <= room[a] for a in range(3))]
         if fitting:
@@ -162,54 +360,3 @@ def _support(items: Sequence[Item], corner: Vector, size: Vector) -> float:
             along_z = min(c + depth, z + size[2]) - max(c, z)
             area += max(0.0, along_x) * max(0.0, along_z)
     return area / (size[0] * size[2])
-
-
-def _without(box: _Space, spaces: Sequence[_Space]) -> list[_Space]:
-    """Cut a box out of all spaces (difference) and drop those inside another (elimination).
-
-    Only what was cut can lie inside another: the spaces that the box does not touch were maximal
-    before, and a part of a space contains none of them.
-    """
-    whole: list[_Space] = []
-    parts: set[_Space] = set()
-    for space in spaces:
-        cut = _difference(space, box)
-        if cut is None:
-            whole.append(space)
-        else:
-            parts.update(cut)
-    if not parts:
-        return whole
-    new = sorted(parts)
-    corners = np.array(whole + new)
-    low, high = corners[:, 0], corners[:, 1]
-    start = len(whole)
-    inside = (low[None] <= low[start:, None]).all(axis=2)
-    inside &= (high[start:, None] <= high[None]).all(axis=2)
-    maximal = inside.sum(axis=1) == 1  # itself
-    return whole + [space for space, keep in zip(new, maximal, strict=True) if keep]
-
-
-def _difference(space: _Space, box: _Space) -> list[_Space] | None:
-    """What a box leaves of a space, as maximal parts; None when it does not reach into it."""
-    (low, high), (box_low, box_high) = space, box
-    if any(box_high[a] <= low[a] or box_low[a] >= high[a] for a in range(3)):
-        return None
-    parts: list[_Space] = []
-    for axis in range(3):
-        if box_low[axis] > low[axis]:
-            parts.append((low, _replaced(high, axis, box_low[axis])))
-        if box_high[axis] < high[axis]:
-            parts.append((_replaced(low, axis, box_high[axis]), high))
-    return parts
-
-
-def _replaced(point: Vector, axis: int, value: float) -> Vector:
-    values = list(point)
-    values[axis] = value
-    return (values[0], values[1], values[2])
-
-
-def _volume(space: _Space) -> float:
-    (x0, y0, z0), (x1, y1, z1) = space
-    return (x1 - x0) * (y1 - y0) * (z1 - z0)
