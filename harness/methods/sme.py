@@ -1,14 +1,14 @@
-"""Force-based rules."""
+"""The authors' force-based rule; the exact question is :mod:`harness.methods.equilibrium`."""
 
 from __future__ import annotations
 
 from harness.layouts.contacts import Contacts, find_contacts
 from harness.layouts.model import Layout
 from harness.methods.method import STABLE, Finding, Method, Stopwatch
+from harness.methods.plane import Point, strictly_inside_hull
 from harness.methods.spec import NoParameters
 
 _ROUNDING = 1e-9
-_Point = tuple[float, float]
 
 
 class StaticMechanicalEquilibrium(Method):
@@ -50,9 +50,9 @@ class _Scene:
         self.above = [[j for j in count if carries[i][j]] for i in count]
         centres = 0.5 * (layout.lower + layout.upper) + layout.mass_offsets
         self.weights: list[float] = layout.weights.tolist()
-        self.centres: list[_Point] = [(x, z) for x, _, z in centres.tolist()]
-        self.low: list[_Point] = [(x, z) for x, _, z in layout.lower.tolist()]
-        self.high: list[_Point] = [(x, z) for x, _, z in layout.upper.tolist()]
+        self.centres: list[Point] = [(x, z) for x, _, z in centres.tolist()]
+        self.low: list[Point] = [(x, z) for x, _, z in layout.lower.tolist()]
+        self.high: list[Point] = [(x, z) for x, _, z in layout.upper.tolist()]
         self.contacts: Contacts = contacts
 
     def unsupported_at(self, step: int) -> int | None:
@@ -87,34 +87,4 @@ class _Scene:
             (x0, z0) = self.contacts.corners_low[i, item].tolist()
             (x1, z1) = self.contacts.corners_high[i, item].tolist()
             corners += [(x0, z0), (x0, z1), (x1, z0), (x1, z1)]
-        return _strictly_inside_hull((x, z), corners)
-
-
-def _strictly_inside_hull(point: _Point, corners: list[_Point]) -> bool:
-    """Whether a point lies strictly inside the convex hull of points in the plane."""
-    hull = _convex_hull(corners)
-    if len(hull) < 3:
-        return False
-    x, z = point
-    return all(
-        (bx - ax) * (z - az) - (bz - az) * (x - ax) > _ROUNDING
-        for (ax, az), (bx, bz) in zip(hull, hull[1:] + hull[:1], strict=True)
-    )
-
-
-def _convex_hull(points: list[_Point]) -> list[_Point]:
-    """Corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
-
-    def chain(ordered: list[_Point]) -> list[_Point]:
-        line: list[_Point] = []
-        for x, z in ordered:
-            while len(line) > 1:
-                (ax, az), (bx, bz) = line[-2:]
-                if (bx - ax) * (z - az) - (bz - az) * (x - ax) > 0.0:
-                    break
-                line.pop()
-            line.append((x, z))
-        return line[:-1]
-
-    ordered = sorted(set(points))
-    return chain(ordered) + chain(ordered[::-1])
+        return strictly_inside_hull((x, z), corners, _ROUNDING)
