@@ -33,6 +33,7 @@ METHODS: dict[str, str] = {
     "fbs": "harness.methods.base_support:FullBaseSupport",
     "pbs": "harness.methods.base_support:PartialBaseSupport",
     "sme": "harness.methods.sme:StaticMechanicalEquilibrium",
+    "equilibrium": "harness.methods.equilibrium:Equilibrium",
     "simulation": "harness.methods.simulation:Simulation",
 }
 
