@@ -32,7 +32,8 @@ from harness.methods.spec import (
 METHODS: dict[str, str] = {
     "fbs": "harness.methods.base_support:FullBaseSupport",
     "pbs": "harness.methods.base_support:PartialBaseSupport",
-    "sme": "harness.methods.equilibrium:StaticMechanicalEquilibrium",
+    "sme": "harness.methods.sme:StaticMechanicalEquilibrium",
+    "equilibrium": "harness.methods.equilibrium:Equilibrium",
     "simulation": "harness.methods.simulation:Simulation",
 }
 

@@ -1,0 +1,310 @@
+"""Vertical balance: can contacts that only push hold every item against its weight?
+
+A contact patch of two axis-aligned boxes is a rectangle. Whatever the pressure on it, its resultant
+lies in the rectangle, and every resultant in the rectangle is a non-negative combination of forces
+at the four corners: forces at corners are no approximation. Every item asks for three equations
+(weight, and the moments about the two horizontal axes through its centre of mass).
+
+Two things keep the work small. An item on the floor needs no equation: its own weight and all that
+stands on it press inside its base, which is its patch. And placing an item adds load to what lies
+below it only: if the forces found before, with the new load passed down one way, still balance,
+that is a proof. Only when this way fails is the whole problem solved, for the items joined to the
+new one by standing on each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import nnls
+
+from harness.layouts.contacts import find_contacts
+from harness.layouts.model import FloatArray, Layout
+from harness.methods.plane import Point
+
+EDGE = 1e-5
+"""A patch counts as this much wider on every side [cm]: a centre of mass exactly above an edge is
+balanced, whatever rounding did to it."""
+
+_RESIDUE = 1e-9
+"""Acceleration [g] of an item that counts as none, for an item that carries nothing; in proportion
+to what the group weighs more than the item."""
+
+_Press = tuple[float, float, float]
+"""A force [kg] and its moments about the axes, that is: force times x, force times z [kg cm]."""
+
+
+class Patch(NamedTuple):
+    """A contact patch: who carries whom, and where [cm]."""
+
+    below: int
+    above: int
+    x0: float
+    z0: float
+    x1: float
+    z1: float
+
+
+class Solution(NamedTuple):
+    """The forces that come closest to balance, in the sense of Gauss' principle.
+
+    Attributes:
+        forces: at the corners (x0, z0), (x0, z1), (x1, z0), (x1, z1) of every patch [kg], (k, 4).
+        motion: of every item [g]: how fast its corner that starts fastest accelerates, (n,).
+        balanced: whether nothing accelerates.
+    """
+
+    forces: FloatArray
+    motion: FloatArray
+    balanced: bool
+
+
+def solve(
+    items: Sequence[int],
+    patches: Sequence[Patch],
+    weights: FloatArray,
+    centres: FloatArray,
+    sizes: FloatArray,
+    grow: float = EDGE,
+) -> Solution:
+    """Non-negative forces that balance a group of items, or the closest to it.
+
+    The equations are weighed by mass and inertia, so that what is left over of them is the
+    acceleration with which the group starts to move if contacts push vertically only (Gauss'
+    principle of least constraint). It is zero exactly where a balance exists, names the items that
+    fail where none does, and does not depend on units.
+
+    Args:
+        items: the group, as indices into the arrays.
+        patches: contacts; a ``below`` outside the group is as firm as the floor.
+        weights: of all items of the layout [kg], (J,).
+        centres: their centres of mass (x, y, z) [cm], (J, 3).
+        sizes: their sides [cm], (J, 3).
+        grow: how much wider every patch counts on each side [cm]; negative shrinks, and drops what
+            becomes narrower than nothing.
+    """
+    who = list(items)
+    n = len(who)
+    masses = weights[who] / weights[who].mean()
+    half = 0.5 * sizes[who]
+    # Radii of gyration: a box of half sides a, b has k2 = (a2 + b2) / 3.
+    radii = np.sqrt((half[:, (0, 2)] ** 2 + half[:, 1:2] ** 2) / 3.0)
+    root = np.sqrt(masses)
+    target = np.zeros((n, 3))
+    target[:, 0] = root
+    forces = np.zeros((len(patches), 4))
+    kept = [k for k, p in enumerate(patches) if min(p.x1 - p.x0, p.z1 - p.z0) >= -2.0 * grow]
+    if kept:
+        matrix = corner_columns(who, [patches[k] for k in kept], centres, grow)
+        matrix /= root[:, None, None]
+        matrix[:, 1:] /= radii[:, :, None]
+        flat = matrix.reshape(3 * n, -1)
+        found, _ = nnls(flat, target.ravel(), maxiter=50 * flat.shape[1])
+        target = target - (flat @ found).reshape(n, 3)
+        forces[kept] = found.reshape(-1, 4)
+    acceleration = np.abs(target) / root[:, None]
+    motion = acceleration[:, 0] + (acceleration[:, 1:] / radii * half[:, (0, 2)]).sum(axis=1)
+    balanced = bool((motion <= _RESIDUE * masses.sum() / masses).all())
+    return Solution(forces * weights[who].mean(), motion, balanced)
+
+
+def corner_columns(
+    items: Sequence[int], patches: Sequence[Patch], centres: FloatArray, grow: float
+) -> FloatArray:
+    """What unit forces at the corners of patches do to every item of a group.
+
+    Args:
+        items: the group, as indices into the arrays.
+        patches: contacts, one or more.
+        centres: centres of mass of all items (x, y, z) [cm], (J, 3).
+        grow: how much wider every patch counts on each side [cm].
+
+    Returns:
+        Force and its moments about the axes through the item's centre of mass (force times x, force
+        times z) [1, cm, cm], shape (n, 3, 4 k), four columns a patch in the order of
+        :class:`Solution`.
+    """
+    row = {item: k for k, item in enumerate(items)}
+    table = np.array(patches)
+    low, high = table[:, 2:4] - grow, table[:, 4:6] + grow
+    x = np.stack((low[:, 0], low[:, 0], high[:, 0], high[:, 0]), axis=1)
+    z = np.stack((low[:, 1], high[:, 1], low[:, 1], high[:, 1]), axis=1)
+    columns = np.zeros((len(items), 3, len(patches), 4))
+    for name, sign in (("above", 1.0), ("below", -1.0)):
+        member = np.array([row.get(getattr(p, name), -1) for p in patches])
+        at = np.flatnonzero(member >= 0)
+        who = member[at]
+        centre = centres[[items[k] for k in who]]
+        columns[who, 0, at] = sign
+        columns[who, 1, at] = sign * (x[at] - centre[:, :1])
+        columns[who, 2, at] = sign * (z[at] - centre[:, 2:])
+    return columns.reshape(len(items), 3, -1)
+
+
+class VerticalBalance:
+    """Balance of a layout's items, step by step, with forces at hand for all that balances.
+
+    Args:
+        layout: any layout.
+
+    Attributes:
+        centres: centres of mass (x, y, z) [cm], shape (J, 3).
+        sizes: sides [cm], shape (J, 3).
+        solved: how often the whole problem had to be solved so far.
+    """
+
+    def __init__(self, layout: Layout) -> None:
+        contacts = find_contacts(layout)
+        self.sizes = layout.upper - layout.lower
+        self.centres = 0.5 * (layout.lower + layout.upper) + layout.mass_offsets
+        self.solved = 0
+        self._masses = layout.weights
+        self._weights: list[float] = layout.weights.tolist()
+        self._points: list[Point] = [(x, z) for x, _, z in self.centres.tolist()]
+        self._bases: list[float] = layout.lower[:, 1].tolist()
+        self._on_floor: list[bool] = contacts.on_floor.tolist()
+        self._patches: list[list[Patch]] = [[] for _ in self._weights]
+        self._carried: list[list[int]] = [[] for _ in self._weights]
+        below, above = np.nonzero(contacts.carries)
+        low, high = contacts.corners_low[below, above], contacts.corners_high[below, above]
+        corners = np.concatenate((low, high), axis=1).tolist()
+        for i, j, patch in zip(below.tolist(), above.tolist(), corners, strict=True):
+            if not self._on_floor[j]:
+                self._patches[j].append(Patch(i, j, *patch))
+                self._carried[i].append(j)
+        self._balanced = [True] * len(self._weights)
+        # What every item presses on each of the items below it.
+        self._presses: list[dict[int, _Press]] = [{} for _ in self._weights]
+
+    def place(self, step: int) -> int | None:
+        """Place an item; the item whose balance cannot be met, or None when all stand.
+
+        Args:
+            step: the new item. All items before it must have been placed, whatever came of it.
+        """
+        if self._on_floor[step]:
+            return None
+        if not any(j < step for j in self._carried[step]):
+            presses = self._passed_down(step)
+            if presses is not None:
+                for item, loads in presses.items():
+                    self._presses[item] = loads
+                return None
+            # Nothing holds down the newest item, so no forces elsewhere help it.
+            patches = [p for p in self._patches[step] if p.below < step]
+            if _spread(self._weights[step], self._points[step], patches) is None:
+                for item in self.group(step):
+                    self._balanced[item] = False
+                return step
+        return self._solve(step)
+
+    def group(self, step: int) -> list[int]:
+        """Items joined to the one placed last by standing on each other, floor items left out."""
+        todo, seen = [step], {step}
+        while todo:
+            item = todo.pop()
+            for other in [p.below for p in self._patches[item]] + self._carried[item]:
+                if other <= step and other not in seen and not self._on_floor[other]:
+                    seen.add(other)
+                    todo.append(other)
+        return sorted(seen)
+
+    def solution(self, items: Sequence[int], step: int, grow: float = EDGE) -> Solution:
+        """The whole problem for a group after a step, see :func:`solve`."""
+        self.solved += 1
+        patches = self._present(items, step)
+        return solve(items, patches, self._masses, self.centres, self.sizes, grow)
+
+    def _present(self, items: Sequence[int], step: int) -> list[Patch]:
+        return [p for j in items for p in self._patches[j] if p.below <= step]
+
+    def _passed_down(self, step: int) -> dict[int, dict[int, _Press]] | None:
+        """The new weight passed down one way: the presses that change, or None when it fails."""
+        changed: dict[int, dict[int, _Press]] = {}
+        todo = [(-self._bases[step], step)]
+        while todo:
+            # The highest base first: all that stands on an item has passed its load on by then.
+            todo.sort()
+            item = todo.pop(0)[1]
+            if not self._balanced[item]:
+                return None
+            force = self._weights[item]
+            x, z = self._points[item]
+            x, z = force * x, force * z
+            for other in self._carried[item]:
+                if other <= step:
+                    more, along_x, along_z = changed.get(other, self._presses[other])[item]
+                    force, x, z = force + more, x + along_x, z + along_z
+            patches = [p for p in self._patches[item] if p.below < step]
+            loads = _spread(force, (x / force, z / force), patches)
+            if loads is None:
+                return None
+            changed[item] = loads
+            # Supporters that no longer get anything must hear of it, too.
+            for below in {*loads, *self._presses[item]}:
+                loads.setdefault(below, (0.0, 0.0, 0.0))
+                if not self._on_floor[below] and (-self._bases[below], below) not in todo:
+                    todo.append((-self._bases[below], below))
+            for patch in patches:
+                loads.setdefault(patch.below, (0.0, 0.0, 0.0))
+        return changed
+
+    def _solve(self, step: int) -> int | None:
+        items = self.group(step)
+        found = self.solution(items, step)
+        for j in items:
+            self._balanced[j] = found.balanced
+            self._presses[j] = {}
+        if not found.balanced:
+            return items[int(found.motion.argmax())]
+        for patch, at in zip(self._present(items, step), found.forces.tolist(), strict=True):
+            below, above, x0, z0, x1, z1 = patch
+            self._presses[above][below] = (
+                sum(at),
+                (at[0] + at[1]) * x0 + (at[2] + at[3]) * x1,
+                (at[0] + at[2]) * z0 + (at[1] + at[3]) * z1,
+            )
+        return None
+
+
+def _spread(force: float, at: Point, patches: Sequence[Patch]) -> dict[int, _Press] | None:
+    """One way for patches to carry a force at a point; None when it lies outside their hull."""
+    x, z = at
+    for p in patches:
+        if p.x0 - EDGE <= x <= p.x1 + EDGE and p.z0 - EDGE <= z <= p.z1 + EDGE:
+            return {p.below: (force, force * x, force * z)}
+    if len(patches) < 2:
+        return None
+    # First where each patch is nearest to the force, as a stiff beam presses; then at the corners.
+    near = [(p.below, min(max(x, p.x0), p.x1), min(max(z, p.z0), p.z1)) for p in patches]
+    corners = [(p.below, a, b) for p in patches for a in (p.x0, p.x1) for b in (p.z0, p.z1)]
+    for points in (near, corners):
+        loads = _shared(force, at, points)
+        if loads is not None:
+            return loads
+    return None
+
+
+def _shared(
+    force: float, at: Point, points: Sequence[tuple[int, float, float]]
+) -> dict[int, _Press] | None:
+    """Forces at given points (below, x, z) whose resultant is the given one; None without any."""
+    x, z = at
+    # Lengths in units of the farthest point, so that the residue means the same at every size.
+    reach = max(max(abs(a - x), abs(b - z)) for _, a, b in points)
+    matrix = np.array(
+        [[1.0] * len(points), [(a - x) / reach for _, a, _ in points],
+         [(b - z) / reach for _, _, b in points]]
+    )  # fmt: skip
+    parts, residue = nnls(matrix, np.array([1.0, 0.0, 0.0]))
+    if residue * reach > 0.1 * EDGE:
+        return None
+    loads: dict[int, _Press] = {}
+    for part, (below, a, b) in zip(parts.tolist(), points, strict=True):
+        if part > 0.0:
+            f, fx, fz = loads.get(below, (0.0, 0.0, 0.0))
+            part *= force
+            loads[below] = (f + part, fx + part * a, fz + part * b)
+    return loads
