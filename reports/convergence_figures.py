@@ -7,12 +7,15 @@ from collections.abc import Sequence
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from reports.records import ConvergenceRow
 from reports.style import engine_colour
 
 _COLUMNS = 4
 _INK = "#08519c"
+_PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
+_TICKS = (5, 10, 20, 50, 100, 200, 500, 1000)
 
 
 def plot_sweeps(rows: Sequence[ConvergenceRow]) -> Figure:
@@ -21,6 +24,7 @@ def plot_sweeps(rows: Sequence[ConvergenceRow]) -> Figure:
     for row in rows:
         if row.value is not None:
             groups.setdefault(row.group, []).append(row)
+    groups = {group: members for group, members in groups.items() if len(members) > 1}
     lines = math.ceil(len(groups) / _COLUMNS)
     figure = Figure(figsize=(2.6 * _COLUMNS, 2.3 * lines), layout="constrained")
     panels = figure.subplots(lines, _COLUMNS, sharey=True, squeeze=False).ravel()
@@ -30,6 +34,8 @@ def plot_sweeps(rows: Sequence[ConvergenceRow]) -> Figure:
         axes.set_axis_off()
     for axes in panels[::_COLUMNS]:
         axes.set_ylabel("changed labels (%)")
+    highest = max((m.changed.high for members in groups.values() for m in members), default=0.01)
+    panels[0].set_ylim(-0.5, 105.0 * highest)
     return figure
 
 
@@ -41,7 +47,8 @@ def _sweep(axes: Axes, group: str, members: Sequence[ConvergenceRow]) -> None:
     axes.errorbar(values, shares, (below, above), fmt="o-", color=_INK, ms=4, lw=1, capsize=2)
     if max(values) > 3.5 * min(values):
         axes.set_xscale("log")
-    axes.set_ylim(0.0, None)
+        axes.xaxis.set_major_formatter(_PLAIN)
+        axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_xlabel(group)
 
 
@@ -61,6 +68,10 @@ def plot_engines_against_reference(rows: Sequence[ConvergenceRow]) -> Figure:
         for row, x, y in zip(own, times, shares, strict=True):
             axes.annotate(f" {row.value:g}", (x, y), fontsize=7, va="top", color=ink)
     axes.set_xscale("log")
+    low, high = min(r.cpu.value for r in rows), max(r.cpu.value for r in rows)
+    axes.set_xticks([t for t in _TICKS if 0.7 * low <= t <= 1.4 * high])
+    axes.xaxis.set_major_formatter(_PLAIN)
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_xlabel("CPU time a layout (ms); numbers: substeps a second")
     axes.set_ylabel("equal failing step (%)")
     axes.legend(frameon=False)

@@ -44,8 +44,8 @@ def _reference(found: Convergence) -> Section:
     return Section(
         "The reference",
         "Generated layouts of at most 20 items, three classes and three scenarios. *Other "
-        "numerics* are all tolerances, stiffnesses, damping times and stiction speeds of the next "
-        "section together.",
+        "numerics* are all tolerances, dampings, stiction speeds, longest steps, and stiffnesses "
+        "from 1e8 N/m, of the next section together.",
         [markdown_table(("", "measured"), rows)],
     )
 

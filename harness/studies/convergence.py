@@ -189,7 +189,12 @@ def convergence(
     if opinions is not None:
         judges = [m for m in opinions["method"].unique() if m != BASE]
         slow = [_row("", m, m, None, _answers(opinions), opinions) for m in judges]
-    numerical = [v.spec for v in VARIANTS if v.group in NUMERICAL]
+    numerical = [
+        v.spec
+        for v in VARIANTS
+        if v.group in _NUMERICAL
+        and not (v.group == "stiffness [N/m]" and v.value is not None and v.value < _SOFT)
+    ]
     both = swept.join(said[[c for c in said.columns if c not in swept.columns]])
     base = everything[everything["method"] == BASE]
     return Convergence(
@@ -222,9 +227,17 @@ def _canonical(text: str) -> str:
 
 
 STABLE = "stable"
-NUMERICAL = frozenset(
-    {"tolerance [m]", "stiffness [N/m]", "damping time [s]", "stiction speed [m/s]"}
-)
+_NUMERICAL = frozenset(
+    {
+        "tolerance [m]", "stiffness [N/m]", "damping time [s]", "depth of full damping [m]",
+        "stiction speed [m/s]", "longest step [s]",
+    }
+)  # fmt: skip
+_FINE = 480.0
+"""Engines at this many substeps a second [Hz] or more stand beside a disputed label."""
+
+_SOFT = 1e8
+"""Below this stiffness [N/m] a change is one of the model, not of its numerics."""
 
 
 def _answers(results: pd.DataFrame) -> pd.DataFrame:
@@ -286,6 +299,11 @@ def _disputes(said: pd.DataFrame, swept: pd.DataFrame, base: pd.DataFrame) -> li
     """Every layout on which a judge of :data:`LOOKED_AT` differs, and how firm its label is."""
     base = base.set_index("layout")
     specs = [_canonical(text) for text in LOOKED_AT]
+    fine = {
+        f"{method.engine} {values['frequency']} Hz": str(method)
+        for method in (make_method(text).spec for text in ENGINES)
+        if float((values := dict(method.values))["frequency"]) >= _FINE
+    }
     disputes = []
     for layout in said.index[_changed(said, specs)]:
         label, row = said.loc[layout, BASE], base.loc[layout]
@@ -298,9 +316,7 @@ def _disputes(said: pd.DataFrame, swept: pd.DataFrame, base: pd.DataFrame) -> li
                 label=label,
                 displacement=None if pd.isna(row["displacement"]) else float(row["displacement"]),
                 rotation=None if pd.isna(row["rotation"]) else float(row["rotation"]),
-                said={
-                    c: said.loc[layout, c] for c in said.columns if c != BASE and "@ref" not in c
-                },
+                said={title: said.loc[layout, spec] for title, spec in fine.items()},
                 tried=len(tried),
                 changes_under=tuple(v.title for v in tried if table.loc[layout, v.spec] != label),
             )

@@ -238,7 +238,9 @@ def test_a_missing_engine_is_said_before_anything_is_judged(study_file, tmp_path
 def test_new_engine_versions_count_as_missing(study_file, tmp_path, monkeypatch):
     study, run = load_study(study_file), tmp_path / "run"
     run_study(study, run)
-    monkeypatch.setattr("harness.studies.runner.installed_versions", lambda engine=None: {"mujoco": "99"})
+    monkeypatch.setattr(
+        "harness.studies.runner.installed_versions", lambda engine=None: {"mujoco": "99"}
+    )
     assert run_study(study, run) == 18
 
 
