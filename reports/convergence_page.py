@@ -86,14 +86,25 @@ def _engines(rows: Sequence[ConvergenceRow]) -> Section:
     )
 
 
+_ABOUT = {
+    "integrator=radau": "the same forces, followed by scipy's Radau without groups, with "
+    "tolerances a hundred times smaller",
+    "contact=adams": "the contact parameters of the paper's reference simulation",
+    "label@drake": "another model of contact altogether (hydroelastic), with Drake's own error "
+    "control",
+}
+"""What a slow judge is, by a part of its name."""
+
+
 def _opinions(rows: Sequence[ConvergenceRow]) -> Section:
+    asked = [
+        f"`{part}`: {what}"
+        for part, what in _ABOUT.items()
+        if any(part in row.title for row in rows)
+    ]
     return Section(
         "Second opinions",
-        "`integrator=radau`: the same forces, followed by scipy's Radau without groups, with "
-        "tolerances a hundred times smaller. `contact=adams`: the contact parameters of the "
-        "paper's reference simulation. `label@drake`: another model of contact altogether "
-        "(hydroelastic), with Drake's own error control. All are slow and asked of the first "
-        "layouts only.",
+        f"Slow judges, asked of the first layouts only. {'; '.join(asked)}.",
         [_table("judge", rows)],
     )
 

@@ -2,8 +2,8 @@
 
 A check on the integrator, not a way to make labels: it is an implicit method of order 5 with its
 own error control, Newton iteration and step choice, knows nothing of groups of bodies, and takes
-some fifty times as long. Only the Jacobian for its iteration, which does not enter the answer, is
-taken from the linearisation.
+some two hundred times as long. Only the Jacobian for its iteration, which does not enter the
+answer, is taken from the linearisation.
 """
 
 from __future__ import annotations

@@ -187,7 +187,7 @@ def convergence(
         engines.append(_row(str(spec.engine), title, str(spec), frequency, said, everything))
     slow = []
     if opinions is not None:
-        judges = [m for m in opinions["method"].unique() if m != BASE]
+        judges = [m for m in opinions["method"].unique() if m != BASE]  # those that began
         slow = [_row("", m, m, None, _answers(opinions), opinions) for m in judges]
     numerical = [
         v.spec
@@ -256,7 +256,8 @@ def _row(
     said: pd.DataFrame,
     results: pd.DataFrame,
 ) -> ConvergenceRow:
-    base, other = said[BASE], said[spec]
+    answered = said[said[spec].notna() & said[BASE].notna()]  # of a study that goes on
+    base, other = answered[BASE], answered[spec]
     changed, stable = (base != other).to_numpy(), (base == STABLE).to_numpy()
     own = results[results["method"] == spec]
     return ConvergenceRow(
