@@ -18,7 +18,7 @@ def steadyload(*arguments, cwd):
         capture_output=True,
         text=True,
         cwd=cwd,
-        timeout=120,
+        timeout=600,  # a hang; the first run may compile for a minute or two
     )
 
 
