@@ -101,10 +101,19 @@ class Examiner:
 
     def _displacements(self, poses: Poses, items: Indices) -> FloatArray:
         """How far each item moved [m], shape (n,), as the criterion measures it."""
-        shift = poses.centres - self._planned[items]
         if self._criterion is Criterion.PAPER:
-            return np.sqrt((shift * shift).sum(axis=1))
+            return self.centre_shifts(poses, items)
+        return self.corner_shifts(poses, items)
+
+    def centre_shifts(self, poses: Poses, items: Indices) -> FloatArray:
+        """How far each geometric centre moved [m], shape (n,)."""
+        shift = poses.centres - self._planned[items]
+        return np.sqrt((shift * shift).sum(axis=1))
+
+    def corner_shifts(self, poses: Poses, items: Indices) -> FloatArray:
+        """How far each left-bottom-back corner moved along any one axis [m], shape (n,)."""
         corners = self._corners[items]
+        shift = poses.centres - self._planned[items]
         shift += rotate(poses.quaternions, corners) - corners
         return np.abs(shift).max(axis=1)
 

@@ -17,7 +17,8 @@ from harness.layouts.model import FloatArray, Layout
 from harness.methods.balance import Patch, corner_columns, solve
 
 _FLOOR = -1
-_HALVINGS = 40
+_HALVINGS = 24
+"""Of the longest side, or more: a metre is told to a tenth of a micrometre."""
 
 
 @dataclass(frozen=True, slots=True)

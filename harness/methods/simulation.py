@@ -193,7 +193,7 @@ class Simulation(Method):
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         watch.enter(Phase.BUILD)
         settings = self.parameters.world_settings()
-        run = _Loading(layout, self._engine, self.parameters, watch)
+        run = Loading(layout, self._engine, self.parameters, watch)
         try:
             finding = run.load()
         except EngineError as error:
@@ -209,11 +209,27 @@ class Simulation(Method):
         )
 
 
-class _Loading:
-    """One run of Algorithm 1."""
+class Loading:
+    """One run of Algorithm 1.
+
+    Args:
+        layout: what is loaded.
+        engine: the engine's registered name.
+        parameters: those of the method on that engine.
+        watch: of the judgement.
+        examiner: looks at the items at every sample; the default examines as ``parameters`` say.
+
+    Raises:
+        RefusedError: the engine has two dimensions and the layout is not planar.
+    """
 
     def __init__(
-        self, layout: Layout, engine: str, parameters: SimulationParameters, watch: Stopwatch
+        self,
+        layout: Layout,
+        engine: str,
+        parameters: SimulationParameters,
+        watch: Stopwatch,
+        examiner: type[Examiner] = Examiner,
     ) -> None:
         self.layout, self.engine, self.parameters, self.watch = layout, engine, parameters, watch
         self.settings = parameters.world_settings()
@@ -231,7 +247,7 @@ class _Loading:
             jitter=parameters.jitter,
             seed=parameters.seed,
         )
-        self.examiner = Examiner(
+        self.examiner = examiner(
             self.items, parameters.criterion, parameters.eps_t, parameters.eps_r
         )
 

@@ -182,6 +182,8 @@ def code_fingerprint(*classes: type) -> str:
     for package in (harness.layouts, harness.methods, engines):
         root = Path(package.__path__[0])
         for path in sorted([*root.rglob("*.py"), *root.rglob("*.toml")]):
+            if "benchmark" in path.relative_to(root).parts:
+                continue  # it keeps what judges said and changes nothing of it
             digest.update(str(path.relative_to(root)).encode())
             digest.update(path.read_bytes())
     return digest.hexdigest()

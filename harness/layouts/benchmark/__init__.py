@@ -1,0 +1,10 @@
+"""The labelled benchmark: layouts, labels, how sure they are, and which split each belongs to."""
+
+from harness.layouts.benchmark.dataset import (
+    Benchmark,
+    BenchmarkError,
+    Part,
+    load_benchmark,
+)
+
+__all__ = ["Benchmark", "BenchmarkError", "Part", "load_benchmark"]

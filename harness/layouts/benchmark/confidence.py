@@ -1,0 +1,65 @@
+"""How sure a label is: the share of an ensemble of further judges that says the same."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+import pandas as pd
+
+
+class Reason(StrEnum):
+    """Why a further judge could disagree with a label.
+
+    ``numerical``: the same question, solved with other numerics (tolerance, stiffness where it is
+    high, positions disturbed by less than any plan's precision). ``model``: other properties of
+    the contacts. ``limits``: other thresholds or another time. These three are the ensemble.
+    ``loading``: the state carried over from placement to placement. ``engine``: another simulator.
+    """
+
+    NUMERICAL = "numerical"
+    MODEL = "model"
+    LIMITS = "limits"
+    LOADING = "loading"
+    ENGINE = "engine"
+
+
+ENSEMBLE = (Reason.NUMERICAL, Reason.MODEL, Reason.LIMITS)
+"""The reasons that make up a label's confidence."""
+
+
+def agrees(cases: pd.DataFrame, opinions: pd.DataFrame) -> pd.Series:
+    """Whether each opinion names the label's failing step; one without a verdict never does.
+
+    Args:
+        cases: labels, :data:`harness.layouts.benchmark.tables.CASES`.
+        opinions: on some of them, :data:`harness.layouts.benchmark.tables.OPINIONS`.
+
+    Returns:
+        Booleans, indexed as ``opinions``.
+    """
+    labels = cases.set_index(["layout", "scenario"])["failing_step"].fillna(-1).astype(int)
+    keys = pd.MultiIndex.from_frame(opinions[["layout", "scenario"]])
+    label = labels.reindex(keys).to_numpy()
+    said = opinions["failing_step"].fillna(-1).astype(int).to_numpy()
+    return pd.Series((said == label) & (opinions["status"] == "done").to_numpy(), opinions.index)
+
+
+def confidence(cases: pd.DataFrame, opinions: pd.DataFrame) -> pd.DataFrame:
+    """How sure the labels are of those cases that the ensemble was asked.
+
+    Args:
+        cases: labels, :data:`harness.layouts.benchmark.tables.CASES`.
+        opinions: on some of them, :data:`harness.layouts.benchmark.tables.OPINIONS`.
+
+    Returns:
+        Indexed by layout and scenario: ``confidence``, the share of the ensemble that agrees;
+        ``numerical``, ``model``, ``limits``: the share of each part; ``robust``: all agree.
+    """
+    asked = opinions[opinions["reason"].isin([str(r) for r in ENSEMBLE])]
+    same = asked.assign(same=agrees(cases, asked).astype(float))
+    keys = ["layout", "scenario"]
+    table = same.groupby([*keys, "reason"], observed=True)["same"].mean().unstack("reason")
+    table = table.reindex(columns=[str(r) for r in ENSEMBLE])
+    table.insert(0, "confidence", same.groupby(keys, observed=True)["same"].mean())
+    table["robust"] = table["confidence"] == 1.0
+    return table

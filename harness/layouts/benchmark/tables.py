@@ -1,0 +1,154 @@
+"""The Parquet form of a labelled set: three tables and a manifest in one folder."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from harness.atomic import write_atomically
+
+VERSION = 1
+
+_TEXT, _NUMBERS = pa.string(), pa.list_(pa.float64())
+
+LAYOUTS = pa.schema(
+    [
+        pa.field("layout", _TEXT, nullable=False),
+        pa.field("instance", _TEXT, nullable=False),
+        pa.field("item_class", pa.int8(), nullable=False),
+        pa.field("sources", pa.list_(_TEXT), nullable=False),
+        pa.field("pallet", _NUMBERS, nullable=False),
+        pa.field("positions", _NUMBERS, nullable=False),
+        pa.field("sizes", _NUMBERS, nullable=False),
+        pa.field("weights", _NUMBERS, nullable=False),
+    ]
+)
+"""A row a geometry. ``instance``: the item list it was packed from. ``sources``: the names of all
+packings that gave it. Lengths [cm] as x, y, z of item 0, then of item 1, ...; weights [kg]."""
+
+CASES = pa.schema(
+    [
+        pa.field("layout", _TEXT, nullable=False),
+        pa.field("scenario", _TEXT, nullable=False),
+        pa.field("item_count", pa.int16(), nullable=False),
+        pa.field("offsets", _NUMBERS),
+        pa.field("split", _TEXT),
+        pa.field("rank", pa.int32()),
+        pa.field("status", _TEXT, nullable=False),
+        pa.field("failing_step", pa.int16()),
+        pa.field("failing_step_paper", pa.int16()),
+        pa.field("moved", pa.list_(pa.int16())),
+        *(
+            pa.field(f"{what}_{when}", pa.list_(pa.float32()))
+            for what in ("corner", "centre", "angle")
+            for when in ("last", "most")
+        ),
+        pa.field("margin", pa.list_(pa.float32())),
+    ]
+)
+"""A row a layout and scenario.
+
+``offsets``: centre of mass minus geometric centre [cm], as the positions; null when all are zero.
+``split``: see :class:`harness.layouts.benchmark.dataset.Part`, null for rows of no split; ``rank``:
+place in it, by scenario. ``status``: how labelling ended; only ``done`` has labels.
+``failing_step``: counted from 0, criterion ``adams``, null for a stable layout;
+``failing_step_paper``: likewise, criterion ``paper``.
+
+The lists hold a value a step that was simulated. The largest over all items placed by then:
+``corner`` how far a left-bottom-back corner moved along one axis [cm], ``centre`` how far a
+geometric centre moved [cm], ``angle`` how far an item turned about an axis [degrees]; ``last`` at
+the last sample, ``most`` at any. ``moved``: the item that is furthest beyond its thresholds then.
+``margin``: how far every contact patch may shrink until balance is lost [cm].
+"""
+
+OPINIONS = pa.schema(
+    [
+        pa.field("layout", _TEXT, nullable=False),
+        pa.field("scenario", _TEXT, nullable=False),
+        pa.field("reason", _TEXT, nullable=False),
+        pa.field("judge", _TEXT, nullable=False),
+        pa.field("status", _TEXT, nullable=False),
+        pa.field("failing_step", pa.int16()),
+    ]
+)
+"""A row a layout, scenario and further judge. ``reason``: why it could disagree, see
+:class:`harness.layouts.benchmark.confidence.Reason`; ``judge``: what was changed, or a method."""
+
+_TABLES = {"layouts": LAYOUTS, "cases": CASES, "opinions": OPINIONS}
+
+
+class BenchmarkError(ValueError):
+    """A folder that holds no labelled set, a damaged one, or a question it cannot answer."""
+
+
+def write_tables(
+    directory: Path,
+    layouts: pd.DataFrame,
+    cases: pd.DataFrame,
+    opinions: pd.DataFrame,
+    manifest: dict[str, Any],
+) -> None:
+    """Write a labelled set; the manifest last, so that a folder with one is whole."""
+    directory.mkdir(parents=True, exist_ok=True)
+    (directory / "manifest.json").unlink(missing_ok=True)
+    for name, frame in (("layouts", layouts), ("cases", cases), ("opinions", opinions)):
+        write_parquet(directory / f"{name}.parquet", frame, _TABLES[name])
+    counts = {"layouts": len(layouts), "cases": len(cases), "opinions": len(opinions)}
+    content = {"version": VERSION, **counts, **manifest}
+    write_atomically(directory / "manifest.json", json.dumps(content, indent=1) + "\n")
+
+
+def write_parquet(path: Path, frame: pd.DataFrame, schema: pa.Schema) -> None:
+    """Write a table whole or not at all."""
+    table = pa.Table.from_pandas(frame[schema.names], schema=schema, preserve_index=False)
+    sink = pa.BufferOutputStream()
+    pq.write_table(table.replace_schema_metadata(), sink, compression="zstd", compression_level=19)
+    write_atomically(path, sink.getvalue().to_pybytes())
+
+
+def read_tables(
+    directory: Path,
+) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame, dict[str, Any]]:
+    """Layouts, cases, opinions and manifest of a folder.
+
+    Whole numbers that may be missing come as pandas' nullable integers.
+
+    Raises:
+        BenchmarkError: not such a folder, one of another version, or a damaged one.
+    """
+    path = directory / "manifest.json"
+    try:
+        manifest = json.loads(path.read_bytes())
+        version = manifest["version"]
+    except FileNotFoundError:
+        raise BenchmarkError(f"{directory}: no manifest.json; is it a labelled set?") from None
+    except (ValueError, TypeError, KeyError):
+        raise BenchmarkError(f"{path}: is not the manifest of a labelled set") from None
+    if version != VERSION:
+        raise BenchmarkError(f"{path}: version is {version!r}; allowed: {VERSION}")
+    frames = [read_parquet(directory / f"{name}.parquet", s) for name, s in _TABLES.items()]
+    layouts, cases, opinions = frames
+    return layouts, cases, opinions, manifest
+
+
+def read_parquet(path: Path, schema: pa.Schema) -> pd.DataFrame:
+    """A table of one of the schemas above.
+
+    Raises:
+        BenchmarkError: it is missing, damaged, or of another schema.
+    """
+    try:
+        table = pq.read_table(path)
+    except FileNotFoundError:
+        raise BenchmarkError(f"{path}: is missing") from None
+    except (OSError, pa.ArrowInvalid) as error:
+        raise BenchmarkError(f"{path}: cannot be read as Parquet ({error})") from None
+    if table.schema.names != schema.names or table.schema.types != schema.types:
+        raise BenchmarkError(f"{path}: has other columns than a labelled set")
+    nullable = {pa.int16(): pd.Int16Dtype(), pa.int32(): pd.Int32Dtype()}
+    return table.to_pandas(types_mapper=nullable.get)
