@@ -2,8 +2,8 @@
 
 One simulation answers for all criteria, thresholds up to :data:`LIMIT_T` and :data:`LIMIT_R`, and
 times that end at a sample: each step is simulated until something is beyond these limits, and the
-loading goes on past the step that a label names. Only steps judged afresh (``between_steps=reseat``)
-can be read this way.
+loading goes on past the step that a label names. Only steps judged afresh can be read this way
+(``between_steps=reseat``).
 """
 
 from __future__ import annotations
