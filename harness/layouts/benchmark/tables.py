@@ -105,10 +105,16 @@ def write_tables(
 
 def write_parquet(path: Path, frame: pd.DataFrame, schema: pa.Schema) -> None:
     """Write a table whole or not at all."""
-    table = pa.Table.from_pandas(frame[schema.names], schema=schema, preserve_index=False)
+    columns = [pa.array(_plain(frame[field.name]), field.type) for field in schema]
+    table = pa.Table.from_arrays(columns, schema=schema)
     sink = pa.BufferOutputStream()
-    pq.write_table(table.replace_schema_metadata(), sink, compression="zstd", compression_level=19)
+    pq.write_table(table, sink, compression="zstd", compression_level=19)
     write_atomically(path, sink.getvalue().to_pybytes())
+
+
+def _plain(column: pd.Series) -> list[Any]:
+    """Values with None for every kind of missing; a list is never missing."""
+    return [None if pd.api.types.is_scalar(v) and pd.isna(v) else v for v in column]
 
 
 def read_tables(

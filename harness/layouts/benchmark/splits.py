@@ -1,0 +1,90 @@
+"""Training, validation and test: all layouts of one item list lie in one of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from harness.layouts.benchmark.tables import BenchmarkError
+
+
+@dataclass(frozen=True, slots=True)
+class SplitSizes:
+    """Cases a scenario, half of them stable: even numbers."""
+
+    test: int = 1000
+    validation: int = 300
+
+
+SIZES = SplitSizes()
+"""Those of the set that comes with the package."""
+
+
+def assign_splits(cases: pd.DataFrame, *, seed: int, sizes: SplitSizes = SIZES) -> pd.DataFrame:
+    """The cases with the columns ``split`` and ``rank``.
+
+    Instances are drawn at random, one of every class at a time, for the test until they hold
+    enough stable and unstable cases in every scenario, then likewise for the validation; all others
+    are for training. Of the test and validation instances as many cases as asked for are drawn by
+    scenario, stable and unstable in turn; the others belong to no split, so that nothing of a test
+    instance is ever learnt from. Ranks of training cases are drawn at random.
+
+    Args:
+        cases: labelled or not, with ``instance`` and ``item_class``; only ``done`` ones take part.
+        seed: root of the draws, 0 or more.
+        sizes: how many.
+
+    Raises:
+        BenchmarkError: too few stable or unstable cases.
+    """
+    random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(0,)))
+    done = cases[cases["status"] == "done"]
+    done = done.assign(stable=done["failing_step"].isna())
+    rounds = _rounds(done, random)
+    split = pd.Series(pd.NA, cases.index, dtype="string")
+    rank = pd.Series(pd.NA, cases.index, dtype="Int32")
+    for name, size in (("test", sizes.test), ("validation", sizes.validation)):
+        taken = _take(done, rounds, size, name)
+        for _, group in done[done["instance"].isin(taken)].groupby("scenario", sort=True):
+            for stable, first in ((True, 0), (False, 1)):
+                index = group.index[group["stable"] == stable].to_numpy()
+                drawn = random.permutation(index)[: size // 2]
+                split[drawn] = name
+                rank[drawn] = np.arange(len(drawn)) * 2 + first
+    rest = done[done["instance"].isin({i for members in rounds for i in members})]
+    for _, group in rest.groupby("scenario", sort=True):
+        drawn = random.permutation(group.index.to_numpy())
+        split[drawn] = "train"
+        rank[drawn] = np.arange(len(drawn))
+    return cases.assign(split=split.astype(object).where(split.notna(), None), rank=rank)
+
+
+def _rounds(done: pd.DataFrame, random: np.random.Generator) -> list[list[str]]:
+    """All instances in random order, one of every class at a time."""
+    shuffled = [
+        random.permutation(sorted(group["instance"].unique())).tolist()
+        for _, group in done.groupby("item_class", sort=True)
+    ]
+    longest = max(map(len, shuffled), default=0)
+    return [[names[k] for names in shuffled if k < len(names)] for k in range(longest)]
+
+
+def _take(done: pd.DataFrame, rounds: list[list[str]], size: int, name: str) -> set[str]:
+    """Remove as many rounds as it takes to have ``size`` cases, half of them stable."""
+    taken: set[str] = set()
+    scenarios = done["scenario"].unique()
+    while True:
+        held = done[done["instance"].isin(taken)].groupby(["scenario", "stable"]).size()
+        least = min(
+            (held.get((s, stable), 0) for s in scenarios for stable in (True, False)), default=0
+        )
+        if least >= size // 2:
+            return taken
+        if not rounds:
+            raise BenchmarkError(
+                f"{name}: only {least} stable or unstable cases in some scenario are left; "
+                f"{size // 2} of each are asked for"
+            )
+        taken |= set(rounds.pop(0))

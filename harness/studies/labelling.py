@@ -1,0 +1,317 @@
+"""Labels for a set of layouts: traces by the reference, splits, and what other judges say.
+
+A folder is worked on in place. ``traces/`` and ``opinions/`` in it hold what is computed, in shards
+that are whole or not there: an interrupted run goes on where it was.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+
+from engines.registry import installed_versions
+from harness.layouts.benchmark.build import BuildOptions, build
+from harness.layouts.benchmark.confidence import Reason
+from harness.layouts.benchmark.dataset import load_benchmark
+from harness.layouts.benchmark.splits import SIZES, SplitSizes, assign_splits
+from harness.layouts.benchmark.tables import (
+    CASES,
+    OPINIONS,
+    BenchmarkError,
+    read_parquet,
+    read_tables,
+    write_parquet,
+    write_tables,
+)
+from harness.layouts.model import Layout
+from harness.methods.criteria import Criterion
+from harness.methods.margins import margins
+from harness.methods.method import Status
+from harness.methods.registry import make_method
+from harness.methods.simulation import Simulation
+from harness.methods.trace import Trace, trace_loading
+from harness.studies.definition import StudyDefinition
+from harness.studies.executors import run_units
+from harness.studies.results import code_fingerprint, load_results, provenance
+from harness.studies.runner import run_study
+
+LABEL = "label@reference"
+T_MAX, SAMPLES = 0.33, 11
+"""Of a trace: one sample, of 0.03 s, more than the label asks for."""
+
+_LABEL = (Criterion.ADAMS, 10.0, 10.0, 10)
+_PAPER = (Criterion.PAPER, 10.0, 10.0, 10)
+_LIMITS = {
+    "label@reference:eps_t=9,eps_r=9": (Criterion.ADAMS, 9.0, 9.0, 10),
+    "label@reference:eps_t=11,eps_r=11": (Criterion.ADAMS, 11.0, 11.0, 10),
+    "label@reference:t_max=0.27,samples=9": (Criterion.ADAMS, 10.0, 10.0, 9),
+    "label@reference:t_max=0.33,samples=11": (Criterion.ADAMS, 10.0, 10.0, 11),
+}
+"""Judges that a trace answers for: thresholds and times. Criterion, cm, degrees, samples."""
+
+_SHARD = 48
+_DIGITS = 3
+"""Decimals [cm, degrees] that are kept of a trace."""
+
+
+@dataclass(frozen=True, slots=True)
+class Judge:
+    """A further judge of validation and test, and why it could disagree with the label."""
+
+    reason: Reason
+    spec: str
+
+
+JUDGES: tuple[Judge, ...] = (
+    Judge(Reason.NUMERICAL, f"{LABEL}:tolerance=1e-6"),
+    Judge(Reason.NUMERICAL, f"{LABEL}:jitter=1e-5"),
+    Judge(Reason.NUMERICAL, f"{LABEL}:jitter=1e-4"),
+    # A hundredth of the stiffness: the limit that light items' contacts keep is a rate, its root.
+    Judge(Reason.MODEL, f"{LABEL}:stiffness=1e7,most_rate=3e3"),
+    Judge(Reason.MODEL, f"{LABEL}:friction=0.4"),
+    Judge(Reason.MODEL, f"{LABEL}:friction=0.6"),
+    Judge(Reason.MODEL, f"{LABEL}:damping_time=3e-4"),
+    Judge(Reason.LOADING, f"{LABEL}:between_steps=carry"),
+    Judge(Reason.ENGINE, "label@mujoco:frequency=1000"),
+    Judge(Reason.ENGINE, "label@bullet:frequency=480"),
+)
+"""Those that simulate anew; thresholds and times (``limits``) are read off the traces."""
+
+_TRACES = pa.schema(
+    [f for f in CASES if f.name not in ("offsets", "split", "rank")]
+    + [pa.field(spec, pa.int16()) for spec in _LIMITS]
+    + [pa.field("reason", pa.string(), nullable=False)]
+)
+
+
+@dataclass(frozen=True, slots=True)
+class TraceUnit:
+    """A unit of work: some cases, and the shard that their traces go to."""
+
+    cases: tuple[tuple[str, Layout], ...]
+    shard: Path
+
+
+def build_set(
+    options: BuildOptions,
+    directory: Path,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> int:
+    """Write the layouts and unlabelled cases to ``directory``; returns the number of cases.
+
+    Raises:
+        PackingError: an option that cannot be.
+        BenchmarkError: the folder already holds a set.
+    """
+    if (directory / "manifest.json").exists():
+        raise BenchmarkError(f"{directory}: already holds a labelled set; choose another folder")
+    layouts, cases = build(options, progress)
+    rows = [
+        {
+            "layout": layout.name,
+            "scenario": scenario,
+            "item_count": len(layout),
+            "offsets": layout.mass_offsets.ravel().tolist() if layout.mass_offsets.any() else None,
+            "status": UNLABELLED,
+        }
+        for scenario, layout in cases
+    ]
+    frame = pd.DataFrame(rows).reindex(columns=CASES.names)
+    manifest = {
+        "origin": "generated",
+        "seed": options.seed,
+        "instances": options.instances,
+        "item_counts": {str(k): v for k, v in options.item_counts.items()},
+        "weights": str(options.weights),
+        "built_with": provenance(),
+    }
+    write_tables(directory, layouts, frame, _no_opinions(), manifest)
+    return len(rows)
+
+
+UNLABELLED = "unlabelled"
+"""Status of a case that nobody has judged yet."""
+
+
+def label_set(
+    directory: Path,
+    *,
+    sizes: SplitSizes = SIZES,
+    judges: Sequence[Judge] = JUDGES,
+    workers: int = 1,
+    progress: Callable[[str, int, int], None] = lambda what, done, total: None,
+) -> None:
+    """Label all cases of a folder, split them, and ask further judges of validation and test.
+
+    Args:
+        directory: as :func:`build_set` leaves it; labels are written into its tables.
+        sizes: of validation and test.
+        judges: the further judges.
+        workers: processes.
+        progress: called with what is done, cases done and cases in all.
+
+    Raises:
+        BenchmarkError: no such folder, or too few stable or unstable cases for the splits.
+        EngineNotInstalledError: a judge's engine is missing.
+        WorkerDiedError: see :func:`harness.studies.executors.run_units`.
+    """
+    for judge in judges:
+        make_method(judge.spec).prepare()
+    traces = _traced(directory, workers, lambda done, total: progress("labels", done, total))
+    layouts, cases, _, manifest = read_tables(directory)
+    kept = ["offsets", "split", "rank"]
+    cases = cases[["layout", "scenario", *kept]].merge(
+        traces, on=["layout", "scenario"], how="left", validate="1:1"
+    )
+    groups = layouts.set_index("layout")[["instance", "item_class"]]
+    cases = assign_splits(cases.join(groups, on="layout"), seed=manifest["seed"], sizes=sizes)
+    asked = cases[cases["split"].isin(("validation", "test"))]
+    opinions = _limits(asked)
+    manifest = {
+        **{k: v for k, v in manifest.items() if k not in ("version", *_TABLE_NAMES)},
+        "label": LABEL,
+        "labelled_with": provenance(),
+    }
+    write_tables(directory, layouts, cases, opinions, manifest)
+    for part in ("validation", "test"):
+        said = _asked(directory, part, judges, workers, progress)
+        opinions = pd.concat([opinions, said], ignore_index=True)
+    write_tables(directory, layouts, cases, opinions, manifest)
+
+
+_TABLE_NAMES = ("layouts", "cases", "opinions")
+
+
+def trace_unit(unit: TraceUnit) -> int:
+    """Trace a unit's cases and write its shard; returns the number of cases."""
+    method = _label_method()
+    method.prepare(max(len(layout) for _, layout in unit.cases))
+    rows = [trace_row(scenario, layout, method) for scenario, layout in unit.cases]
+    write_parquet(unit.shard, pd.DataFrame(rows).reindex(columns=_TRACES.names), _TRACES)
+    return len(rows)
+
+
+def trace_row(scenario: str, layout: Layout, method: Simulation) -> dict[str, Any]:
+    """A case's label, its trace, and what other limits would have made of it."""
+    trace = trace_loading(layout, method, t_max=T_MAX, samples=SAMPLES)
+    row: dict[str, Any] = {
+        "layout": layout.name,
+        "scenario": scenario,
+        "item_count": len(layout),
+        "status": str(trace.status),
+        "reason": trace.reason,
+    }
+    if trace.status is not Status.DONE:
+        return row
+    label = _LABEL[3]
+    for what in ("corner", "centre", "angle"):
+        values = getattr(trace, what)[:, :label]
+        row[f"{what}_last"] = _rounded(values[:, -1])
+        row[f"{what}_most"] = _rounded(values.max(axis=1))
+    steps = len(trace.corner)
+    return row | {
+        "failing_step": trace.failing_step(*_LABEL),
+        "failing_step_paper": trace.failing_step(*_PAPER),
+        "moved": trace.moved[:, label - 1].tolist(),
+        "margin": [_rounded([m.patches])[0] for m in margins(layout, centres=False)[:steps]],
+        **{spec: _said(trace, limits) for spec, limits in _LIMITS.items()},
+    }
+
+
+def _said(trace: Trace, limits: tuple[Criterion, float, float, int]) -> int | None:
+    return trace.failing_step(*limits)
+
+
+def _label_method() -> Simulation:
+    method = make_method(LABEL)
+    assert isinstance(method, Simulation)
+    return method
+
+
+def _rounded(values: Any) -> list[float]:
+    return (np.round(np.asarray(values, dtype=float), _DIGITS) + 0.0).tolist()
+
+
+def _traced(directory: Path, workers: int, progress: Callable[[int, int], None]) -> pd.DataFrame:
+    """Traces of all cases, computed where they are missing."""
+    benchmark = load_benchmark(directory)
+    names = zip(benchmark.cases["scenario"], benchmark.cases["layout"], strict=True)
+    cases = [(scenario, benchmark.layout(name, scenario)) for scenario, name in names]
+    folder = directory / "traces"
+    folder.mkdir(exist_ok=True)
+    made_by = [code_fingerprint(), LABEL, installed_versions("reference"), _TRACES.names]
+    units = []
+    for start in range(0, len(cases), _SHARD):
+        part = tuple(cases[start : start + _SHARD])
+        identity = [*made_by, [[s, lay.name, lay.content_hash()] for s, lay in part]]
+        digest = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:20]
+        units.append(TraceUnit(part, folder / f"{digest}.parquet"))
+    missing = [unit for unit in units if not unit.shard.exists()]
+    done = len(cases) - sum(len(unit.cases) for unit in missing)
+    progress(done, len(cases))
+    for count in run_units(trace_unit, missing, workers=workers):
+        done += count
+        progress(done, len(cases))
+    return pd.concat([read_parquet(u.shard, _TRACES) for u in units], ignore_index=True)
+
+
+def _limits(cases: pd.DataFrame) -> pd.DataFrame:
+    """What other thresholds and times make of the traces."""
+    said = [
+        cases[["layout", "scenario"]].assign(
+            reason=str(Reason.LIMITS),
+            judge=str(make_method(spec).spec),
+            status=str(Status.DONE),
+            failing_step=cases[spec],
+        )
+        for spec in _LIMITS
+    ]
+    return pd.concat(said, ignore_index=True)
+
+
+def _asked(
+    directory: Path,
+    part: str,
+    judges: Sequence[Judge],
+    workers: int,
+    progress: Callable[[str, int, int], None],
+) -> pd.DataFrame:
+    """What the judges say of a part."""
+    reasons = {str(make_method(j.spec).spec): str(j.reason) for j in judges}
+    if not reasons:
+        return _no_opinions()
+    study = StudyDefinition(
+        name=f"opinions on {part}",
+        methods=tuple(reasons),
+        benchmark=part,
+        benchmark_directory=directory,
+        shard_size=50,
+    )
+    (directory / "opinions").mkdir(exist_ok=True)
+    folder = directory / "opinions" / part
+    run_study(
+        study, folder, workers=workers, progress=lambda done, total: progress(part, done, total)
+    )
+    rows = load_results(folder)
+    return pd.DataFrame(
+        {
+            "layout": rows["layout"],
+            "scenario": rows["scenario"],
+            "reason": rows["method"].map(reasons),
+            "judge": rows["method"],
+            "status": rows["status"],
+            "failing_step": rows["failing_step"].astype("Int16"),
+        }
+    )
+
+
+def _no_opinions() -> pd.DataFrame:
+    return pd.DataFrame({f.name: pd.Series(dtype=object) for f in OPINIONS})
