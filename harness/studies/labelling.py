@@ -26,6 +26,7 @@ from harness.layouts.benchmark.tables import (
     CASES,
     OPINIONS,
     BenchmarkError,
+    is_table,
     read_parquet,
     read_tables,
     write_parquet,
@@ -37,7 +38,7 @@ from harness.methods.margins import margins
 from harness.methods.method import Status
 from harness.methods.registry import make_method
 from harness.methods.simulation import Simulation
-from harness.methods.trace import Trace, trace_loading
+from harness.methods.trace import trace_loading
 from harness.studies.definition import StudyDefinition
 from harness.studies.executors import run_units
 from harness.studies.results import code_fingerprint, load_results, provenance
@@ -222,12 +223,8 @@ def trace_row(scenario: str, layout: Layout, method: Simulation) -> dict[str, An
         "failing_step_paper": trace.failing_step(*_PAPER),
         "moved": trace.moved[:, label - 1].tolist(),
         "margin": [_rounded([m.patches])[0] for m in margins(layout, centres=False)[:steps]],
-        **{spec: _said(trace, limits) for spec, limits in _LIMITS.items()},
+        **{spec: trace.failing_step(*limits) for spec, limits in _LIMITS.items()},
     }
-
-
-def _said(trace: Trace, limits: tuple[Criterion, float, float, int]) -> int | None:
-    return trace.failing_step(*limits)
 
 
 def _label_method() -> Simulation:
@@ -254,7 +251,7 @@ def _traced(directory: Path, workers: int, progress: Callable[[int, int], None])
         identity = [*made_by, [[s, lay.name, lay.content_hash()] for s, lay in part]]
         digest = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:20]
         units.append(TraceUnit(part, folder / f"{digest}.parquet"))
-    missing = [unit for unit in units if not unit.shard.exists()]
+    missing = [unit for unit in units if not is_table(unit.shard, _TRACES)]
     done = len(cases) - sum(len(unit.cases) for unit in missing)
     progress(done, len(cases))
     for count in run_units(trace_unit, missing, workers=workers):

@@ -142,6 +142,14 @@ def read_tables(
     return layouts, cases, opinions, manifest
 
 
+def is_table(path: Path, schema: pa.Schema) -> bool:
+    """Whether a table is there and can be read."""
+    try:
+        return pq.read_schema(path).names == schema.names
+    except (OSError, pa.ArrowInvalid):
+        return False
+
+
 def read_parquet(path: Path, schema: pa.Schema) -> pd.DataFrame:
     """A table of one of the schemas above.
 
