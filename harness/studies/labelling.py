@@ -115,6 +115,32 @@ def build_set(
     if (directory / "manifest.json").exists():
         raise BenchmarkError(f"{directory}: already holds a labelled set; choose another folder")
     layouts, cases = build(options, progress)
+    manifest = {
+        "origin": "generated",
+        "seed": options.seed,
+        "instances": options.instances,
+        "item_counts": {str(k): v for k, v in options.item_counts.items()},
+        "weights": str(options.weights),
+        "built_with": provenance(),
+    }
+    write_unlabelled(directory, layouts, cases, manifest)
+    return len(cases)
+
+
+def write_unlabelled(
+    directory: Path,
+    layouts: pd.DataFrame,
+    cases: Sequence[tuple[str, Layout]],
+    manifest: dict[str, Any],
+) -> None:
+    """Write a set that nobody has judged yet.
+
+    Args:
+        directory: made when it does not exist.
+        layouts: a row a geometry, :data:`harness.layouts.benchmark.tables.LAYOUTS`.
+        cases: scenario and layout with its centres of mass; names as in ``layouts``.
+        manifest: says at least the ``seed`` of the splits.
+    """
     rows = [
         {
             "layout": layout.name,
@@ -126,16 +152,7 @@ def build_set(
         for scenario, layout in cases
     ]
     frame = pd.DataFrame(rows).reindex(columns=CASES.names)
-    manifest = {
-        "origin": "generated",
-        "seed": options.seed,
-        "instances": options.instances,
-        "item_counts": {str(k): v for k, v in options.item_counts.items()},
-        "weights": str(options.weights),
-        "built_with": provenance(),
-    }
     write_tables(directory, layouts, frame, _no_opinions(), manifest)
-    return len(rows)
 
 
 UNLABELLED = "unlabelled"

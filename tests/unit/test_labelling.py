@@ -1,0 +1,127 @@
+"""Labelling a folder: shards, splits, further judges."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from harness.layouts.benchmark import BenchmarkError, load_benchmark
+from harness.layouts.benchmark.build import BuildOptions, build
+from harness.layouts.benchmark.confidence import Reason
+from harness.layouts.benchmark.dataset import row_of
+from harness.layouts.benchmark.splits import SplitSizes
+from harness.layouts.packing import random_layouts
+from harness.layouts.scenarios import Scenario
+from harness.methods.registry import make_method
+from harness.studies import labelling
+from harness.studies.labelling import Judge, build_set, label_set, write_unlabelled
+
+SIZES = SplitSizes(test=4, validation=2)
+JUDGES = (
+    Judge(Reason.ENGINE, "label@mujoco:frequency=240"),
+    Judge(Reason.MODEL, "label@mujoco:friction=0.4,frequency=240"),
+)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Unlabelled: 24 layouts of at most six items, two an item list."""
+    layouts = [lay.first(6) for lay in random_layouts(24, seed=5, scenario=Scenario.S1)]
+    rows = [
+        row_of(lay, f"Class_1_Instance_{k // 2}", 1, (lay.name,)) for k, lay in enumerate(layouts)
+    ]
+    cases = [("S1", lay) for lay in layouts]
+    write_unlabelled(tmp_path / "set", pd.DataFrame(rows), cases, {"seed": 1})
+    return tmp_path / "set"
+
+
+def label(folder, judges=JUDGES, **options):
+    label_set(folder, sizes=SIZES, judges=judges, **options)
+    return load_benchmark(folder)
+
+
+def test_labels_are_those_of_an_ordinary_judgement(folder):
+    found, method = label(folder, judges=()), make_method(labelling.LABEL)
+    assert set(found.cases["failing_step"].isna()) == {True, False}
+    for row in found.cases.itertuples():
+        verdict = method.judge(found.layout(row.layout, row.scenario))
+        said = None if pd.isna(row.failing_step) else int(row.failing_step)
+        assert verdict.failing_step == said, row.layout
+        if said is not None:
+            assert max(row.corner_last[said], row.angle_last[said]) > 10.0
+            assert row.moved[said] == verdict.moved_item
+        steps = len(row.corner_last)
+        assert steps == row.item_count or max(row.corner_last[-1], row.angle_last[-1]) > 20.0
+        assert len(row.margin) == steps
+        assert (np.array(row.corner_most) >= np.array(row.corner_last)).all()
+
+
+def test_further_judges_are_asked_of_validation_and_test_alone(folder):
+    found = label(folder)
+    asked = found.cases[found.cases["split"].isin(("validation", "test"))]
+    keys = set(zip(asked["layout"], asked["scenario"], strict=True))
+    assert len(keys) == 6
+    for judge, own in found.opinions.groupby("judge"):
+        assert set(zip(own["layout"], own["scenario"], strict=True)) == keys, judge
+    mujoco = make_method(JUDGES[0].spec)
+    own = found.opinions[found.opinions["judge"] == str(mujoco.spec)]
+    for row in own.itertuples():
+        step = mujoco.judge(found.layout(row.layout, row.scenario)).failing_step
+        assert (step is None) if pd.isna(row.failing_step) else step == row.failing_step
+    assert set(found.opinions["reason"]) == {"engine", "model", "limits"}
+    limits = found.opinions[found.opinions["reason"] == "limits"]
+    assert limits["judge"].nunique() == 4
+
+
+def test_limits_are_those_of_an_ordinary_judgement(folder):
+    found = label(folder, judges=())
+    for row in found.opinions.itertuples():
+        verdict = make_method(row.judge).judge(found.layout(row.layout, row.scenario))
+        step = None if pd.isna(row.failing_step) else int(row.failing_step)
+        assert verdict.failing_step == step, (row.layout, row.judge)
+
+
+def test_an_interrupted_run_goes_on(folder, monkeypatch):
+    monkeypatch.setattr(labelling, "_SHARD", 8)
+    first = label(folder, judges=())
+    shards = sorted((folder / "traces").glob("*.parquet"))
+    assert len(shards) == 3
+    shards[0].unlink()
+    shards[1].write_bytes(shards[1].read_bytes()[:50])
+    kept, said = shards[2].stat().st_mtime_ns, []
+    again = label(folder, judges=(), progress=lambda *where: said.append(where))
+    assert said[0] == ("labels", 8, 24)
+    assert shards[2].stat().st_mtime_ns == kept
+    pd.testing.assert_frame_equal(first.cases, again.cases)
+
+
+def test_a_built_set_is_not_overwritten(tmp_path):
+    options = BuildOptions(instances=1, item_counts={1: 3, 2: 3, 3: 3})
+    count = build_set(options, tmp_path / "set")
+    found = load_benchmark(tmp_path / "set")
+    assert count == len(found.cases) == 3 * len(found.layouts)
+    assert set(found.cases["status"]) == {labelling.UNLABELLED}
+    with pytest.raises(BenchmarkError, match="already holds"):
+        build_set(options, tmp_path / "set")
+    with pytest.raises(BenchmarkError, match="no labelled case"):
+        found.select("test")
+
+
+def test_what_is_stored_is_what_is_judged(tmp_path):
+    options = BuildOptions(instances=1, item_counts={1: 3, 2: 3, 3: 3})
+    layouts, cases = build(options)
+    write_unlabelled(tmp_path / "set", layouts, cases, {"seed": 1})
+    found = load_benchmark(tmp_path / "set")
+    for scenario, layout in cases:
+        assert found.layout(layout.name, scenario).content_hash() == layout.content_hash()
+    hashes = [layout.geometry_hash() for scenario, layout in cases if scenario == "S1"]
+    assert len(set(hashes)) == len(hashes) == len(layouts)
+
+
+def test_labels_follow_the_criterion(folder):
+    """The other criterion looks at centres, at any sample."""
+    found = label(folder, judges=())
+    method = make_method(f"{labelling.LABEL}:criterion=paper,early_exit=0")
+    for row in found.cases.itertuples():
+        step = method.judge(found.layout(row.layout, row.scenario)).failing_step
+        said = row.failing_step_paper
+        assert (step is None) if pd.isna(said) else step == said, row.layout

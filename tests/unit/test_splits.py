@@ -1,0 +1,93 @@
+"""Splits by item list."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from harness.layouts.benchmark import BenchmarkError
+from harness.layouts.benchmark.splits import SplitSizes, assign_splits
+
+SIZES = SplitSizes(test=40, validation=12)
+
+
+def labelled(instances=12, layouts=15, unlabelled=0):
+    """Cases of three classes; every third layout is unstable in S1, every other one in S2b."""
+    rows = [
+        {
+            "layout": f"{c}-{i}-{n}",
+            "scenario": scenario,
+            "instance": f"Class_{c}_Instance_{i}",
+            "item_class": c,
+            "status": "unlabelled" if n < unlabelled else "done",
+            "failing_step": 1 if n % every == 0 else pd.NA,
+        }
+        for c in (1, 2, 3)
+        for i in range(instances)
+        for n in range(layouts)
+        for scenario, every in (("S1", 3), ("S2b", 2))
+    ]
+    return pd.DataFrame(rows).astype({"failing_step": "Int16"})
+
+
+def test_an_item_list_lies_in_one_split():
+    cases = assign_splits(labelled(), seed=3, sizes=SIZES)
+    splits = cases.dropna(subset=["split"]).groupby("instance")["split"].nunique()
+    assert (splits == 1).all()
+    used = set(cases.dropna(subset=["split"])["instance"])
+    taken = cases[cases["split"].isin(("test", "validation"))]["instance"].unique()
+    left_over = cases[cases["split"].isna()]
+    assert len(left_over)
+    assert set(left_over["instance"]) <= set(taken)
+    assert len(used) == 36
+
+
+@pytest.mark.parametrize(("split", "size"), [("test", 40), ("validation", 12)])
+def test_every_even_prefix_is_half_stable(split, size):
+    cases = assign_splits(labelled(), seed=3, sizes=SIZES)
+    for scenario in ("S1", "S2b"):
+        own = cases[(cases["split"] == split) & (cases["scenario"] == scenario)]
+        own = own.sort_values("rank")
+        assert own["rank"].tolist() == list(range(size))
+        stable = own["failing_step"].isna().to_numpy()
+        assert (stable.reshape(-1, 2).sum(axis=1) == 1).all()
+
+
+def test_training_holds_all_cases_of_its_lists():
+    cases = assign_splits(labelled(), seed=3, sizes=SIZES)
+    train = cases[cases["split"] == "train"]
+    assert (train.groupby(["instance", "scenario"]).size() == 15).all()
+    for _, own in train.groupby("scenario"):
+        assert sorted(own["rank"]) == list(range(len(own)))
+
+
+def test_draws_depend_on_the_seed_alone():
+    cases = labelled()
+    first, second = (assign_splits(cases, seed=3, sizes=SIZES) for _ in range(2))
+    pd.testing.assert_frame_equal(first, second)
+    other = assign_splits(cases, seed=4, sizes=SIZES)
+    assert (first["split"].fillna("") != other["split"].fillna("")).any()
+    tests = set()
+    for seed in range(6):
+        drawn = assign_splits(cases, seed=seed, sizes=SIZES)
+        tests.add(frozenset(drawn[drawn["split"] == "test"]["instance"]))
+    assert len(tests) > 3
+
+
+def test_all_classes_take_part_and_unlabelled_cases_do_not():
+    cases = assign_splits(labelled(unlabelled=2), seed=3, sizes=SIZES)
+    assert set(cases[cases["split"] == "test"]["item_class"]) == {1, 2, 3}
+    assert cases[cases["status"] != "done"]["split"].isna().all()
+
+
+def test_too_few_cases_are_refused():
+    with pytest.raises(BenchmarkError, match=r"test: only \d+ stable or unstable .* 200 of each"):
+        assign_splits(labelled(), seed=3, sizes=SplitSizes(test=400, validation=12))
+    with pytest.raises(BenchmarkError, match="validation: only"):
+        assign_splits(labelled(instances=3), seed=3, sizes=SplitSizes(test=40, validation=200))
+
+
+def test_ranks_do_not_follow_the_order_of_the_table():
+    cases = assign_splits(labelled(), seed=3, sizes=SIZES)
+    own = cases[(cases["split"] == "test") & (cases["scenario"] == "S1")]
+    ranks = own["rank"].to_numpy(int)
+    assert np.corrcoef(np.arange(len(ranks)), ranks)[0, 1] < 0.9
