@@ -80,6 +80,14 @@ def test_limits_are_those_of_an_ordinary_judgement(folder):
         assert verdict.failing_step == step, (row.layout, row.judge)
 
 
+@pytest.mark.parametrize("spec", labelling._LIMITS)
+def test_limits_are_named_by_what_they_are(spec):
+    criterion, eps_t, eps_r, samples = labelling._LIMITS[spec]
+    p = make_method(spec).parameters
+    assert (p.criterion, p.eps_t, p.eps_r, p.samples) == (criterion, eps_t, eps_r, samples)
+    assert p.t_max == pytest.approx(samples * labelling.T_MAX / labelling.SAMPLES)
+
+
 def test_an_interrupted_run_goes_on(folder, monkeypatch):
     monkeypatch.setattr(labelling, "_SHARD", 8)
     first = label(folder, judges=())
