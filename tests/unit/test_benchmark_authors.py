@@ -251,6 +251,16 @@ def test_angles_are_relative_and_wrap_around(angles, turned):
     assert found.failing_step == (1 if turned > 10.0 else None)
 
 
+def test_axes_are_looked_at_one_by_one():
+    content = moves(STILL, (7.0, (0.0, 0.0, 7.0)))
+    last = content[1]["itemDeltas"]["1"]["observations"][-1]
+    last["translation"]["y"] += 7.0
+    last["rotation"]["z"] = -7.0
+    found = read_movements(content, 2)
+    assert (found.corner_last[1], found.angle_last[1]) == (7.0, 7.0)
+    assert found.failing_step is None
+
+
 def test_radians_are_an_option_and_a_wrong_unit_is_suspected(folder, tmp_path):
     folder.job(H1, layout(), score=0.5, raw=moves(STILL, (30.0, (0.0, 1.0, 1.5))))
     summary, _ = imported(folder, tmp_path)
