@@ -139,6 +139,8 @@ def test_an_overview_counts(folder):
         "split": "test", "scenario": "S1", "cases": 2, "stable": 1, "unstable": 1, "layouts": 2,
         "instances": 2, "items_mean": 3.0,
     }  # fmt: skip
+    # What was not labelled is counted by its status alone.
+    assert (found["splits"][3]["cases"], found["splits"][3]["unstable"]) == (1, 1)
     assert found["natural_stable"] == {"S1": 0.5, "S2a": 0.5, "S2b": 0.0}
     assert found["confidence"] == {"cases": 2, "robust": 1, "fragile": 1, "mean": 0.75}
     judges = {row["judge"]: (row["cases"], row["agreement"]) for row in found["judges"]}
@@ -182,6 +184,12 @@ def test_export_takes_a_slice_and_a_format(folder, tmp_path, capsys, name, to, k
     begins = {"csv": "layout,", "native": '{\n "format"', "job": '{\n "ulds"'}[kind]
     assert out.read_text().startswith(begins)
     assert [row["failing_step"] for row in labels(out)] == ["1"]
+
+
+def test_export_takes_a_part(folder, tmp_path):
+    out = str(tmp_path / "c.json")
+    assert main(["benchmark", "export", str(folder), "--part", "train", "-o", out]) == 0
+    assert [lay.name for lay in read_layouts(out)] == ["B_S2a"]
 
 
 def test_import_says_what_came_of_it(tmp_path, capsys):
