@@ -15,6 +15,7 @@ from typing import Any
 from rich.console import Console
 
 from engines.registry import EngineNotInstalledError
+from harness.cli.benchmark import add_benchmark
 from harness.cli.terminal import (
     at_least,
     positive_number,
@@ -23,6 +24,7 @@ from harness.cli.terminal import (
     status_line,
 )
 from harness.cli.verify import add_verify
+from harness.layouts.benchmark import BenchmarkError
 from harness.layouts.formats import Format, read_layouts, write_layouts
 from harness.layouts.model import LayoutError
 from harness.layouts.packing import random_layouts
@@ -40,6 +42,7 @@ _BAD_INPUT = (
     SpecError,
     StudyError,
     ResultsError,
+    BenchmarkError,
     EngineNotInstalledError,
     OSError,
 )
@@ -173,6 +176,7 @@ def _parser() -> argparse.ArgumentParser:
     bench.set_defaults(run=_bench)
 
     add_verify(commands)
+    add_benchmark(commands)
 
     methods = commands.add_parser(
         "methods", help="list methods and presets, or explain one, NAME or NAME@ENGINE"

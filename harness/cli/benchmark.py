@@ -1,0 +1,159 @@
+"""``steadyload benchmark``: the labelled set, what it holds and how to get it in and out."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from harness.cli.terminal import at_least, print_table, progress_bar
+from harness.layouts.benchmark import Part, load_benchmark
+from harness.layouts.benchmark.observations import RotationUnit
+from harness.layouts.formats import Format
+from harness.layouts.scenarios import Scenario
+
+_SHOWN = 10
+"""Files of a kind that are named after an import; all of them are counted."""
+
+
+def add_benchmark(commands: Any) -> None:
+    """Add the command and its actions to the parser's commands."""
+    benchmark = commands.add_parser("benchmark", help="the labelled set: look, export, import")
+    actions = benchmark.add_subparsers(required=True, metavar="ACTION")
+    _add_info(actions)
+    _add_export(actions)
+    _add_import(actions)
+
+
+def _add_directory(action: argparse.ArgumentParser) -> None:
+    action.add_argument(
+        "directory", nargs="?", type=Path, metavar="DIR",
+        help="folder of a labelled set (default: the one that comes with the package)",
+    )  # fmt: skip
+
+
+def _add_info(actions: Any) -> None:
+    info = actions.add_parser("info", help="count layouts, labels, splits and opinions")
+    _add_directory(info)
+    info.add_argument("--json", action="store_true", help="print one JSON object")
+    info.set_defaults(run=_info)
+
+
+def _add_export(actions: Any) -> None:
+    export = actions.add_parser("export", help="write cases as a layout file, labels beside it")
+    _add_directory(export)
+    export.add_argument(
+        "--part", choices=[str(part) for part in Part], default=str(Part.ALL),
+        help="default: all labelled cases",
+    )  # fmt: skip
+    export.add_argument(
+        "--scenario", action="append", choices=[str(scenario) for scenario in Scenario],
+        help="only this; may be repeated",
+    )  # fmt: skip
+    export.add_argument(
+        "--limit", type=at_least(1), metavar="N", help="only the first N of every scenario"
+    )
+    export.add_argument(
+        "--to", choices=[str(kind) for kind in (Format.NATIVE, Format.CSV, Format.JOB)],
+        help="format of the output (default: csv for *.csv, else native)",
+    )  # fmt: skip
+    export.add_argument("--output", "-o", required=True, type=Path, metavar="FILE")
+    export.set_defaults(run=_export)
+
+
+def _add_import(actions: Any) -> None:
+    read = actions.add_parser("import", help="bring the authors' published set into our form")
+    read.add_argument(
+        "directory", type=Path, metavar="DIR", help="their folder Data, or one Data_1 or Data_2"
+    )
+    read.add_argument("--output", "-o", required=True, type=Path, metavar="OUT")
+    read.add_argument(
+        "--rotation-unit", choices=[str(u) for u in RotationUnit],
+        default=str(RotationUnit.DEGREES), help="of raw observations (default: degrees)",
+    )  # fmt: skip
+    read.set_defaults(run=_import)
+
+
+def _info(options: argparse.Namespace) -> None:
+    from harness.layouts.benchmark.overview import overview
+
+    found = overview(load_benchmark(options.directory))
+    if options.json:
+        print(json.dumps(found, indent=1))
+        return
+    print(
+        f"{found['layouts']} layouts of {found['instances']} instances, {found['cases']} cases; "
+        f"origin: {found['origin'] or 'not stated'}"
+    )
+    print("status: " + ", ".join(f"{count} {name}" for name, count in found["status"].items()))
+    shares = (f"{s} {100 * share:.1f} %" for s, share in found["natural_stable"].items())
+    print("naturally stable: " + (", ".join(shares) or "nothing is labelled"))
+    header = ("split", "scenario", "cases", "stable", "unstable", "layouts", "instances")
+    _section(
+        (*header, "items, mean"),
+        [(*(str(row[k]) for k in header), f"{row['items_mean']:.1f}") for row in found["splits"]],
+    )
+    sure = found["confidence"]
+    if sure["cases"]:
+        print(
+            f"\nconfidence: {sure['cases']} labels judged again, {sure['robust']} robust, "
+            f"{sure['fragile']} fragile; mean {100 * sure['mean']:.1f} %"
+        )
+    _section(
+        ["judge", "reason", "cases", "agrees %"],
+        [
+            [row["judge"], row["reason"], str(row["cases"]), f"{100 * row['agreement']:.1f}"]
+            for row in found["judges"]
+        ],
+    )
+
+
+def _section(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    if rows:
+        print()
+        print_table(header, rows)
+
+
+def _export(options: argparse.Namespace) -> None:
+    from harness.layouts.benchmark.export import export, labels_path
+
+    by_name = Format.CSV if options.output.suffix.lower() == ".csv" else Format.NATIVE
+    count = export(
+        load_benchmark(options.directory),
+        options.output,
+        Format(options.to) if options.to else by_name,
+        part=options.part,
+        scenarios=tuple(options.scenario or ()),
+        limit=options.limit,
+    )
+    print(f"{count} cases -> {options.output}; labels -> {labels_path(options.output)}")
+
+
+def _import(options: argparse.Namespace) -> None:
+    from harness.layouts.benchmark.authors import import_authors
+
+    with progress_bar("reading") as advance:
+        found = import_authors(
+            options.directory,
+            options.output,
+            rotation_unit=RotationUnit(options.rotation_unit),
+            progress=advance,
+        )
+    print(
+        f"{found.layouts} layouts, {found.cases} cases ({found.labelled} labelled, "
+        f"{found.unlabelled} not) -> {options.output}"
+    )
+    print(f"{found.checked} labels held against what moved, {len(found.mismatches)} differ")
+    _list("differs from what moved", found.mismatches)
+    _list("repeats a case with another score", found.conflicts)
+    _list("refused", [f"{place}: {reason}" for place, reason in found.refused])
+    _list("doubtful", found.doubts)
+
+
+def _list(title: str, entries: Sequence[str]) -> None:
+    for entry in entries[:_SHOWN]:
+        print(f"{title}: {entry}")
+    if len(entries) > _SHOWN:
+        print(f"{title}: {len(entries) - _SHOWN} more")

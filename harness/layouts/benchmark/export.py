@@ -1,0 +1,111 @@
+"""Cases of a labelled set as layout files, with their labels beside them."""
+
+from __future__ import annotations
+
+import csv
+import errno
+import io
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from harness.atomic import write_atomically
+from harness.layouts.benchmark.dataset import KEYS, Benchmark, Part
+from harness.layouts.formats import Format, write_layouts
+
+LABEL_COLUMNS = (
+    "layout",
+    "scenario",
+    "instance",
+    "split",
+    "rank",
+    "item_count",
+    "failing_step",
+    "score",
+    "failing_step_paper",
+    "confidence",
+    "robust",
+)
+"""Columns of the file of labels. ``layout`` is the name in the layout file; ``failing_step`` is
+empty for a stable layout; ``score`` the share of items placed safely; ``confidence`` and ``robust``
+are empty for a case that was not judged again."""
+
+
+def export(
+    benchmark: Benchmark,
+    path: str | Path,
+    kind: Format,
+    *,
+    part: Part | str = Part.ALL,
+    scenarios: tuple[str, ...] = (),
+    limit: int | None = None,
+) -> int:
+    """Write cases as one file of layouts, and their labels beside it, both or neither.
+
+    A case's layout is named after geometry and scenario, ``NAME_S2a``. Labels go to
+    :func:`labels_path`.
+
+    Args:
+        benchmark: where the cases come from.
+        path: the layout file.
+        kind: its format; one that can be written.
+        part: as in :meth:`harness.layouts.benchmark.dataset.Benchmark.select`.
+        scenarios: as there.
+        limit: as there.
+
+    Returns:
+        The number of cases written.
+
+    Raises:
+        BenchmarkError: no such part or scenario, or no such case.
+        FormatError: ``kind`` cannot be written.
+        OSError: a file cannot be written; names it.
+    """
+    target = Path(path).resolve()
+    targets = (labels_path(target), target)
+    for file in targets:
+        if file.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(file))
+    cases = benchmark.select(part, scenarios=scenarios, limit=limit)
+    names = [_name(case) for case in cases.to_dict("records")]
+    layouts = (
+        benchmark.layout(layout, scenario).renamed(name)
+        for (layout, scenario), name in zip(cases[KEYS].to_numpy(), names, strict=True)
+    )
+    try:
+        # Both are written in full before either of them is seen.
+        with tempfile.TemporaryDirectory(prefix=f".{target.name}.", dir=target.parent) as folder:
+            staged = [Path(folder) / file.name for file in targets]
+            write_atomically(staged[0], _labels(benchmark, cases, names))
+            write_layouts(staged[1], layouts, kind)
+            for source, file in zip(staged, targets, strict=True):
+                source.replace(file)
+    except OSError as error:
+        raise type(error)(error.errno, error.strerror, str(path)) from None
+    return len(cases)
+
+
+def labels_path(path: Path) -> Path:
+    """The file of labels beside a layout file: ``cases.json`` has ``cases.labels.csv``."""
+    return path.with_name(f"{path.stem}.labels.csv")
+
+
+def _name(case: dict[Any, Any]) -> str:
+    return f"{case['layout']}_{case['scenario']}"
+
+
+def _labels(benchmark: Benchmark, cases: pd.DataFrame, names: list[str]) -> str:
+    sure = cases[KEYS].merge(benchmark.confidence.reset_index(), on=KEYS, how="left")
+    text = io.StringIO()
+    writer = csv.DictWriter(text, LABEL_COLUMNS, extrasaction="ignore", lineterminator="\n")
+    writer.writeheader()
+    for name, case, how in zip(
+        names, cases.to_dict("records"), sure.to_dict("records"), strict=True
+    ):
+        step = case["item_count"] if pd.isna(case["failing_step"]) else case["failing_step"]
+        values = how | case | {"layout": name, "score": step / case["item_count"]}
+        writer.writerow({k: "" if pd.isna(values[k]) else values[k] for k in LABEL_COLUMNS})
+    return text.getvalue()

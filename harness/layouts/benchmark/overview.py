@@ -1,0 +1,79 @@
+"""What a labelled set holds, counted."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pandas as pd
+
+from harness.layouts.benchmark.confidence import agrees
+from harness.layouts.benchmark.dataset import Benchmark, Part
+from harness.layouts.scenarios import Scenario
+
+_NO_SPLIT = "none"
+_SPLITS = (Part.TRAIN, Part.VALIDATION, Part.TEST, _NO_SPLIT)
+
+
+def overview(benchmark: Benchmark) -> dict[str, Any]:
+    """Counts and shares of a labelled set, as plain values for JSON.
+
+    Returns:
+        ``origin``, ``layouts``, ``instances``, ``cases``; ``status``: cases by status;
+        ``splits``: a row a split (``none``: in no split) and scenario, with ``cases``, ``stable``,
+        ``unstable``, ``layouts``, ``instances`` and ``items_mean`` of its labelled cases;
+        ``natural_stable``: share of stable cases by scenario over all labelled ones;
+        ``confidence``: ``cases`` that were judged again, how many of their labels are ``robust``
+        and ``fragile`` (somebody of the ensemble disagrees), and the ``mean`` confidence, null
+        where there are none; ``judges``: a row a further judge with ``reason``, ``cases`` and
+        ``agreement``, the share of these that name the label's failing step.
+    """
+    cases = benchmark.cases
+    labelled = cases[cases["status"] == "done"]
+    split = labelled["split"].fillna(_NO_SPLIT)
+    parts = [
+        (str(name), str(scenario), labelled[(split == name) & (labelled["scenario"] == scenario)])
+        for name in _SPLITS
+        for scenario in Scenario
+    ]
+    return {
+        "origin": benchmark.manifest.get("origin"),
+        "layouts": len(benchmark.layouts),
+        "instances": int(benchmark.layouts["instance"].nunique()),
+        "cases": len(cases),
+        "status": {str(k): int(n) for k, n in cases["status"].value_counts().items()},
+        "splits": [_counts(name, which, part) for name, which, part in parts if len(part)],
+        "natural_stable": benchmark.natural_stable,
+        "confidence": _sureness(benchmark),
+        "judges": _judges(benchmark),
+    }
+
+
+def _counts(split: str, scenario: str, part: pd.DataFrame) -> dict[str, Any]:
+    stable = int(part["failing_step"].isna().sum())
+    return {
+        "split": split,
+        "scenario": scenario,
+        "cases": len(part),
+        "stable": stable,
+        "unstable": len(part) - stable,
+        "layouts": int(part["layout"].nunique()),
+        "instances": int(part["instance"].nunique()),
+        "items_mean": float(part["item_count"].astype(float).mean()),
+    }
+
+
+def _sureness(benchmark: Benchmark) -> dict[str, Any]:
+    table = benchmark.confidence
+    robust = int(table["robust"].sum())
+    mean = float(table["confidence"].mean()) if len(table) else None
+    return {"cases": len(table), "robust": robust, "fragile": len(table) - robust, "mean": mean}
+
+
+def _judges(benchmark: Benchmark) -> list[dict[str, Any]]:
+    opinions = benchmark.opinions
+    same = opinions.assign(same=agrees(benchmark.cases, opinions))
+    groups = same.groupby(["reason", "judge"], sort=False)["same"]
+    return [
+        {"judge": judge, "reason": reason, "cases": len(said), "agreement": float(said.mean())}
+        for (reason, judge), said in groups
+    ]
