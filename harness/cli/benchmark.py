@@ -4,15 +4,24 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from harness.cli.terminal import at_least, print_table, progress_bar
 from harness.layouts.benchmark import Part, load_benchmark
+from harness.layouts.benchmark.build import BuildOptions
 from harness.layouts.benchmark.observations import RotationUnit
+from harness.layouts.benchmark.splits import SIZES, SplitSizes
 from harness.layouts.formats import Format
+from harness.layouts.packing import WeightRule
 from harness.layouts.scenarios import Scenario
+
+WORK = Path("runs/benchmark")
+"""Where a new set is made."""
+
+_AT_WORK = f"folder of the new set (default: {WORK})"
 
 _SHOWN = 10
 """Files of a kind that are named after an import; all of them are counted."""
@@ -22,9 +31,8 @@ def add_benchmark(commands: Any) -> None:
     """Add the command and its actions to the parser's commands."""
     benchmark = commands.add_parser("benchmark", help="the labelled set: look, export, import")
     actions = benchmark.add_subparsers(required=True, metavar="ACTION")
-    _add_info(actions)
-    _add_export(actions)
-    _add_import(actions)
+    for add in (_add_info, _add_page, _add_export, _add_import, _add_build, _add_label):
+        add(actions)
 
 
 def _add_directory(action: argparse.ArgumentParser) -> None:
@@ -73,7 +81,57 @@ def _add_import(actions: Any) -> None:
         "--rotation-unit", choices=[str(u) for u in RotationUnit],
         default=str(RotationUnit.DEGREES), help="of raw observations (default: degrees)",
     )  # fmt: skip
+    read.add_argument(
+        "--split-seed", type=at_least(0), metavar="N",
+        help="draw training, validation and test by item list (default: no splits)",
+    )  # fmt: skip
     read.set_defaults(run=_import)
+
+
+def _add_build(actions: Any) -> None:
+    standard = BuildOptions()
+    build = actions.add_parser("build", help="pack the layouts of a new set, not labelled yet")
+    build.add_argument("--output", "-o", type=Path, metavar="DIR", default=WORK, help=_AT_WORK)
+    build.add_argument(
+        "--seed", type=at_least(0), default=standard.seed, help=f"default: {standard.seed}"
+    )
+    build.add_argument(
+        "--instances", type=at_least(1), metavar="N", default=standard.instances,
+        help=f"item lists of every class (default: {standard.instances})",
+    )  # fmt: skip
+    build.add_argument(
+        "--weights", choices=[str(rule) for rule in WeightRule], default=str(standard.weights),
+        help=f"default: {standard.weights}",
+    )  # fmt: skip
+    build.set_defaults(run=_build)
+
+
+def _add_label(actions: Any) -> None:
+    label = actions.add_parser(
+        "label", help="label a set, split it, ask further judges; goes on where it was interrupted"
+    )
+    label.add_argument(
+        "directory", nargs="?", type=Path, metavar="DIR", default=WORK, help=_AT_WORK
+    )
+    label.add_argument(
+        "--test", type=at_least(2), metavar="N", default=SIZES.test,
+        help=f"cases a scenario in the test split (default: {SIZES.test})",
+    )  # fmt: skip
+    label.add_argument(
+        "--validation", type=at_least(2), metavar="N", default=SIZES.validation,
+        help=f"likewise (default: {SIZES.validation})",
+    )  # fmt: skip
+    label.add_argument("--workers", "-j", type=at_least(1), default=os.cpu_count() or 1)
+    label.set_defaults(run=_label)
+
+
+def _add_page(actions: Any) -> None:
+    page = actions.add_parser("page", help="write the page of a set")
+    _add_directory(page)
+    page.add_argument(
+        "--output", "-o", type=Path, metavar="DIR", default=Path("runs/benchmark-page")
+    )
+    page.set_defaults(run=_page)
 
 
 def _info(options: argparse.Namespace) -> None:
@@ -116,6 +174,45 @@ def _section(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         print_table(header, rows)
 
 
+def _build(options: argparse.Namespace) -> None:
+    from harness.studies.labelling import build_set
+
+    chosen = BuildOptions(
+        seed=options.seed, instances=options.instances, weights=WeightRule(options.weights)
+    )
+    with progress_bar("packing") as advance:
+        count = build_set(chosen, options.output, advance)
+    print(f"{count} cases -> {options.output}; next: steadyload benchmark label {options.output}")
+
+
+def _label(options: argparse.Namespace) -> None:
+    from harness.studies.labelling import label_set
+
+    sizes = SplitSizes(options.test, options.validation)
+    try:
+        with progress_bar("labelling") as advance:
+            label_set(
+                options.directory,
+                sizes=sizes,
+                workers=options.workers,
+                progress=lambda _, done, total: advance(done, total),
+            )
+    except KeyboardInterrupt:
+        print(f"What is finished stays in {options.directory}; run the same command to go on.")
+        raise
+    print(f"labels and opinions -> {options.directory}")
+
+
+def _page(options: argparse.Namespace) -> None:
+    from harness.studies.benchmark_summary import made_with, summarise
+    from reports.benchmark_page import benchmark_page
+    from reports.pages import write_page
+
+    found = load_benchmark(options.directory)
+    page = benchmark_page(summarise(found), made_with(found), found.notes)
+    print(write_page(page, options.output))
+
+
 def _export(options: argparse.Namespace) -> None:
     from harness.layouts.benchmark.export import export, labels_path
 
@@ -139,6 +236,7 @@ def _import(options: argparse.Namespace) -> None:
             options.directory,
             options.output,
             rotation_unit=RotationUnit(options.rotation_unit),
+            split_seed=options.split_seed,
             progress=advance,
         )
     print(

@@ -12,6 +12,7 @@ from harness.layouts.benchmark.confidence import ENSEMBLE, Reason, agrees
 from harness.layouts.benchmark.dataset import KEYS, Benchmark
 from harness.layouts.scenarios import Scenario
 from harness.studies.metrics import mean, share
+from harness.studies.results import provenance_lines
 from reports.benchmark_records import (
     BenchmarkSummary,
     ClassCount,
@@ -30,6 +31,19 @@ PUBLISHED_STABLE: Mapping[str, float] = {"S1": 0.790, "S2a": 0.760, "S2b": 0.708
 _THRESHOLD_T, _THRESHOLD_R = 10.0, 10.0
 _BINS = 10
 STABLE = "stable"
+
+
+def made_with(benchmark: Benchmark) -> dict[str, str]:
+    """What a set was made with, as a page shows it."""
+    manifest, lines = benchmark.manifest, {}
+    for key in ("origin", "seed", "instances", "item_counts", "weights", "label", "source"):
+        if key in manifest:
+            lines[key.replace("_", " ")] = str(manifest[key])
+    for step in ("built_with", "labelled_with"):
+        if step in manifest:
+            made = provenance_lines(manifest[step])
+            lines |= {f"{step.replace('_', ' ')}: {k}": v for k, v in made.items()}
+    return lines
 
 
 def summarise(benchmark: Benchmark) -> BenchmarkSummary:

@@ -25,6 +25,7 @@ from harness.layouts.benchmark.splits import SIZES, SplitSizes, assign_splits
 from harness.layouts.benchmark.tables import (
     CASES,
     OPINIONS,
+    UNLABELLED,
     BenchmarkError,
     is_table,
     read_parquet,
@@ -153,10 +154,6 @@ def write_unlabelled(
     ]
     frame = pd.DataFrame(rows).reindex(columns=CASES.names)
     write_tables(directory, layouts, frame, _no_opinions(), manifest)
-
-
-UNLABELLED = "unlabelled"
-"""Status of a case that nobody has judged yet."""
 
 
 def label_set(

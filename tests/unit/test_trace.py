@@ -36,7 +36,9 @@ def test_free_fall_is_followed_until_it_is_beyond_the_limit():
     assert seen.status is Status.DONE
 
 
-@pytest.mark.parametrize(("eps_t", "samples"), [(3.0, 10), (10.0, 10), (15.0, 6), (19.0, 6), (19.0, 7)])
+@pytest.mark.parametrize(
+    ("eps_t", "samples"), [(3.0, 10), (10.0, 10), (15.0, 6), (19.0, 6), (19.0, 7)]
+)
 @pytest.mark.parametrize("criterion", Criterion)
 def test_thresholds_and_times_are_read_off_a_fall(criterion, eps_t, samples):
     fallen = 100.0 * 0.5 * 9.8 * (0.03 * samples) ** 2

@@ -35,19 +35,18 @@ from harness.layouts.benchmark.observations import (
     Movements,
     RotationUnit,
 )
+from harness.layouts.benchmark.splits import assign_splits
 from harness.layouts.benchmark.tables import (
     CASES,
     LAYOUTS,
     OPINIONS,
+    UNLABELLED,
     BenchmarkError,
     write_tables,
 )
 from harness.layouts.model import Layout
 from harness.layouts.packing import MOST_ITEMS
 from harness.layouts.scenarios import Scenario
-
-UNLABELLED = "unlabelled"
-"""Status of a case for which there is no score."""
 
 _PACKED = re.compile(r"H\d+_(Class_(\d+)_Instance_\d+)_ULD_\d+")
 _HEURISTIC, _DEVICE = re.compile(r"^H\d+_"), re.compile(r"_(?:ULD|ake|pmc|pge)_?.*$", re.I)
@@ -90,21 +89,22 @@ def import_authors(
     *,
     rotation_unit: RotationUnit = RotationUnit.DEGREES,
     most_items: int = MOST_ITEMS,
+    split_seed: int | None = None,
     progress: Progress = lambda done, total: None,
 ) -> ImportSummary:
     """Write the authors' set as a folder that :func:`load_benchmark` reads.
-
-    No case is given a split.
 
     Args:
         directory: as for :func:`read_authors`.
         output: a folder that does not exist, is empty, or holds a labelled set to replace.
         rotation_unit: as for :func:`read_authors`.
         most_items: as for :func:`read_authors`.
+        split_seed: draw splits by item list, see :func:`assign_splits`; None gives no case a split.
         progress: as for :func:`read_authors`.
 
     Raises:
-        BenchmarkError: as :func:`read_authors`; or ``output`` holds something else.
+        BenchmarkError: as :func:`read_authors`; ``output`` holds something else; or too few stable
+            or unstable cases for splits.
         OSError: a folder cannot be read or written.
     """
     output = Path(output)
@@ -112,8 +112,12 @@ def import_authors(
     layouts, cases, summary = read_authors(
         directory, rotation_unit=rotation_unit, most_items=most_items, progress=progress
     )
+    if split_seed is not None:
+        lists = layouts.set_index("layout")[["instance", "item_class"]]
+        cases = assign_splits(cases.join(lists, on="layout"), seed=split_seed)
     manifest = {
         "origin": "imported",
+        "split_seed": split_seed,
         "source": Path(directory).resolve().name,
         "labelled": summary.labelled,
         "unlabelled": summary.unlabelled,

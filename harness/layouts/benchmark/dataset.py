@@ -54,12 +54,15 @@ class Benchmark:
         opinions: what other judges said of some cases,
             :data:`harness.layouts.benchmark.tables.OPINIONS`.
         manifest: what it was made with.
+        notes: what people found when they looked at its disputed labels, as Markdown; its folder
+            may hold them as ``notes.md``.
     """
 
     layouts: pd.DataFrame
     cases: pd.DataFrame
     opinions: pd.DataFrame
     manifest: dict[str, Any]
+    notes: str = ""
 
     @cached_property
     def confidence(self) -> pd.DataFrame:
@@ -142,16 +145,20 @@ def load_benchmark(directory: str | Path | None = None) -> Benchmark:
     Raises:
         BenchmarkError: not such a folder, or a damaged one.
     """
-    layouts, cases, opinions, manifest = read_tables(Path(directory or SHIPPED))
+    folder = Path(directory or SHIPPED)
+    layouts, cases, opinions, manifest = read_tables(folder)
     layouts = layouts.set_index("layout")
     try:
         instance = layouts["instance"].reindex(cases["layout"])
     except ValueError:
-        raise BenchmarkError(f"{directory or SHIPPED}: a layout stands there twice") from None
+        raise BenchmarkError(f"{folder}: a layout stands there twice") from None
     if instance.isna().any():
         missing = cases["layout"][instance.isna().to_numpy()].iloc[0]
-        raise BenchmarkError(f"{directory or SHIPPED}: layout {missing!r} is missing")
-    return Benchmark(layouts, cases.assign(instance=instance.to_numpy()), opinions, manifest)
+        raise BenchmarkError(f"{folder}: layout {missing!r} is missing")
+    cases = cases.assign(instance=instance.to_numpy())
+    written = folder / "notes.md"
+    notes = written.read_text() if written.exists() else ""
+    return Benchmark(layouts, cases, opinions, manifest, notes)
 
 
 def layout_of(name: str, row: Any, offsets: Any) -> Layout:

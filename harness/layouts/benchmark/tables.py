@@ -14,6 +14,9 @@ from harness.atomic import write_atomically
 
 VERSION = 1
 
+UNLABELLED = "unlabelled"
+"""Status of a case that nobody has judged yet."""
+
 _TEXT, _NUMBERS = pa.string(), pa.list_(pa.float64())
 
 LAYOUTS = pa.schema(
