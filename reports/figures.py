@@ -26,6 +26,7 @@ from reports.records import (
     MethodSummary,
     Scene,
     SpeedCurve,
+    TradeOff,
 )
 from reports.style import colour, engine_colour, marker
 
@@ -52,24 +53,23 @@ def png(figure: Figure) -> bytes:
     return sink.getvalue()
 
 
-def plot_trade_off(methods: Sequence[MethodSummary], *, x_label: str) -> Figure:
-    """Runtime (log axis) against agreement, with intervals: Fig. 3 of the paper.
+def plot_trade_off(points: Sequence[TradeOff], *, x_label: str) -> Figure:
+    """Runtime (log axis) against a share in per cent, with intervals: Fig. 3 of the paper.
 
-    Good methods stand at the lower right. Methods without an agreement are left out.
+    Good methods stand at the lower right. Methods without a share are left out.
     """
     figure = Figure(figsize=(7.6, 4.6))
     axes = figure.add_subplot()
-    for summary in methods:
-        x, y = summary.agreement, summary.cpu
-        if x is None or math.isnan(x.value):
-            continue
+    shown = [point for point in points if not math.isnan(point.share.value)]
+    for point in shown:
+        x, y = point.share, point.cpu
         axes.errorbar(
             100 * x.value,
             y.value,
             xerr=[[100 * (x.value - x.low)], [100 * (x.high - x.value)]],
             yerr=[[y.value - y.low], [y.high - y.value]],
-            fmt=marker(summary.method),
-            color=colour(summary.method),
+            fmt=marker(point.method),
+            color=colour(point.method),
             markersize=8,
             markeredgecolor="white",
             elinewidth=0.8,
@@ -77,12 +77,12 @@ def plot_trade_off(methods: Sequence[MethodSummary], *, x_label: str) -> Figure:
         axes.plot(
             [],
             [],
-            marker(summary.method),
-            color=colour(summary.method),
+            marker(point.method),
+            color=colour(point.method),
             markersize=7,
-            label=summary.method.title,
+            label=point.method.title,
         )
-    if any(m.cpu.value > 0.0 for m in methods if m.agreement is not None):
+    if any(point.cpu.value > 0.0 for point in shown):
         axes.set_yscale("log")
     axes.yaxis.set_major_formatter(_PLAIN)
     axes.set_xlabel(x_label)
