@@ -51,8 +51,8 @@ def _accuracy(found: Accuracies) -> Section:
                     x_label="accuracy (% of cases with the label's failing step)",
                 ),
                 "CPU time against accuracy; good methods stand at the lower right. Colour tells "
-                "the method, marker tells the engine, bars are 95 % intervals; equal methods hide "
-                "each other.",
+                "the method, marker tells the engine, hollow markers have parameters of their own, "
+                "bars are 95 % intervals; equal methods hide each other.",
             )
         ],
     )
@@ -67,8 +67,8 @@ def _table(methods: Sequence[AccuracySummary]) -> str:
         "underestimated %",
         "stable or not %",
         "within one %",
-        "robust %",
-        "fragile %",
+        f"robust % (n {methods[0].robust.n})",
+        f"fragile % (n {methods[0].fragile.n})",
         "natural prevalence %",
         "CPU ms",
         "wall ms",

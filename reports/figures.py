@@ -28,7 +28,7 @@ from reports.records import (
     SpeedCurve,
     TradeOff,
 )
-from reports.style import colour, engine_colour, marker
+from reports.style import colour, engine_colour, face, marker
 
 matplotlib.rcParams.update(
     {
@@ -63,6 +63,7 @@ def plot_trade_off(points: Sequence[TradeOff], *, x_label: str) -> Figure:
     shown = [point for point in points if not math.isnan(point.share.value)]
     for point in shown:
         x, y = point.share, point.cpu
+        filled = face(point.method) == colour(point.method)
         axes.errorbar(
             100 * x.value,
             y.value,
@@ -71,7 +72,8 @@ def plot_trade_off(points: Sequence[TradeOff], *, x_label: str) -> Figure:
             fmt=marker(point.method),
             color=colour(point.method),
             markersize=8,
-            markeredgecolor="white",
+            markerfacecolor=face(point.method),
+            markeredgecolor="white" if filled else colour(point.method),
             elinewidth=0.8,
         )
         axes.plot(
@@ -79,6 +81,7 @@ def plot_trade_off(points: Sequence[TradeOff], *, x_label: str) -> Figure:
             [],
             marker(point.method),
             color=colour(point.method),
+            markerfacecolor=face(point.method),
             markersize=7,
             label=point.method.title,
         )

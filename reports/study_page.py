@@ -84,8 +84,8 @@ def _scores(comparison: Comparison) -> Section:
                     x_label="agreement with simulations on other engines (%)",
                 ),
                 "CPU time against agreement; good methods stand at the lower right. "
-                "Colour tells the method, marker tells the engine, bars are 95 % intervals; equal "
-                "methods hide each other.",
+                "Colour tells the method, marker tells the engine, hollow markers have parameters "
+                "of their own, bars are 95 % intervals; equal methods hide each other.",
             )
         ]
         if any(m.agreement for m in comparison.methods)

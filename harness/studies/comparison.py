@@ -325,6 +325,7 @@ def scene(layout: Layout, title: str, marked: list[int]) -> Scene:
 def _manifest_lines(manifest: Mapping[str, Any], rows: int) -> dict[str, str]:
     study, labels = manifest["study"], manifest.get("labels")
     source = {"layout files": ", ".join(study["files"])}
+    drawn = {"scenarios": ", ".join(study["scenarios"]) or AS_GIVEN, "seed": str(study["seed"])}
     if labels is not None:
         source = {"labelled set": f"part {labels['part']}, {labels['cases']} cases "
                                   f"(labels {labels['hash']})"}  # fmt: skip
@@ -332,9 +333,7 @@ def _manifest_lines(manifest: Mapping[str, Any], rows: int) -> dict[str, str]:
         "study": f"{study['name']} ({manifest['study_hash']})",
         **source,
         "layouts": f"{manifest['layouts']} (data {manifest['data_hash']})",
-        "scenarios": ", ".join(study["scenarios"])
-        or (AS_GIVEN if labels is None else "all of the set"),
-        "seed": str(study["seed"]),
+        **(drawn if labels is None else {}),
         "rows": str(rows),
         "source": f"{manifest['git'] or 'installed package'} (code {manifest['code']})",
         "versions": ", ".join(f"{k} {v}" for k, v in manifest["versions"].items()),

@@ -88,7 +88,7 @@ def labelled_material(study: StudyDefinition) -> Material:
     layouts = {layout.name: layout for _, layout in cases}
     centred = [layout.with_mass_offsets(np.zeros((len(layout), 3))) for layout in layouts.values()]
     labels = _labels(benchmark, chosen)
-    answers = labels[["layout", "scenario", "failing_step", "robust"]].to_csv(index=False)
+    answers = labels[[*_KEYS, "instance", "failing_step", "robust"]].to_csv(index=False)
     about = {
         "part": str(study.benchmark),
         "cases": len(labels),

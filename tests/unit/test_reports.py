@@ -15,7 +15,7 @@ from reports.engines_page import engines_markdown
 from reports.pages import write_page
 from reports.records import Estimate, MethodKey
 from reports.study_page import study_page
-from reports.style import colour, marker
+from reports.style import colour, face, marker
 from reports.tables import markdown_table, milliseconds, percent, significant
 
 
@@ -148,5 +148,8 @@ def test_a_table_escapes_what_would_break_it():
 def test_style_is_fixed_by_method_and_engine():
     known = MethodKey("PS_3", "ps3@bullet", "ps3", "bullet")
     assert (colour(known), marker(known)) == ("#1f77b4", "s")
+    varied = MethodKey("PS_3 (friction=1)", "ps3@bullet:friction=1", "ps3", "bullet")
+    assert (colour(varied), marker(varied)) == (colour(known), marker(known))
+    assert (face(known), face(varied)) == (colour(known), "white")
     unknown = MethodKey("X", "x@y", "x", "y")
     assert (colour(unknown), marker(unknown)) == (colour(unknown), marker(unknown))
