@@ -96,7 +96,8 @@ def weighted_share(
         counts = sizes[drawn].sum(axis=1)
         whole = (counts > 0.0).all(axis=1)
         found.append((sums[drawn].sum(axis=1)[whole] / counts[whole]) @ factors)
-    low, high = np.quantile(np.concatenate(found), (0.025, 0.975))
+    whole_ones = np.concatenate(found)
+    low, high = np.quantile(whole_ones, (0.025, 0.975)) if len(whole_ones) else (math.nan, math.nan)
     value = (sums.sum(axis=0) / sizes.sum(axis=0)) @ factors
     return Estimate(float(value), float(low), float(high), len(happened))
 
