@@ -26,8 +26,9 @@ from reports.records import (
     MethodSummary,
     Scene,
     SpeedCurve,
+    TradeOff,
 )
-from reports.style import colour, engine_colour, marker
+from reports.style import colour, engine_colour, face, marker
 
 matplotlib.rcParams.update(
     {
@@ -52,37 +53,39 @@ def png(figure: Figure) -> bytes:
     return sink.getvalue()
 
 
-def plot_trade_off(methods: Sequence[MethodSummary], *, x_label: str) -> Figure:
-    """Runtime (log axis) against agreement, with intervals: Fig. 3 of the paper.
+def plot_trade_off(points: Sequence[TradeOff], *, x_label: str) -> Figure:
+    """Runtime (log axis) against a share in per cent, with intervals: Fig. 3 of the paper.
 
-    Good methods stand at the lower right. Methods without an agreement are left out.
+    Good methods stand at the lower right. Methods without a share are left out.
     """
     figure = Figure(figsize=(7.6, 4.6))
     axes = figure.add_subplot()
-    for summary in methods:
-        x, y = summary.agreement, summary.cpu
-        if x is None or math.isnan(x.value):
-            continue
+    shown = [point for point in points if not math.isnan(point.share.value)]
+    for point in shown:
+        x, y = point.share, point.cpu
+        filled = face(point.method) == colour(point.method)
         axes.errorbar(
             100 * x.value,
             y.value,
             xerr=[[100 * (x.value - x.low)], [100 * (x.high - x.value)]],
             yerr=[[y.value - y.low], [y.high - y.value]],
-            fmt=marker(summary.method),
-            color=colour(summary.method),
+            fmt=marker(point.method),
+            color=colour(point.method),
             markersize=8,
-            markeredgecolor="white",
+            markerfacecolor=face(point.method),
+            markeredgecolor="white" if filled else colour(point.method),
             elinewidth=0.8,
         )
         axes.plot(
             [],
             [],
-            marker(summary.method),
-            color=colour(summary.method),
+            marker(point.method),
+            color=colour(point.method),
+            markerfacecolor=face(point.method),
             markersize=7,
-            label=summary.method.title,
+            label=point.method.title,
         )
-    if any(m.cpu.value > 0.0 for m in methods if m.agreement is not None):
+    if any(point.cpu.value > 0.0 for point in shown):
         axes.set_yscale("log")
     axes.yaxis.set_major_formatter(_PLAIN)
     axes.set_xlabel(x_label)

@@ -120,6 +120,62 @@ class Disagreement:
 
 
 @dataclass(frozen=True, slots=True)
+class AccuracySummary:
+    """One method against the labels: shares of cases.
+
+    ``accuracy``: the failing step is the label's. ``over``, ``under``: it is later, earlier; a
+    stable layout fails later than all. ``stable``: both say stable, or neither does.
+    ``within_one``: the numbers of items placed safely differ by at most one. ``robust``,
+    ``fragile``: accuracy on cases whose label is so. ``natural``: accuracy at the natural share of
+    stable layouts. Estimates that no case speaks of have n = 0. Times are a layout, in ms.
+    ``behind``: accuracy minus that of the most accurate method on the same cases, None for that
+    method itself. A case without a verdict counts as wrong, and as neither over nor under.
+    """
+
+    method: MethodKey
+    accuracy: Estimate
+    over: Estimate
+    under: Estimate
+    stable: Estimate
+    within_one: Estimate
+    robust: Estimate
+    fragile: Estimate
+    natural: Estimate
+    cpu: Estimate
+    wall: Estimate
+    without_verdict: Mapping[str, int]
+    behind: Estimate | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Accuracies:
+    """All methods against the labels of a part of a labelled set.
+
+    ``stable``, ``robust``, ``fragile``: cases whose label is so; what is neither robust nor fragile
+    was not asked. ``natural_stable``: share of stable layouts by scenario in the whole set.
+    """
+
+    part: str
+    cases: int
+    instances: int
+    stable: int
+    robust: int
+    fragile: int
+    natural_stable: Mapping[str, float]
+    methods: tuple[AccuracySummary, ...]
+    by_scenario: Mapping[str, tuple[AccuracySummary, ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class TradeOff:
+    """A method's place between a share [0 to 1] and CPU time a layout [ms]."""
+
+    method: MethodKey
+    share: Estimate
+    cpu: Estimate
+
+
+@dataclass(frozen=True, slots=True)
 class Comparison:
     """Everything that a study's page shows."""
 
@@ -137,6 +193,7 @@ class Comparison:
     missing_rows: int = 0
     missing_methods: tuple[str, ...] = ()
     manifest: Mapping[str, str] = field(default_factory=dict)
+    accuracies: Accuracies | None = None
 
 
 @dataclass(frozen=True, slots=True)

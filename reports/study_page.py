@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from reports.accuracy_sections import LABELS_EXPLAINED, accuracy_sections
 from reports.figures import plot_agreement_matrix, plot_phases, plot_scene, plot_trade_off
 from reports.pages import Page, Picture, Section
-from reports.records import Comparison, MethodSummary, SameTuning, SettingsUse
+from reports.records import Comparison, MethodSummary, SameTuning, SettingsUse, TradeOff
 from reports.tables import (
     MISSING,
     markdown_table,
@@ -23,16 +24,25 @@ def study_page(comparison: Comparison) -> Page:
     """Compose the page of a comparison."""
     scenarios = ", ".join(comparison.scenarios)
     several = len(comparison.methods) > 1
+    labelled = comparison.accuracies
+    packed = f"packed from {labelled.instances} item lists, " if labelled else ""
+    counted = "where scenarios are pooled, both count layouts, not cases"
+    if labelled:
+        counted = "both count item lists, not cases"
     summary = (
         f"{len(comparison.methods)} methods on {comparison.cases} cases: {comparison.layouts} "
-        f"layouts, scenarios {scenarios}. "
+        f"layouts, {packed}scenarios {scenarios}. "
         f"On {comparison.disputed} of {comparison.cases} cases the methods do not all agree.\n\n"
         "A *score* is the share of a layout's items that can be loaded one after the other before "
         "something moves too far; two methods *agree* on a case when they name the same failing "
-        "step. Brackets hold 95 % intervals: Wilson's for shares, bootstrap for means; where "
-        "scenarios are pooled, both count layouts, not cases. A case without a verdict counts as "
-        "not stable and as no agreement; it is left out of the mean score. "
-        "There are no reference labels on this page: agreement is not accuracy."
+        f"step. Brackets hold 95 % intervals: Wilson's for shares, bootstrap for means; {counted}. "
+        "A case without a verdict counts as not stable and as no agreement; it is left out of the "
+        "mean score. "
+        + (
+            "There are no reference labels on this page: agreement is not accuracy."
+            if labelled is None
+            else LABELS_EXPLAINED
+        )
     )
     missing = comparison.missing_methods
     if comparison.missing_rows:
@@ -43,6 +53,7 @@ def study_page(comparison: Comparison) -> Page:
             + f"; run the study again to go on.\n\n{summary}"
         )
     sections = [
+        *(accuracy_sections(labelled) if labelled else []),
         _scores(comparison),
         *_same_tunings(comparison.tunings),
         _costs(comparison),
@@ -65,11 +76,16 @@ def _scores(comparison: Comparison) -> Section:
             Picture(
                 "trade_off",
                 plot_trade_off(
-                    comparison.methods, x_label="agreement with simulations on other engines (%)"
+                    [
+                        TradeOff(m.method, m.agreement, m.cpu)
+                        for m in comparison.methods
+                        if m.agreement is not None
+                    ],
+                    x_label="agreement with simulations on other engines (%)",
                 ),
                 "CPU time against agreement; good methods stand at the lower right. "
-                "Colour tells the method, marker tells the engine, bars are 95 % intervals; equal "
-                "methods hide each other.",
+                "Colour tells the method, marker tells the engine, hollow markers have parameters "
+                "of their own, bars are 95 % intervals; equal methods hide each other.",
             )
         ]
         if any(m.agreement for m in comparison.methods)

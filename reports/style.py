@@ -1,6 +1,7 @@
 """Colour and marker of every method, fixed here once: the same on every page and in every figure.
 
-The colour tells the family (rule or tuning), the marker tells the engine.
+The colour tells the family (rule or tuning), the marker tells the engine; it is hollow where a
+method has parameters of its own.
 """
 
 from __future__ import annotations
@@ -56,6 +57,11 @@ def marker(method: MethodKey) -> str:
     """The method's marker; an engine without one gets a spare marker by its name."""
     known = _ENGINE_MARKERS.get(method.engine)
     return known or _spare(str(method.engine), _SPARE_MARKERS)
+
+
+def face(method: MethodKey) -> str:
+    """The inside of the method's marker: its colour, white where its spec names parameters."""
+    return "white" if ":" in method.spec else colour(method)
 
 
 def engine_colour(engine: str) -> str:

@@ -136,10 +136,16 @@ def _parser() -> argparse.ArgumentParser:
     _add_snap(convert)
     convert.set_defaults(run=_convert)
 
-    study = commands.add_parser("study", help="compare methods on many layouts")
+    study = commands.add_parser(
+        "study", help="compare methods on many layouts, or on labelled ones"
+    )
     actions = study.add_subparsers(required=True, metavar="ACTION")
     run = actions.add_parser("run", help="run or resume a study")
-    run.add_argument("study", metavar="STUDY.toml", help=f"a study file, or the word {EMBEDDED!r}")
+    run.add_argument(
+        "study",
+        metavar="STUDY.toml",
+        help=f"a study file, or the word {EMBEDDED!r}: a slice of the shipped labelled set",
+    )
     run.add_argument("--output", "-o", type=Path, metavar="DIR", help="default: runs/NAME")
     run.add_argument(
         "--workers", "-j", type=at_least(1), default=os.cpu_count() or 1, help="default: all cores"

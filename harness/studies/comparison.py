@@ -15,7 +15,9 @@ from harness.layouts.formats import read_layouts
 from harness.layouts.model import Layout
 from harness.layouts.scenarios import Scenario, apply_scenario
 from harness.methods.registry import presets
+from harness.studies.accuracy import accuracies
 from harness.studies.definition import AS_GIVEN
+from harness.studies.labels import labelled_layout, load_labels
 from harness.studies.metrics import agreement, mean, outcomes, same, share
 from harness.studies.results import ResultsError, load_manifest, load_results
 from reports.records import (
@@ -31,7 +33,13 @@ from reports.records import (
     SettingsUse,
 )
 
-_TITLES = {"fbs": "FBS", "pbs": "PBS", "sme": "SME", "simulation": "PS"}
+_TITLES = {
+    "fbs": "FBS",
+    "pbs": "PBS",
+    "sme": "SME",
+    "equilibrium": "Equilibrium",
+    "simulation": "PS",
+}
 _CPU_PHASES = (("cpu", "build"), ("cpu", "step"), ("cpu", "read"))
 _MOST_DISAGREEMENTS = 10
 
@@ -51,6 +59,13 @@ def compare(directory: str | Path) -> Comparison:
         raise ResultsError(f"{directory}: no case has been judged by all methods yet; resume it")
     keys = {m: _key(results[results["method"] == m].iloc[0]) for m in order}
     said = outcomes(results)[order]
+    labels = _labels(directory, said) if "labels" in manifest else None
+    # Layouts packed from one item list are alike: where lists are known, intervals stand on them.
+    groups = {name: name for name in results["layout"].unique()}
+    if labels is not None:
+        groups = dict(zip(labels.index.get_level_values("layout"), labels["instance"], strict=True))
+    results["group"] = results["layout"].map(groups)
+    together = _groups(results, said)
     summaries = _summaries(results, said, keys)
     scenarios = tuple(dict.fromkeys(results["scenario"]))
     uses = tuple(
@@ -58,40 +73,57 @@ def compare(directory: str | Path) -> Comparison:
     )
     layouts = {layout.name: layout for layout in read_layouts(directory / "layouts.json")}
     disputed = said[said.nunique(axis=1, dropna=False) > 1]
+    by_scenario = {
+        scenario: _summaries(
+            results[results["scenario"] == scenario],
+            said[said.index.get_level_values("scenario") == scenario],
+            keys,
+        )
+        for scenario in (scenarios if len(scenarios) > 1 else ())
+    }
     return Comparison(
         title=manifest["study"]["name"],
         cases=len(said),
         layouts=results["layout"].nunique(),
         scenarios=scenarios,
         methods=summaries,
-        by_scenario={
-            scenario: _summaries(
-                results[results["scenario"] == scenario],
-                said[said.index.get_level_values("scenario") == scenario],
-                keys,
-            )
-            for scenario in scenarios
-        }
-        if len(scenarios) > 1
-        else {},
+        by_scenario=by_scenario,
         matrix=AgreementMatrix(
             tuple(keys.values()),
-            tuple(tuple(agreement(said, a, b) for b in order) for a in order),
+            tuple(tuple(agreement(said, a, b, together) for b in order) for a in order),
         ),
-        tunings=_same_tunings(results, said, summaries, uses),
+        tunings=_same_tunings(results, said, summaries, uses, together),
         uses=uses,
-        disagreements=_disagreements(results, said, keys, layouts, manifest["study"]["seed"]),
+        disagreements=_disagreements(
+            results, said, keys, layouts, manifest["study"]["seed"], labels
+        ),
         disputed=len(disputed),
         missing_rows=manifest["rows"] - rows,
         missing_methods=tuple(m for m in manifest["study"]["methods"] if m not in order),
         manifest=_manifest_lines(manifest, rows),
+        accuracies=None
+        if labels is None
+        else accuracies(manifest["labels"], said, labels, summaries, by_scenario),
     )
+
+
+def _labels(directory: Path, said: pd.DataFrame) -> pd.DataFrame:
+    """The labels of the cases that have been judged, in their order."""
+    labels = load_labels(directory)
+    missing = said.index.difference(labels.index)
+    if len(missing):
+        name, scenario = missing[0]
+        raise ResultsError(
+            f"{directory}: layout {name!r} has no label in scenario {scenario!r}; run the study "
+            "again to write the labels anew"
+        )
+    return labels.loc[said.index]
 
 
 def _judged_by_all(results: pd.DataFrame, methods: int) -> pd.DataFrame:
     """The rows of cases that every method has judged: methods are compared on equal terms."""
     judged = results.groupby(["layout", "scenario"])["method"].transform("nunique")
-    return results[judged == methods]
+    return results[judged == methods].copy()
 
 
 def _key(row: pd.Series) -> MethodKey:
@@ -120,20 +152,20 @@ def _summary(
     first = rows[rows["repetition"] == 0]
     done = first[first["status"] == "done"]
     times = [f"{c}_{p}" for c, p in (*_CPU_PHASES, ("cpu", "total"), ("wall", "total"))]
-    milliseconds = 1e3 * rows.groupby(["layout", "scenario"])[times].median()
-    layouts = milliseconds.index.get_level_values("layout")
-    cpu = mean(milliseconds["cpu_total"], layouts)
+    milliseconds = 1e3 * rows.groupby(["group", "layout", "scenario"])[times].median()
+    groups = milliseconds.index.get_level_values("group")
+    cpu = mean(milliseconds["cpu_total"], groups)
     build, step, read = (
         float(milliseconds[f"{clock}_{phase}"].mean()) for clock, phase in _CPU_PHASES
     )
     others = [m for m, key in keys.items() if key.engine and key.engine != keys[method].engine]
     return MethodSummary(
         method=keys[method],
-        score=mean(done["score"], done["layout"]),
-        stable=share((first["score"] == 1.0).fillna(False), first["layout"]),
-        agreement=_mean_agreement(said, method, others),
+        score=mean(done["score"], done["group"]),
+        stable=share((first["score"] == 1.0).fillna(False), first["group"]),
+        agreement=_mean_agreement(said, method, others, _groups(rows, said)),
         cpu=cpu,
-        wall=mean(milliseconds["wall_total"], layouts),
+        wall=mean(milliseconds["wall_total"], groups),
         phases=PhaseTimes(build, step, read, cpu.value - build - step - read),
         without_verdict={
             str(k): int(v)
@@ -143,12 +175,20 @@ def _summary(
     )
 
 
-def _mean_agreement(said: pd.DataFrame, method: str, others: list[str]) -> Estimate | None:
+def _groups(rows: pd.DataFrame, said: pd.DataFrame) -> pd.Index:
+    """Which cases belong together, case by case."""
+    known = dict(zip(rows["layout"], rows["group"], strict=True))
+    return said.index.get_level_values("layout").map(known)
+
+
+def _mean_agreement(
+    said: pd.DataFrame, method: str, others: list[str], groups: pd.Index
+) -> Estimate | None:
     """Mean over cases of the share of ``others`` that said the same; None without others."""
     if not others:
         return None
     equal = np.stack([same(said, method, other) for other in others])
-    return mean(equal.mean(axis=0), said.index.get_level_values("layout"))
+    return mean(equal.mean(axis=0), groups)
 
 
 def _settings_use(rows: pd.DataFrame, key: MethodKey) -> SettingsUse:
@@ -184,6 +224,7 @@ def _same_tunings(
     said: pd.DataFrame,
     summaries: tuple[MethodSummary, ...],
     uses: tuple[SettingsUse, ...],
+    groups: pd.Index,
 ) -> tuple[SameTuning, ...]:
     simulated = results.dropna(subset=["engine"])
     tunings = []
@@ -201,7 +242,7 @@ def _same_tunings(
                 uses=used,
                 agreement={
                     (str(a.method.engine), str(b.method.engine)): agreement(
-                        said, a.method.spec, b.method.spec
+                        said, a.method.spec, b.method.spec, groups
                     )
                     for a in rows
                     for b in rows
@@ -218,6 +259,7 @@ def _disagreements(
     keys: Mapping[str, MethodKey],
     layouts: Mapping[str, Layout],
     seed: int,
+    labels: pd.DataFrame | None,
 ) -> tuple[Disagreement, ...]:
     """The cases that divide the methods most: simulations first, since they claim to be exact."""
     simulated = [m for m, key in keys.items() if key.engine] or list(keys)
@@ -233,8 +275,11 @@ def _disagreements(
     rows = results[results["repetition"] == 0].set_index(["layout", "scenario", "method"])
     found = []
     for name, scenario in ranking.index[:_MOST_DISAGREEMENTS]:
-        layout = layouts[name]
-        if scenario != AS_GIVEN:
+        layout, label = layouts[name], {}
+        if labels is not None:
+            row = labels.loc[(name, scenario)]
+            layout, label = labelled_layout(layout, row), {"label": _step(row["failing_step"])}
+        elif scenario != AS_GIVEN:
             layout = apply_scenario(layout, Scenario(scenario), seed)
         verdicts = {m: rows.loc[(name, scenario, m)] for m in keys}
         failing = [v["failing_step"] for v in verdicts.values() if not pd.isna(v["failing_step"])]
@@ -243,7 +288,7 @@ def _disagreements(
                 layout=name,
                 scenario=scenario,
                 item_count=len(layout),
-                said={keys[m].title: _said(v) for m, v in verdicts.items()},
+                said=label | {keys[m].title: _said(v) for m, v in verdicts.items()},
                 scene=scene(layout, f"{name}, {scenario}", sorted({int(f) for f in failing})),
             )
         )
@@ -258,9 +303,11 @@ def _dissent(answers: pd.Series) -> float:
 
 
 def _said(row: pd.Series) -> str:
-    if row["status"] != "done":
-        return row["status"]
-    return "stable" if pd.isna(row["failing_step"]) else str(int(row["failing_step"]))
+    return _step(row["failing_step"]) if row["status"] == "done" else row["status"]
+
+
+def _step(failing: Any) -> str:
+    return "stable" if pd.isna(failing) else str(int(failing))
 
 
 def scene(layout: Layout, title: str, marked: list[int]) -> Scene:
@@ -276,13 +323,17 @@ def scene(layout: Layout, title: str, marked: list[int]) -> Scene:
 
 
 def _manifest_lines(manifest: Mapping[str, Any], rows: int) -> dict[str, str]:
-    study = manifest["study"]
+    study, labels = manifest["study"], manifest.get("labels")
+    source = {"layout files": ", ".join(study["files"])}
+    drawn = {"scenarios": ", ".join(study["scenarios"]) or AS_GIVEN, "seed": str(study["seed"])}
+    if labels is not None:
+        source = {"labelled set": f"part {labels['part']}, {labels['cases']} cases "
+                                  f"(labels {labels['hash']})"}  # fmt: skip
     return {
         "study": f"{study['name']} ({manifest['study_hash']})",
-        "layout files": ", ".join(study["files"]),
+        **source,
         "layouts": f"{manifest['layouts']} (data {manifest['data_hash']})",
-        "scenarios": ", ".join(study["scenarios"]) or AS_GIVEN,
-        "seed": str(study["seed"]),
+        **(drawn if labels is None else {}),
         "rows": str(rows),
         "source": f"{manifest['git'] or 'installed package'} (code {manifest['code']})",
         "versions": ", ".join(f"{k} {v}" for k, v in manifest["versions"].items()),

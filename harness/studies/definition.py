@@ -10,6 +10,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from harness.layouts.benchmark import Part
 from harness.layouts.formats import read_layouts
 from harness.layouts.model import Layout
 from harness.layouts.packing import random_layouts
@@ -45,6 +46,15 @@ class StudyDefinition:
         repetitions: judgements of every case, for timing.
         shard_size: cases a unit of work.
         timeout: wall seconds a judgement may take; None for no limit.
+        benchmark: the part of a labelled set whose cases are judged, or its name; None for layouts
+            without labels. The set has its own layouts and centres of mass: ``scenarios`` picks
+            among them (empty for all) and ``limit`` counts cases a scenario, those of the first
+            ranks.
+        benchmark_directory: the folder of the labelled set; None for the one that comes with the
+            package.
+
+    Raises:
+        StudyError: no such part, or something that cannot stand beside a labelled set.
     """
 
     name: str
@@ -59,9 +69,34 @@ class StudyDefinition:
     repetitions: int = 1
     shard_size: int = 12
     timeout: float | None = None
+    benchmark: Part | str | None = None
+    benchmark_directory: Path | None = None
+
+    def __post_init__(self) -> None:
+        if self.benchmark is None:
+            if self.benchmark_directory is not None:
+                raise StudyError('benchmark_directory needs a part: benchmark = "test"')
+            return
+        if self.benchmark not in list(Part):
+            raise StudyError(
+                f"benchmark: {self.benchmark!r}; {nearest(str(self.benchmark), list(Part))}"
+            )
+        object.__setattr__(self, "benchmark", Part(self.benchmark))
+        own = "a labelled set has its own layouts and centres of mass"
+        for key, given, why in (
+            ("layouts", self.files, own),
+            ("generated", self.generated, own),
+            ("seed", self.seed, own),
+            ("snap_gap", self.snap_gap, own),
+            ("max_items", self.max_items, "labels hold for whole layouts"),
+        ):
+            if given:
+                raise StudyError(f"{key} cannot stand beside benchmark: {why}")
 
     def layouts(self) -> list[Layout]:
-        """The study's layouts, whole and without scenarios, those of the files first.
+        """The study's own layouts, whole and without scenarios, those of the files first.
+
+        Those of a labelled set come from :func:`harness.studies.labels.labelled_material`.
 
         Raises:
             LayoutError: a file is invalid, or a name stands in two files.
@@ -136,8 +171,11 @@ def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
         seen[identity] = spec
         methods.append(spec)
     files: list[Path] = []
-    if "layouts" not in content and "generated" not in content:
-        raise StudyError("layouts is missing; allowed: a list of files, or generated = a number")
+    if not {"layouts", "generated", "benchmark", "benchmark_directory"} & set(content):
+        raise StudyError(
+            "layouts is missing; allowed: a list of files, or generated = a number, or "
+            "benchmark = a part of the labelled set"
+        )
     for pattern in _texts(content, "layouts") if "layouts" in content else []:
         found = sorted(glob.glob(str(path.parent / pattern), recursive=True))
         if not found:
@@ -158,6 +196,9 @@ def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
     snap_gap = content.get("snap_gap", 0.0)
     if type(snap_gap) not in (int, float) or not 0.0 <= snap_gap < 1e6:
         raise StudyError(f"snap_gap is {snap_gap!r}; allowed: 0 or more [cm]")
+    benchmark, folder = content.get("benchmark"), content.get("benchmark_directory")
+    if folder is not None and not (isinstance(folder, str) and folder):
+        raise StudyError(f"benchmark_directory is {folder!r}; allowed: the path of a folder")
     timeout = content.get("timeout")
     if timeout is not None and (type(timeout) not in (int, float) or not 0.0 < timeout < 1e9):
         raise StudyError(f"timeout is {timeout!r}; allowed: more than 0 [s]")
@@ -171,6 +212,8 @@ def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
         scenarios=tuple(Scenario(s) for s in dict.fromkeys(scenarios)),
         snap_gap=float(snap_gap),
         timeout=timeout,
+        benchmark=benchmark,
+        benchmark_directory=None if folder is None else (path.parent / folder).resolve(),
         **numbers,
     )
 

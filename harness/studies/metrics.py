@@ -1,13 +1,14 @@
 """Numbers with intervals. Every function is pure and deterministic.
 
-Cases that share a layout (the same geometry in several scenarios) are not independent. Wherever
-such cases are pooled, ``clusters`` says which belong together, and intervals are as wide as the
-number of *layouts* allows.
+Cases that share a layout (the same geometry in several scenarios), or an item list that several
+layouts were packed from, are not independent. Wherever such cases are pooled, ``clusters`` says
+which belong together, and intervals are as wide as the number of *clusters* allows.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import pandas as pd
@@ -52,14 +53,53 @@ def mean(values: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
     if len(array) == 0:
         return _NOTHING
     sums, sizes = _cluster_sums(array, clusters)
-    random = np.random.default_rng(_SEED)
-    count, means = len(sums), []
-    block = max(1, 4_000_000 // count)
-    for start in range(0, _RESAMPLES, block):
-        drawn = random.integers(0, count, (min(block, _RESAMPLES - start), count))
-        means.append(sums[drawn].sum(axis=1) / sizes[drawn].sum(axis=1))
+    means = [sums[drawn].sum(axis=1) / sizes[drawn].sum(axis=1) for drawn in _draws(len(sums))]
     low, high = np.quantile(np.concatenate(means), (0.025, 0.975))
     return Estimate(float(array.mean()), float(low), float(high), len(array))
+
+
+def weighted_share(
+    hits: ArrayLike,
+    strata: ArrayLike,
+    weights: Mapping[str, float],
+    clusters: ArrayLike | None = None,
+) -> Estimate:
+    """The shares of several strata, weighted, with a 95 % percentile-bootstrap interval.
+
+    Resamples draw clusters over all strata at once. One in which a stratum has no case says
+    nothing and is left out.
+
+    Args:
+        hits: what happened in each case, as booleans.
+        strata: the stratum of each case; cases of strata without a weight are left out.
+        weights: by stratum, 0 or more, not all 0; they are taken relative to their sum.
+        clusters: a label for each case; cases with equal labels are drawn together.
+
+    Returns:
+        Not a number where a stratum of weight above 0 has no case.
+    """
+    used = {stratum: weight for stratum, weight in weights.items() if weight > 0.0}
+    member = pd.Index(list(used)).get_indexer(np.asarray(strata, dtype=object))
+    kept = member >= 0
+    happened, member = np.asarray(hits, dtype=float)[kept], member[kept]
+    if len(set(member.tolist())) < len(used):
+        return _NOTHING
+    group = np.arange(len(kept)) if clusters is None else np.asarray(clusters)
+    _, group = np.unique(group[kept], return_inverse=True)
+    shape = (int(group.max()) + 1, len(used))
+    sums, sizes = np.zeros(shape), np.zeros(shape)
+    np.add.at(sums, (group, member), happened)
+    np.add.at(sizes, (group, member), 1.0)
+    factors = np.array(list(used.values())) / sum(used.values())
+    found = []
+    for drawn in _draws(shape[0]):
+        counts = sizes[drawn].sum(axis=1)
+        whole = (counts > 0.0).all(axis=1)
+        found.append((sums[drawn].sum(axis=1)[whole] / counts[whole]) @ factors)
+    whole_ones = np.concatenate(found)
+    low, high = np.quantile(whole_ones, (0.025, 0.975)) if len(whole_ones) else (math.nan, math.nan)
+    value = (sums.sum(axis=0) / sizes.sum(axis=0)) @ factors
+    return Estimate(float(value), float(low), float(high), len(happened))
 
 
 def outcomes(results: pd.DataFrame) -> pd.DataFrame:
@@ -77,20 +117,32 @@ def outcomes(results: pd.DataFrame) -> pd.DataFrame:
     return table.astype("Int32")
 
 
-def agreement(said: pd.DataFrame, first: str, second: str) -> Estimate:
+def agreement(
+    said: pd.DataFrame, first: str, second: str, clusters: ArrayLike | None = None
+) -> Estimate:
     """Share of cases with the same failing step; a missing verdict agrees with nothing.
 
     Args:
         said: as :func:`outcomes` gives it.
         first: one of its columns.
         second: another.
+        clusters: a label for each case; None takes the layouts.
     """
-    return share(same(said, first, second), said.index.get_level_values("layout"))
+    together = said.index.get_level_values("layout") if clusters is None else clusters
+    return share(same(said, first, second), together)
 
 
 def same(said: pd.DataFrame, first: str, second: str) -> NDArray[np.bool_]:
     """Case by case: both methods have a verdict, and it is the same."""
     return (said[first] == said[second]).fillna(False).to_numpy(bool)
+
+
+def _draws(count: int) -> Iterator[NDArray[np.int64]]:
+    """The clusters of all resamples, shape (resamples, count), in blocks that fit in memory."""
+    random = np.random.default_rng(_SEED)
+    block = max(1, 4_000_000 // count)
+    for start in range(0, _RESAMPLES, block):
+        yield random.integers(0, count, (min(block, _RESAMPLES - start), count))
 
 
 def _wilson(p: float, n: float) -> tuple[float, float]:

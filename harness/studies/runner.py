@@ -20,6 +20,7 @@ from harness.methods.method import Method, Status, Verdict
 from harness.methods.registry import make_method
 from harness.studies.definition import StudyDefinition
 from harness.studies.executors import run_units
+from harness.studies.labels import Material, labelled_material, own_material, write_labels
 from harness.studies.results import (
     SCHEMA_VERSION,
     ResultsError,
@@ -101,19 +102,20 @@ def run_study(
             in it.
         EngineNotInstalledError: a method's engine is missing.
         LayoutError, StudyError: see :meth:`StudyDefinition.layouts`.
+        BenchmarkError: see :func:`harness.studies.labels.labelled_material`.
         WorkerDiedError: see :func:`harness.studies.executors.run_units`.
     """
     for spec in study.methods:
         make_method(spec).prepare()
-    layouts = study.layouts()
+    material = own_material(study) if study.benchmark is None else labelled_material(study)
     _claim(directory, study)
     with _locked(directory):
-        units = list(_units(study, study.cases(layouts), directory / "results"))
+        units = list(_units(study, material.cases, directory / "results"))
         missing = [unit for unit in units if rerun or not is_whole(unit.shard)]
         total = sum(unit.row_count for unit in units)
         present = total - sum(unit.row_count for unit in missing)
         progress(present, total)
-        manifest = _manifest(study, layouts, [unit.shard.stem for unit in units], total)
+        manifest = _manifest(study, material, [unit.shard.stem for unit in units], total)
         if not missing and _is_finished(directory, manifest):
             return 0
         for unit in missing:
@@ -121,7 +123,8 @@ def run_study(
         for unfinished in (directory / "results").glob(".*.parquet.*"):
             unfinished.unlink()
         _write_manifest(directory, manifest)
-        write_layouts(directory / "layouts.json", layouts, Format.NATIVE)
+        write_layouts(directory / "layouts.json", material.layouts, Format.NATIVE)
+        write_labels(directory, material.labels)
         computed = 0
         for rows in run_units(judge_unit, missing, workers=workers):
             computed += rows
@@ -173,11 +176,13 @@ def _is_finished(directory: Path, manifest: dict[str, Any]) -> bool:
     if not (directory / "manifest.json").exists():
         return False
     found = load_manifest(directory)
-    return found["shards"] == manifest["shards"] and found["finished"] is not None
+    # Labels may have changed under verdicts that have not.
+    same = all(found.get(key) == manifest.get(key) for key in ("shards", "labels"))
+    return same and found["finished"] is not None
 
 
 def _manifest(
-    study: StudyDefinition, layouts: list[Layout], shards: list[str], rows: int
+    study: StudyDefinition, material: Material, shards: list[str], rows: int
 ) -> dict[str, Any]:
     definition = {
         "name": study.name,
@@ -192,15 +197,20 @@ def _manifest(
         "files": [file.name for file in study.files],
         "generated": study.generated,
     }
-    data = hashlib.sha256("".join(lay.content_hash() for lay in layouts).encode()).hexdigest()
+    if study.benchmark is not None:
+        definition["benchmark"] = str(study.benchmark)
+    # Scenarios follow from a study's own layouts; a labelled set has its own cases.
+    judged = material.layouts if material.about is None else [case for _, case in material.cases]
+    data = hashlib.sha256("".join(lay.content_hash() for lay in judged).encode()).hexdigest()
     return {
         "schema_version": SCHEMA_VERSION,
         "study": definition,
         "study_hash": hashlib.sha256(json.dumps(definition).encode()).hexdigest()[:16],
         "data_hash": data[:16],
-        "layouts": len(layouts),
+        "layouts": len(material.layouts),
         "rows": rows,
         "shards": shards,
+        **({} if material.about is None else {"labels": material.about}),
         **provenance(),
         "started": _now(),
         "finished": None,

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from harness.studies.metrics import agreement, mean, outcomes, share
+from harness.studies.metrics import agreement, mean, outcomes, share, weighted_share
 
 
 @pytest.mark.parametrize(
@@ -81,3 +81,50 @@ def test_agreement_compares_failing_steps_and_a_missing_verdict_agrees_with_noth
     assert agreement(said, "b", "a") == agreement(said, "a", "b")
     # Even with itself: four of five verdicts exist.
     assert agreement(said, "a", "a").value == 0.8
+
+
+def test_agreement_can_stand_on_wider_clusters():
+    said = outcomes(frame({"a": [0, 1, 2, 3], "b": [0, 1, 3, 2]}))
+    apart, together = agreement(said, "a", "b"), agreement(said, "a", "b", ["x", "x", "y", "y"])
+    assert apart == share([True, True, False, False])
+    assert together == share([True, True, False, False], ["x", "x", "y", "y"])
+    assert together.high - together.low > apart.high - apart.low
+
+
+def test_a_weighted_share_is_the_weighted_mean_of_shares():
+    hits, strata = [True, False, True, True, False], ["a", "a", "b", "b", "b"]
+    found = weighted_share(hits, strata, {"a": 3.0, "b": 1.0})
+    assert found.value == pytest.approx((3 * 1 / 2 + 2 / 3) / 4)
+    assert found.n == 5
+    assert weighted_share(hits, strata, {"b": 1.0, "a": 0.0}).value == pytest.approx(2 / 3)
+    assert weighted_share(hits, strata, {"a": 3.0, "b": 1.0}) == found
+    assert math.isnan(weighted_share(hits, strata, {"a": 1.0, "c": 1.0}).value)
+
+
+def test_a_weighted_share_of_one_stratum_is_a_mean():
+    random = np.random.default_rng(5)
+    hits, clusters = random.random(60) < 0.4, np.arange(60) // 4
+    assert weighted_share(hits, ["a"] * 60, {"a": 2.0}, clusters) == mean(hits, clusters)
+
+
+def test_the_interval_of_a_weighted_share_covers_like_the_normal_law():
+    """Strata drawn independently: variances add with the squares of the weights."""
+    random = np.random.default_rng(6)
+    strata = np.repeat(["a", "b"], [900, 300])
+    hits = random.random(1200) < np.where(strata == "a", 0.8, 0.3)
+    found = weighted_share(hits, strata, {"a": 0.25, "b": 0.75})
+    a, b = hits[:900].mean(), hits[900:].mean()
+    half = 1.96 * math.sqrt(a * (1 - a) / 900 * 0.25**2 + b * (1 - b) / 300 * 0.75**2)
+    assert found.value == pytest.approx(0.25 * a + 0.75 * b)
+    assert found.low == pytest.approx(found.value - half, abs=0.1 * half)
+    assert found.high == pytest.approx(found.value + half, abs=0.1 * half)
+    # Every case four times over, as one cluster: four times the cases tell nothing more.
+    many = weighted_share(np.repeat(hits, 4), np.repeat(strata, 4), {"a": 0.25, "b": 0.75},
+                          np.repeat(np.arange(1200), 4))  # fmt: skip
+    assert (many.low, many.high) == pytest.approx((found.low, found.high), abs=0.1 * half)
+
+
+def test_a_resample_without_a_stratum_is_left_out():
+    """Two clusters, one stratum each: only resamples that draw both say anything."""
+    found = weighted_share([True, False], ["a", "b"], {"a": 0.4, "b": 0.6})
+    assert (found.value, found.low, found.high) == pytest.approx((0.4, 0.4, 0.4))

@@ -5,6 +5,8 @@ import re
 import matplotlib.image
 import pytest
 
+from harness.layouts.formats import Format, write_layouts
+from harness.layouts.packing import random_layouts
 from harness.studies.comparison import compare
 from harness.studies.definition import load_study
 from harness.studies.engine_table import engine_records
@@ -13,20 +15,17 @@ from reports.engines_page import engines_markdown
 from reports.pages import write_page
 from reports.records import Estimate, MethodKey
 from reports.study_page import study_page
-from reports.style import colour, marker
+from reports.style import colour, face, marker
 from reports.tables import markdown_table, milliseconds, percent, significant
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     """A finished study with a static method and one tuning on three engines."""
-    from importlib import resources
-
     folder = tmp_path_factory.mktemp("study")
-    shipped = resources.files("harness.studies.embedded").joinpath("layouts.json").read_bytes()
-    (folder / "layouts.json").write_bytes(shipped)
+    write_layouts(folder / "layouts.json", random_layouts(6, seed=20), Format.NATIVE)
     (folder / "study.toml").write_text(
-        'name = "small"\nlayouts = ["layouts.json"]\nlimit = 6\nscenarios = ["S1", "S2b"]\n'
+        'name = "small"\nlayouts = ["layouts.json"]\nscenarios = ["S1", "S2b"]\n'
         'methods = ["sme", "ps_opt-paper@bullet", "ps_opt-paper@mujoco", "ps_opt-paper@dart"]\n'
     )
     run_study(load_study(folder / "study.toml"), folder / "run")
@@ -42,6 +41,8 @@ def test_a_page_names_engines_settings_and_what_was_ignored(run, tmp_path):
     assert "margin, broad_phase" in rows["dart"]
     assert rows["bullet"].rstrip(" |").endswith("-")
     assert "eps_t 22" in tuning
+    assert "There are no reference labels on this page" in text
+    assert "## Accuracy" not in text
     assert "## Made with" in text
     assert "mujoco" in text.partition("## Made with")[2]
 
@@ -103,8 +104,6 @@ def test_the_published_engine_page_is_up_to_date():
 
 def test_rules_against_simulations_are_disagreements(tmp_path, stack):
     """One simulation, or several that agree, do not make the rules' answers disappear."""
-    from harness.layouts.formats import Format, write_layouts
-
     # Two boxes of which the upper stands 6 of 10 cm out with its centre of mass over the lower.
     items = stack(0.0, 6.0, offset=-3.0)
     write_layouts(tmp_path / "layouts.json", [items], Format.NATIVE)
@@ -149,5 +148,8 @@ def test_a_table_escapes_what_would_break_it():
 def test_style_is_fixed_by_method_and_engine():
     known = MethodKey("PS_3", "ps3@bullet", "ps3", "bullet")
     assert (colour(known), marker(known)) == ("#1f77b4", "s")
+    varied = MethodKey("PS_3 (friction=1)", "ps3@bullet:friction=1", "ps3", "bullet")
+    assert (colour(varied), marker(varied)) == (colour(known), marker(known))
+    assert (face(known), face(varied)) == (colour(known), "white")
     unknown = MethodKey("X", "x@y", "x", "y")
     assert (colour(unknown), marker(unknown)) == (colour(unknown), marker(unknown))

@@ -111,8 +111,7 @@ def test_a_study_that_was_killed_resumes_to_the_same_table(tmp_path):
         'name = "killed"\nshard_size = 1\nlimit = 12\nlayouts = ["layouts.json"]\n'
         'methods = ["ps3@mujoco", "ps3@dart"]\nscenarios = ["S1"]\n'
     )
-    shipped = Path(__file__).parents[2] / "harness" / "studies" / "embedded" / "layouts.json"
-    (tmp_path / "layouts.json").write_bytes(shipped.read_bytes())
+    write_layouts(tmp_path / "layouts.json", random_layouts(12, seed=20), Format.NATIVE)
     run = tmp_path / "run"
     process = subprocess.Popen([*command, "-o", str(run), "-j", "2"])
     deadline = time.monotonic() + 60

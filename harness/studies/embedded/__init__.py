@@ -1,1 +1,1 @@
-"""The study that comes with the package: its definition, its layouts, and how they were made."""
+"""The study that comes with the package, on a slice of the shipped labelled set."""

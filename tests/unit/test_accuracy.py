@@ -1,0 +1,348 @@
+"""Studies on labelled sets: what is judged, what is kept, and how often methods are right."""
+
+import dataclasses
+import json
+import math
+import re
+import shutil
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from harness.cli import main
+from harness.layouts.benchmark import BenchmarkError, load_benchmark
+from harness.layouts.benchmark.build import BuildOptions, build
+from harness.layouts.benchmark.dataset import SHIPPED
+from harness.layouts.benchmark.tables import CASES, OPINIONS, read_tables, write_tables
+from harness.methods.registry import make_method
+from harness.studies.accuracy import at_natural_prevalence, verdicts_against_labels
+from harness.studies.comparison import compare
+from harness.studies.definition import StudyDefinition, StudyError, load_study
+from harness.studies.labels import load_labels
+from harness.studies.metrics import mean, share
+from harness.studies.results import ResultsError, load_manifest, load_results
+from harness.studies.runner import run_study
+from reports.pages import write_page
+from reports.study_page import study_page
+
+METHODS = ("fbs", "sme", "equilibrium:time=0.3", "simulation@mujoco:t_max=0.1,frequency=60")
+
+
+@pytest.fixture(scope="module")
+def labelled_set(tmp_path_factory):
+    """Three item lists; labels are not simulated, a static method stands in for the simulation.
+
+    ``test`` holds stable and unstable cases in turn, by scenario. Of every three cases one has a
+    robust label, one a fragile one, and one was asked of nobody.
+    """
+    layouts, cases = build(BuildOptions(instances=1, item_counts={3: 8}))
+    judge, rows, opinions = make_method("equilibrium:time=0.3"), [], []
+    for number, (scenario, layout) in enumerate(cases):
+        step = judge.judge(layout).failing_step
+        case = {"layout": layout.name, "scenario": scenario}
+        offsets = None if scenario == "S1" else layout.mass_offsets.ravel().tolist()
+        rows.append(
+            dict.fromkeys(CASES.names)
+            | {**case, "item_count": len(layout), "offsets": offsets, "status": "done"}
+            | {"failing_step": step}
+        )
+        for reason, said in (("numerical", step), ("model", step if number % 3 == 0 else 0)):
+            if number % 3 < 2:
+                opinion = {"reason": reason, "judge": "made up", "status": "done"}
+                opinions.append({**case, **opinion, "failing_step": said})
+    table = pd.DataFrame(rows).astype({"failing_step": "Int16", "rank": "Int32"})
+    table = table.sample(frac=1.0, random_state=0, ignore_index=True)  # mixes item lists
+    answers = table["failing_step"].isna()
+    place = table.groupby(["scenario", answers]).cumcount()
+    # Stable cases on even ranks, unstable ones on odd: any even number of first ranks is balanced.
+    table["rank"] = (2 * place + ~answers).astype("Int32")
+    table["split"] = np.where(place < 12, "test", np.where(place < 18, "validation", None))
+    # A layout in no scenario's split has no rank.
+    table.loc[table["split"].isna(), "rank"] = pd.NA
+    table.loc[table["split"] == "validation", "rank"] -= 24
+    folder = tmp_path_factory.mktemp("labelled") / "set"
+    said = pd.DataFrame(opinions, columns=OPINIONS.names).astype({"failing_step": "Int16"})
+    write_tables(folder, layouts, table, said, {})
+    return folder
+
+
+@pytest.fixture(scope="module")
+def study(labelled_set):
+    return StudyDefinition(
+        "labelled", METHODS, benchmark="test", benchmark_directory=labelled_set, limit=16
+    )
+
+
+@pytest.fixture(scope="module")
+def run(study, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("labelled-run") / "run"
+    run_study(study, folder)
+    return folder
+
+
+def test_a_study_judges_the_cases_of_the_set(run, study, labelled_set):
+    benchmark, rows = load_benchmark(labelled_set), load_results(run)
+    assert len(rows) == 3 * 16 * len(METHODS)
+    expected = {
+        (name, scenario): benchmark.layout(name, scenario).content_hash()
+        for name, scenario in zip(rows["layout"], rows["scenario"], strict=True)
+    }
+    found = {(r.layout, r.scenario): r.layout_hash for r in rows.itertuples()}
+    assert found == expected
+    labels = load_labels(run)
+    assert labels["failing_step"].isna().groupby("scenario").sum().tolist() == [8, 8, 8]
+    truth = benchmark.cases.set_index(["layout", "scenario"]).loc[labels.index]
+    pd.testing.assert_series_equal(labels["failing_step"], truth["failing_step"])
+    assert labels["instance"].tolist() == truth["instance"].tolist()
+    assert labels["robust"].value_counts(dropna=False).to_dict().keys() == {True, False, pd.NA}
+    manifest = load_manifest(run)
+    assert manifest["study"]["benchmark"] == "test"
+    assert manifest["labels"]["natural_stable"] == benchmark.natural_stable
+    assert str(labelled_set) not in json.dumps(manifest)
+
+
+def test_scenarios_and_parts_pick_cases(study, labelled_set, tmp_path):
+    (tmp_path / "s.toml").write_text(
+        'benchmark = "validation"\nbenchmark_directory = "set"\nscenarios = ["S2b"]\n'
+        'methods = ["sme"]\nlimit = 4\n'
+    )
+    shutil.copytree(labelled_set, tmp_path / "set")
+    run_study(load_study(tmp_path / "s.toml"), tmp_path / "run")
+    labels = load_labels(tmp_path / "run")
+    chosen = load_benchmark(labelled_set).select("validation", scenarios=("S2b",), limit=4)
+    assert labels.index.tolist() == list(zip(chosen["layout"], chosen["scenario"], strict=True))
+    comparison = compare(tmp_path / "run")
+    assert comparison.accuracies.by_scenario == {}
+    assert comparison.accuracies.methods[0].behind is None
+
+
+def test_a_second_run_is_finished_and_new_labels_reach_the_folder(
+    run, study, labelled_set, tmp_path
+):
+    mine = shutil.copytree(run, tmp_path / "run")
+    before = (mine / "manifest.json").read_bytes()
+    assert run_study(study, mine) == 0
+    assert (mine / "manifest.json").read_bytes() == before
+    layouts, cases, opinions, _ = read_tables(labelled_set)
+    cases["failing_step"] = cases["failing_step"].fillna(0)
+    write_tables(tmp_path / "other", layouts, cases, opinions, {})
+    changed = dataclasses.replace(study, benchmark_directory=tmp_path / "other")
+    assert run_study(changed, mine) == 0  # verdicts do not depend on labels
+    assert load_labels(mine)["failing_step"].notna().all()
+    assert load_manifest(mine)["finished"]
+    plain = StudyDefinition("labelled", ("fbs",), generated=2)
+    assert run_study(plain, mine) == 2
+    assert not (mine / "labels.parquet").exists()
+    assert compare(mine).accuracies is None
+
+
+def test_verdicts_count_as_by_hand():
+    labels = pd.DataFrame(
+        {"item_count": [5] * 7, "failing_step": [2, 2, 2, None, None, 4, 4]},
+    ).astype({"failing_step": "Int16"})
+    said = pd.Series([2, 4, 1, 5, 4, 5, None], dtype="Int32")
+    found = verdicts_against_labels(said, labels)
+    expected = {
+        "right": [1, 0, 0, 1, 0, 0, 0],
+        "over": [0, 1, 0, 0, 0, 1, 0],
+        "under": [0, 0, 1, 0, 1, 0, 0],
+        "stable": [1, 1, 1, 1, 0, 0, 0],
+        "within_one": [1, 0, 1, 1, 1, 1, 0],
+    }
+    assert {name: column.astype(int).tolist() for name, column in found.items()} == expected
+
+
+def counted(run, labelled_set):
+    """Rows joined to labels of the set itself, by pandas alone."""
+    layouts = pd.read_parquet(labelled_set / "layouts.parquet")[["layout", "instance"]]
+    cases = pd.read_parquet(labelled_set / "cases.parquet")
+    cases = cases[["layout", "scenario", "failing_step"]].merge(layouts, on="layout")
+    rows = load_results(run)[["method", "layout", "scenario", "item_count", "score", "status"]]
+    both = rows.merge(cases, on=["layout", "scenario"])
+    both["truth"] = (both["failing_step"] / both["item_count"]).fillna(1.0)
+    return both
+
+
+def test_accuracies_count_as_scores_do(run, labelled_set):
+    """Eq. 5 by scores, rounded to three decimals, as the authors' code compares them."""
+    both = counted(run, labelled_set)
+    both["right"] = both["score"].round(3) == both["truth"].round(3)
+    accuracies = compare(run).accuracies
+    assert (accuracies.cases, accuracies.stable, accuracies.instances) == (48, 24, 3)
+    assert accuracies.methods[2].accuracy.value == 1.0  # it has made the labels
+    assert 0.0 < accuracies.methods[1].accuracy.value < 1.0
+    for summary in accuracies.methods:
+        mine = both[both["method"] == summary.method.spec]
+        assert summary.accuracy == share(mine["right"], mine["instance"])
+        assert summary.over.value == (mine["score"] > mine["truth"] + 1e-9).mean()
+        assert summary.under.value == (mine["score"] < mine["truth"] - 1e-9).mean()
+        alike = (mine["score"] == 1.0) == (mine["truth"] == 1.0)
+        assert summary.stable.value == alike.mean()
+        for scenario, there in accuracies.by_scenario.items():
+            (here,) = [s for s in there if s.method == summary.method]
+            assert here.accuracy.value == mine[mine["scenario"] == scenario]["right"].mean()
+    best = accuracies.methods[2]
+    assert best.behind is None
+    sme = accuracies.methods[1]
+    assert sme.behind.value == pytest.approx(sme.accuracy.value - best.accuracy.value)
+    assert sme.behind.low <= sme.behind.value <= sme.behind.high
+
+
+def test_robust_and_fragile_cases_are_told_apart(run):
+    labels, accuracies = load_labels(run), compare(run).accuracies
+    sure = labels["robust"].fillna(False).to_numpy(bool)
+    unsure = (~labels["robust"]).fillna(False).to_numpy(bool)
+    assert (accuracies.robust, accuracies.fragile) == (sure.sum(), unsure.sum())
+    assert 0 < sure.sum() + unsure.sum() < len(labels)
+    rows = load_results(run)
+    said = rows[rows["method"] == "sme"].set_index(["layout", "scenario"]).loc[labels.index]
+    right = said["failing_step"].fillna(-1) == labels["failing_step"].fillna(-1)
+    sme = accuracies.methods[1]
+    assert (sme.robust.n, sme.robust.value) == (sure.sum(), right[sure].mean())
+    assert (sme.fragile.n, sme.fragile.value) == (unsure.sum(), right[unsure].mean())
+
+
+def test_natural_prevalence_weighs_stable_cases(run, labelled_set):
+    both = counted(run, labelled_set)
+    both["right"] = (both["score"] - both["truth"]).abs() < 1e-9
+    cases = pd.read_parquet(labelled_set / "cases.parquet")
+    shares = cases["failing_step"].isna().groupby(cases["scenario"]).mean()
+    for summary in compare(run).accuracies.methods:
+        mine = both[both["method"] == summary.method.spec]
+        expected = []
+        for scenario, rows in mine.groupby("scenario"):
+            p, stable = shares[scenario], rows["truth"] == 1.0
+            expected.append(
+                p * rows[stable]["right"].mean() + (1 - p) * rows[~stable]["right"].mean()
+            )
+        assert summary.natural.value == pytest.approx(np.mean(expected))
+        assert summary.natural.low <= summary.natural.value <= summary.natural.high
+
+
+def test_what_is_naturally_frequent_needs_no_weights():
+    """On cases that are stable as often as the set, it is the mean of the scenarios' accuracies."""
+    index = pd.MultiIndex.from_product([["S1", "S2b"], range(10)], names=["scenario", "layout"])
+    steps = ([None] * 7 + [1] * 3) + ([None] * 4 + [1] * 6)
+    labels = pd.DataFrame({"failing_step": steps, "instance": [*"aabbccddee"] * 2}, index=index)
+    right = np.random.default_rng(3).random(20) < 0.6
+    found = at_natural_prevalence(right, labels, {"S1": 0.7, "S2b": 0.4})
+    assert found.value == pytest.approx(right.mean())
+    # Nothing is known of unstable cases here, unless none occur naturally.
+    stable, known = labels[:7], right[:7]
+    assert math.isnan(at_natural_prevalence(known, stable, {"S1": 0.7}).value)
+    assert at_natural_prevalence(known, stable, {"S1": 1.0}).value == pytest.approx(known.mean())
+
+
+def test_intervals_stand_on_item_lists(run, labelled_set):
+    both, comparison = counted(run, labelled_set), compare(run)
+    for summary, accuracy in zip(comparison.methods, comparison.accuracies.methods, strict=True):
+        mine = both[both["method"] == summary.method.spec]
+        assert summary.score == mean(mine["score"], mine["instance"])
+        assert summary.stable == share(mine["score"] == 1.0, mine["instance"])
+        assert accuracy.cpu == summary.cpu
+    # Not the same as by layout: the test could not tell otherwise.
+    assert summary.score != mean(mine["score"], mine["layout"])
+
+
+def test_a_missing_verdict_is_wrong_and_reported_apart(study, tmp_path, monkeypatch):
+    method = type(make_method("sme"))
+    monkeypatch.setattr(method, "_judge", lambda *_: 1 / 0)
+    run_study(dataclasses.replace(study, methods=("sme", "fbs")), tmp_path / "run")
+    comparison = compare(tmp_path / "run")
+    sme = comparison.accuracies.methods[0]
+    assert (sme.accuracy.value, sme.over.value, sme.under.value, sme.stable.value) == (0, 0, 0, 0)
+    assert sme.without_verdict == {"error": 48}
+    assert "48 error" in write_page(study_page(comparison), tmp_path).read_text()
+
+
+def test_the_page_leads_with_accuracy_and_needs_no_labelled_set(run, study, labelled_set, tmp_path):
+    mine = shutil.copytree(run, tmp_path / "run")
+    away = shutil.copytree(labelled_set, tmp_path / "set")
+    run_study(dataclasses.replace(study, benchmark_directory=away), mine)
+    shutil.rmtree(away)
+    comparison = compare(mine)
+    text = write_page(study_page(comparison), tmp_path / "page").read_text()
+    headings = re.findall("^## (.*)", text, re.MULTILINE)
+    assert headings[0] == "Accuracy and cost"
+    assert "There are no reference labels" not in text
+    assert "*accuracy* is the share of cases" in text
+    assert "| Equilibrium (time=0.3) " in text
+    assert text.count("natural prevalence %") == 1 + 3
+    assert (tmp_path / "page" / "figures" / "accuracy.png").exists()
+    lines = [line for line in text.splitlines() if line.startswith("| Equilibrium (time=0.3)")]
+    assert " 100.0 [" in lines[0]
+
+
+def test_disagreements_show_stored_centres_of_mass_and_the_label(run, labelled_set):
+    benchmark, labels = load_benchmark(labelled_set), load_labels(run)
+    shown = compare(run).disagreements
+    assert {d.scenario for d in shown} > {"S1"}
+    for case in shown:
+        layout = benchmark.layout(case.layout, case.scenario)
+        centres = 0.5 * (layout.lower + layout.upper) + layout.mass_offsets
+        np.testing.assert_array_equal(case.scene.mass_centres, centres)
+        step = labels.loc[(case.layout, case.scenario), "failing_step"]
+        assert case.said["label"] == ("stable" if pd.isna(step) else str(step))
+
+
+def test_a_folder_without_its_labels_says_so(run, tmp_path):
+    mine = shutil.copytree(run, tmp_path / "run")
+    frame = pd.read_parquet(mine / "labels.parquet")
+    (mine / "labels.parquet").write_bytes(b"x")
+    with pytest.raises(ResultsError, match=r"labels\.parquet: cannot be read"):
+        compare(mine)
+    (mine / "labels.parquet").unlink()
+    with pytest.raises(ResultsError, match=r"labels\.parquet: is missing; run the study again"):
+        compare(mine)
+    from harness.studies.labels import write_labels
+
+    write_labels(mine, frame[1:])
+    with pytest.raises(ResultsError, match="has no label in scenario 'S1'"):
+        compare(mine)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('benchmark = "tset"', "benchmark: 'tset'; did you mean 'test'?"),
+        ("benchmark = 3", "benchmark: 3; allowed: all"),
+        ('benchmark = "test"\nmax_items = 5', "max_items cannot stand beside benchmark: labels"),
+        ('benchmark = "test"\ngenerated = 5', "generated cannot stand beside benchmark"),
+        ('benchmark = "test"\nsnap_gap = 0.1', "snap_gap cannot stand beside benchmark"),
+        ('benchmark = "test"\nseed = 3', "seed cannot stand beside benchmark"),
+        ('benchmark = "test"\nlayouts = ["s.toml"]', "layouts cannot stand beside benchmark"),
+        ('benchmark_directory = "x"', "benchmark_directory needs a part"),
+        ('benchmark = "test"\nbenchmark_directory = 3', "allowed: the path of a folder"),
+    ],
+)
+def test_what_cannot_stand_beside_a_labelled_set_is_refused(tmp_path, text, message):
+    (tmp_path / "s.toml").write_text(f'{text}\nmethods = ["sme"]\n')
+    with pytest.raises(StudyError) as caught:
+        load_study(tmp_path / "s.toml")
+    assert message in str(caught.value)
+    assert str(tmp_path / "s.toml") in str(caught.value)
+
+
+def test_a_folder_that_is_no_labelled_set_is_one_sentence(tmp_path, capsys):
+    (tmp_path / "s.toml").write_text(
+        'benchmark = "test"\nbenchmark_directory = "nowhere"\nmethods = ["sme"]\n'
+    )
+    with pytest.raises(BenchmarkError):
+        run_study(load_study(tmp_path / "s.toml"), tmp_path / "run")
+    assert main(["study", "run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "run")]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    (sentence,) = printed.err.splitlines()
+    assert sentence.endswith("nowhere: no manifest.json; is it a labelled set?")
+    assert not (tmp_path / "run").exists()
+
+
+def test_the_embedded_study_runs_on_the_shipped_set(tmp_path):
+    study = load_study("embedded")
+    assert (study.benchmark, study.benchmark_directory) == ("test-300", None)
+    if not (SHIPPED / "manifest.json").exists():
+        pytest.skip(f"the labelled set is not in {SHIPPED}")
+    quick = dataclasses.replace(study, methods=("fbs", "sme"), limit=4)
+    assert run_study(quick, tmp_path / "run") == 2 * 3 * 4
+    assert compare(tmp_path / "run").accuracies.stable == 6
