@@ -155,6 +155,9 @@ def _parser() -> argparse.ArgumentParser:
 
     report = commands.add_parser("report", help="write report.md of a study's folder")
     report.add_argument("directory", type=Path, metavar="DIR")
+    report.add_argument(
+        "--output", "-o", type=Path, metavar="DIR", help="folder of the page (default: the study's)"
+    )
     report.set_defaults(run=_report)
 
     bench = commands.add_parser("bench", help="compare engines: agreement, options, speed")
@@ -286,7 +289,8 @@ def _report(options: argparse.Namespace) -> None:
     from reports.pages import write_page
     from reports.study_page import study_page
 
-    print(write_page(study_page(compare(options.directory)), options.directory))
+    page = study_page(compare(options.directory))
+    print(write_page(page, options.output or options.directory))
 
 
 def _bench(options: argparse.Namespace) -> None:

@@ -1,0 +1,129 @@
+"""The labelled set that comes with the package."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from harness.layouts.benchmark import load_benchmark
+from harness.layouts.benchmark.build import BuildOptions, draw_case
+from harness.layouts.benchmark.dataset import SHIPPED
+from harness.layouts.benchmark.splits import SIZES, assign_splits
+from harness.layouts.heuristics import HEURISTICS
+from harness.layouts.packing import make_instance, pack_instance
+from harness.layouts.scenarios import Scenario
+from harness.methods.method import Status
+from harness.methods.registry import make_method
+from harness.studies.labelling import JUDGES, LABEL
+
+SCENARIOS = [str(s) for s in Scenario]
+REMADE = 12
+
+
+@pytest.fixture(scope="module")
+def benchmark():
+    return load_benchmark()
+
+
+def test_it_has_the_papers_size(benchmark):
+    assert 9_200 < len(benchmark.layouts) < 10_200
+    assert len(benchmark.cases) == 3 * len(benchmark.layouts)
+    assert (benchmark.cases["status"] == Status.DONE).all()
+    assert sum(file.stat().st_size for file in SHIPPED.glob("*.parquet")) < 10e6
+
+
+def test_every_layout_is_distinct(benchmark):
+    cases = benchmark.cases
+    assert not cases.duplicated(["layout", "scenario"]).any()
+    geometries, contents = set(), set()
+    for name, scenario in zip(cases["layout"], cases["scenario"], strict=True):
+        layout = benchmark.layout(name, scenario)
+        geometries.add(layout.geometry_hash())
+        contents.add(layout.content_hash())
+        assert (scenario == "S1") == (not layout.mass_offsets.any())
+    assert len(geometries) == len(benchmark.layouts)
+    assert len(contents) == len(cases)
+
+
+def test_no_item_list_lies_in_two_splits(benchmark):
+    cases = benchmark.cases.assign(split=benchmark.cases["split"].fillna("left over"))
+    splits = cases.groupby("instance")["split"].agg(set)
+    for instance, found in splits.items():
+        assert len(found - {"left over"}) == 1, instance
+        assert found == {"train"} or "train" not in found, instance
+    for held_out in ("validation", "test"):
+        own = {i for i, found in splits.items() if held_out in found}
+        assert {i.split("_Instance")[0] for i in own} == {"Class_1", "Class_2", "Class_3"}
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS)
+@pytest.mark.parametrize(
+    ("part", "size"), [("validation", SIZES.validation), ("test", SIZES.test), ("test-300", 300)]
+)
+def test_held_out_parts_are_balanced(benchmark, part, size, scenario):
+    cases = benchmark.select(part, scenarios=(scenario,))
+    assert len(cases) == size
+    assert cases["failing_step"].isna().sum() == size // 2
+
+
+def test_splits_follow_from_the_labels(benchmark):
+    classes = benchmark.layouts["item_class"]
+    cases = benchmark.cases.join(classes, on="layout")
+    again = assign_splits(cases, seed=benchmark.manifest["seed"])
+    assert (again["split"].fillna("") == cases["split"].fillna("")).all()
+    assert (again["rank"].fillna(-1) == cases["rank"].fillna(-1)).all()
+
+
+def test_labels_fit_the_movements(benchmark):
+    for case in benchmark.cases.itertuples():
+        corner, angle = np.asarray(case.corner_last), np.asarray(case.angle_last)
+        centre, turned = np.asarray(case.centre_most), np.asarray(case.angle_most)
+        for label, failed in (
+            (case.failing_step, (corner > 10.0) | (angle > 10.0)),
+            (case.failing_step_paper, (centre > 10.0) | (turned > 10.0)),
+        ):
+            first = int(failed.argmax()) if failed.any() else None
+            assert (pd.isna(label) and first is None) or label == first, case.layout
+        beyond = (np.asarray(case.corner_most) > 20.0) | (turned > 20.0)
+        assert len(corner) == case.item_count or beyond[-1], case.layout
+        assert len(case.margin) == len(case.moved) == len(corner)
+
+
+def test_a_random_sample_is_remade_from_scratch(benchmark):
+    """Packed, drawn and judged anew."""
+    seed = benchmark.manifest["seed"]
+    method, options = make_method(LABEL), BuildOptions(seed=seed)
+    sample = benchmark.cases.sample(REMADE, random_state=5)
+    assert benchmark.manifest["instances"] == options.instances
+    for case in sample.itertuples():
+        heuristic, _, number, _, which, _, bin_number = case.layout[1:].split("_")
+        items = options.item_counts.get(int(number))
+        instance = make_instance(int(number), int(which), seed=seed, item_count=items)
+        packed = pack_instance(instance, HEURISTICS[int(heuristic) - 1])[int(bin_number)]
+        layout = draw_case(packed, Scenario(case.scenario), seed)
+        assert packed.name == case.layout
+        assert layout.content_hash() == benchmark.layout(case.layout, case.scenario).content_hash()
+        said = method.judge(layout).failing_step
+        assert (said is None) if pd.isna(case.failing_step) else said == case.failing_step
+
+
+def test_every_judge_was_asked_of_all_held_out_cases(benchmark):
+    held_out = benchmark.cases[benchmark.cases["split"].isin(("validation", "test"))]
+    expected = set(zip(held_out["layout"], held_out["scenario"], strict=True))
+    judges = {str(make_method(judge.spec).spec): str(judge.reason) for judge in JUDGES}
+    found = benchmark.opinions.groupby("judge")
+    assert judges.keys() < set(found.groups)
+    for judge, own in found:
+        assert set(own["reason"]) == {judges.get(judge, "limits")}
+        assert len(own) == len(expected)
+        assert set(zip(own["layout"], own["scenario"], strict=True)) == expected
+    assert len(benchmark.confidence) == len(expected)
+
+
+def test_the_manifest_says_what_it_was_made_with():
+    manifest = json.loads((SHIPPED / "manifest.json").read_text())
+    for step in ("built_with", "labelled_with"):
+        assert manifest[step]["git"]
+        assert "dirty" not in manifest[step]["git"]
+        assert manifest[step]["versions"]["numba"]
