@@ -20,8 +20,8 @@ import pyarrow as pa
 from engines.registry import installed_versions
 from harness.layouts.benchmark.build import BuildOptions, build
 from harness.layouts.benchmark.confidence import Reason
-from harness.layouts.benchmark.dataset import load_benchmark
-from harness.layouts.benchmark.splits import SIZES, SplitSizes, assign_splits
+from harness.layouts.benchmark.dataset import Benchmark, load_benchmark
+from harness.layouts.benchmark.splits import SIZES, SplitSizes, assign_splits, drawn_instances
 from harness.layouts.benchmark.tables import (
     CASES,
     OPINIONS,
@@ -266,12 +266,22 @@ def _traced(directory: Path, workers: int, progress: Callable[[int, int], None])
         digest = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:20]
         units.append(TraceUnit(part, folder / f"{digest}.parquet"))
     missing = [unit for unit in units if not is_table(unit.shard, _TRACES)]
+    missing.sort(key=_turn(benchmark))
     done = len(cases) - sum(len(unit.cases) for unit in missing)
     progress(done, len(cases))
     for count in run_units(trace_unit, missing, workers=workers):
         done += count
         progress(done, len(cases))
     return pd.concat([read_parquet(u.shard, _TRACES) for u in units], ignore_index=True)
+
+
+def _turn(benchmark: Benchmark) -> Callable[[TraceUnit], int]:
+    """Held-out instances come first, so that further judges can be asked of them early."""
+    classes = benchmark.cases.join(benchmark.layouts["item_class"], on="layout")
+    rounds = drawn_instances(classes, seed=benchmark.manifest["seed"])
+    turn = {name: k for k, members in enumerate(rounds) for name in members}
+    instances = benchmark.layouts["instance"]
+    return lambda unit: min(turn[instances[layout.name]] for _, layout in unit.cases)
 
 
 def _limits(cases: pd.DataFrame) -> pd.DataFrame:

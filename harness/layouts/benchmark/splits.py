@@ -39,10 +39,10 @@ def assign_splits(cases: pd.DataFrame, *, seed: int, sizes: SplitSizes = SIZES) 
     Raises:
         BenchmarkError: too few stable or unstable cases.
     """
-    random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(0,)))
+    rounds = drawn_instances(cases, seed=seed)
+    random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1,)))
     done = cases[cases["status"] == "done"]
     done = done.assign(stable=done["failing_step"].isna())
-    rounds = _rounds(done, random)
     split = pd.Series(pd.NA, cases.index, dtype="string")
     rank = pd.Series(pd.NA, cases.index, dtype="Int32")
     for name, size in (("test", sizes.test), ("validation", sizes.validation)):
@@ -61,11 +61,17 @@ def assign_splits(cases: pd.DataFrame, *, seed: int, sizes: SplitSizes = SIZES) 
     return cases.assign(split=split.astype(object).where(split.notna(), None), rank=rank)
 
 
-def _rounds(done: pd.DataFrame, random: np.random.Generator) -> list[list[str]]:
-    """All instances in random order, one of every class at a time."""
+def drawn_instances(cases: pd.DataFrame, *, seed: int) -> list[list[str]]:
+    """All instances in the order in which splits take them: one of every class at a time.
+
+    Args:
+        cases: with ``instance`` and ``item_class``; labelled or not, the order is the same.
+        seed: root of the draws, 0 or more.
+    """
+    random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(0,)))
     shuffled = [
         random.permutation(sorted(group["instance"].unique())).tolist()
-        for _, group in done.groupby("item_class", sort=True)
+        for _, group in cases.groupby("item_class", sort=True)
     ]
     longest = max(map(len, shuffled), default=0)
     return [[names[k] for names in shuffled if k < len(names)] for k in range(longest)]
