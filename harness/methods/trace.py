@@ -28,12 +28,17 @@ LIMIT_R = 20.0
 """A step is simulated no further once an item has turned by more about an axis [degrees]."""
 
 
+class UndecidedError(ValueError):
+    """A trace ends before it shows what was asked."""
+
+
 @dataclass(frozen=True, slots=True)
 class Trace:
     """Movements by step and sample, arrays of shape (steps, samples).
 
-    A value is the largest over all items placed by then. A step that went beyond the limits ends
-    the loading; its remaining samples repeat the last one that was simulated.
+    A value is the largest over all items placed by then. A step that went beyond the limits at one
+    of the samples that count ends the loading; its remaining samples repeat the last one that was
+    simulated. A step during which the simulation itself failed is left out.
 
     Attributes:
         item_count: of the layout.
@@ -66,6 +71,7 @@ class Trace:
 
         Raises:
             ValueError: a threshold beyond the limits, or more samples than there are.
+            UndecidedError: nothing moved too far by then, and later steps were not simulated.
         """
         if eps_t > LIMIT_T or eps_r > LIMIT_R:
             raise ValueError(
@@ -79,10 +85,16 @@ class Trace:
         else:
             shift, angle = self.centre[:, :samples].max(axis=1), self.angle[:, :samples].max(axis=1)
         failed = np.flatnonzero((shift > eps_t) | (angle > eps_r))
-        return int(failed[0]) if len(failed) else None
+        if len(failed):
+            return int(failed[0])
+        if len(self.corner) < self.item_count:
+            raise UndecidedError(f"only {len(self.corner)} of {self.item_count} steps are known")
+        return None
 
 
-def trace_loading(layout: Layout, method: Simulation, *, t_max: float, samples: int) -> Trace:
+def trace_loading(
+    layout: Layout, method: Simulation, *, t_max: float, samples: int, ending: int | None = None
+) -> Trace:
     """Simulate a loading step by step, as ``method`` does, and keep what moved.
 
     Args:
@@ -90,6 +102,9 @@ def trace_loading(layout: Layout, method: Simulation, *, t_max: float, samples: 
         method: a simulation that reseats; its thresholds, times and early exit play no part.
         t_max: simulated time a placement [s].
         samples: looks at the items a placement, evenly spaced, the last at its end.
+        ending: what is beyond the limits at one of the first so many samples ends the loading; by
+            default at any. Whoever asks what happens by an earlier sample must not be cut off by a
+            later one.
 
     Raises:
         ValueError: the method carries the state over.
@@ -106,10 +121,15 @@ def trace_loading(layout: Layout, method: Simulation, *, t_max: float, samples: 
     loading = Loading(layout, method.spec.engine, own, Stopwatch(), _Recorder)
     recorder = loading.examiner
     assert isinstance(recorder, _Recorder)
+    recorder.ending = samples if ending is None else ending
     try:
         finding = loading.load()
     except EngineError as error:
         finding = Finding(status=Status.ERROR, reason=str(error))
+    if finding.status is not Status.DONE and recorder.seen:
+        last = max(recorder.seen)
+        if len(recorder.seen[last]) < samples:
+            del recorder.seen[last]
     seen = [_padded(step, samples) for step in recorder.seen.values()]
     values = np.array(seen, dtype=float).reshape(len(seen), samples, 4)
     corner, centre, angle, moved = np.moveaxis(values, 2, 0)
@@ -135,6 +155,7 @@ class _Recorder(Examiner):
     ) -> None:
         super().__init__(items, criterion, eps_t, eps_r)
         self.seen: dict[int, list[_Sample]] = {}
+        self.ending = 0
 
     def examine(
         self, step: int, poses: Poses, items: Indices, excess: float = 1.0
@@ -147,8 +168,11 @@ class _Recorder(Examiner):
         worst = int(np.arange(len(self._planned))[items][int(beyond.argmax())])
         centre = float(self.centre_shifts(poses, items).max() / CM)
         sample = (float(corners.max()), centre, float(angles.max()), worst)
-        self.seen.setdefault(step, []).append(sample)
-        return Finding(failing_step=step, moved_item=worst) if beyond.max() > 1.0 else None
+        samples = self.seen.setdefault(step, [])
+        samples.append(sample)
+        if beyond.max() > 1.0 and len(samples) <= self.ending:
+            return Finding(failing_step=step, moved_item=worst)
+        return None
 
 
 def _padded(samples: list[_Sample], count: int) -> list[_Sample]:

@@ -13,9 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
-import pyarrow as pa
 
 from engines.registry import installed_versions
 from harness.layouts.benchmark.build import BuildOptions, build
@@ -30,38 +28,19 @@ from harness.layouts.benchmark.tables import (
     is_table,
     read_parquet,
     read_tables,
-    write_parquet,
     write_tables,
 )
 from harness.layouts.model import Layout
-from harness.methods.criteria import Criterion
-from harness.methods.margins import margins
 from harness.methods.method import Status
 from harness.methods.registry import make_method
-from harness.methods.simulation import Simulation
-from harness.methods.trace import trace_loading
+from harness.studies import label_rows
 from harness.studies.definition import StudyDefinition
 from harness.studies.executors import run_units
+from harness.studies.label_rows import LABEL, LIMITS, TRACES, TraceUnit, trace_unit
 from harness.studies.results import code_fingerprint, load_results, provenance
 from harness.studies.runner import run_study
 
-LABEL = "label@reference"
-T_MAX, SAMPLES = 0.33, 11
-"""Of a trace: one sample, of 0.03 s, more than the label asks for."""
-
-_LABEL = (Criterion.ADAMS, 10.0, 10.0, 10)
-_PAPER = (Criterion.PAPER, 10.0, 10.0, 10)
-_LIMITS = {
-    "label@reference:eps_t=9,eps_r=9": (Criterion.ADAMS, 9.0, 9.0, 10),
-    "label@reference:eps_t=11,eps_r=11": (Criterion.ADAMS, 11.0, 11.0, 10),
-    "label@reference:t_max=0.27,samples=9": (Criterion.ADAMS, 10.0, 10.0, 9),
-    "label@reference:t_max=0.33,samples=11": (Criterion.ADAMS, 10.0, 10.0, 11),
-}
-"""Judges that a trace answers for: thresholds and times. Criterion, cm, degrees, samples."""
-
 _SHARD = 48
-_DIGITS = 3
-"""Decimals [cm, degrees] that are kept of a trace."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,20 +65,6 @@ JUDGES: tuple[Judge, ...] = (
     Judge(Reason.ENGINE, "label@bullet:frequency=480"),
 )
 """Those that simulate anew; thresholds and times (``limits``) are read off the traces."""
-
-_TRACES = pa.schema(
-    [f for f in CASES if f.name not in ("offsets", "split", "rank")]
-    + [pa.field(spec, pa.int16()) for spec in _LIMITS]
-    + [pa.field("reason", pa.string(), nullable=False)]
-)
-
-
-@dataclass(frozen=True, slots=True)
-class TraceUnit:
-    """A unit of work: some cases, and the shard that their traces go to."""
-
-    cases: tuple[tuple[str, Layout], ...]
-    shard: Path
 
 
 def build_set(
@@ -205,52 +170,6 @@ def label_set(
 _TABLE_NAMES = ("layouts", "cases", "opinions")
 
 
-def trace_unit(unit: TraceUnit) -> int:
-    """Trace a unit's cases and write its shard; returns the number of cases."""
-    method = _label_method()
-    method.prepare(max(len(layout) for _, layout in unit.cases))
-    rows = [trace_row(scenario, layout, method) for scenario, layout in unit.cases]
-    write_parquet(unit.shard, pd.DataFrame(rows).reindex(columns=_TRACES.names), _TRACES)
-    return len(rows)
-
-
-def trace_row(scenario: str, layout: Layout, method: Simulation) -> dict[str, Any]:
-    """A case's label, its trace, and what other limits would have made of it."""
-    trace = trace_loading(layout, method, t_max=T_MAX, samples=SAMPLES)
-    row: dict[str, Any] = {
-        "layout": layout.name,
-        "scenario": scenario,
-        "item_count": len(layout),
-        "status": str(trace.status),
-        "reason": trace.reason,
-    }
-    if trace.status is not Status.DONE:
-        return row
-    label = _LABEL[3]
-    for what in ("corner", "centre", "angle"):
-        values = getattr(trace, what)[:, :label]
-        row[f"{what}_last"] = _rounded(values[:, -1])
-        row[f"{what}_most"] = _rounded(values.max(axis=1))
-    steps = len(trace.corner)
-    return row | {
-        "failing_step": trace.failing_step(*_LABEL),
-        "failing_step_paper": trace.failing_step(*_PAPER),
-        "moved": trace.moved[:, label - 1].tolist(),
-        "margin": [_rounded([m.patches])[0] for m in margins(layout, centres=False)[:steps]],
-        **{spec: trace.failing_step(*limits) for spec, limits in _LIMITS.items()},
-    }
-
-
-def _label_method() -> Simulation:
-    method = make_method(LABEL)
-    assert isinstance(method, Simulation)
-    return method
-
-
-def _rounded(values: Any) -> list[float]:
-    return (np.round(np.asarray(values, dtype=float), _DIGITS) + 0.0).tolist()
-
-
 def _traced(directory: Path, workers: int, progress: Callable[[int, int], None]) -> pd.DataFrame:
     """Traces of all cases, computed where they are missing."""
     benchmark = load_benchmark(directory)
@@ -258,21 +177,26 @@ def _traced(directory: Path, workers: int, progress: Callable[[int, int], None])
     cases = [(scenario, benchmark.layout(name, scenario)) for scenario, name in names]
     folder = directory / "traces"
     folder.mkdir(exist_ok=True)
-    made_by = [code_fingerprint(), LABEL, installed_versions("reference"), _TRACES.names]
+    rules = Path(label_rows.__file__).read_bytes()
+    made_by = [
+        code_fingerprint(),
+        hashlib.sha256(rules).hexdigest(),
+        installed_versions("reference"),
+    ]
     units = []
     for start in range(0, len(cases), _SHARD):
         part = tuple(cases[start : start + _SHARD])
         identity = [*made_by, [[s, lay.name, lay.content_hash()] for s, lay in part]]
         digest = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:20]
         units.append(TraceUnit(part, folder / f"{digest}.parquet"))
-    missing = [unit for unit in units if not is_table(unit.shard, _TRACES)]
+    missing = [unit for unit in units if not is_table(unit.shard, TRACES)]
     missing.sort(key=_turn(benchmark))
     done = len(cases) - sum(len(unit.cases) for unit in missing)
     progress(done, len(cases))
     for count in run_units(trace_unit, missing, workers=workers):
         done += count
         progress(done, len(cases))
-    return pd.concat([read_parquet(u.shard, _TRACES) for u in units], ignore_index=True)
+    return pd.concat([read_parquet(u.shard, TRACES) for u in units], ignore_index=True)
 
 
 def _turn(benchmark: Benchmark) -> Callable[[TraceUnit], int]:
@@ -293,7 +217,7 @@ def _limits(cases: pd.DataFrame) -> pd.DataFrame:
             status=str(Status.DONE),
             failing_step=cases[spec],
         )
-        for spec in _LIMITS
+        for spec in LIMITS
     ]
     return pd.concat(said, ignore_index=True)
 

@@ -1,0 +1,111 @@
+"""One labelled case: simulated once, read under the label's limits and under others."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+
+from harness.layouts.benchmark.tables import CASES, write_parquet
+from harness.layouts.model import Layout
+from harness.methods.criteria import Criterion
+from harness.methods.margins import margins
+from harness.methods.method import Status
+from harness.methods.registry import make_method
+from harness.methods.simulation import Simulation
+from harness.methods.trace import Trace, UndecidedError, trace_loading
+
+LABEL = "label@reference"
+
+T_MAX, SAMPLES = 0.33, 11
+"""Of a trace: one sample, of 0.03 s, more than the label asks for."""
+
+DECISIVE = 10
+"""Samples of a placement by which the label is decided: 0.3 s."""
+
+PAPER = f"{LABEL}:criterion=paper,early_exit=0"
+LIMITS = (
+    f"{LABEL}:eps_t=9,eps_r=9",
+    f"{LABEL}:eps_t=11,eps_r=11",
+    f"{LABEL}:t_max=0.27,samples=9",
+    f"{LABEL}:t_max=0.33,samples=11",
+)
+"""Judges that a trace answers for: other thresholds, other times."""
+
+_DIGITS = 3
+"""Decimals [cm, degrees] that are kept of a trace."""
+
+TRACES = pa.schema(
+    [f for f in CASES if f.name not in ("offsets", "split", "rank")]
+    + [pa.field(spec, pa.int16()) for spec in LIMITS]
+    + [pa.field("reason", pa.string(), nullable=False)]
+)
+"""A row a traced case: its part of :data:`CASES`, the failing steps under :data:`LIMITS`, and why
+there is no label, where there is none."""
+
+
+@dataclass(frozen=True, slots=True)
+class TraceUnit:
+    """A unit of work: some cases, and the shard that their rows go to."""
+
+    cases: tuple[tuple[str, Layout], ...]
+    shard: Path
+
+
+def trace_unit(unit: TraceUnit) -> int:
+    """Trace a unit's cases and write its shard; returns the number of cases."""
+    make_method(LABEL).prepare(max(len(layout) for _, layout in unit.cases))
+    rows = [trace_row(scenario, layout) for scenario, layout in unit.cases]
+    write_parquet(unit.shard, pd.DataFrame(rows).reindex(columns=TRACES.names), TRACES)
+    return len(rows)
+
+
+def trace_row(scenario: str, layout: Layout) -> dict[str, Any]:
+    """A case's label, its trace, and what other limits make of it; a row of :data:`TRACES`."""
+    method = make_method(LABEL)
+    assert isinstance(method, Simulation)
+    trace = trace_loading(layout, method, t_max=T_MAX, samples=SAMPLES, ending=DECISIVE)
+    row: dict[str, Any] = {
+        "layout": layout.name,
+        "scenario": scenario,
+        "item_count": len(layout),
+        "status": str(Status.DONE),
+        "reason": "",
+    }
+    try:
+        answers = {spec: _failing_step(spec, trace, layout) for spec in (LABEL, PAPER, *LIMITS)}
+    except UndecidedError:
+        return row | {"status": str(trace.status), "reason": trace.reason}
+    for what in ("corner", "centre", "angle"):
+        values = getattr(trace, what)[:, :DECISIVE]
+        row[f"{what}_last"] = _rounded(values[:, -1])
+        row[f"{what}_most"] = _rounded(values.max(axis=1))
+    known = margins(layout, centres=False)[: len(trace.corner)]
+    return row | {
+        "failing_step": answers[LABEL],
+        "failing_step_paper": answers[PAPER],
+        "moved": trace.moved[:, DECISIVE - 1].tolist(),
+        "margin": _rounded([margin.patches for margin in known]),
+        **{spec: answers[spec] for spec in LIMITS},
+    }
+
+
+def _failing_step(spec: str, trace: Trace, layout: Layout) -> int | None:
+    """What a judge of the trace says; where the trace was cut off too early, it simulates."""
+    method = make_method(spec)
+    p = method.parameters
+    try:
+        return trace.failing_step(Criterion(p.criterion), p.eps_t, p.eps_r, p.samples)
+    except UndecidedError:
+        verdict = method.judge(layout)
+        if verdict.status is not Status.DONE:
+            raise
+        return verdict.failing_step
+
+
+def _rounded(values: Any) -> list[float]:
+    return (np.round(np.asarray(values, dtype=float), _DIGITS) + 0.0).tolist()
