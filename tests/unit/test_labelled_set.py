@@ -15,7 +15,8 @@ from harness.layouts.packing import make_instance, pack_instance
 from harness.layouts.scenarios import Scenario
 from harness.methods.method import Status
 from harness.methods.registry import make_method
-from harness.studies.labelling import JUDGES, LABEL
+from harness.studies.label_rows import LABEL
+from harness.studies.labelling import JUDGES
 
 SCENARIOS = [str(s) for s in Scenario]
 REMADE = 12

@@ -9,10 +9,12 @@ from harness.layouts.benchmark.build import BuildOptions, build
 from harness.layouts.benchmark.confidence import Reason
 from harness.layouts.benchmark.dataset import row_of
 from harness.layouts.benchmark.splits import SplitSizes
+from harness.layouts.benchmark.tables import UNLABELLED
 from harness.layouts.packing import random_layouts
 from harness.layouts.scenarios import Scenario
 from harness.methods.registry import make_method
 from harness.studies import labelling
+from harness.studies.label_rows import LABEL
 from harness.studies.labelling import Judge, build_set, label_set, write_unlabelled
 
 SIZES = SplitSizes(test=4, validation=2)
@@ -40,7 +42,7 @@ def label(folder, judges=JUDGES, **options):
 
 
 def test_labels_are_those_of_an_ordinary_judgement(folder):
-    found, method = label(folder, judges=()), make_method(labelling.LABEL)
+    found, method = label(folder, judges=()), make_method(LABEL)
     assert set(found.cases["failing_step"].isna()) == {True, False}
     for row in found.cases.itertuples():
         verdict = method.judge(found.layout(row.layout, row.scenario))
@@ -80,14 +82,6 @@ def test_limits_are_those_of_an_ordinary_judgement(folder):
         assert verdict.failing_step == step, (row.layout, row.judge)
 
 
-@pytest.mark.parametrize("spec", labelling._LIMITS)
-def test_limits_are_named_by_what_they_are(spec):
-    criterion, eps_t, eps_r, samples = labelling._LIMITS[spec]
-    p = make_method(spec).parameters
-    assert (p.criterion, p.eps_t, p.eps_r, p.samples) == (criterion, eps_t, eps_r, samples)
-    assert p.t_max == pytest.approx(samples * labelling.T_MAX / labelling.SAMPLES)
-
-
 def test_an_interrupted_run_goes_on(folder, monkeypatch):
     monkeypatch.setattr(labelling, "_SHARD", 8)
     first = label(folder, judges=())
@@ -107,7 +101,7 @@ def test_a_built_set_is_not_overwritten(tmp_path):
     count = build_set(options, tmp_path / "set")
     found = load_benchmark(tmp_path / "set")
     assert count == len(found.cases) == 3 * len(found.layouts)
-    assert set(found.cases["status"]) == {labelling.UNLABELLED}
+    assert set(found.cases["status"]) == {UNLABELLED}
     with pytest.raises(BenchmarkError, match="already holds"):
         build_set(options, tmp_path / "set")
     with pytest.raises(BenchmarkError, match="no labelled case"):
@@ -128,7 +122,7 @@ def test_what_is_stored_is_what_is_judged(tmp_path):
 def test_labels_follow_the_criterion(folder):
     """The other criterion looks at centres, at any sample."""
     found = label(folder, judges=())
-    method = make_method(f"{labelling.LABEL}:criterion=paper,early_exit=0")
+    method = make_method(f"{LABEL}:criterion=paper,early_exit=0")
     for row in found.cases.itertuples():
         step = method.judge(found.layout(row.layout, row.scenario)).failing_step
         said = row.failing_step_paper

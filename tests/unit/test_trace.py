@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 
+from engines.world import EngineError
 from harness.layouts import Item, Layout, Pallet
 from harness.layouts.packing import random_layouts
 from harness.methods.criteria import Criterion
 from harness.methods.method import Status
 from harness.methods.registry import make_method
-from harness.methods.trace import LIMIT_T, trace_loading
+from harness.methods.simulation import Loading
+from harness.methods.trace import LIMIT_T, UndecidedError, trace_loading
 
 MUJOCO = "label@mujoco"
 
@@ -71,6 +73,42 @@ def test_loading_goes_on_past_a_step_within_the_limits():
     assert len(seen.corner) == 3
     assert seen.failing_step(Criterion.ADAMS, 10.0, 10.0, 10) == 1
     assert seen.failing_step(Criterion.ADAMS, 15.0, 10.0, 10) is None
+
+
+def three_items():
+    """The second falls, by 15.9 cm at the sixth sample and 21.6 cm at the seventh."""
+    items = (*in_the_air(60.0).items, Item(2, (70, 0, 70), (10, 10, 10), 1.0))
+    return Layout("one falls", Pallet(100, 100, 100), items)
+
+
+def test_a_later_sample_does_not_cut_off_an_earlier_question():
+    method = make_method(MUJOCO)
+    cut = trace_loading(three_items(), method, t_max=0.21, samples=7)
+    assert len(cut.corner) == 2
+    assert cut.failing_step(Criterion.ADAMS, 19.0, 10.0, 7) == 1
+    with pytest.raises(UndecidedError, match="only 2 of 3 steps"):
+        cut.failing_step(Criterion.ADAMS, 19.0, 10.0, 6)
+    whole = trace_loading(three_items(), method, t_max=0.21, samples=7, ending=6)
+    assert len(whole.corner) == 3
+    assert whole.failing_step(Criterion.ADAMS, 19.0, 10.0, 6) is None
+    assert whole.failing_step(Criterion.ADAMS, 19.0, 10.0, 7) == 1
+
+
+def test_what_was_seen_before_an_engine_gave_up_still_counts(monkeypatch):
+    settle = Loading._settle
+
+    def give_up(self, step, world, items):
+        if step == 2:
+            raise EngineError("gave up")
+        return settle(self, step, world, items)
+
+    monkeypatch.setattr(Loading, "_settle", give_up)
+    items = (*in_the_air(12.0).items, Item(2, (70, 0, 70), (10, 10, 10), 1.0))
+    seen = trace(Layout("low", Pallet(100, 100, 100), items))
+    assert seen.status is Status.ERROR
+    assert seen.failing_step(Criterion.ADAMS, 10.0, 10.0, 10) == 1
+    with pytest.raises(UndecidedError):
+        seen.failing_step(Criterion.ADAMS, 15.0, 10.0, 10)
 
 
 def test_what_a_trace_cannot_answer_is_refused():
