@@ -34,12 +34,14 @@ class SplitCount:
 class NaturalStable:
     """Share of layouts that can be loaded, before anything is balanced, in one scenario.
 
+    ``packings``: likewise where a geometry counts as often as a heuristic gave it.
     ``criterion_paper``: likewise under the other criterion; ``other_label``: share of cases whose
     failing step differs between the two. ``published``: the paper's share, None where it has none.
     """
 
     scenario: str
     stable: Estimate
+    packings: Estimate
     criterion_paper: Estimate | None
     other_label: Estimate | None
     published: float | None

@@ -12,8 +12,6 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-
 from engines.registry import EngineNotInstalledError
 from harness.cli.benchmark import add_benchmark
 from harness.cli.terminal import (
@@ -21,6 +19,7 @@ from harness.cli.terminal import (
     positive_number,
     print_table,
     progress_bar,
+    say,
     status_line,
 )
 from harness.cli.verify import add_verify
@@ -50,8 +49,6 @@ _BAD_INPUT = (
 
 _BENCH_SEED = 7
 
-_errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command.
@@ -70,13 +67,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except _BAD_INPUT as error:
-        _errors.print(f"steadyload: {_sentence(error)}")
+        say(f"steadyload: {_sentence(error)}")
         return 2
     except WorkerDiedError as error:
-        _errors.print(f"steadyload: {error}")
+        say(f"steadyload: {error}")
         return 1
     except KeyboardInterrupt:
-        _errors.print("steadyload: interrupted")
+        say("steadyload: interrupted")
         return 130
     return 0
 
@@ -279,7 +276,7 @@ def _study_run(options: argparse.Namespace) -> None:
                 study, directory, workers=options.workers, rerun=options.rerun, progress=advance
             )
     except KeyboardInterrupt:
-        _errors.print(f"What is finished stays in {directory}; run the same command to go on.")
+        say(f"What is finished stays in {directory}; run the same command to go on.")
         raise
     print(f"{computed} rows computed; results in {directory}")
 

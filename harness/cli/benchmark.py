@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from harness.cli.terminal import at_least, print_table, progress_bar
+from harness.cli.terminal import at_least, print_table, progress_bar, say
 from harness.layouts.benchmark import Part, load_benchmark
 from harness.layouts.benchmark.build import BuildOptions
 from harness.layouts.benchmark.observations import RotationUnit
@@ -85,6 +85,7 @@ def _add_import(actions: Any) -> None:
         "--split-seed", type=at_least(0), metavar="N",
         help="draw training, validation and test by item list (default: no splits)",
     )  # fmt: skip
+    _add_sizes(read)
     read.set_defaults(run=_import)
 
 
@@ -113,16 +114,17 @@ def _add_label(actions: Any) -> None:
     label.add_argument(
         "directory", nargs="?", type=Path, metavar="DIR", default=WORK, help=_AT_WORK
     )
-    label.add_argument(
-        "--test", type=at_least(2), metavar="N", default=SIZES.test,
-        help=f"cases a scenario in the test split (default: {SIZES.test})",
-    )  # fmt: skip
-    label.add_argument(
-        "--validation", type=at_least(2), metavar="N", default=SIZES.validation,
-        help=f"likewise (default: {SIZES.validation})",
-    )  # fmt: skip
+    _add_sizes(label)
     label.add_argument("--workers", "-j", type=at_least(1), default=os.cpu_count() or 1)
     label.set_defaults(run=_label)
+
+
+def _add_sizes(action: argparse.ArgumentParser) -> None:
+    for name, standard in (("test", SIZES.test), ("validation", SIZES.validation)):
+        action.add_argument(
+            f"--{name}", type=at_least(2), metavar="N", default=standard,
+            help=f"cases a scenario in the {name} split, an even number (default: {standard})",
+        )  # fmt: skip
 
 
 def _add_page(actions: Any) -> None:
@@ -198,7 +200,7 @@ def _label(options: argparse.Namespace) -> None:
                 progress=lambda _, done, total: advance(done, total),
             )
     except KeyboardInterrupt:
-        print(f"What is finished stays in {options.directory}; run the same command to go on.")
+        say(f"What is finished stays in {options.directory}; run the same command to go on.")
         raise
     print(f"labels and opinions -> {options.directory}")
 
@@ -237,6 +239,7 @@ def _import(options: argparse.Namespace) -> None:
             options.output,
             rotation_unit=RotationUnit(options.rotation_unit),
             split_seed=options.split_seed,
+            sizes=SplitSizes(options.test, options.validation),
             progress=advance,
         )
     print(

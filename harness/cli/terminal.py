@@ -35,6 +35,14 @@ def positive_number(text: str) -> float:
     return value
 
 
+_errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
+
+
+def say(sentence: str) -> None:
+    """Tell the user something on stderr, where no pipe reads it."""
+    _errors.print(sentence)
+
+
 def print_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table on stdout, for people and for pipes."""
     table = Table(box=None, pad_edge=False, header_style="bold")

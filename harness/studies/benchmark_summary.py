@@ -10,6 +10,7 @@ import pandas as pd
 
 from harness.layouts.benchmark.confidence import ENSEMBLE, Reason, agrees
 from harness.layouts.benchmark.dataset import KEYS, Benchmark
+from harness.layouts.benchmark.tables import BenchmarkError
 from harness.layouts.scenarios import Scenario
 from harness.studies.metrics import mean, share
 from harness.studies.results import provenance_lines
@@ -28,7 +29,9 @@ from reports.records import Estimate
 PUBLISHED_STABLE: Mapping[str, float] = {"S1": 0.790, "S2a": 0.760, "S2b": 0.708}
 """Share of stable layouts in the paper's sub-dataset 2, before balancing."""
 
-_THRESHOLD_T, _THRESHOLD_R = 10.0, 10.0
+_THRESHOLD_T, _THRESHOLD_R = 9.9995, 9.9995
+"""10 cm, 10 degrees, as stored movements show them: rounded to thousandths."""
+
 _BINS = 10
 STABLE = "stable"
 
@@ -47,9 +50,17 @@ def made_with(benchmark: Benchmark) -> dict[str, str]:
 
 
 def summarise(benchmark: Benchmark) -> BenchmarkSummary:
-    """Counts, shares and agreements of a labelled set; every interval resamples item lists."""
+    """Counts, shares and agreements of a labelled set; every interval resamples item lists.
+
+    Raises:
+        BenchmarkError: nothing is labelled.
+    """
     cases = benchmark.cases
     done = cases[cases["status"] == "done"]
+    if done.empty:
+        raise BenchmarkError("nothing in this set is labelled yet")
+    packings = benchmark.layouts["sources"].map(len)
+    done = done.assign(packings=packings.reindex(done["layout"]).to_numpy())
     scenarios = [str(s) for s in Scenario if (done["scenario"] == str(s)).any()]
     counts = benchmark.layouts["sizes"].map(len) // 3
     sizes = counts.value_counts().sort_index()
@@ -104,22 +115,31 @@ def _natural(done: pd.DataFrame, scenario: str) -> NaturalStable:
     return NaturalStable(
         scenario=scenario,
         stable=share(stable == -1, done["instance"]),
+        packings=_of_packings(stable == -1, done["packings"], done["instance"]),
         criterion_paper=share(paper == -1, done["instance"]) if known else None,
         other_label=share(stable != paper, done["instance"]) if known else None,
         published=PUBLISHED_STABLE.get(scenario),
     )
 
 
+def _of_packings(stable: pd.Series, packings: pd.Series, instances: pd.Series) -> Estimate:
+    """Share of stable cases when every packing counts, as files of the published set do."""
+    rows = stable.index.repeat(packings)
+    return share(stable.loc[rows], instances.loc[rows])
+
+
 def _scores(done: pd.DataFrame) -> tuple[int, ...]:
     """Cases by loading stability: ten bins below 1, and the stable ones."""
-    score = (done["failing_step"].astype(float) / done["item_count"]).dropna()
-    counts, _ = np.histogram(score, bins=_BINS, range=(0.0, 1.0))
-    return (*counts.tolist(), int(done["failing_step"].isna().sum()))
+    failed = done.dropna(subset=["failing_step"]).astype({"failing_step": int, "item_count": int})
+    tenth = _BINS * failed["failing_step"] // failed["item_count"]  # whole numbers: 0.3 is 0.3
+    counts = np.bincount(tenth, minlength=_BINS)
+    return (*counts.tolist(), len(done) - len(failed))
 
 
 def _reasons(done: pd.DataFrame, scenarios: list[str]) -> list[FailureReason]:
     """What happens at the failing step, as shares of the unstable cases."""
-    failed = done[done["failing_step"].notna() & done["corner_last"].notna()]
+    known = done["corner_last"].notna() & done["margin"].notna()
+    failed = done[done["failing_step"].notna() & known]
     if failed.empty:
         return []
     rows = pd.DataFrame([_at_failure(row) for row in failed.itertuples(index=False)], failed.index)
@@ -157,6 +177,7 @@ def _at_failure(row: object) -> dict[str, bool]:
 
 def _firmness(benchmark: Benchmark, done: pd.DataFrame, scenarios: list[str]) -> list[Firmness]:
     known = done.merge(benchmark.confidence.reset_index(), on=KEYS, how="inner")
+    known = known[known["robust"].notna()]
     rows = []
     for split in ("validation", "test"):
         for scenario in scenarios:
@@ -167,7 +188,7 @@ def _firmness(benchmark: Benchmark, done: pd.DataFrame, scenarios: list[str]) ->
                         split=split,
                         scenario=scenario,
                         confidence=mean(own["confidence"], own["instance"]),
-                        robust=share(own["robust"], own["instance"]),
+                        robust=share(own["robust"].astype(bool), own["instance"]),
                         parts={str(r): mean(own[str(r)], own["instance"]) for r in ENSEMBLE},
                     )
                 )

@@ -46,7 +46,7 @@ def run_units(
                 yield future.result()
         except BrokenProcessPool as error:
             raise WorkerDiedError(
-                "a worker process died; finished shards are kept, run the study again to resume "
+                "a worker process died; finished shards are kept, run it again to resume "
                 '(a script of your own needs `if __name__ == "__main__":` around the call)'
             ) from error
         finally:

@@ -28,6 +28,7 @@ from harness.layouts.benchmark.tables import (
     is_table,
     read_parquet,
     read_tables,
+    refuse_foreign,
     write_tables,
 )
 from harness.layouts.model import Layout
@@ -38,7 +39,7 @@ from harness.studies.definition import StudyDefinition
 from harness.studies.executors import run_units
 from harness.studies.label_rows import LABEL, LIMITS, TRACES, TraceUnit, trace_unit
 from harness.studies.results import code_fingerprint, load_results, provenance
-from harness.studies.runner import run_study
+from harness.studies.runner import locked, run_study
 
 _SHARD = 48
 
@@ -79,7 +80,8 @@ def build_set(
         BenchmarkError: the folder already holds a set.
     """
     if (directory / "manifest.json").exists():
-        raise BenchmarkError(f"{directory}: already holds a labelled set; choose another folder")
+        raise BenchmarkError(f"{directory}: already holds something; choose another folder")
+    refuse_foreign(directory)
     layouts, cases = build(options, progress)
     manifest = {
         "origin": "generated",
@@ -139,12 +141,28 @@ def label_set(
         progress: called with what is done, cases done and cases in all.
 
     Raises:
-        BenchmarkError: no such folder, or too few stable or unstable cases for the splits.
+        BenchmarkError: no such folder, one of an imported set, or too few stable or unstable cases
+            for the splits.
+        ResultsError: another run is at work in the folder.
         EngineNotInstalledError: a judge's engine is missing.
         WorkerDiedError: see :func:`harness.studies.executors.run_units`.
     """
+    manifest = read_tables(directory)[3]
+    if manifest.get("origin") == "imported" or "seed" not in manifest:
+        raise BenchmarkError(f"{directory}: was not made by `benchmark build`; its labels stay")
     for judge in judges:
         make_method(judge.spec).prepare()
+    with locked(directory):
+        _label(directory, sizes, judges, workers, progress)
+
+
+def _label(
+    directory: Path,
+    sizes: SplitSizes,
+    judges: Sequence[Judge],
+    workers: int,
+    progress: Callable[[str, int, int], None],
+) -> None:
     traces = _traced(directory, workers, lambda done, total: progress("labels", done, total))
     layouts, cases, _, manifest = read_tables(directory)
     kept = ["offsets", "split", "rank"]
@@ -158,6 +176,7 @@ def label_set(
     manifest = {
         **{k: v for k, v in manifest.items() if k not in ("version", *_TABLE_NAMES)},
         "label": LABEL,
+        "sizes": {"test": sizes.test, "validation": sizes.validation},
         "labelled_with": provenance(),
     }
     write_tables(directory, layouts, cases, opinions, manifest)
@@ -177,6 +196,8 @@ def _traced(directory: Path, workers: int, progress: Callable[[int, int], None])
     cases = [(scenario, benchmark.layout(name, scenario)) for scenario, name in names]
     folder = directory / "traces"
     folder.mkdir(exist_ok=True)
+    for unfinished in folder.glob(".*.parquet.*"):
+        unfinished.unlink()
     rules = Path(label_rows.__file__).read_bytes()
     made_by = [
         code_fingerprint(),

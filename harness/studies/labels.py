@@ -16,7 +16,7 @@ import pandas as pd
 import pyarrow as pa
 
 from harness.layouts.benchmark import Benchmark, BenchmarkError, load_benchmark
-from harness.layouts.benchmark.tables import read_parquet, write_parquet
+from harness.layouts.benchmark.tables import is_table, read_parquet, write_parquet
 from harness.layouts.model import Layout
 from harness.studies.definition import StudyDefinition
 from harness.studies.results import ResultsError
@@ -88,7 +88,7 @@ def labelled_material(study: StudyDefinition) -> Material:
     layouts = {layout.name: layout for _, layout in cases}
     centred = [layout.with_mass_offsets(np.zeros((len(layout), 3))) for layout in layouts.values()]
     labels = _labels(benchmark, chosen)
-    answers = labels[[*_KEYS, "instance", "failing_step", "robust"]].to_csv(index=False)
+    answers = labels.drop(columns="offsets").to_csv(index=False)
     about = {
         "part": str(study.benchmark),
         "cases": len(labels),
@@ -109,6 +109,11 @@ def write_labels(directory: Path, labels: pd.DataFrame | None) -> None:
         (directory / _FILE).unlink(missing_ok=True)
     else:
         write_parquet(directory / _FILE, labels, LABELS)
+
+
+def has_labels(directory: Path) -> bool:
+    """Whether a run folder's labels are there and can be read."""
+    return is_table(directory / _FILE, LABELS)
 
 
 def load_labels(directory: str | Path) -> pd.DataFrame:

@@ -26,8 +26,8 @@ def share(hits: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
     """A proportion with its 95 % Wilson interval.
 
     With clusters, the interval is taken at the effective sample size p (1 - p) / Var(p), where the
-    variance is that between clusters (Kish's design effect), at least the number of clusters and
-    at most n.
+    variance is that between clusters (Kish's design effect), at least the size that clusters of one
+    opinion each would have (their number, where they are of one size) and at most n.
 
     Args:
         hits: what happened in each case, as booleans.
@@ -161,10 +161,11 @@ def _effective_size(happened: NDArray[np.float64], clusters: ArrayLike | None) -
     count = len(sums)
     if count == n:
         return n
+    alike = n * n / float((sizes * sizes).sum())  # clusters of one opinion each
     if count == 1 or p in (0.0, 1.0):
-        return count
+        return alike
     spread = ((sums - p * sizes) ** 2).sum() / (n * n) * count / (count - 1)
-    return float(np.clip(p * (1 - p) / max(spread, 1e-300), count, n))
+    return float(np.clip(p * (1 - p) / max(spread, 1e-300), alike, n))
 
 
 def _cluster_sums(

@@ -20,7 +20,13 @@ from harness.methods.method import Method, Status, Verdict
 from harness.methods.registry import make_method
 from harness.studies.definition import StudyDefinition
 from harness.studies.executors import run_units
-from harness.studies.labels import Material, labelled_material, own_material, write_labels
+from harness.studies.labels import (
+    Material,
+    has_labels,
+    labelled_material,
+    own_material,
+    write_labels,
+)
 from harness.studies.results import (
     SCHEMA_VERSION,
     ResultsError,
@@ -109,7 +115,7 @@ def run_study(
         make_method(spec).prepare()
     material = own_material(study) if study.benchmark is None else labelled_material(study)
     _claim(directory, study)
-    with _locked(directory):
+    with locked(directory):
         units = list(_units(study, material.cases, directory / "results"))
         missing = [unit for unit in units if rerun or not is_whole(unit.shard)]
         total = sum(unit.row_count for unit in units)
@@ -162,8 +168,12 @@ def _claim(directory: Path, study: StudyDefinition) -> None:
 
 
 @contextmanager
-def _locked(directory: Path) -> Iterator[None]:
-    """One run a folder at a time; the lock goes with the process, however that ends."""
+def locked(directory: Path) -> Iterator[None]:
+    """One run a folder at a time; the lock goes with the process, however that ends.
+
+    Raises:
+        ResultsError: another run is at work in it.
+    """
     with (directory / ".lock").open("w") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -178,7 +188,8 @@ def _is_finished(directory: Path, manifest: dict[str, Any]) -> bool:
     found = load_manifest(directory)
     # Labels may have changed under verdicts that have not.
     same = all(found.get(key) == manifest.get(key) for key in ("shards", "labels"))
-    return same and found["finished"] is not None
+    complete = manifest.get("labels") is None or has_labels(directory)
+    return same and complete and found["finished"] is not None
 
 
 def _manifest(

@@ -35,13 +35,14 @@ from harness.layouts.benchmark.observations import (
     Movements,
     RotationUnit,
 )
-from harness.layouts.benchmark.splits import assign_splits
+from harness.layouts.benchmark.splits import SIZES, SplitSizes, assign_splits
 from harness.layouts.benchmark.tables import (
     CASES,
     LAYOUTS,
     OPINIONS,
     UNLABELLED,
     BenchmarkError,
+    refuse_foreign,
     write_tables,
 )
 from harness.layouts.model import Layout
@@ -50,8 +51,6 @@ from harness.layouts.scenarios import Scenario
 
 _PACKED = re.compile(r"H\d+_(Class_(\d+)_Instance_\d+)_ULD_\d+")
 _HEURISTIC, _DEVICE = re.compile(r"^H\d+_"), re.compile(r"_(?:ULD|ake|pmc|pge)_?.*$", re.I)
-_MANIFEST = "manifest.json"
-_OWN_FILES = {_MANIFEST, "layouts.parquet", "cases.parquet", "opinions.parquet"}
 _FOLDERS = "allowed: Ulds_scenario_1, Ulds_scenario_2a, Ulds_scenario_2b"
 _LONGEST_ANGLE = 2.0 * math.pi
 
@@ -90,6 +89,7 @@ def import_authors(
     rotation_unit: RotationUnit = RotationUnit.DEGREES,
     most_items: int = MOST_ITEMS,
     split_seed: int | None = None,
+    sizes: SplitSizes = SIZES,
     progress: Progress = lambda done, total: None,
 ) -> ImportSummary:
     """Write the authors' set as a folder that :func:`load_benchmark` reads.
@@ -100,6 +100,7 @@ def import_authors(
         rotation_unit: as for :func:`read_authors`.
         most_items: as for :func:`read_authors`.
         split_seed: draw splits by item list, see :func:`assign_splits`; None gives no case a split.
+        sizes: of validation and test.
         progress: as for :func:`read_authors`.
 
     Raises:
@@ -108,13 +109,13 @@ def import_authors(
         OSError: a folder cannot be read or written.
     """
     output = Path(output)
-    _refuse_foreign(output)
+    refuse_foreign(output)
     layouts, cases, summary = read_authors(
         directory, rotation_unit=rotation_unit, most_items=most_items, progress=progress
     )
     if split_seed is not None:
         lists = layouts.set_index("layout")[["instance", "item_class"]]
-        cases = assign_splits(cases.join(lists, on="layout"), seed=split_seed)
+        cases = assign_splits(cases.join(lists, on="layout"), seed=split_seed, sizes=sizes)
     manifest = {
         "origin": "imported",
         "split_seed": split_seed,
@@ -284,14 +285,3 @@ def _columns(movements: Movements) -> dict[str, Any]:
     columns = ("corner_last", "corner_most", "angle_last", "angle_most")
     lists = {name: getattr(movements, name).tolist() for name in columns}
     return lists | {"moved": movements.moved}
-
-
-def _refuse_foreign(output: Path) -> None:
-    """A folder of something else is never written into: its manifest would be lost."""
-    names = {path.name for path in output.iterdir()} if output.is_dir() else set()
-    foreign = sorted(names - _OWN_FILES) or (names == {_MANIFEST} and [_MANIFEST])
-    if foreign:
-        raise BenchmarkError(
-            f"{output}: holds {foreign[0]!r}, so it is no labelled set to replace; "
-            "allowed: a new or an empty folder, or a labelled set"
-        )

@@ -25,8 +25,7 @@ class BuildOptions:
         seed: root of all random draws, 0 or more.
         instances: item lists of every class.
         item_counts: items of an instance by class, where they are not the class's own. Class 3
-            has 32 instead of 64: splits and intervals stand on item lists, and this gives more of
-            them, with 86 % of the geometries in class 3, as in the published set.
+            has 32 instead of 64: splits and intervals stand on item lists, and this gives more.
         weights: how heavy items are.
     """
 

@@ -10,10 +10,10 @@ import pandas as pd
 class Reason(StrEnum):
     """Why a further judge could disagree with a label.
 
-    ``numerical``: the same question, solved with other numerics (tolerance, stiffness where it is
-    high, positions disturbed by less than any plan's precision). ``model``: other properties of
-    the contacts. ``limits``: other thresholds or another time. These three are the ensemble.
-    ``loading``: the state carried over from placement to placement. ``engine``: another simulator.
+    ``numerical``: the same question, solved with other numerics (tolerance, positions disturbed by
+    less than any plan's precision). ``model``: other properties of the contacts. ``limits``: other
+    thresholds or another time. These three are the ensemble. ``loading``: the state carried over
+    from placement to placement. ``engine``: another simulator.
     """
 
     NUMERICAL = "numerical"
@@ -53,7 +53,8 @@ def confidence(cases: pd.DataFrame, opinions: pd.DataFrame) -> pd.DataFrame:
 
     Returns:
         Indexed by layout and scenario: ``confidence``, the share of the ensemble that agrees;
-        ``numerical``, ``model``, ``limits``: the share of each part; ``robust``: all agree.
+        ``numerical``, ``model``, ``limits``: the share of each part; ``robust``: all agree; missing
+        where a part of the ensemble has not been asked yet.
     """
     asked = opinions[opinions["reason"].isin([str(r) for r in ENSEMBLE])]
     same = asked.assign(same=agrees(cases, asked).astype(float))
@@ -61,5 +62,6 @@ def confidence(cases: pd.DataFrame, opinions: pd.DataFrame) -> pd.DataFrame:
     table = same.groupby([*keys, "reason"], observed=True)["same"].mean().unstack("reason")
     table = table.reindex(columns=[str(r) for r in ENSEMBLE])
     table.insert(0, "confidence", same.groupby(keys, observed=True)["same"].mean())
-    table["robust"] = table["confidence"] == 1.0
+    whole = table[[str(r) for r in ENSEMBLE]].notna().all(axis=1)
+    table["robust"] = (table["confidence"] == 1.0).astype("boolean").where(whole)
     return table

@@ -101,7 +101,7 @@ class Benchmark:
             if scenario not in known:
                 raise BenchmarkError(f"scenario is {scenario!r}; allowed: {', '.join(known)}")
         cases = self.cases[self.cases["status"] == "done"]
-        if part is not Part.ALL and part != Part.ALL:
+        if part != Part.ALL:
             split = Part.TEST if part == Part.TEST_300 else part
             cases = cases[cases["split"] == str(split)]
         if part == Part.TEST_300:

@@ -64,6 +64,7 @@ def _counts(split: str, scenario: str, part: pd.DataFrame) -> dict[str, Any]:
 
 def _sureness(benchmark: Benchmark) -> dict[str, Any]:
     table = benchmark.confidence
+    table = table[table["robust"].notna()]
     robust = int(table["robust"].sum())
     mean = float(table["confidence"].mean()) if len(table) else None
     return {"cases": len(table), "robust": robust, "fragile": len(table) - robust, "mean": mean}

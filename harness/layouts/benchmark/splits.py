@@ -12,10 +12,19 @@ from harness.layouts.benchmark.tables import BenchmarkError
 
 @dataclass(frozen=True, slots=True)
 class SplitSizes:
-    """Cases a scenario, half of them stable: even numbers."""
+    """Cases a scenario, half of them stable: even numbers.
+
+    Raises:
+        BenchmarkError: a number is odd or below 2.
+    """
 
     test: int = 1000
     validation: int = 300
+
+    def __post_init__(self) -> None:
+        for name, size in (("test", self.test), ("validation", self.validation)):
+            if size < 2 or size % 2:
+                raise BenchmarkError(f"{name} is {size}; allowed: an even number, 2 or more")
 
 
 SIZES = SplitSizes()

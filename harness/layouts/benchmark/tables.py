@@ -66,7 +66,8 @@ The lists hold a value a step that was simulated. The largest over all items pla
 ``corner`` how far a left-bottom-back corner moved along one axis [cm], ``centre`` how far a
 geometric centre moved [cm], ``angle`` how far an item turned about an axis [degrees]; ``last`` at
 the last sample, ``most`` at any. ``moved``: the item that is furthest beyond its thresholds then.
-``margin``: how far every contact patch may shrink until balance is lost [cm].
+``margin``: how far every contact patch may shrink until balance is lost [cm], over the items joined
+to the one placed last by standing on each other.
 """
 
 OPINIONS = pa.schema(
@@ -96,23 +97,47 @@ def write_tables(
     opinions: pd.DataFrame,
     manifest: dict[str, Any],
 ) -> None:
-    """Write a labelled set; the manifest last, so that a folder with one is whole."""
+    """Write a labelled set. All that takes time or may fail comes before the first file."""
+    frames = {"layouts": layouts, "cases": cases, "opinions": opinions}
+    contents = {name: as_parquet(frame, _TABLES[name]) for name, frame in frames.items()}
     directory.mkdir(parents=True, exist_ok=True)
-    (directory / "manifest.json").unlink(missing_ok=True)
-    for name, frame in (("layouts", layouts), ("cases", cases), ("opinions", opinions)):
-        write_parquet(directory / f"{name}.parquet", frame, _TABLES[name])
+    for name, content in contents.items():
+        write_atomically(directory / f"{name}.parquet", content)
     counts = {"layouts": len(layouts), "cases": len(cases), "opinions": len(opinions)}
-    content = {"version": VERSION, **counts, **manifest}
-    write_atomically(directory / "manifest.json", json.dumps(content, indent=1) + "\n")
+    about = {"version": VERSION, **counts, **manifest}
+    write_atomically(directory / "manifest.json", json.dumps(about, indent=1) + "\n")
+
+
+def refuse_foreign(directory: Path) -> None:
+    """A folder of something else is never written into: its manifest would be lost.
+
+    Raises:
+        BenchmarkError: it is a file, or holds what is no part of a labelled set.
+    """
+    if directory.exists() and not directory.is_dir():
+        raise BenchmarkError(f"{directory}: is not a folder")
+    own = {"manifest.json", *(f"{name}.parquet" for name in _TABLES)}
+    names = {path.name for path in directory.iterdir()} if directory.is_dir() else set()
+    foreign = sorted(names - own) or (["manifest.json"] if names == {"manifest.json"} else [])
+    if foreign:
+        raise BenchmarkError(
+            f"{directory}: holds {foreign[0]!r}, so it is no labelled set to replace; "
+            "allowed: a new or an empty folder, or a labelled set"
+        )
 
 
 def write_parquet(path: Path, frame: pd.DataFrame, schema: pa.Schema) -> None:
     """Write a table whole or not at all."""
+    write_atomically(path, as_parquet(frame, schema))
+
+
+def as_parquet(frame: pd.DataFrame, schema: pa.Schema) -> bytes:
+    """A table as the bytes of a Parquet file."""
     columns = [pa.array(_plain(frame[field.name]), field.type) for field in schema]
     table = pa.Table.from_arrays(columns, schema=schema)
     sink = pa.BufferOutputStream()
     pq.write_table(table, sink, compression="zstd", compression_level=19)
-    write_atomically(path, sink.getvalue().to_pybytes())
+    return bytes(sink.getvalue().to_pybytes())
 
 
 def _plain(column: pd.Series) -> list[Any]:
