@@ -16,6 +16,9 @@ Unit = TypeVar("Unit")
 Answer = TypeVar("Answer")
 
 
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
+
 class WorkerDiedError(RuntimeError):
     """A worker process ended without an answer; what was finished before is kept."""
 
@@ -38,7 +41,10 @@ def run_units(
         return
     # spawn: engines must not inherit each other's native state.
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=context, initializer=_end_with_parent) as pool:
+    with (
+        _one_thread_each(),
+        ProcessPoolExecutor(workers, mp_context=context, initializer=_end_with_parent) as pool,
+    ):
         try:
             with _interrupts_ignored():
                 futures = [pool.submit(work, unit) for unit in units]
@@ -51,6 +57,23 @@ def run_units(
             ) from error
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Linear algebra in workers uses one thread each.
+
+    Processes fill the cores already; threads beside them wait for each other by spinning, which
+    made small factorisations ten times as slow. Libraries read these variables when they load.
+    """
+    before = {name: os.environ.get(name) for name in _THREADS}
+    os.environ.update({name: "1" for name, value in before.items() if value is None})
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
 
 
 @contextmanager

@@ -19,6 +19,7 @@ from harness.layouts.packing import random_layouts
 from harness.methods import Status
 from harness.methods.registry import make_method
 from harness.studies.definition import StudyError, load_study
+from harness.studies.executors import run_units
 from harness.studies.results import SCHEMA, ResultsError, load_manifest, load_results
 from harness.studies.runner import judge, run_study
 
@@ -311,3 +312,13 @@ def test_results_do_not_depend_on_optional_packages_of_other_engines(monkeypatch
     assert installed_versions("mujoco") == {"pybullet": "3", "numpy": "2"}
     assert installed_versions("drake") == {"pybullet": "3", "numpy": "2", "drake": "1"}
     assert installed_versions() == {"pybullet": "3", "numpy": "2", "drake": "1"}
+
+
+def test_workers_keep_to_one_thread(monkeypatch):
+    """Libraries read the variable when a worker imports them."""
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    names = ["OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"]
+    assert sorted(run_units(os.getenv, names, workers=2)) == ["1", "3"]
+    assert os.getenv("OPENBLAS_NUM_THREADS") is None
+    assert os.getenv("OMP_NUM_THREADS") == "3"
