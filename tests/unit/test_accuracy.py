@@ -47,7 +47,8 @@ def labelled_set(tmp_path_factory):
             | {**case, "item_count": len(layout), "offsets": offsets, "status": "done"}
             | {"failing_step": step}
         )
-        for reason, said in (("numerical", step), ("model", step if number % 3 == 0 else 0)):
+        other = step if number % 3 == 0 else 0
+        for reason, said in (("numerical", step), ("model", other), ("limits", step)):
             if number % 3 < 2:
                 opinion = {"reason": reason, "judge": "made up", "status": "done"}
                 opinions.append({**case, **opinion, "failing_step": said})

@@ -1,0 +1,166 @@
+"""What the page of a labelled set says."""
+
+import pandas as pd
+import pytest
+
+from harness.layouts import Item, Layout, Pallet
+from harness.layouts.benchmark import BenchmarkError, load_benchmark
+from harness.layouts.benchmark.confidence import Reason
+from harness.layouts.benchmark.dataset import row_of
+from harness.layouts.benchmark.tables import CASES, OPINIONS, UNLABELLED, write_tables
+from harness.studies.benchmark_summary import made_with, summarise
+from reports.benchmark_page import benchmark_page
+from reports.pages import write_page
+
+ENSEMBLE = [(Reason.NUMERICAL, "fine"), (Reason.MODEL, "smooth"), (Reason.LIMITS, "strict")]
+MOVES = [f"{what}_{when}" for what in ("corner", "centre", "angle") for when in ("last", "most")]
+
+
+def row(name, count, instance, packings=1):
+    items = tuple(Item(k, (2.0 * k, 0.0, 0.0), (2.0, 1.0 + k, 2.0), 1.0) for k in range(count))
+    layout = Layout(name, Pallet(100.0, 100.0, 100.0), items)
+    return row_of(layout, instance, 1, tuple(f"{name}{k}" for k in range(packings)))
+
+
+def case(name, count, step, corner=15.0, angle=2.0, **more):
+    """Fails at ``step``; the item just placed moves."""
+    known = count if step is None else step + 1
+    moved = dict.fromkeys(MOVES, [0.0] * known)
+    if step is not None:
+        still = [0.0] * step
+        moved |= {"corner_last": [*still, corner], "angle_last": [*still, angle]}
+    return dict.fromkeys(CASES.names) | moved | {
+        "layout": name, "scenario": "S1", "item_count": count, "split": "test", "status": "done",
+        "failing_step": step, "failing_step_paper": step, "moved": list(range(known)),
+        "margin": [1.0] * (known - 1) + [1.0 if step is None else -1.0],
+    } | more  # fmt: skip
+
+
+def opinions(name, step, engine_step, **said):
+    """All of the ensemble say ``step`` but for those named; an engine says ``engine_step``."""
+    judges = [(r, j, said.get(j, step)) for r, j in ENSEMBLE]
+    return [
+        {"layout": name, "scenario": "S1", "reason": str(reason), "judge": judge,
+         "status": "done", "failing_step": answer}
+        for reason, judge, answer in [*judges, (Reason.ENGINE, "engine", engine_step)]
+    ]  # fmt: skip
+
+
+def written(directory, layouts, cases, said=()):
+    frames = [
+        pd.DataFrame(layouts),
+        pd.DataFrame(cases),
+        pd.DataFrame(said, columns=OPINIONS.names),
+    ]
+    write_tables(directory, *frames, {"origin": "test", "seed": 1})
+    return load_benchmark(directory)
+
+
+@pytest.fixture
+def labelled(tmp_path):
+    layouts = [
+        row("stable", 4, "one", packings=3),
+        row("slides", 10, "two"),
+        row("tips", 10, "two"),
+        row("falls", 10, "three"),
+    ]
+    cases = [
+        case("stable", 4, None, rank=0),
+        case("slides", 10, 3, corner=15.0, angle=2.0, rank=1),
+        case("tips", 10, 6, corner=2.0, angle=15.0, rank=3, failing_step_paper=7),
+        case("falls", 10, 9, corner=15.0, angle=15.0, rank=5, moved=[0] * 10),
+    ]
+    said = [
+        *opinions("stable", None, None),
+        *opinions("slides", 3, 3, strict=4),
+        *opinions("tips", 6, 6),
+        *opinions("falls", 9, None),
+    ]
+    return written(tmp_path / "set", layouts, cases, said)
+
+
+def test_counts_and_shares(labelled):
+    found = summarise(labelled)
+    assert (found.layouts, found.cases, found.instances, found.without_label) == (4, 4, 3, 0)
+    [natural] = found.natural
+    assert natural.stable.value == pytest.approx(1 / 4)
+    assert natural.packings.value == pytest.approx(3 / 6)
+    assert natural.other_label.value == pytest.approx(1 / 4)
+    assert natural.published == 0.79
+    assert found.item_counts == {4: 1, 10: 3}
+    test = next(s for s in found.splits if s.split == "test")
+    assert (test.cases, test.stable, test.instances) == (4, 1, 3)
+
+
+def test_a_score_stands_in_its_own_tenth(labelled):
+    """0.3, 0.6 and 0.9 are the lower ends of their tenths."""
+    assert summarise(labelled).scores["S1"] == (0, 0, 0, 1, 0, 0, 1, 0, 0, 1, 1)
+
+
+def test_reasons_of_failure(labelled):
+    shares = {r.reason: r.shares["S1"].value for r in summarise(labelled).reasons}
+    third = pytest.approx(1 / 3)
+    assert shares == {
+        "beyond 10 cm only": third,
+        "beyond 10 degrees only": third,
+        "beyond both": third,
+        "the item just placed moves furthest": pytest.approx(2 / 3),
+        "no equilibrium (margin below 0)": 1.0,
+        "at the last item of the layout": third,
+    }
+
+
+def test_a_movement_that_rounding_put_on_the_threshold_counts(tmp_path):
+    layouts = [row("lands", 4, "one")]
+    found = summarise(written(tmp_path / "set", layouts, [case("lands", 4, 2, corner=10.0)]))
+    assert {r.reason: r.shares["S1"].value for r in found.reasons}["beyond 10 cm only"] == 1.0
+
+
+def test_firmness_and_disputes(labelled):
+    found = summarise(labelled)
+    [firm] = found.firmness
+    assert firm.robust.value == pytest.approx(3 / 4)
+    assert firm.confidence.value == pytest.approx((3 + 2 / 3) / 4)
+    assert firm.parts["limits"].value == pytest.approx(3 / 4)
+    judges = {j.judge: j for j in found.judges}
+    assert judges["strict"].later == 1
+    assert judges["engine"].pooled.value == pytest.approx(3 / 4)
+    assert judges["engine"].robust.value == pytest.approx(2 / 3)
+    assert judges["engine"].later == 1
+    [dispute] = found.disputes
+    assert (dispute.layout, dispute.label, dispute.step) == ("falls", "9", 9)
+    assert dispute.said == {"engine": "stable"}
+    assert (dispute.corner, dispute.angle, dispute.margin) == (15.0, 15.0, -1.0)
+
+
+def test_half_an_ensemble_makes_no_label_robust(tmp_path):
+    said = [o for o in opinions("A", None, None) if o["reason"] != "model"]
+    found = written(tmp_path / "set", [row("A", 2, "one")], [case("A", 2, None)], said)
+    assert found.confidence["robust"].isna().all()
+    assert found.confidence["confidence"].tolist() == [1.0]
+    assert summarise(found).firmness == ()
+
+
+def test_the_page_shows_it(labelled, tmp_path):
+    page = benchmark_page(summarise(labelled), made_with(labelled), "Looked at.")
+    text = write_page(page, tmp_path / "page").read_text()
+    assert "4 distinct geometries from 3 item lists" in text
+    assert "| falls  | S1       |    10 |     9 | stable |" in text
+    assert "Looked at." in text
+    assert "- origin: test" in text
+    for picture in ("item_counts", "scores", "judges"):
+        assert (tmp_path / "page" / "figures" / f"{picture}.png").stat().st_size > 5_000
+
+
+def test_an_imported_set_has_a_page(tmp_path):
+    """Movements, but no margins and no further judges."""
+    bare = [case("A", 4, 1, margin=None, moved=None), case("B", 4, None, margin=None, split=None)]
+    found = written(tmp_path / "set", [row("A", 4, "one"), row("B", 4, "two")], bare)
+    text = write_page(benchmark_page(summarise(found), {}), tmp_path / "page").read_text()
+    assert "No movements are recorded" in text
+
+
+def test_an_unlabelled_set_has_none(tmp_path):
+    found = written(tmp_path / "set", [row("A", 2, "one")], [case("A", 2, None, status=UNLABELLED)])
+    with pytest.raises(BenchmarkError, match="nothing in this set is labelled"):
+        summarise(found)
