@@ -7,6 +7,7 @@ from engines import registry
 from engines.registry import EngineEntry, engine_names, engines, world_class
 from engines.world import Box, EngineError, EngineNotInstalledError, Velocities, WorldSettings
 from harness.methods import make_method
+from harness.studies.convergence import run_convergence
 
 CUBE = Box((0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.05))
 
@@ -118,3 +119,11 @@ def test_velocities_can_be_set(drake):
         assert world.velocities().linear == pytest.approx(linear)
         assert world.velocities().angular == pytest.approx(angular)
         assert world.poses().centres[1] == pytest.approx((0.1, 0.2, 3.3), abs=1e-3)
+
+
+def test_a_missing_judge_shows_before_anything_is_computed(monkeypatch, tmp_path):
+    entry = EngineEntry("engines.with_drake:DrakeWorld", ("no-such-package",), extra="drake")
+    monkeypatch.setitem(registry.ENGINES, "drake", entry)
+    with pytest.raises(EngineNotInstalledError, match="drake"):
+        run_convergence(tmp_path / "work", layouts=1, sample=1, opinions=("label@drake",))
+    assert not (tmp_path / "work").exists()
