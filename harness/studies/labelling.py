@@ -6,6 +6,7 @@ that are whole or not there: an interrupted run goes on where it was.
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 from collections.abc import Callable, Sequence
@@ -176,7 +177,7 @@ def _label(
     manifest = {
         **{k: v for k, v in manifest.items() if k not in ("version", *_TABLE_NAMES)},
         "label": LABEL,
-        "sizes": {"test": sizes.test, "validation": sizes.validation},
+        "splits": dataclasses.asdict(sizes),
         "labelled_with": provenance(),
     }
     write_tables(directory, layouts, cases, opinions, manifest)

@@ -17,7 +17,7 @@ from harness.studies import labelling
 from harness.studies.label_rows import LABEL
 from harness.studies.labelling import Judge, build_set, label_set, write_unlabelled
 
-SIZES = SplitSizes(test=4, validation=2)
+SIZES = SplitSizes(test=4, validation=2, test_lists=2, validation_lists=1)
 JUDGES = (
     Judge(Reason.ENGINE, "label@mujoco:frequency=240"),
     Judge(Reason.MODEL, "label@mujoco:friction=0.4,frequency=240"),

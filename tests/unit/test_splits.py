@@ -7,7 +7,7 @@ import pytest
 from harness.layouts.benchmark import BenchmarkError
 from harness.layouts.benchmark.splits import SplitSizes, assign_splits
 
-SIZES = SplitSizes(test=40, validation=12)
+SIZES = SplitSizes(test=40, validation=12, test_lists=3, validation_lists=1)
 
 
 def labelled(instances=12, layouts=15, unlabelled=0):
@@ -79,11 +79,24 @@ def test_all_classes_take_part_and_unlabelled_cases_do_not():
     assert cases[cases["status"] != "done"]["split"].isna().all()
 
 
+def test_held_out_cases_come_from_as_many_lists_as_asked_for():
+    for lists in (3, 5):
+        sizes = SplitSizes(test=4, validation=2, test_lists=lists, validation_lists=2)
+        cases = assign_splits(labelled(), seed=3, sizes=sizes)
+        train = cases[cases["split"] == "train"]["instance"].nunique()
+        assert train == 3 * (12 - lists - 2)
+
+
+def test_sizes_are_even():
+    with pytest.raises(BenchmarkError, match="test is 5; allowed: an even number"):
+        SplitSizes(test=5)
+
+
 def test_too_few_cases_are_refused():
     with pytest.raises(BenchmarkError, match=r"test: only \d+ stable or unstable .* 200 of each"):
-        assign_splits(labelled(), seed=3, sizes=SplitSizes(test=400, validation=12))
+        assign_splits(labelled(), seed=3, sizes=SplitSizes(400, 12, 3, 1))
     with pytest.raises(BenchmarkError, match="validation: only"):
-        assign_splits(labelled(instances=3), seed=3, sizes=SplitSizes(test=40, validation=200))
+        assign_splits(labelled(instances=3), seed=3, sizes=SplitSizes(40, 200, 1, 1))
 
 
 def test_ranks_do_not_follow_the_order_of_the_table():

@@ -12,7 +12,12 @@ from harness.layouts.benchmark.tables import BenchmarkError
 
 @dataclass(frozen=True, slots=True)
 class SplitSizes:
-    """Cases a scenario, half of them stable: even numbers.
+    """How much is held out.
+
+    Args:
+        test, validation: cases a scenario, half of them stable: even numbers.
+        test_lists, validation_lists: item lists of every class that these cases come from, or more
+            where so many do not hold enough. Intervals stand on item lists.
 
     Raises:
         BenchmarkError: a number is odd or below 2.
@@ -20,6 +25,8 @@ class SplitSizes:
 
     test: int = 1000
     validation: int = 300
+    test_lists: int = 5
+    validation_lists: int = 2
 
     def __post_init__(self) -> None:
         for name, size in (("test", self.test), ("validation", self.validation)):
@@ -34,9 +41,9 @@ SIZES = SplitSizes()
 def assign_splits(cases: pd.DataFrame, *, seed: int, sizes: SplitSizes = SIZES) -> pd.DataFrame:
     """The cases with the columns ``split`` and ``rank``.
 
-    Instances are drawn at random, one of every class at a time, for the test until they hold
-    enough stable and unstable cases in every scenario, then likewise for the validation; all others
-    are for training. Of the test and validation instances as many cases as asked for are drawn by
+    Instances are drawn at random, one of every class at a time, for the test until they are as many
+    as asked for and hold enough stable and unstable cases in every scenario, then likewise for the
+    validation; all others are for training. Of the test and validation instances as many cases as asked for are drawn by
     scenario, stable and unstable in turn; the others belong to no split, so that nothing of a test
     instance is ever learnt from. Ranks of training cases are drawn at random.
 
@@ -54,8 +61,11 @@ def assign_splits(cases: pd.DataFrame, *, seed: int, sizes: SplitSizes = SIZES) 
     done = done.assign(stable=done["failing_step"].isna())
     split = pd.Series(pd.NA, cases.index, dtype="string")
     rank = pd.Series(pd.NA, cases.index, dtype="Int32")
-    for name, size in (("test", sizes.test), ("validation", sizes.validation)):
-        taken = _take(done, rounds, size, name)
+    for name, size, lists in (
+        ("test", sizes.test, sizes.test_lists),
+        ("validation", sizes.validation, sizes.validation_lists),
+    ):
+        taken = _take(done, rounds, size, lists, name)
         for _, group in done[done["instance"].isin(taken)].groupby("scenario", sort=True):
             for stable, first in ((True, 0), (False, 1)):
                 index = group.index[group["stable"] == stable].to_numpy()
@@ -86,9 +96,12 @@ def drawn_instances(cases: pd.DataFrame, *, seed: int) -> list[list[str]]:
     return [[names[k] for names in shuffled if k < len(names)] for k in range(longest)]
 
 
-def _take(done: pd.DataFrame, rounds: list[list[str]], size: int, name: str) -> set[str]:
-    """Remove as many rounds as it takes to have ``size`` cases, half of them stable."""
-    taken: set[str] = set()
+def _take(
+    done: pd.DataFrame, rounds: list[list[str]], size: int, lists: int, name: str
+) -> set[str]:
+    """Remove ``lists`` rounds, and as many more as it takes to have ``size`` balanced cases."""
+    taken = {instance for members in rounds[:lists] for instance in members}
+    del rounds[:lists]
     scenarios = done["scenario"].unique()
     while True:
         held = done[done["instance"].isin(taken)].groupby(["scenario", "stable"]).size()
