@@ -43,9 +43,9 @@ def assign_splits(cases: pd.DataFrame, *, seed: int, sizes: SplitSizes = SIZES) 
 
     Instances are drawn at random, one of every class at a time, for the test until they are as many
     as asked for and hold enough stable and unstable cases in every scenario, then likewise for the
-    validation; all others are for training. Of the test and validation instances as many cases as asked for are drawn by
-    scenario, stable and unstable in turn; the others belong to no split, so that nothing of a test
-    instance is ever learnt from. Ranks of training cases are drawn at random.
+    validation; all others are for training. Of the test and validation instances as many cases as
+    asked for are drawn by scenario, stable and unstable in turn; the others belong to no split, so
+    that nothing of a test instance is ever learnt from. Ranks of training cases are drawn, too.
 
     Args:
         cases: labelled or not, with ``instance`` and ``item_class``; only ``done`` ones take part.
