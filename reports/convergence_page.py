@@ -94,7 +94,7 @@ _ABOUT = {
     "begins with a drop of 1 mm there, and piles that differ tip in it (without the drop they "
     "stand)",
     "label@drake": "another model of contact altogether (hydroelastic), with Drake's own error "
-    "control",
+    "control, in a process of its own whose time is not counted",
 }
 """What a slow judge is, by a part of its name."""
 
