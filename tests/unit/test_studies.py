@@ -192,11 +192,11 @@ def test_a_folder_left_by_an_early_interrupt_can_be_used(study_file, tmp_path):
 
 
 def test_two_runs_do_not_share_a_folder(study_file, tmp_path):
-    from harness.studies.runner import _claim, _locked
+    from harness.studies.runner import _claim, locked
 
     study, run = load_study(study_file), tmp_path / "run"
     _claim(run, study)
-    with _locked(run), pytest.raises(ResultsError, match="another run is at work"):
+    with locked(run), pytest.raises(ResultsError, match="another run is at work"):
         run_study(study, run)
     assert run_study(study, run) == 18
 
