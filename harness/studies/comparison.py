@@ -67,7 +67,8 @@ def compare(directory: str | Path) -> Comparison:
     results["group"] = results["layout"].map(groups)
     together = _groups(results, said)
     summaries = _summaries(results, said, keys)
-    scenarios = tuple(dict.fromkeys(results["scenario"]))
+    order_of = {str(s): k for k, s in enumerate(Scenario)}
+    scenarios = tuple(sorted(set(results["scenario"]), key=lambda s: order_of.get(s, -1)))
     uses = tuple(
         _settings_use(results[results["method"] == m], key) for m, key in keys.items() if key.engine
     )
