@@ -116,7 +116,7 @@ def refuse_foreign(directory: Path) -> None:
     """
     if directory.exists() and not directory.is_dir():
         raise BenchmarkError(f"{directory}: is not a folder")
-    own = {"manifest.json", *(f"{name}.parquet" for name in _TABLES)}
+    own = {"manifest.json", "notes.md", *(f"{name}.parquet" for name in _TABLES)}
     names = {path.name for path in directory.iterdir()} if directory.is_dir() else set()
     foreign = sorted(names - own) or (["manifest.json"] if names == {"manifest.json"} else [])
     if foreign:
