@@ -55,3 +55,22 @@ def stack() -> Callable[..., Layout]:
         return Layout("stack", Pallet(100.0, 100.0, 100.0), items)
 
     return make
+
+
+@pytest.fixture
+def plate() -> Callable[[float], Layout]:
+    """Makes a plate on posts at two opposite corners; ``offset_z`` shifts its centre of mass.
+
+    Contacts (0..1, 0..1) and (9..10, 9..10). Their hull's edge from (0, 1) to (9, 10) passes
+    x = 4.5, where the centre of mass lies, at z = 5.5: an offset of 0.5.
+    """
+
+    def make(offset_z: float) -> Layout:
+        items = (
+            Item(0, (0.0, 0.0, 0.0), (1.0, 5.0, 1.0), 1.0),
+            Item(1, (9.0, 0.0, 9.0), (1.0, 5.0, 1.0), 1.0),
+            Item(2, (0.0, 5.0, 0.0), (10.0, 1.0, 10.0), 1.0, (-0.5, 0.0, offset_z)),
+        )
+        return Layout("plate", Pallet(100.0, 100.0, 100.0), items)
+
+    return make

@@ -64,6 +64,7 @@ def summarise(benchmark: Benchmark) -> BenchmarkSummary:
     scenarios = [str(s) for s in Scenario if (done["scenario"] == str(s)).any()]
     counts = benchmark.layouts["sizes"].map(len) // 3
     sizes = counts.value_counts().sort_index()
+    said = _test_opinions(benchmark)
     return BenchmarkSummary(
         layouts=len(benchmark.layouts),
         cases=len(cases),
@@ -76,8 +77,8 @@ def summarise(benchmark: Benchmark) -> BenchmarkSummary:
         scores={s: _scores(done[done["scenario"] == s]) for s in scenarios},
         reasons=tuple(_reasons(done, scenarios)),
         firmness=tuple(_firmness(benchmark, done, scenarios)),
-        judges=tuple(_judges(benchmark, scenarios)),
-        disputes=tuple(_disputes(benchmark)),
+        judges=tuple(_judges(said, scenarios)),
+        disputes=tuple(_disputes(benchmark, said)),
     )
 
 
@@ -207,8 +208,8 @@ def _test_opinions(benchmark: Benchmark) -> pd.DataFrame:
     return said.assign(agrees=agrees(benchmark.cases, said).to_numpy())
 
 
-def _judges(benchmark: Benchmark, scenarios: list[str]) -> list[JudgeAgreement]:
-    said = _test_opinions(benchmark)
+def _judges(said: pd.DataFrame, scenarios: list[str]) -> list[JudgeAgreement]:
+    """Agreement of every judge, from what :func:`_test_opinions` gives."""
     order = [str(r) for r in Reason]
     rows = []
     for reason in order:
@@ -242,9 +243,8 @@ def _judges(benchmark: Benchmark, scenarios: list[str]) -> list[JudgeAgreement]:
     return rows
 
 
-def _disputes(benchmark: Benchmark) -> list[RobustDispute]:
+def _disputes(benchmark: Benchmark, said: pd.DataFrame) -> list[RobustDispute]:
     """Robust labels of the test split that some engine disagrees with."""
-    said = _test_opinions(benchmark)
     engines = said[(said["reason"] == str(Reason.ENGINE)) & said["robust"].fillna(False)]
     traces = benchmark.cases.set_index(KEYS)
     rows = []

@@ -175,7 +175,7 @@ def _label(
     asked = cases[cases["split"].isin(("validation", "test"))]
     opinions = _limits(asked)
     manifest = {
-        **{k: v for k, v in manifest.items() if k not in ("version", *_TABLE_NAMES)},
+        **manifest,
         "label": LABEL,
         "splits": dataclasses.asdict(sizes),
         "labelled_with": provenance(),
@@ -185,9 +185,6 @@ def _label(
         said = _asked(directory, part, judges, workers, progress)
         opinions = pd.concat([opinions, said], ignore_index=True)
     write_tables(directory, layouts, cases, opinions, manifest)
-
-
-_TABLE_NAMES = ("layouts", "cases", "opinions")
 
 
 def _traced(directory: Path, workers: int, progress: Callable[[int, int], None]) -> pd.DataFrame:

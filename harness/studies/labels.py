@@ -16,6 +16,7 @@ import pandas as pd
 import pyarrow as pa
 
 from harness.layouts.benchmark import Benchmark, BenchmarkError, load_benchmark
+from harness.layouts.benchmark.dataset import KEYS
 from harness.layouts.benchmark.tables import is_table, read_parquet, write_parquet
 from harness.layouts.model import Layout
 from harness.studies.definition import StudyDefinition
@@ -40,7 +41,6 @@ label, counted from 0, null for a stable layout. ``confidence``, ``robust``: see
 null when all are zero."""
 
 _FILE = "labels.parquet"
-_KEYS = ["layout", "scenario"]
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def labelled_material(study: StudyDefinition) -> Material:
 
 def _labels(benchmark: Benchmark, chosen: pd.DataFrame) -> pd.DataFrame:
     sure = benchmark.confidence[["confidence", "robust"]]
-    return chosen.join(sure, on=_KEYS).astype({"robust": "boolean"})[LABELS.names]
+    return chosen.join(sure, on=KEYS).astype({"robust": "boolean"})[LABELS.names]
 
 
 def write_labels(directory: Path, labels: pd.DataFrame | None) -> None:
@@ -128,7 +128,7 @@ def load_labels(directory: str | Path) -> pd.DataFrame:
         frame = read_parquet(Path(directory) / _FILE, LABELS)
     except BenchmarkError as error:
         raise ResultsError(f"{error}; run the study again to write it anew") from None
-    return frame.astype({"robust": "boolean"}).set_index(_KEYS)
+    return frame.astype({"robust": "boolean"}).set_index(KEYS)
 
 
 def labelled_layout(layout: Layout, label: pd.Series) -> Layout:

@@ -144,17 +144,8 @@ def test_forces_add_up_to_the_weight():
     assert (plank, box) == pytest.approx((12.0, 5.0))
 
 
-def test_a_plate_on_two_opposite_corners():
-    # Contacts (0..1, 0..1) and (9..10, 9..10): the hull's edge from (0, 1) to (9, 10) passes
-    # x = 4.5 at z = 5.5. The points of the posts nearest to the centre of mass do not carry it.
-    def plate(offset_z):
-        items = (
-            Item(0, (0.0, 0.0, 0.0), (1.0, 5.0, 1.0), 1.0),
-            Item(1, (9.0, 0.0, 9.0), (1.0, 5.0, 1.0), 1.0),
-            Item(2, (0.0, 5.0, 0.0), (10.0, 1.0, 10.0), 1.0, (-0.5, 0.0, offset_z)),
-        )
-        return Layout("plate", PALLET, items)
-
+def test_a_plate_on_two_opposite_corners(plate):
+    # The points of the posts nearest to the centre of mass do not carry it.
     assert failing_step("equilibrium", plate(0.499)) is None
     assert failing_step("equilibrium", plate(0.5)) is None  # on the edge; SME's hull is strict
     assert failing_step("equilibrium", plate(0.501)) == 2

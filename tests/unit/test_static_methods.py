@@ -120,17 +120,7 @@ def test_sme_accepts_a_bridge_whose_centre_lies_over_the_gap():
     assert failing_step("sme", shifted) is None
 
 
-def test_sme_hull_is_strict():
-    # Two posts at opposite corners of a plate, contacts (0..1, 0..1) and (9..10, 9..10). The hull's
-    # edge from (0, 1) to (9, 10) passes x = 4.5 at z = 5.5.
-    def plate(offset_z):
-        items = (
-            Item(0, (0.0, 0.0, 0.0), (1.0, 5.0, 1.0), 1.0),
-            Item(1, (9.0, 0.0, 9.0), (1.0, 5.0, 1.0), 1.0),
-            Item(2, (0.0, 5.0, 0.0), (10.0, 1.0, 10.0), 1.0, (-0.5, 0.0, offset_z)),
-        )
-        return Layout("plate", PALLET, items)
-
+def test_sme_hull_is_strict(plate):
     assert failing_step("sme", plate(0.499)) is None
     assert failing_step("sme", plate(0.5)) == 2
     assert failing_step("sme", plate(0.501)) == 2

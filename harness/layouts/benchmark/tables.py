@@ -104,7 +104,8 @@ def write_tables(
     for name, content in contents.items():
         write_atomically(directory / f"{name}.parquet", content)
     counts = {"layouts": len(layouts), "cases": len(cases), "opinions": len(opinions)}
-    about = {"version": VERSION, **counts, **manifest}
+    own = {"version": VERSION, **counts}
+    about = own | manifest | own  # those of an earlier manifest give way
     write_atomically(directory / "manifest.json", json.dumps(about, indent=1) + "\n")
 
 
