@@ -169,6 +169,7 @@ class Capabilities:
     """Facts about an engine, as data: tables, warnings and tests are made from them.
 
     ``error_controlled``: it chooses its own steps; a substep decides only when one can look at it.
+    ``compliant``: contacts give way in proportion to their load, so that masses matter.
     """
 
     title: str
@@ -178,6 +179,7 @@ class Capabilities:
     notes: str = ""
     known_failures: tuple[KnownFailure, ...] = ()
     error_controlled: bool = False
+    compliant: bool = False
 
     def support(self, name: str, settings: WorldSettings) -> Support:
         """How the setting ``name`` is met under ``settings``: honoured, emulated or ignored."""

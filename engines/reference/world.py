@@ -60,6 +60,7 @@ class ReferenceWorld(FixedStepWorld):
         title="reference",
         dimensions=3,
         error_controlled=True,
+        compliant=True,
         settings=declare(
             friction=SettingSupport(Support.HONOURED, "static coefficient, regularised"),
             restitution=SettingSupport(

@@ -14,6 +14,7 @@ from typing import Any
 
 from engines.registry import EngineNotInstalledError
 from harness.cli.benchmark import add_benchmark
+from harness.cli.properties import add_properties
 from harness.cli.terminal import (
     at_least,
     positive_number,
@@ -31,6 +32,7 @@ from harness.layouts.scenarios import Scenario
 from harness.layouts.snapping import SNAP_GAP
 from harness.methods.registry import method_listing
 from harness.methods.spec import SpecError, nearest
+from harness.properties import PropertyError
 from harness.studies.definition import EMBEDDED, StudyError, load_study
 from harness.studies.executors import WorkerDiedError
 from harness.studies.results import ResultsError
@@ -42,6 +44,7 @@ _BAD_INPUT = (
     StudyError,
     ResultsError,
     BenchmarkError,
+    PropertyError,
     EngineNotInstalledError,
     OSError,
 )
@@ -60,7 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="backslashreplace")  # a name the terminal cannot show
     options = _parser().parse_args(arguments)
     try:
-        options.run(options)
+        status = options.run(options)
         sys.stdout.flush()
     except BrokenPipeError:
         # The reader (head, less) has gone; Python must not complain about it again at exit.
@@ -75,7 +78,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         say("steadyload: interrupted")
         return 130
-    return 0
+    return status or 0
 
 
 def _sentence(error: Exception) -> str:
@@ -183,6 +186,7 @@ def _parser() -> argparse.ArgumentParser:
 
     add_verify(commands)
     add_benchmark(commands)
+    add_properties(commands)
 
     methods = commands.add_parser(
         "methods", help="list methods and presets, or explain one, NAME or NAME@ENGINE"

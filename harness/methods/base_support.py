@@ -10,7 +10,7 @@ import numpy as np
 from engines.quantities import quantity
 from harness.layouts.contacts import Contacts, find_contacts
 from harness.layouts.model import TOLERANCE, Layout
-from harness.methods.method import STABLE, Finding, Method, Stopwatch
+from harness.methods.method import STABLE, Finding, Method, Stopwatch, Trait
 from harness.methods.spec import NoParameters
 
 _ROUNDING = 1e-9
@@ -32,6 +32,11 @@ class PartialBaseSupport(Method):
     """
 
     Parameters: ClassVar[type[Any]] = _PartialSupport
+
+    @property
+    def traits(self) -> frozenset[Trait]:
+        """See :attr:`Method.traits`."""
+        return frozenset((Trait.STEPWISE, Trait.BASE_SUPPORT))
 
     @property
     def _alpha(self) -> float:

@@ -12,7 +12,7 @@ from engines.quantities import quantity
 from harness.layouts.model import Layout
 from harness.methods.balance import VerticalBalance
 from harness.methods.friction import Sides, unbalanced_item
-from harness.methods.method import STABLE, Finding, Method, Status, Stopwatch
+from harness.methods.method import STABLE, Finding, Method, Status, Stopwatch, Trait
 from harness.methods.motion import Bodies, moved
 from harness.methods.touching import touching_points
 
@@ -66,6 +66,12 @@ class Equilibrium(Method):
     """
 
     Parameters = EquilibriumParameters
+
+    @property
+    def traits(self) -> frozenset[Trait]:
+        """See :attr:`Method.traits`."""
+        exact = frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS, Trait.BALANCE))
+        return exact if self.parameters.time is None else exact | {Trait.MOVEMENT}
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         balance = VerticalBalance(layout)

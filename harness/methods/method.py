@@ -24,6 +24,23 @@ class Status(StrEnum):
     ERROR = "error"
 
 
+class Trait(StrEnum):
+    """What a method declares of itself; properties are asked of methods that declare their trait.
+
+    ``stepwise``: the verdict on a step hangs on the items placed by then alone.
+    ``base support``: sees the supported share of bases, and no centre of mass.
+    ``centres of mass``: sees where centres of mass lie.
+    ``balance``: a loading that balances clearly at every step is stable.
+    ``movement``: a step fails by how far items move, held against thresholds.
+    """
+
+    STEPWISE = "stepwise"
+    BASE_SUPPORT = "base support"
+    CENTRES_OF_MASS = "centres of mass"
+    BALANCE = "balance"
+    MOVEMENT = "movement"
+
+
 class Phase(StrEnum):
     """What the time was spent on; static methods have no phases, only a total."""
 
@@ -159,7 +176,7 @@ class Method(ABC):
     """A judge with fixed parameters.
 
     A subclass declares ``Parameters`` (a frozen dataclass, see :mod:`harness.methods.spec`) and
-    implements :meth:`_judge`.
+    :attr:`traits`, and implements :meth:`_judge`.
 
     Args:
         spec: the method's identity; parses and prints back.
@@ -172,6 +189,11 @@ class Method(ABC):
     def __init__(self, spec: MethodSpec, parameters: Any) -> None:
         self.spec = spec
         self.parameters = parameters
+
+    @property
+    def traits(self) -> frozenset[Trait]:
+        """What the method, with its parameters, declares of itself."""
+        return frozenset()
 
     @classmethod
     def parameters_on(cls, engine: str | None) -> type[Any]:

@@ -26,6 +26,7 @@ from harness.methods.method import (
     Status,
     Stopwatch,
     TimeoutExpiredError,
+    Trait,
 )
 from harness.methods.scene import Across, boxes, fixed, neighbourhood, planar_scene
 
@@ -176,6 +177,11 @@ class Simulation(Method):
     def parameters_on(cls, engine: str | None) -> type[SimulationParameters]:
         """See :meth:`Method.parameters_on`: an engine's own options are parameters, too."""
         return SimulationParameters if engine is None else _parameters_on(engine)
+
+    @property
+    def traits(self) -> frozenset[Trait]:
+        """See :attr:`Method.traits`."""
+        return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS, Trait.BALANCE, Trait.MOVEMENT))
 
     @property
     def _engine(self) -> str:

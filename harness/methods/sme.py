@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from harness.layouts.contacts import Contacts, find_contacts
 from harness.layouts.model import Layout
-from harness.methods.method import STABLE, Finding, Method, Stopwatch
+from harness.methods.method import STABLE, Finding, Method, Stopwatch, Trait
 from harness.methods.plane import Point, strictly_inside_hull
 from harness.methods.spec import NoParameters
 
@@ -22,6 +22,11 @@ class StaticMechanicalEquilibrium(Method):
     """
 
     Parameters = NoParameters
+
+    @property
+    def traits(self) -> frozenset[Trait]:
+        """See :attr:`Method.traits`."""
+        return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS))
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         scene = _Scene(layout)

@@ -14,6 +14,7 @@ from engines.world import SETTINGS
 from harness.layouts.formats import read_layouts
 from harness.layouts.model import Layout
 from harness.layouts.scenarios import Scenario, apply_scenario
+from harness.methods.method import Method
 from harness.methods.registry import presets
 from harness.studies.accuracy import accuracies
 from harness.studies.definition import AS_GIVEN
@@ -128,9 +129,17 @@ def _judged_by_all(results: pd.DataFrame, methods: int) -> pd.DataFrame:
 
 
 def _key(row: pd.Series) -> MethodKey:
+    engine = None if pd.isna(row["engine"]) else str(row["engine"])
+    return _named(row["method_name"], row["method"], engine)
+
+
+def method_key(method: Method) -> MethodKey:
+    """How a method is named and recognised on a page."""
+    return _named(method.spec.name, str(method.spec), method.spec.engine)
+
+
+def _named(name: str, spec: str, engine: str | None) -> MethodKey:
     """A readable name: the preset's title, else the spec itself."""
-    name, spec, engine = row["method_name"], row["method"], row["engine"]
-    engine = None if pd.isna(engine) else str(engine)
     preset = presets().get(name)
     values = spec.partition(":")[2]
     title = preset.title if preset else _TITLES.get(name, name)

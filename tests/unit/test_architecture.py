@@ -20,6 +20,10 @@ ALLOWED = {
         "harness.studies", "harness.methods", "harness.layouts", "harness.atomic", "engines",
         "reports",
     },
+    "harness.properties": {
+        "harness.properties", "harness.studies", "harness.methods", "harness.layouts",
+        "harness.atomic", "engines", "reports",
+    },
     "learners": {"learners", "harness", "reports"},
     "harness.cli": {"harness", "engines", "learners", "reports"},
 }  # fmt: skip

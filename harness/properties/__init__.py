@@ -1,0 +1,8 @@
+"""Property tests: strategies that build layouts, what must hold of them, and the search.
+
+Everything but this file needs the extra ``properties`` (hypothesis).
+"""
+
+
+class PropertyError(ValueError):
+    """A property, engine or package that is not there."""

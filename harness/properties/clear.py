@@ -1,0 +1,42 @@
+"""Which verdicts are clear: those that no rounding, and no engine worth its name, should change."""
+
+from __future__ import annotations
+
+from harness.layouts.model import Layout
+from harness.methods.margins import margins
+from harness.methods.method import Trait, Verdict
+from harness.properties.property import Subject
+
+CLEARANCE = 0.3
+"""A balance kept or lost by this much is clear [cm]: every contact patch could be narrower, or
+would have to be wider, by it. An engine's own error in where a box begins to tip is a tenth."""
+
+_FAR = 1.5
+"""A movement beyond this multiple of a threshold is clear."""
+
+
+def balances_clearly(layout: Layout) -> bool:
+    """Vertical forces balance every step of the loading, and by a clear margin."""
+    return all(margin.patches >= CLEARANCE for margin in margins(layout, centres=False))
+
+
+def is_clear(subject: Subject, layout: Layout, verdict: Verdict) -> bool:
+    """Whether a verdict stands clear of every limit.
+
+    A method of exact geometry, which asks for no movement, is always clear. Otherwise the layout
+    has to balance clearly at every step; or up to one that is out of balance clearly, and what
+    moves by then to be far beyond a threshold. Whether the verdict is right plays no part.
+    """
+    if not subject.has(Trait.MOVEMENT):
+        return True
+    found = [margin.patches for margin in margins(layout, centres=False)]
+    lost = next((step for step, patches in enumerate(found) if patches < CLEARANCE), None)
+    if lost is None:
+        return True
+    if found[lost] > -CLEARANCE or verdict.failing_step is None or verdict.failing_step > lost:
+        return False
+    assert verdict.displacement is not None
+    assert verdict.rotation is not None
+    parameters = subject.method.parameters
+    far = verdict.displacement >= _FAR * parameters.eps_t
+    return far or verdict.rotation >= _FAR * parameters.eps_r

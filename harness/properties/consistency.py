@@ -1,0 +1,160 @@
+"""Properties of verdicts among themselves: what is so by definition, whoever judges."""
+
+from __future__ import annotations
+
+from hypothesis import strategies as st
+from hypothesis.strategies import DrawFn, SearchStrategy
+
+from harness.layouts.model import Item, Layout, Pallet
+from harness.methods.method import Trait
+from harness.methods.registry import make_method
+from harness.properties.property import Case, Property, Subject, Violation, spoken
+from harness.properties.strategies import density_weight, layouts
+
+_FAR = 150.0
+"""How far away a far item stands [cm]; nothing moves that far within a placement."""
+
+
+def _any_layout(subject: Subject) -> SearchStrategy[Case]:
+    return layouts(planar=subject.planar).map(Case)
+
+
+def score_is_a_share_of_items(subject: Subject, case: Case) -> bool:
+    """The score is k / J, and k counts the items placed safely."""
+    count = len(case.layout)
+    verdict = subject.verdict(case.layout)
+    placed = count if verdict.failing_step is None else verdict.failing_step
+    if not 0 <= placed <= count or verdict.score != placed / count:
+        raise Violation(f"score {verdict.score} with {placed} of {count} items placed")
+    if verdict.stable != (placed == count):
+        raise Violation(f"{placed} of {count} items placed, but stable is {verdict.stable}")
+    if verdict.moved_item is not None and not verdict.moved_item <= placed:
+        raise Violation(f"item {verdict.moved_item} moved at step {placed}, before it was placed")
+    return True
+
+
+def repeats(subject: Subject, case: Case) -> bool:
+    """Judging again, and by a method made anew, gives the same verdict."""
+    first = subject.verdict(case.layout)
+    for again in (subject, Subject(subject.spec)):
+        verdict = again.verdict(case.layout)
+        for what in ("failing_step", "moved_item", "displacement", "rotation"):
+            before, after = getattr(first, what), getattr(verdict, what)
+            if before != after:
+                raise Violation(f"{what.replace('_', ' ')} {before!r}, then {after!r}")
+    return True
+
+
+@st.composite
+def _cut(draw: DrawFn, subject: Subject) -> Case:
+    layout = draw(layouts(planar=subject.planar))
+    return Case(layout, {"items": draw(st.integers(1, len(layout)))})
+
+
+def first_items_alone(subject: Subject, case: Case) -> bool:
+    """The first k items judged alone get the verdict that the whole layout has on them."""
+    kept = int(case.change["items"])
+    whole = subject.verdict(case.layout).failing_step
+    alone = subject.verdict(case.layout.first(kept)).failing_step
+    expected = None if whole is None or whole >= kept else whole
+    if alone != expected:
+        raise Violation(
+            f"the first {kept} alone: {spoken(alone)}; in the whole layout: {spoken(expected)}"
+        )
+    return True
+
+
+def far_item_changes_nothing(subject: Subject, case: Case) -> bool:
+    """An item placed last on the floor, far away, changes no failing step."""
+    before = subject.verdict(case.layout).failing_step
+    after = subject.verdict(_with_far_item(case.layout)).failing_step
+    if before != after:
+        raise Violation(f"{spoken(before)}; with an item far away: {spoken(after)}")
+    return True
+
+
+def _with_far_item(layout: Layout) -> Layout:
+    """The layout on a wider pallet, and a low item on the floor that shares item 0's depth."""
+    width, height, depth = layout.pallet.size
+    first = layout.items[0]
+    size = (20.0, 10.0, first.size[2])
+    far = Item(len(layout), (width + _FAR, 0.0, first.position[2]), size, density_weight(size))
+    pallet = Pallet(width + _FAR + size[0], max(height, size[1]), depth)
+    return Layout(layout.name, pallet, (*layout.items, far))
+
+
+def full_support_is_partial_support(subject: Subject, case: Case) -> bool:
+    """What FBS accepts, PBS accepts."""
+    full = make_method("fbs").judge(case.layout).failing_step
+    if full is not None:
+        return False
+    partial = subject.verdict(case.layout).failing_step
+    if partial is not None:
+        raise Violation(f"stable with full base support, but {spoken(partial)}")
+    return True
+
+
+@st.composite
+def _two_shares(draw: DrawFn, subject: Subject) -> Case:
+    low, high = sorted(draw(st.tuples(st.integers(0, 100), st.integers(0, 100))))
+    layout = draw(layouts(planar=subject.planar))
+    return Case(layout, {"lower alpha": low / 100.0, "higher alpha": high / 100.0})
+
+
+def more_support_fails_no_later(subject: Subject, case: Case) -> bool:
+    """Asking for more support never lets a loading get further."""
+    steps = []
+    for which in ("lower", "higher"):
+        spec = f"{subject.method.spec.name}:alpha={case.change[f'{which} alpha']:g}"
+        failing = Subject(spec).verdict(case.layout).failing_step
+        steps.append(len(case.layout) if failing is None else failing)
+    if steps[1] > steps[0]:
+        raise Violation(f"{steps[0]} items with less support asked for, {steps[1]} with more")
+    return True
+
+
+def _stepwise(subject: Subject) -> bool:
+    return subject.has(Trait.STEPWISE)
+
+
+def _partial(subject: Subject) -> bool:
+    return subject.has(Trait.BASE_SUPPORT) and hasattr(subject.method.parameters, "alpha")
+
+
+PROPERTIES = (
+    Property(
+        "score",
+        "The score is k / J, k the items placed safely.",
+        _any_layout,
+        score_is_a_share_of_items,
+    ),
+    Property("repeat", "A repeat gives the same verdict, to the last bit.", _any_layout, repeats),
+    Property(
+        "prefix",
+        "The first k items judged alone get the verdict that the whole layout has on them.",
+        _cut,
+        first_items_alone,
+        _stepwise,
+    ),
+    Property(
+        "far item",
+        "An item placed last on the floor, far away, changes no failing step.",
+        _any_layout,
+        far_item_changes_nothing,
+        _stepwise,
+    ),
+    Property(
+        "full implies partial",
+        "What full base support accepts, partial base support accepts.",
+        _any_layout,
+        full_support_is_partial_support,
+        _partial,
+    ),
+    Property(
+        "monotone in alpha",
+        "Asking for a larger supported share never lets a loading get further.",
+        _two_shares,
+        more_support_fails_no_later,
+        _partial,
+    ),
+)

@@ -1,0 +1,58 @@
+"""Properties known not to hold for a method: declared, with the smallest counterexample.
+
+A finding is a table in ``findings.toml`` and a layout file in ``counterexamples``. Findings are
+strict: one whose counterexample passes has to go.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from pathlib import Path
+
+from harness.layouts.formats import read_layouts
+from harness.properties.property import Case
+
+MOST_PER_ENGINE = 3
+"""An engine with more findings is one to mend, or not to use."""
+
+
+@dataclass(frozen=True, slots=True)
+class KnownFinding:
+    """A property that does not hold for a method.
+
+    ``found``: what the counterexample shows. ``why``: the reason, as far as it is known.
+    """
+
+    property: str
+    method: str
+    found: str
+    why: str
+    case: Case
+
+
+@cache
+def known_findings() -> tuple[KnownFinding, ...]:
+    """All declared findings."""
+    folder = resources.files("harness.properties")
+    tables = tomllib.loads(folder.joinpath("findings.toml").read_text()).get("finding", [])
+    found = []
+    for table in tables:
+        with resources.as_file(folder.joinpath("counterexamples", table["layout"])) as path:
+            (layout,) = read_layouts(Path(path))
+        change: Mapping[str, float] = table.get("change", {})
+        case = Case(layout, dict(change))
+        found.append(
+            KnownFinding(table["property"], table["method"], table["found"], table["why"], case)
+        )
+    return tuple(found)
+
+
+def finding(property_name: str, spec: str) -> KnownFinding | None:
+    """The declared finding on a property and a method, if any."""
+    return next(
+        (f for f in known_findings() if (f.property, f.method) == (property_name, spec)), None
+    )

@@ -1,0 +1,106 @@
+"""What a property is: cases drawn by a strategy, and a check that a method passes or violates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from hypothesis.strategies import SearchStrategy
+
+from engines.registry import world_class
+from engines.world import Capabilities
+from harness.layouts.model import Layout
+from harness.methods.method import Method, Status, Trait, Verdict
+from harness.methods.registry import make_method
+
+
+class Violation(Exception):  # noqa: N818 - what a check finds, no fault of the program
+    """A property does not hold; the message says what was found and what was to be expected."""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """What a check is asked about.
+
+    Attributes:
+        layout: the layout as it is to be judged first.
+        change: what else was drawn, by name; for people.
+    """
+
+    layout: Layout
+    change: Mapping[str, float] = field(default_factory=dict)
+
+
+class Subject:
+    """A method under test, and what it declares of itself.
+
+    Args:
+        spec: the method's spec string.
+
+    Raises:
+        SpecError: no such method, engine or parameter.
+    """
+
+    def __init__(self, spec: str) -> None:
+        self.method: Method = make_method(spec)
+        self.spec = str(self.method.spec)
+
+    @property
+    def engine(self) -> str | None:
+        """The engine that the method runs on, if any."""
+        return self.method.spec.engine
+
+    @cached_property
+    def capabilities(self) -> Capabilities | None:
+        """What the engine declares; None without one."""
+        return world_class(self.engine).capabilities if self.engine else None
+
+    @property
+    def planar(self) -> bool:
+        """Judges planar layouts only."""
+        return self.capabilities is not None and self.capabilities.dimensions == 2
+
+    def has(self, trait: Trait) -> bool:
+        """Whether the method declares a trait."""
+        return trait in self.method.traits
+
+    def verdict(self, layout: Layout) -> Verdict:
+        """The verdict on a layout.
+
+        Raises:
+            Violation: there is none (diverged, error, refused).
+        """
+        verdict = self.method.judge(layout)
+        if verdict.status is not Status.DONE:
+            raise Violation(f"no verdict: {verdict.status} ({verdict.reason})")
+        return verdict
+
+
+Check = Callable[[Subject, Case], bool]
+"""Raises :class:`Violation`. Returns whether the case said anything: False where the property asks
+nothing of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Property:
+    """A property that methods are held to.
+
+    Attributes:
+        name: in registries and on the command line.
+        about: one sentence that says what must hold.
+        cases: the strategy of its cases, for a method.
+        check: asks a method about a case.
+        applies: whether the property is asked of a method, by what that declares.
+    """
+
+    name: str
+    about: str
+    cases: Callable[[Subject], SearchStrategy[Case]]
+    check: Check
+    applies: Callable[[Subject], bool] = lambda subject: True
+
+
+def spoken(failing_step: int | None) -> str:
+    """A failing step in words."""
+    return "stable" if failing_step is None else f"fails at step {failing_step}"

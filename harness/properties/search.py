@@ -1,0 +1,93 @@
+"""Look for a case that violates a property, and make it as small as it gets."""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+
+import hypothesis
+from hypothesis import HealthCheck, Phase, settings
+from hypothesis.errors import HypothesisException
+
+from harness.properties.property import Case, Property, Subject, Violation
+
+PROFILES = {"quick": 20, "ci": 100, "deep": 1000}
+"""Examples a property and method, by profile."""
+
+
+@dataclass(frozen=True, slots=True)
+class Counterexample:
+    """The smallest case found that violates a property, and what was found."""
+
+    case: Case
+    found: str
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of asking one method about one property.
+
+    Attributes:
+        examples: cases tried; those of the search for a smaller one not counted.
+        asked: how many of them the property said something about.
+        counterexample: None where the property held.
+    """
+
+    examples: int
+    asked: int
+    counterexample: Counterexample | None
+
+
+def search(
+    asked: Property, subject: Subject, *, examples: int, seed: int, shrink: bool = True
+) -> Outcome:
+    """Ask a method about a property, on cases that depend on the arguments alone.
+
+    An exception of the method's own counts as a violation, too.
+
+    Args:
+        asked: the property.
+        subject: the method.
+        examples: cases at most; a strategy with fewer ends early.
+        seed: of the cases; property and method have their own for each.
+        shrink: make a counterexample small, which may take a hundred more cases.
+    """
+    tried = said = 0
+    smallest: Counterexample | None = None
+
+    @hypothesis.seed(zlib.crc32(f"{seed} {asked.name} {subject.spec}".encode()))
+    @settings(
+        max_examples=examples,
+        database=None,
+        deadline=None,
+        derandomize=False,
+        phases=(Phase.generate, Phase.shrink) if shrink else (Phase.generate,),
+        suppress_health_check=list(HealthCheck),
+        report_multiple_bugs=False,
+        print_blob=False,
+    )
+    @hypothesis.given(asked.cases(subject))
+    def ask(case: Case) -> None:
+        nonlocal tried, said, smallest
+        counting = smallest is None
+        tried += counting
+        try:
+            said += asked.check(subject, case) and counting
+        except HypothesisException:
+            raise
+        except Violation as violation:
+            # Hypothesis runs the smallest one last.
+            smallest = Counterexample(case, str(violation))
+            raise
+        except Exception as error:
+            smallest = Counterexample(case, f"{type(error).__name__}: {error}")
+            raise
+
+    try:
+        ask()
+    except HypothesisException:
+        raise
+    except Exception:
+        assert smallest is not None, "what is raised here was raised by the check"
+        said += 1
+    return Outcome(tried, said, smallest)

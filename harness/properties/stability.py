@@ -1,0 +1,253 @@
+"""Properties of what stands and what falls, by closed forms and by the exact equilibrium."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from hypothesis import strategies as st
+from hypothesis.strategies import DrawFn, SearchStrategy
+
+from harness.layouts.model import Layout
+from harness.methods.envelope import leaves
+from harness.methods.friction import Sides, unbalanced_item
+from harness.methods.margins import margins
+from harness.methods.method import Status, Trait
+from harness.methods.simulation import BetweenSteps, Simulation
+from harness.methods.trace import Trace, trace_loading
+from harness.properties.clear import CLEARANCE, balances_clearly
+from harness.properties.moved import quarter_turned
+from harness.properties.property import Case, Property, Subject, Violation, spoken
+from harness.properties.strategies import (
+    Placed,
+    built,
+    density_weight,
+    layouts,
+    ordinary_layouts,
+    single_items,
+    towers,
+    with_offsets,
+)
+from harness.studies.mechanics import tipping_time
+
+REST_SHIFT = 0.2
+"""How far a corner may creep while its item is at rest [cm], where items are not large."""
+
+REST_SHARE = 0.001
+"""The same as a share of the longest side, where that is more: contacts of large items give way."""
+
+REST_ANGLE = 1.0
+"""How far an item may turn while it is at rest [degrees]."""
+
+_IN_TIME = 0.67
+"""A box clearly past its edge has turned by the threshold in this share of the time it is given."""
+
+_STEEP = 45.0
+"""Thresholds up to here follow from the equation of the pendulum [degrees]."""
+
+_STICKING = 2.0
+"""Friction on all faces up to this multiple of the asked one cannot hold what is clearly out of
+balance."""
+
+_FACETS = 8
+
+
+def _towers(subject: Subject) -> SearchStrategy[Case]:
+    return towers(planar=subject.planar).map(Case)
+
+
+def _items(subject: Subject) -> SearchStrategy[Case]:
+    plain = single_items(planar=subject.planar)
+    return st.one_of(plain, with_offsets(plain, planar=subject.planar)).map(Case)
+
+
+def stands(subject: Subject, case: Case) -> bool:
+    """The loading is stable, within the declared envelope."""
+    if leaves(case.layout, subject.method):
+        return False
+    failing = subject.verdict(case.layout).failing_step
+    if failing is not None:
+        raise Violation(f"{spoken(failing)}; expected: stable")
+    return True
+
+
+@st.composite
+def _over_an_edge(draw: DrawFn, subject: Subject, least: int, most: int) -> Case:
+    """A box on a wider one, its centre of mass past the edge of that by a share of its width."""
+    width, height = draw(st.integers(10, 40).map(float)), draw(st.integers(5, 40).map(float))
+    percent = draw(st.integers(least, most))
+    past = percent / 100.0 * width
+    offset = 0.0
+    if subject.has(Trait.CENTRES_OF_MASS):
+        # 1 cm of contact has to be left.
+        fewest = math.ceil(100.0 * (past - 0.5 * width + 1.0) / width)
+        offset = draw(st.integers(max(-40, fewest), 40)) / 100.0 * width
+    lower, upper = (2.0 * width, math.ceil(0.5 * width), 20.0), (width, height, 20.0)
+    boxes = [
+        Placed((-lower[0], 0.0, 0.0), lower, density_weight(lower)),
+        Placed(
+            (past - offset - 0.5 * width, lower[1], 0.0),
+            upper,
+            density_weight(upper),
+            (offset, 0.0, 0.0),
+        ),
+    ]
+    layout = built("edge", boxes)
+    turns = draw(st.integers(0, 1)) * 2 if subject.planar else draw(st.integers(0, 3))
+    for _ in range(turns):
+        layout = quarter_turned(layout)
+    return Case(
+        layout,
+        {"past the edge [cm]": past, "offset [cm]": offset, "width [cm]": width},
+    )
+
+
+def _past(subject: Subject) -> SearchStrategy[Case]:
+    return _over_an_edge(subject, 10, 40)
+
+
+def _inside(subject: Subject) -> SearchStrategy[Case]:
+    return _over_an_edge(subject, -40, -10)
+
+
+def falls(subject: Subject, case: Case) -> bool:
+    """The upper of two boxes tips, in good time by the equation of the pendulum."""
+    if subject.has(Trait.MOVEMENT) and not _tips_in_time(subject, case):
+        return False
+    failing = subject.verdict(case.layout).failing_step
+    if failing != 1:
+        raise Violation(f"{spoken(failing)}; expected: {spoken(1)}")
+    return True
+
+
+def _tips_in_time(subject: Subject, case: Case) -> bool:
+    parameters = subject.method.parameters
+    if parameters.eps_r > _STEEP:
+        return False
+    size = (0.01 * case.change["width [cm]"], 0.01 * case.layout.items[1].size[1])
+    past = 0.01 * case.change["past the edge [cm]"]
+    needed = tipping_time(size, past, math.radians(parameters.eps_r))
+    return needed <= _IN_TIME * (parameters.t_max if subject.engine else parameters.time)
+
+
+def balanced_stays(subject: Subject, case: Case) -> bool:
+    """What vertical forces balance by a clear margin is stable, and nothing moves."""
+    if leaves(case.layout, subject.method) or not balances_clearly(case.layout):
+        return False
+    if not _reseats(subject):
+        return stands(subject, case)
+    trace = _trace(case.layout, subject)
+    shift, angle = trace.corner[:, -1], trace.angle[:, -1]
+    longest = float((case.layout.upper - case.layout.lower).max())
+    allowed = max(REST_SHIFT, REST_SHARE * longest)
+    moving = np.flatnonzero((shift > allowed) | (angle > REST_ANGLE))
+    if len(moving):
+        step = int(moving[0])
+        raise Violation(
+            f"item {trace.moved[step, -1]} moves by {shift[step]:.3g} cm or {angle[step]:.3g} "
+            f"degrees at step {step}; expected: up to {allowed:g} cm and {REST_ANGLE:g} degrees"
+        )
+    return True
+
+
+def unbalanced_moves(subject: Subject, case: Case) -> bool:
+    """What no forces balance, not even friction on side faces, moves beyond the tolerance of rest.
+
+    Only the first step that does not balance is asked about, where all before balance clearly.
+    """
+    found = [margin.patches for margin in margins(case.layout, centres=False)]
+    step = next((k for k, patches in enumerate(found) if patches < CLEARANCE), None)
+    if step is None or found[step] > -CLEARANCE:
+        return False
+    friction = _STICKING * subject.method.parameters.friction
+    if unbalanced_item(case.layout, step, Sides.FRICTION, friction, _FACETS) is None:
+        return False
+    layout = case.layout.first(step + 1)
+    if leaves(layout, subject.method):
+        return False
+    trace = _trace(layout, subject)
+    shift, angle = float(trace.corner[step].max()), float(trace.angle[step].max())
+    if shift <= REST_SHIFT and angle <= REST_ANGLE:
+        raise Violation(
+            f"nothing moves by more than {shift:.3g} cm and {angle:.3g} degrees at step {step}; "
+            "no forces balance it"
+        )
+    return True
+
+
+def _trace(layout: Layout, subject: Subject) -> Trace:
+    assert isinstance(subject.method, Simulation)
+    parameters = subject.method.parameters
+    trace = trace_loading(
+        layout, subject.method, t_max=parameters.t_max, samples=parameters.samples
+    )
+    if trace.status is not Status.DONE:
+        raise Violation(f"no verdict: {trace.status} ({trace.reason})")
+    return trace
+
+
+def _reseats(subject: Subject) -> bool:
+    return (
+        isinstance(subject.method, Simulation)
+        and subject.method.parameters.between_steps is BetweenSteps.RESEAT
+    )
+
+
+def _balanced(subject: Subject) -> SearchStrategy[Case]:
+    return layouts(planar=subject.planar).map(Case)
+
+
+def _ordinary(subject: Subject) -> SearchStrategy[Case]:
+    return ordinary_layouts(planar=subject.planar).map(Case)
+
+
+def _by_balance(subject: Subject) -> bool:
+    return subject.has(Trait.BALANCE)
+
+
+def _sees_centres(subject: Subject) -> bool:
+    return subject.has(Trait.CENTRES_OF_MASS)
+
+
+def _needs_half_a_base(subject: Subject) -> bool:
+    share = getattr(subject.method.parameters, "alpha", 1.0)
+    return not subject.has(Trait.BASE_SUPPORT) or share >= 0.5
+
+
+PROPERTIES = (
+    Property(
+        "tower",
+        "A tower of centred items, none larger than the one below, is stable within the envelope.",
+        _towers,
+        stands,
+    ),
+    Property("floor", "An item on the floor alone is stable.", _items, stands),
+    Property(
+        "past the edge",
+        "A box whose centre of mass lies past its edge by a tenth of its width or more falls.",
+        _past,
+        falls,
+        _needs_half_a_base,
+    ),
+    Property(
+        "inside the edge",
+        "A box whose centre of mass lies inside its edge by a tenth of its width or more stands.",
+        _inside,
+        stands,
+        _sees_centres,
+    ),
+    Property(
+        "balanced stays",
+        "Where vertical forces balance every step by a clear margin, nothing moves (envelope).",
+        _balanced,
+        balanced_stays,
+        _by_balance,
+    ),
+    Property(
+        "unbalanced moves",
+        "What not even friction on side faces could hold moves beyond the tolerance of rest.",
+        _ordinary,
+        unbalanced_moves,
+        _reseats,
+    ),
+)

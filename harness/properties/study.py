@@ -1,0 +1,220 @@
+"""Properties x methods: asked over processes, kept in files, resumable.
+
+A folder holds ``results/*.json``, one file a property and method, and ``counterexamples/*.json``,
+layout files that can be read like any other.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+
+from engines.registry import engines, installed_versions
+from harness.atomic import write_atomically
+from harness.layouts.formats import Format, read_layouts, write_layouts
+from harness.layouts.model import Layout
+from harness.methods.spec import nearest
+from harness.properties import PropertyError
+from harness.properties.findings import finding
+from harness.properties.property import Case, Property, Subject
+from harness.properties.registry import PROPERTIES
+from harness.properties.search import Counterexample, Outcome, search
+from harness.studies.comparison import method_key, scene
+from harness.studies.executors import run_units
+from harness.studies.results import code_fingerprint, provenance_lines
+from harness.studies.runner import locked
+from reports.property_records import ItemRow, PropertyRow, PropertyTable, SmallestCase, Standing
+
+STATIC_METHODS = (
+    "fbs",
+    "pbs",
+    "sme",
+    "equilibrium",
+    "equilibrium:sides=frictionless",
+    "equilibrium:sides=friction",
+    "equilibrium:time=0.3",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class PropertyStudy:
+    """What is asked.
+
+    Attributes:
+        methods: spec strings.
+        properties: what they are asked about.
+        examples: cases a pair at most.
+        seed: of the cases.
+    """
+
+    methods: tuple[str, ...]
+    properties: tuple[Property, ...]
+    examples: int
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class _Unit:
+    property: str
+    method: str
+    examples: int
+    seed: int
+    file: Path
+
+
+def methods_on(names: Sequence[str] | None) -> list[str]:
+    """The methods that are asked by default: all static ones, and the label's way on engines.
+
+    Args:
+        names: engines; None takes the static methods and all engines that are installed and not
+            optional.
+
+    Raises:
+        PropertyError: no engine of that name.
+    """
+    known = engines()
+    for name in names or ():
+        if name not in known:
+            raise PropertyError(f"unknown engine {name!r}; {nearest(name, known)}")
+    if names is not None:
+        return [f"label@{name}" for name in names]
+    return [*STATIC_METHODS, *(f"label@{n}" for n, entry in known.items() if not entry.extra)]
+
+
+def run_properties(
+    study: PropertyStudy,
+    directory: Path,
+    *,
+    workers: int = 1,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> PropertyTable:
+    """Ask what has not been asked yet; everything lies in ``directory`` afterwards.
+
+    Args:
+        study: what is asked.
+        directory: made when it does not exist.
+        workers: processes.
+        progress: called with pairs done and pairs in all.
+
+    Raises:
+        SpecError: no such method.
+        EngineNotInstalledError: a method's engine is missing.
+        ResultsError: another run is at work in the folder.
+        WorkerDiedError: see :func:`harness.studies.executors.run_units`.
+    """
+    for part in ("results", "counterexamples"):
+        (directory / part).mkdir(parents=True, exist_ok=True)
+    subjects = [Subject(spec) for spec in study.methods]
+    for subject in subjects:
+        subject.method.prepare()
+    with locked(directory):
+        units = [
+            _unit(asked, subject, study, directory / "results")
+            for subject in subjects
+            for asked in study.properties
+            if asked.applies(subject)
+        ]
+        missing = [unit for unit in units if not unit.file.exists()]
+        progress(len(units) - len(missing), len(units))
+        done = len(units) - len(missing)
+        for _ in run_units(_ask, missing, workers=workers):
+            done += 1
+            progress(done, len(units))
+        rows = [_row(unit, directory) for unit in units]
+    return PropertyTable(
+        about={asked.name: asked.about for asked in study.properties},
+        methods=tuple(method_key(subject.method) for subject in subjects),
+        rows=tuple(rows),
+    )
+
+
+def made_with(study: PropertyStudy) -> dict[str, str]:
+    """What a page of this study is made with."""
+    return {
+        "examples": f"{study.examples} a property and method, seed {study.seed}",
+        **provenance_lines(),
+        "hypothesis": metadata.version("hypothesis"),
+    }
+
+
+def _unit(asked: Property, subject: Subject, study: PropertyStudy, folder: Path) -> _Unit:
+    """The pair, and the file of its result: a hash of all that it depends on."""
+    here = Path(__file__).parent
+    rules = hashlib.sha256(b"".join(p.read_bytes() for p in sorted(here.glob("*.py"))))
+    identity = [
+        asked.name, subject.spec, study.examples, study.seed, rules.hexdigest(),
+        metadata.version("hypothesis"), code_fingerprint(type(subject.method)),
+        installed_versions(subject.engine or ""),
+    ]  # fmt: skip
+    digest = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:20]
+    return _Unit(asked.name, subject.spec, study.examples, study.seed, folder / f"{digest}.json")
+
+
+def _ask(unit: _Unit) -> None:
+    subject = Subject(unit.method)
+    subject.method.prepare()
+    outcome = search(PROPERTIES[unit.property], subject, examples=unit.examples, seed=unit.seed)
+    held = outcome.counterexample
+    failure = None
+    if held is not None:
+        layout = unit.file.with_suffix(".layout")
+        write_layouts(layout, [held.case.layout], Format.NATIVE)
+        failure = {"found": held.found, "change": dict(held.case.change)}
+    result = {"examples": outcome.examples, "asked": outcome.asked, "failure": failure}
+    write_atomically(unit.file, json.dumps(result, indent=1) + "\n")
+
+
+def _outcome(unit: _Unit) -> Outcome:
+    result = json.loads(unit.file.read_text())
+    failure, counterexample = result["failure"], None
+    if failure is not None:
+        (layout,) = read_layouts(unit.file.with_suffix(".layout"))
+        counterexample = Counterexample(Case(layout, failure["change"]), failure["found"])
+    return Outcome(result["examples"], result["asked"], counterexample)
+
+
+def _row(unit: _Unit, directory: Path) -> PropertyRow:
+    """A result as a page shows it; a declared finding shows even where this run missed it."""
+    outcome, known = _outcome(unit), finding(unit.property, unit.method)
+    shown, standing = outcome.counterexample, Standing.HOLDS
+    if known is not None:
+        standing = Standing.FINDING
+        shown = shown or Counterexample(known.case, known.found)
+    elif shown is not None:
+        standing = Standing.VIOLATED
+    elif not outcome.asked:
+        standing = Standing.NOT_ASKED
+    return PropertyRow(
+        property=unit.property,
+        method=method_key(Subject(unit.method).method),
+        standing=standing,
+        examples=outcome.examples,
+        asked=outcome.asked,
+        why=known.why if known else "",
+        smallest=None if shown is None else _smallest(unit, shown, directory),
+    )
+
+
+def _smallest(unit: _Unit, shown: Counterexample, directory: Path) -> SmallestCase:
+    layout = shown.case.layout
+    name = re.sub(r"[^a-z0-9]+", "-", f"{unit.property} {unit.method}".lower()).strip("-")
+    file = Path("counterexamples") / f"{name}.json"
+    write_layouts(directory / file, [layout], Format.NATIVE)
+    return SmallestCase(
+        found=shown.found,
+        change=shown.case.change,
+        items=_items(layout),
+        scene=scene(layout, "", []),
+        file=file.as_posix(),
+    )
+
+
+def _items(layout: Layout) -> tuple[ItemRow, ...]:
+    return tuple(
+        ItemRow(item.position, item.size, item.mass_offset, item.weight) for item in layout.items
+    )

@@ -1,0 +1,107 @@
+"""Properties of a layout against the same layout moved, turned, mirrored or made heavier."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from hypothesis import strategies as st
+from hypothesis.strategies import DrawFn, SearchStrategy
+
+from harness.layouts.model import WEIGHTS, Layout, replace_items
+from harness.methods.method import Trait
+from harness.properties.clear import is_clear
+from harness.properties.moved import mirrored, quarter_turned, translated
+from harness.properties.property import Case, Check, Property, Subject, Violation, spoken
+from harness.properties.strategies import ordinary_layouts
+
+_FARTHEST = 64
+_HEAVIEST = 10
+
+Change = Callable[[Layout, Case], Layout]
+
+
+def _keeps_failing_step(what: str, change: Change) -> Check:
+    """A check that a change of the layout keeps a clear failing step."""
+
+    def check(subject: Subject, case: Case) -> bool:
+        first = subject.verdict(case.layout)
+        if not is_clear(subject, case.layout, first):
+            return False
+        second = subject.verdict(change(case.layout, case)).failing_step
+        if second != first.failing_step:
+            raise Violation(f"{spoken(first.failing_step)}; {what}: {spoken(second)}")
+        return True
+
+    return check
+
+
+def _ordinary(subject: Subject) -> SearchStrategy[Case]:
+    return ordinary_layouts(planar=subject.planar).map(Case)
+
+
+@st.composite
+def _elsewhere(draw: DrawFn, subject: Subject) -> Case:
+    way = st.integers(0, _FARTHEST).map(float)
+    layout = draw(ordinary_layouts(planar=subject.planar))
+    return Case(layout, {"along x": draw(way), "along z": draw(way)})
+
+
+@st.composite
+def _heavier(draw: DrawFn, subject: Subject) -> Case:
+    layout = draw(ordinary_layouts(planar=subject.planar))
+    return Case(layout, {"factor": draw(st.integers(2, _HEAVIEST).map(float))})
+
+
+def _with_weights(layout: Layout, factor: float) -> Layout:
+    return replace_items(
+        layout,
+        tuple(replace(item, weight=min(item.weight * factor, WEIGHTS[1])) for item in layout.items),
+    )
+
+
+def _stepwise(subject: Subject) -> bool:
+    return subject.has(Trait.STEPWISE)
+
+
+def _rigid(subject: Subject) -> bool:
+    """Where contacts give way with the load, heavier items may sink further, and so tip sooner."""
+    facts = subject.capabilities
+    return subject.has(Trait.STEPWISE) and (facts is None or not facts.compliant)
+
+
+PROPERTIES = (
+    Property(
+        "translation",
+        "The layout elsewhere on the pallet keeps a clear failing step.",
+        _elsewhere,
+        _keeps_failing_step(
+            "elsewhere",
+            lambda layout, case: translated(layout, case.change["along x"], case.change["along z"]),
+        ),
+        _stepwise,
+    ),
+    Property(
+        "quarter turn",
+        "The layout turned by a quarter, centres of mass too, keeps a clear failing step.",
+        _ordinary,
+        _keeps_failing_step("turned", lambda layout, case: quarter_turned(layout)),
+        _stepwise,
+    ),
+    Property(
+        "mirror",
+        "The layout mirrored, centres of mass too, keeps a clear failing step.",
+        _ordinary,
+        _keeps_failing_step("mirrored", lambda layout, case: mirrored(layout)),
+        _stepwise,
+    ),
+    Property(
+        "masses",
+        "All weights up to ten times as large keep a clear failing step (rigid contacts).",
+        _heavier,
+        _keeps_failing_step(
+            "heavier", lambda layout, case: _with_weights(layout, case.change["factor"])
+        ),
+        _rigid,
+    ),
+)

@@ -1,0 +1,64 @@
+"""Every property, asked of every method and engine it applies to."""
+
+import os
+
+import pytest
+
+from engines.world import EngineNotInstalledError
+from harness.properties.findings import MOST_PER_ENGINE, finding, known_findings
+from harness.properties.property import Subject, Violation
+from harness.properties.registry import PROPERTIES
+from harness.properties.search import PROFILES, search
+from harness.properties.study import methods_on
+
+EXAMPLES = PROFILES[os.environ.get("STEADYLOAD_PROFILE", "quick")]
+SUBJECTS = {spec: Subject(spec) for spec in methods_on(None)}
+PAIRS = [
+    (name, spec)
+    for spec, subject in SUBJECTS.items()
+    for name, asked in PROPERTIES.items()
+    if asked.applies(subject)
+]
+
+
+@pytest.mark.parametrize(("name", "spec"), PAIRS)
+def test_a_property_holds_or_is_a_declared_finding(name, spec):
+    subject = SUBJECTS[spec]
+    subject.method.prepare()
+    known = finding(name, spec)
+    if known is not None:
+        # Strict: a finding whose counterexample passes has to go.
+        with pytest.raises(Violation):
+            PROPERTIES[name].check(subject, known.case)
+        return
+    outcome = search(PROPERTIES[name], subject, examples=EXAMPLES, seed=1)
+    assert outcome.counterexample is None, outcome.counterexample
+    assert outcome.asked > 0
+
+
+def test_findings_are_few_and_of_pairs_that_are_asked():
+    by_engine = {}
+    for known in known_findings():
+        subject = Subject(known.method)
+        assert PROPERTIES[known.property].applies(subject)
+        assert known.why
+        by_engine.setdefault(subject.engine, []).append(known.property)
+    assert all(len(names) <= MOST_PER_ENGINE for names in by_engine.values())
+
+
+def test_every_property_is_asked_of_several_methods():
+    # Two are about partial base support alone.
+    for name in PROPERTIES:
+        of = [spec for asked, spec in PAIRS if asked == name]
+        assert len(of) >= (1 if "partial" in name or "alpha" in name else 5), name
+
+
+def test_an_optional_engine_is_asked_too():
+    pytest.importorskip("pydrake")
+    subject = Subject("label@drake")
+    try:
+        subject.method.prepare()
+    except EngineNotInstalledError as reason:
+        pytest.skip(str(reason))
+    for name in ("past the edge", "sliding", "free fall"):
+        assert search(PROPERTIES[name], subject, examples=2, seed=1).counterexample is None

@@ -1,0 +1,169 @@
+"""The search, its files, findings, and the page."""
+
+import json
+
+import pytest
+
+from harness.cli import main
+from harness.layouts.formats import read_layouts
+from harness.properties import PropertyError, findings, registry
+from harness.properties.findings import KnownFinding
+from harness.properties.property import Case, Property, Subject, Violation
+from harness.properties.registry import chosen
+from harness.properties.search import search
+from harness.properties.strategies import layouts
+from harness.properties.study import PropertyStudy, made_with, methods_on, run_properties
+from harness.studies.comparison import compare
+from harness.studies.definition import load_study
+from harness.studies.runner import run_study
+from reports.pages import Page, write_page
+from reports.properties_page import properties_page, property_sections
+from reports.property_records import Standing
+from reports.study_page import study_page
+
+
+def below_three(subject, case):
+    if len(case.layout) >= 3:
+        raise Violation(f"{len(case.layout)} items")
+    return len(case.layout) == 2
+
+
+FEW_ITEMS = Property(
+    "few items", "Layouts have fewer than three items.", lambda _: layouts().map(Case), below_three
+)
+
+
+@pytest.fixture
+def few_items(monkeypatch):
+    monkeypatch.setitem(registry.PROPERTIES, FEW_ITEMS.name, FEW_ITEMS)
+
+
+def test_a_violation_is_made_as_small_as_it_gets():
+    outcome = search(FEW_ITEMS, Subject("fbs"), examples=200, seed=1)
+    assert outcome.counterexample.found == "3 items"
+    layout = outcome.counterexample.case.layout
+    assert len(layout) == 3
+    assert (layout.upper - layout.lower).max() <= 4.0
+    assert outcome.asked <= outcome.examples <= 200
+
+
+def test_the_same_seed_draws_the_same_cases():
+    def drawn(seed):
+        seen = []
+
+        def look(subject, case):
+            seen.append(case.layout.content_hash())
+            return True
+
+        asked = Property("look", "", lambda _: layouts().map(Case), look)
+        search(asked, Subject("fbs"), examples=30, seed=seed)
+        return seen
+
+    assert drawn(1) == drawn(1)
+    assert drawn(1) != drawn(2)
+
+
+def test_an_exception_of_the_method_is_a_violation():
+    def fail(subject, case):
+        raise ZeroDivisionError("too few")
+
+    outcome = search(
+        Property("x", "", lambda _: layouts().map(Case), fail), Subject("fbs"), examples=5, seed=1
+    )
+    assert outcome.counterexample.found == "ZeroDivisionError: too few"
+
+
+def study(*methods, examples=40):
+    return PropertyStudy(methods, tuple(chosen(["score", "few items"])), examples, seed=3)
+
+
+def test_a_run_keeps_what_is_done_and_gives_the_same_again(tmp_path, few_items):
+    first = run_properties(study("fbs", "sme"), tmp_path, workers=1)
+    files = {p: p.stat().st_mtime_ns for p in (tmp_path / "results").iterdir()}
+    assert len([p for p in files if p.suffix == ".json"]) == 4
+    counts = []
+    again = run_properties(
+        study("fbs", "sme"), tmp_path, progress=lambda done, total: counts.append((done, total))
+    )
+    assert counts == [(4, 4)]
+    assert {p: p.stat().st_mtime_ns for p in (tmp_path / "results").iterdir()} == files
+    write_page(properties_page(first, {}), tmp_path / "a")
+    write_page(properties_page(again, {}), tmp_path / "b")
+    assert (tmp_path / "a/report.md").read_bytes() == (tmp_path / "b/report.md").read_bytes()
+
+
+def test_the_page_shows_a_counterexample_as_table_picture_and_file(tmp_path, few_items):
+    asked = study("fbs")
+    found = run_properties(asked, tmp_path)
+    page = write_page(properties_page(found, made_with(asked)), tmp_path).read_text()
+    assert "| few items | **violated**" in page
+    assert "| score     |" in page
+    assert "## Violated: few items, FBS" in page
+    assert "3 items" in page
+    assert (tmp_path / "figures/counterexample_few_items_fbs.png").stat().st_size > 5000
+    assert "[counterexamples/few-items-fbs.json](counterexamples/few-items-fbs.json)" in page
+    (layout,) = read_layouts(tmp_path / "counterexamples/few-items-fbs.json")
+    with pytest.raises(Violation, match="3 items"):
+        below_three(None, Case(layout))
+    assert "seed 3" in page
+
+
+def test_a_declared_finding_is_no_violation_and_shows_even_when_missed(
+    tmp_path, few_items, monkeypatch
+):
+    smallest = search(FEW_ITEMS, Subject("fbs"), examples=200, seed=1).counterexample
+    declared = KnownFinding("few items", "fbs", smallest.found, "They are drawn.", smallest.case)
+    monkeypatch.setattr(findings, "known_findings", lambda: (declared,))
+    found = run_properties(study("fbs", examples=1), tmp_path)
+    (row,) = [row for row in found.rows if row.property == "few items"]
+    assert row.standing is Standing.FINDING
+    assert row.smallest.found == "3 items"
+    page = write_page(properties_page(found, {}), tmp_path).read_text()
+    assert "They are drawn." in page
+    assert "0 are violated" in page
+
+
+def test_properties_static_baselines_and_accuracies_stand_on_one_page(tmp_path):
+    run_properties(
+        PropertyStudy(("fbs", "sme"), tuple(chosen(["tower", "mirror"])), 10), tmp_path / "p"
+    )
+    asked = PropertyStudy(("fbs", "sme"), tuple(chosen(["tower", "mirror"])), 10)
+    table = run_properties(asked, tmp_path / "p")
+    definition = tmp_path / "study.toml"
+    definition.write_text(
+        'name = "both"\nbenchmark = "test-300"\nlimit = 6\nmethods = ["fbs", "sme"]\n'
+    )
+    run_study(load_study(definition), tmp_path / "s")
+    accuracies = study_page(compare(tmp_path / "s"))
+    page = Page(
+        "Baselines", accuracies.summary, [*accuracies.sections, *property_sections(table)],
+        accuracies.manifest | made_with(asked),
+    )  # fmt: skip
+    text = write_page(page, tmp_path / "page").read_text()
+    assert "## Properties and methods" in text
+    assert "| tower    | holds 10/10 | holds 10/10 |" in text
+    assert text.index("## Accuracy") < text.index("## Properties and methods")
+    assert (tmp_path / "page/figures").is_dir()
+
+
+def test_names_that_are_not_there_are_named_errors(tmp_path, capsys):
+    with pytest.raises(PropertyError, match="did you mean 'mirror'"):
+        chosen(["miror"])
+    with pytest.raises(PropertyError, match="unknown engine 'bulet'"):
+        methods_on(["bulet"])
+    assert main(["properties", "--engine", "bulet", "-o", str(tmp_path)]) == 2
+    assert "unknown engine 'bulet'" in capsys.readouterr().err
+    assert main(["properties", "--method", "fsb", "-o", str(tmp_path)]) == 2
+    assert "unknown method 'fsb'" in capsys.readouterr().err
+
+
+def test_the_command_writes_a_page_and_says_what_is_violated(tmp_path, few_items, capsys):
+    arguments = ["properties", "-m", "fbs", "--examples", "30", "--seed", "1", "-j", "1"]
+    held = [*arguments, "--property", "tower", "-o", str(tmp_path / "held")]
+    assert main(held) == 0
+    assert (tmp_path / "held/report.md").exists()
+    capsys.readouterr()
+    assert main([*arguments, "--property", "few items", "-o", str(tmp_path / "not")]) == 1
+    assert "few items, fbs: 3 items" in capsys.readouterr().err
+    (file,) = (tmp_path / "not/results").glob("*.json")
+    assert json.loads(file.read_text())["failure"]["found"] == "3 items"
