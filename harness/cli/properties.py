@@ -41,8 +41,11 @@ def add_properties(commands: Any) -> None:
     properties.add_argument("--seed", type=at_least(0), default=0, help="of the cases (default: 0)")
     properties.add_argument(
         "--output", "-o", type=Path, metavar="DIR", default=Path("runs/properties"),
-        help="folder of results and page; an interrupted run goes on from it "
-        "(default: runs/properties)",
+        help="folder of the page (default: runs/properties)",
+    )  # fmt: skip
+    properties.add_argument(
+        "--work", type=Path, metavar="DIR",
+        help="folder of the results; an interrupted run goes on from it (default: --output)",
     )  # fmt: skip
     properties.add_argument(
         "--workers", "-j", type=at_least(1), default=os.cpu_count() or 1, help="default: all cores"
@@ -70,7 +73,13 @@ def _properties(options: argparse.Namespace) -> int:
     )
     manifest = made_with(study)
     with progress_bar("asking") as advance:
-        found = run_properties(study, options.output, workers=options.workers, progress=advance)
+        found = run_properties(
+            study,
+            options.work or options.output,
+            output=options.output,
+            workers=options.workers,
+            progress=advance,
+        )
     print(write_page(properties_page(found, manifest), options.output))
     violated = violations(found.rows)
     for row in violated:

@@ -1,7 +1,7 @@
 """Properties x methods: asked over processes, kept in files, resumable.
 
-A folder holds ``results/*.json``, one file a property and method, and ``counterexamples/*.json``,
-layout files that can be read like any other.
+A folder holds ``results/*.json``, one file a property and method; beside the page lie
+``counterexamples/*.json``, layout files that can be read like any other.
 """
 
 from __future__ import annotations
@@ -90,14 +90,16 @@ def run_properties(
     study: PropertyStudy,
     directory: Path,
     *,
+    output: Path | None = None,
     workers: int = 1,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> PropertyTable:
-    """Ask what has not been asked yet; everything lies in ``directory`` afterwards.
+    """Ask what has not been asked yet.
 
     Args:
         study: what is asked.
-        directory: made when it does not exist.
+        directory: folder of the results, made when it does not exist.
+        output: folder of the page, to which counterexamples go; by default the same.
         workers: processes.
         progress: called with pairs done and pairs in all.
 
@@ -107,8 +109,7 @@ def run_properties(
         ResultsError: another run is at work in the folder.
         WorkerDiedError: see :func:`harness.studies.executors.run_units`.
     """
-    for part in ("results", "counterexamples"):
-        (directory / part).mkdir(parents=True, exist_ok=True)
+    (directory / "results").mkdir(parents=True, exist_ok=True)
     subjects = [Subject(spec) for spec in study.methods]
     for subject in subjects:
         subject.method.prepare()
@@ -125,7 +126,7 @@ def run_properties(
         for _ in run_units(_ask, missing, workers=workers):
             done += 1
             progress(done, len(units))
-        rows = [_row(unit, directory) for unit in units]
+        rows = [_row(unit, output or directory) for unit in units]
     return PropertyTable(
         about={asked.name: asked.about for asked in study.properties},
         methods=tuple(method_key(subject.method) for subject in subjects),
@@ -204,6 +205,7 @@ def _smallest(unit: _Unit, shown: Counterexample, directory: Path) -> SmallestCa
     layout = shown.case.layout
     name = re.sub(r"[^a-z0-9]+", "-", f"{unit.property} {unit.method}".lower()).strip("-")
     file = Path("counterexamples") / f"{name}.json"
+    (directory / file).parent.mkdir(parents=True, exist_ok=True)
     write_layouts(directory / file, [layout], Format.NATIVE)
     return SmallestCase(
         found=shown.found,
