@@ -2,7 +2,7 @@
 
 A check on the integrator, not a way to make labels: it is an implicit method of order 5 with its
 own error control, Newton iteration and step choice, knows nothing of groups of bodies, and takes
-some two hundred times as long. Only the Jacobian for its iteration, which does not enter the
+some twenty times as long. Only the Jacobian for its iteration, which does not enter the
 answer, is taken from the linearisation.
 """
 
