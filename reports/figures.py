@@ -348,6 +348,7 @@ def plot_scene(scene: Scene) -> Figure:
     axes.set(xlim=(0, depth), ylim=(0, width), zlim=(0, top))
     axes.set(xlabel="z, depth (cm)", ylabel="x, width (cm)", zlabel="y, height (cm)")
     axes.set_box_aspect((depth, width, top))
+    axes.locator_params(nbins=4)
     axes.set_title(scene.title)
     return figure
 

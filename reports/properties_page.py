@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from reports.figures import plot_scene
 from reports.pages import Page, Picture, Section
 from reports.property_records import PropertyRow, PropertyTable, Standing
-from reports.tables import MISSING, compact, markdown_table
+from reports.tables import MISSING, markdown_table
 
 _SIGNS = {
     Standing.HOLDS: "holds",
@@ -25,9 +25,9 @@ def properties_page(found: PropertyTable, manifest: Mapping[str, str]) -> Page:
         counts[row.standing] += 1
     examples = sum(row.examples for row in found.rows)
     summary = (
-        f"{len(found.about)} properties asked of {len(found.methods)} methods: "
-        f"{counts[Standing.HOLDS]} pairs hold, {counts[Standing.FINDING]} are declared findings, "
-        f"{counts[Standing.VIOLATED]} are violated, on {examples} cases in all. A property is "
+        f"Properties: {len(found.about)}; methods: {len(found.methods)}; pairs that hold: "
+        f"{counts[Standing.HOLDS]}, declared findings: {counts[Standing.FINDING]}, violated: "
+        f"{counts[Standing.VIOLATED]}, on {examples} cases in all. A property is "
         "asked only of methods that declare what it is about; a case is drawn at random, built "
         "so that it can be loaded, and one that violates a property is made as small as it gets."
     )
@@ -70,7 +70,7 @@ def _in_words(found: PropertyTable) -> Section:
 def _counterexample(row: PropertyRow) -> Section:
     smallest = row.smallest
     assert smallest is not None
-    drawn = "; ".join(f"{name} {compact(value, 4)}" for name, value in smallest.change.items())
+    drawn = "; ".join(f"{name} {value:g}" for name, value in smallest.change.items())
     text = f"{smallest.found[0].upper()}{smallest.found[1:]}."
     if drawn:
         text += f" Drawn with it: {drawn}."
@@ -81,9 +81,9 @@ def _counterexample(row: PropertyRow) -> Section:
     items = [
         (
             str(number),
-            *(compact(value, 5) for value in (*item.position, *item.size)),
-            ", ".join(compact(value, 4) for value in item.mass_offset),
-            compact(item.weight, 4),
+            *(f"{value:g}" for value in (*item.position, *item.size)),
+            ", ".join(f"{value:g}" for value in item.mass_offset),
+            f"{item.weight:g}",
         )
         for number, item in enumerate(smallest.items)
     ]

@@ -18,9 +18,6 @@ from harness.layouts.model import Item, Layout, Pallet, Vector
 from harness.layouts.packing import DENSITY, ITEM_CLASSES, SPACE_RULES, pack
 from harness.layouts.scenarios import Scenario, apply_scenario
 
-_ROOM = 100.0
-"""Free floor around what is built [cm]."""
-
 _DEPTH = 20
 """Shared depth of planar layouts [cm]."""
 
@@ -43,24 +40,23 @@ class Placed:
         return self.position[1] + self.size[1]
 
 
-def built(name: str, boxes: Sequence[Placed], *, room: float = _ROOM) -> Layout:
-    """A layout of boxes in loading order, on a pallet with room around them.
+def built(name: str, boxes: Sequence[Placed]) -> Layout:
+    """A layout of boxes in loading order, on a pallet that just holds them.
 
     Args:
         name: of the layout.
         boxes: one or more; positions may be negative along x and z.
-        room: free floor on every side, and above [cm].
 
     Raises:
         LayoutError: boxes that overlap or float below the floor.
     """
-    shift = [room - min(box.position[axis] for box in boxes) for axis in (0, 2)]
+    shift = [-min(box.position[axis] for box in boxes) for axis in (0, 2)]
     items = []
     for sequence, box in enumerate(boxes):
         x, y, z = box.position
         position = (x + shift[0], y, z + shift[1])
         items.append(Item(sequence, position, box.size, box.weight, box.mass_offset))
-    ends = [max(i.position[axis] + i.size[axis] for i in items) + room for axis in range(3)]
+    ends = [max(i.position[axis] + i.size[axis] for i in items) for axis in range(3)]
     return Layout(name, Pallet(*ends), tuple(items))
 
 

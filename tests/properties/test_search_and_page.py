@@ -120,7 +120,7 @@ def test_a_declared_finding_is_no_violation_and_shows_even_when_missed(
     assert row.smallest.found == "3 items"
     page = write_page(properties_page(found, {}), tmp_path).read_text()
     assert "They are drawn." in page
-    assert "0 are violated" in page
+    assert "violated: 0," in page
 
 
 def test_properties_static_baselines_and_accuracies_stand_on_one_page(tmp_path):
