@@ -38,7 +38,7 @@ verify: $(READY) ## hold engines against mechanics and the reference against its
 	$(BIN)/steadyload verify closed-forms --output reports/published/closed_forms
 	$(BIN)/steadyload verify convergence --output reports/published/convergence
 
-extremes: $(READY) ## take engines to their limits, remake envelopes and page (half an hour); goes on
+extremes: $(READY) ## take engines to their limits, remake envelopes and page (a quarter of an hour); goes on
 	$(BIN)/steadyload extremes --output reports/published/extremes --write-envelope
 
 benchmark: $(READY) ## remake the labelled set (hours) and its page; goes on where it was
