@@ -3,7 +3,7 @@ PYTHON ?= python3.11
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help study test lint types bench engines verify properties benchmark accuracy docs clean
+.PHONY: help study test lint types bench engines verify extremes properties benchmark accuracy docs clean
 
 help: ## list these targets
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -37,6 +37,9 @@ engines: $(READY) ## remake the published comparison of engines (a quarter of an
 verify: $(READY) ## hold engines against mechanics and the reference against itself (half an hour)
 	$(BIN)/steadyload verify closed-forms --output reports/published/closed_forms
 	$(BIN)/steadyload verify convergence --output reports/published/convergence
+
+extremes: $(READY) ## take engines to their limits, remake envelopes and page (a quarter of an hour); goes on
+	$(BIN)/steadyload extremes --output reports/published/extremes --write-envelope
 
 properties: $(READY) ## remake the page of property tests (an hour)
 	$(BIN)/steadyload properties --profile deep --seed 1 --work runs/properties -o reports/published/properties

@@ -43,6 +43,9 @@ _DPI = 150
 _PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 """Ticks of a log axis as plain numbers."""
 
+_FEW = 7
+"""So many ticks have room side by side in a narrow panel."""
+
 _PHASE_COLOURS = {"build": "#9ecae1", "step": "#3182bd", "read": "#08519c", "other": "#c7c7c7"}
 
 
@@ -230,7 +233,8 @@ def plot_closed_forms(
             points = [(apart * r.frequency, r) for r in mine if r.frequency is not None]
             _error_curve(axes, test, engine, points)
         axes.set(xscale="log", yscale="log")
-        axes.set_xticks(frequencies, [f"{f:g}" for f in frequencies])
+        many = 90 if len(frequencies) > _FEW else 0
+        axes.set_xticks(frequencies, [f"{f:g}" for f in frequencies], rotation=many)
         axes.set_ylabel(f"|error| ({test.error_unit})")
         _finish_errors(axes, test, shown)
     for axes in grid.flat[len(tests) :]:
@@ -262,8 +266,9 @@ def plot_closed_form_series(
             points = [(float(by_name[r.test].argument or 0.0), r) for r in mine]
             own = any(r.frequency is None for r in mine)
             _error_curve(axes, first, engine, points, "--" if own else "-")
-        axes.set(yscale="log", xscale="log" if arguments[-1] > 100 * arguments[0] else "linear")
-        axes.set_xticks(arguments, [_power_of_ten(a) for a in arguments])
+        axes.set(yscale="log", xscale="log" if arguments[-1] > 10 * arguments[0] else "linear")
+        many = 90 if len(arguments) > _FEW else 0
+        axes.set_xticks(arguments, [_power_of_ten(a) for a in arguments], rotation=many)
         axes.set_xlabel(first.argument_name)
         axes.set_title(f"{frequency} Hz" if frequency else "own steps", fontsize=9.0)
         _finish_errors(axes, first, shown)

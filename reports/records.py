@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from reports.extreme_records import BeyondEnvelope
+
 FloatArray = NDArray[np.float64]
 
 
@@ -194,6 +196,7 @@ class Comparison:
     missing_methods: tuple[str, ...] = ()
     manifest: Mapping[str, str] = field(default_factory=dict)
     accuracies: Accuracies | None = None
+    beyond: tuple[BeyondEnvelope, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from reports.accuracy_sections import LABELS_EXPLAINED, accuracy_sections
+from reports.extreme_records import BeyondEnvelope
 from reports.figures import plot_agreement_matrix, plot_phases, plot_scene, plot_trade_off
 from reports.pages import Page, Picture, Section
 from reports.records import Comparison, MethodSummary, SameTuning, SettingsUse, TradeOff
@@ -59,6 +60,7 @@ def study_page(comparison: Comparison) -> Page:
         _costs(comparison),
         *([_agreement(comparison), _disagreements(comparison)] if several else []),
         _settings(comparison.uses),
+        *([_beyond(comparison.beyond)] if comparison.beyond else []),
     ]
     return Page(f"Study: {comparison.title}", summary, sections, comparison.manifest)
 
@@ -265,3 +267,25 @@ def _settings(uses: Sequence[SettingsUse]) -> Section:
         "What *emulated* and *ignored* mean for each engine is said by `steadyload engines`.",
         [markdown_table(header, rows, left=5)] if rows else ["No simulations in this study."],
     )
+
+
+def _beyond(found: Sequence[BeyondEnvelope]) -> Section:
+    """Cases that an engine is asked beyond what it was measured to hold."""
+    outside = [b for b in found if b.cases]
+    rows = [
+        (b.method, f"{b.cases} of {b.of}", f"{what} ({count})", f"{layout}: {sentence}")
+        for b in outside
+        for what, count, layout, sentence in b.reasons
+    ]
+    unmeasured = names(b.method for b in found if b.cases is None)
+    text = (
+        "Verdicts on such cases are less sure than the others; `steadyload extremes` measured how "
+        "far each engine holds, and docs/extremes.md says what that covers."
+        if outside
+        else "No case is known to lie beyond what the engine that judged it was measured to hold."
+    )
+    if unmeasured != MISSING:
+        text += f" Nothing was measured of the engine and frequency of {unmeasured}."
+    header = ("method", "cases beyond", "by (cases)", "for example")
+    tables = [markdown_table(header, rows, left=4)] if rows else []
+    return Section("Beyond the engines' envelopes", text, tables)

@@ -14,6 +14,7 @@ from typing import Any
 
 from engines.registry import EngineNotInstalledError
 from harness.cli.benchmark import add_benchmark
+from harness.cli.extremes import add_extremes
 from harness.cli.properties import add_properties
 from harness.cli.terminal import (
     at_least,
@@ -34,8 +35,9 @@ from harness.methods.registry import method_listing
 from harness.methods.spec import SpecError, nearest
 from harness.properties import PropertyError
 from harness.studies.definition import EMBEDDED, StudyError, load_study
+from harness.studies.envelope_use import score_warnings, study_warnings
 from harness.studies.executors import WorkerDiedError
-from harness.studies.results import ResultsError
+from harness.studies.results import ResultsError, load_manifest
 from harness.studies.scoring import score_layouts
 
 _BAD_INPUT = (
@@ -185,6 +187,7 @@ def _parser() -> argparse.ArgumentParser:
     bench.set_defaults(run=_bench)
 
     add_verify(commands)
+    add_extremes(commands)
     add_benchmark(commands)
     add_properties(commands)
 
@@ -233,6 +236,8 @@ def _score(options: argparse.Namespace) -> None:
             timeout=options.timeout,
             progress=advance,
         )
+    for warning in score_warnings(records):
+        say(warning)
     if options.json:
         print(json.dumps(records, indent=1))
         return
@@ -282,6 +287,8 @@ def _study_run(options: argparse.Namespace) -> None:
     except KeyboardInterrupt:
         say(f"What is finished stays in {directory}; run the same command to go on.")
         raise
+    for warning in study_warnings(load_manifest(directory)["envelope"]):
+        say(warning)
     print(f"{computed} rows computed; results in {directory}")
 
 

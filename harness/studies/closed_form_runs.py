@@ -24,11 +24,12 @@ from engines.world import (
     Velocities,
     WorldSettings,
 )
+from harness.methods.method import Stopwatch
 from harness.studies import mechanics
 
 SIDE = 0.1
 _CUBE = (SIDE, SIDE, SIDE)
-_FLAT = (0.4, 0.1, 0.05)
+FLAT = (0.4, 0.1, 0.05)
 _SPUN = (0.1, 0.2, 0.3)
 _SPIN = (0.1, 10.0, 0.1)
 _BLOCK = (0.2, 0.1, 0.05)
@@ -60,10 +61,15 @@ class NoValueError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """One engine at one frequency."""
+    """One engine at one frequency.
+
+    ``watch``: is looked at after every substep; what takes longer than it allows ends with its
+    :class:`harness.methods.method.TimeoutExpiredError`.
+    """
 
     engine: str
     frequency: int
+    watch: Stopwatch | None = None
 
     @contextmanager
     def scene(self, boxes: Sequence[Box], settings: WorldSettings) -> Iterator[FixedStepWorld]:
@@ -76,7 +82,11 @@ class Stage:
 
     def run(self, world: FixedStepWorld, seconds: float) -> Poses:
         """Poses after so many more seconds."""
-        world.stepSimulation(seconds, 10**6, 1.0 / self.frequency)
+        parts = 1 if self.watch is None else max(1, math.ceil(seconds * self.frequency))
+        for _ in range(parts):
+            world.stepSimulation(seconds / parts, 10**6, 1.0 / self.frequency)
+            if self.watch is not None:
+                self.watch.check()
         poses = world.poses()
         if not all(np.isfinite(part).all() for part in poses):
             raise NoValueError("diverged")
@@ -91,7 +101,7 @@ class Stage:
         """Whether any box has turned by 10 degrees within some time."""
         with self.scene(boxes, settings) as world:
             for _ in range(round(seconds / _GLANCE)):
-                if _angles(self.run(world, _GLANCE)).max() >= TURNED:
+                if total_angles(self.run(world, _GLANCE)).max() >= TURNED:
                     return True
         return False
 
@@ -121,7 +131,7 @@ def way(stage: Stage, slope: float) -> float:
     angle = math.atan(slope)
     gravity = (GRAVITY * math.sin(angle), 0.0, -GRAVITY * math.cos(angle))
     settings = WorldSettings(friction=FRICTION, gravity=gravity)
-    with stage.scene([Box(_FLAT, 2.0, (0.0, 0.0, 0.5 * _FLAT[2]))], settings) as world:
+    with stage.scene([Box(FLAT, 2.0, (0.0, 0.0, 0.5 * FLAT[2]))], settings) as world:
         return float(stage.run(world, SLIDE_SECONDS).centres[0, 0])
 
 
@@ -151,15 +161,15 @@ def time_to_turn(stage: Stage, past_edge: float) -> float:
     with stage.scene([table, cube], WorldSettings(friction=_STICKING)) as world:
         for time, poses in stage.samples(world, TIP_SECONDS):
             times.append(time)
-            found.append(float(_angles(poses)[1]))
+            found.append(float(total_angles(poses)[1]))
             if found[-1] >= TURNED:
                 return float(CubicSpline(times, found).solve(TURNED, extrapolate=False)[0])
     raise NoValueError(f"not turned by 10 degrees within {TIP_SECONDS:g} s")
 
 
-def bounce(stage: Stage) -> float:
+def bounce(stage: Stage, restitution: float = RESTITUTION) -> float:
     """Height of the first rebound over the height of the drop."""
-    settings = WorldSettings(restitution=RESTITUTION, emulate=frozenset({"restitution"}))
+    settings = WorldSettings(restitution=restitution, emulate=frozenset({"restitution"}))
     facts = world_class(stage.engine).capabilities
     if facts.support("restitution", settings) is Support.IGNORED:
         raise NoValueError("not defined: no restitution")
@@ -168,7 +178,10 @@ def bounce(stage: Stage) -> float:
     low = next((i for i in range(1, len(heights) - 1) if heights[i + 1] > heights[i]), None)
     if low is None:
         return 0.0
-    top = next(i for i in range(low + 1, len(heights) - 1) if heights[i + 1] <= heights[i])
+    rising = range(low + 1, len(heights) - 1)
+    top = next((i for i in rising if heights[i + 1] <= heights[i]), None)
+    if top is None:  # it rises as long as it is followed
+        return (heights[-1] - 0.5 * SIDE) / DROP
     before, at, after = heights[top - 1 : top + 2]
     # In flight heights lie on a parabola, whatever the step.
     bend, rise = before - 2.0 * at + after, 0.5 * (after - before)
@@ -176,8 +189,8 @@ def bounce(stage: Stage) -> float:
     return (peak - 0.5 * SIDE) / DROP
 
 
-def overhang(stage: Stage, count: int) -> float:
-    """The share of the harmonic overhangs from which on a stack falls."""
+def overhang(stage: Stage, count: int, *, width: float = 1e-4, resolution: float = 1e-5) -> float:
+    """The share of the harmonic overhangs from which on a stack falls; see :func:`boundary`."""
     length, _, height = _BLOCK
     overhangs = mechanics.harmonic_overhangs(count, length)
 
@@ -190,7 +203,7 @@ def overhang(stage: Stage, count: int) -> float:
         ]
         return stage.turns(boxes, WorldSettings(), STACK_SECONDS)
 
-    return boundary(falls, 1.0, 1e-4, 1e-5, (0.3, 1.5))
+    return boundary(falls, 1.0, width, resolution, (0.3, 1.5))
 
 
 def sink(stage: Stage, ratio: float) -> float:
@@ -204,7 +217,7 @@ def sink(stage: Stage, ratio: float) -> float:
     return 1e3 * min(SIDE, 1.5 * SIDE - height)
 
 
-def _angles(poses: Poses) -> FloatArray:
+def total_angles(poses: Poses) -> FloatArray:
     """Total angles [degrees], exact also where they are small."""
     turned = np.linalg.norm(poses.quaternions[:, 1:], axis=1)
     return np.degrees(2.0 * np.arctan2(turned, np.abs(poses.quaternions[:, 0])))

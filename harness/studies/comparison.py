@@ -21,6 +21,7 @@ from harness.studies.definition import AS_GIVEN
 from harness.studies.labels import labelled_layout, load_labels
 from harness.studies.metrics import agreement, mean, outcomes, same, share
 from harness.studies.results import ResultsError, load_manifest, load_results
+from reports.extreme_records import BeyondEnvelope
 from reports.records import (
     AgreementMatrix,
     Comparison,
@@ -106,6 +107,26 @@ def compare(directory: str | Path) -> Comparison:
         accuracies=None
         if labels is None
         else accuracies(manifest["labels"], said, labels, summaries, by_scenario),
+        beyond=_beyond(manifest, keys),
+    )
+
+
+def _beyond(
+    manifest: Mapping[str, Any], keys: Mapping[str, MethodKey]
+) -> tuple[BeyondEnvelope, ...]:
+    """What the run found of envelopes; runs made before there were any say nothing."""
+    return tuple(
+        BeyondEnvelope(
+            keys[spec].title,
+            entry.get("cases"),
+            entry.get("of", 0),
+            tuple(
+                (r["limit"], r["cases"], r["example"], r["sentence"])
+                for r in entry.get("reasons", ())
+            ),
+        )
+        for spec, entry in manifest.get("envelope", {}).items()
+        if spec in keys
     )
 
 

@@ -30,6 +30,11 @@ def slid(slope: float, friction: float, seconds: float) -> float:
     return 0.5 * GRAVITY * (math.sin(angle) - friction * math.cos(angle)) * seconds**2
 
 
+def stopping(speed: float, friction: float) -> float:
+    """Way of a block on level ground from a speed [m/s] to rest: v^2 / (2 mu g) [m]."""
+    return speed**2 / (2.0 * friction * GRAVITY)
+
+
 def box_inertia(size: Sequence[float], mass: float) -> FloatArray:
     """Principal moments of a uniform box about its centre [kg m2]."""
     squares = np.square(size)

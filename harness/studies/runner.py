@@ -19,6 +19,7 @@ from harness.layouts.model import Layout
 from harness.methods.method import Method, Status, Verdict
 from harness.methods.registry import make_method
 from harness.studies.definition import StudyDefinition
+from harness.studies.envelope_use import envelope_use
 from harness.studies.executors import run_units
 from harness.studies.labels import (
     Material,
@@ -187,7 +188,7 @@ def _is_finished(directory: Path, manifest: dict[str, Any]) -> bool:
         return False
     found = load_manifest(directory)
     # Labels may have changed under verdicts that have not.
-    same = all(found.get(key) == manifest.get(key) for key in ("shards", "labels"))
+    same = all(found.get(key) == manifest.get(key) for key in ("shards", "labels", "envelope"))
     complete = manifest.get("labels") is None or has_labels(directory)
     return same and complete and found["finished"] is not None
 
@@ -222,6 +223,7 @@ def _manifest(
         "rows": rows,
         "shards": shards,
         **({} if material.about is None else {"labels": material.about}),
+        "envelope": envelope_use(study.methods, material.cases),
         **provenance(),
         "started": _now(),
         "finished": None,

@@ -10,6 +10,7 @@ from harness.layouts.formats import scan_layouts
 from harness.layouts.model import Layout
 from harness.layouts.record import Refused
 from harness.layouts.scenarios import Scenario
+from harness.methods.envelope import leaves
 from harness.methods.method import Method, Status, Verdict
 from harness.methods.registry import make_method
 from harness.studies.definition import case
@@ -47,8 +48,9 @@ def score_layouts(
 
     Returns:
         Records with the keys ``layout, file, method, items, scenario, score, failing_step, status,
-        moved_item, displacement, rotation, reason, ignored, emulated, seconds, cpu_seconds``; times
-        are wall and CPU seconds of the whole judgement.
+        moved_item, displacement, rotation, reason, ignored, emulated, outside, seconds,
+        cpu_seconds``; times are wall and CPU seconds of the whole judgement, ``outside`` says in
+        which ways the layout leaves what the method's engine was measured to hold.
 
     Raises:
         LayoutError: a file or layout is invalid (not with ``skip_invalid``, which still refuses a
@@ -95,10 +97,10 @@ def _record(
 ) -> Record:
     if isinstance(entry, Layout):
         verdict = judge(method, entry, timeout)
-        items = verdict.item_count
+        items, outside = verdict.item_count, list(leaves(entry, method))
     else:
         verdict = Verdict(item_count=0, status=Status.REFUSED, reason=str(entry.error))
-        items = None
+        items, outside = None, []
     return {
         "layout": entry.name,
         "file": file,
@@ -114,6 +116,7 @@ def _record(
         "reason": verdict.reason,
         "ignored": list(verdict.ignored),
         "emulated": list(verdict.emulated),
+        "outside": outside,
         "seconds": verdict.wall.total,
         "cpu_seconds": verdict.cpu.total,
     }

@@ -1,0 +1,224 @@
+"""What every engine was measured to hold, and in which ways a layout goes beyond it.
+
+``envelopes.json`` beside this file is written by ``steadyload extremes --write-envelope`` and says
+what it was made with. It is no part of a verdict: a layout beyond an envelope is judged like any
+other, and whoever asked is told.
+
+Measured at the label's thresholds (10 cm, 10 degrees) over one placement of 0.3 s, at friction 0.5
+and restitution 0, on cubes of 10 cm where the size is not what is swept, each axis by itself. Not
+covered: axes that go to their ends together (a tall tower of small cubes with a heavy one on top),
+other friction or restitution, options that change what an engine is given (shrink, scope, margin,
+damping), the shape of items beyond their thinnest and longest edge.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cache
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from harness.layouts.contacts import Contacts, find_contacts
+from harness.layouts.model import Layout
+from harness.methods.method import Method
+
+ENVELOPES = "envelopes.json"
+"""The file beside this module that :func:`envelopes` reads."""
+
+
+@dataclass(frozen=True, slots=True)
+class Envelope:
+    """What one engine holds at one frequency; numbers are the largest measured that held.
+
+    Attributes:
+        tower_height: cubes on top of each other; with all lower towers.
+        heavy_on_light: mass of a cube over that of the one (or two) that carry it.
+        light_on_heavy: mass of a cube over that of the one on top of it.
+        least_size, most_size: edges of cubes [cm], two and five on top of each other.
+        item_count: cubes without gaps.
+        sees_falls: a plate beyond an edge falls, one before it stays.
+
+    A number is 0 where nothing was held.
+    """
+
+    tower_height: int
+    heavy_on_light: float
+    light_on_heavy: float
+    least_size: float
+    most_size: float
+    item_count: int
+    sees_falls: bool
+
+
+class Limit(StrEnum):
+    """What of an envelope a layout can leave."""
+
+    FALLS = "seeing falls"
+    HEIGHT = "items on top of each other"
+    HEAVY = "heavy on light"
+    LOAD = "load on an item"
+    LIGHT = "light on heavy"
+    THIN = "thinnest edge"
+    LONG = "longest edge"
+    COUNT = "number of items"
+
+
+@dataclass(frozen=True, slots=True)
+class Extent:
+    """How far a layout goes along the axes of an envelope.
+
+    Attributes:
+        height: items in the longest chain of items that stand on each other.
+        heavy_on_light, light_on_heavy: the largest mass ratio of two items of which one stands on
+            the other; 1 or less where there is none.
+        load: the largest load on an item over its own weight; a load spreads over the items that
+            carry it by contact area.
+        thinnest, longest: edges [cm].
+        item_count: J.
+    """
+
+    height: int
+    heavy_on_light: float
+    light_on_heavy: float
+    load: float
+    thinnest: float
+    longest: float
+    item_count: int
+
+
+@cache
+def envelopes() -> Mapping[str, tuple[tuple[float | None, Envelope], ...]]:
+    """All that was measured: rows of (frequency [Hz], envelope) by engine, frequencies rising.
+
+    The frequency is None, and the only one, for an engine that chooses its own steps.
+    """
+    text = resources.files("harness.methods").joinpath(ENVELOPES).read_text()
+    return {name: _rows(entry["rows"]) for name, entry in json.loads(text).items()}
+
+
+def _rows(rows: list[dict[str, Any]]) -> tuple[tuple[float | None, Envelope], ...]:
+    return tuple((row["frequency"], Envelope(**row["holds"])) for row in rows)
+
+
+def envelope(engine: str, frequency: float | None) -> Envelope | None:
+    """What an engine holds at a frequency: the row measured at it, or at the next one below.
+
+    Args:
+        engine: a registered name.
+        frequency: substeps a second [Hz]; of no matter for an engine that chooses its own steps.
+
+    Returns:
+        None where nothing was measured: for that engine, or at so low a frequency.
+    """
+    found = None
+    for measured_at, row in envelopes().get(engine, ()):
+        if measured_at is None or (frequency is not None and measured_at <= frequency + 1e-9):
+            found = row
+    return found
+
+
+def envelope_of(method: Method) -> Envelope | None:
+    """The envelope of the engine and frequency that a method uses; None for one without."""
+    if method.spec.engine is None:
+        return None
+    return envelope(method.spec.engine, getattr(method.parameters, "frequency", None))
+
+
+def extent(layout: Layout) -> Extent:
+    """How far a layout goes; a fraction of a millisecond for tens of items."""
+    contacts, weights = find_contacts(layout), layout.weights
+    below, above = np.nonzero(contacts.carries)
+    ratios = weights[above] / weights[below]
+    edges = layout.upper - layout.lower
+    return Extent(
+        height=_longest_chain(contacts),
+        heavy_on_light=float(ratios.max(initial=1.0)),
+        light_on_heavy=float((1.0 / ratios).max(initial=1.0)),
+        load=float((_loads(layout, contacts) / weights).max()),
+        thinnest=float(edges.min()),
+        longest=float(edges.max()),
+        item_count=len(layout),
+    )
+
+
+def _longest_chain(contacts: Contacts) -> int:
+    heights = np.ones(len(contacts.carries), dtype=np.int64)
+    while True:
+        stacked = np.where(contacts.carries, heights[:, None] + 1, 1).max(axis=0)
+        if (stacked == heights).all():
+            return int(heights.max())
+        heights = stacked
+
+
+def _loads(layout: Layout, contacts: Contacts) -> np.ndarray:
+    """The weight that rests on every item [kg], shape (J,), spread by contact area."""
+    areas = contacts.areas()
+    carried = areas.sum(axis=0)
+    shares = np.divide(areas, carried, out=np.zeros_like(areas), where=carried > 0.0)
+    loads = np.zeros(len(layout))
+    for item in np.argsort(-layout.lower[:, 1], kind="stable"):
+        loads += shares[:, item] * (loads[item] + layout.weights[item])
+    return loads
+
+
+def beyond(extent: Extent, held: Envelope) -> dict[Limit, str]:
+    """In which ways an extent goes beyond an envelope: a sentence each.
+
+    A load is compared with that on the lowest cube of the tallest tower, too.
+    """
+    load = max(held.heavy_on_light, held.tower_height - 1.0)
+    found = {
+        Limit.FALLS: "a plate beyond an edge is not seen to fall" if not held.sees_falls else "",
+        Limit.HEIGHT: _more("{} items on top of each other", extent.height, held.tower_height),
+        Limit.HEAVY: _more(
+            "an item {} times as heavy as one below it", extent.heavy_on_light, held.heavy_on_light
+        ),
+        Limit.LOAD: _more("a load of {} times the weight of the item below it", extent.load, load),
+        Limit.LIGHT: _more(
+            "an item {} times as heavy as one on top of it",
+            extent.light_on_heavy,
+            held.light_on_heavy,
+        ),
+        Limit.THIN: _less("a thinnest edge of {} cm", extent.thinnest, held.least_size),
+        Limit.LONG: _more("a longest edge of {} cm", extent.longest, held.most_size),
+        Limit.COUNT: _more("{} items", extent.item_count, held.item_count),
+    }
+    return {limit: sentence for limit, sentence in found.items() if sentence}
+
+
+def leaves(layout: Layout, method: Method) -> tuple[str, ...]:
+    """In which ways a layout leaves the envelope of the engine and frequency that a method uses.
+
+    Args:
+        layout: any layout.
+        method: any method.
+
+    Returns:
+        A sentence each; none for a method without an engine, or where nothing was measured
+        (:func:`envelope_of` tells these apart from a layout that stays inside).
+    """
+    held = envelope_of(method)
+    return () if held is None else tuple(beyond(extent(layout), held).values())
+
+
+_ROUNDING = 1e-9
+"""Edges are differences of corners: 10.000000000000002 cm is 10 cm."""
+
+
+def _more(what: str, found: float, most: float) -> str:
+    if found <= most * (1.0 + _ROUNDING):
+        return ""
+    held = f"up to {most:.4g}" if most else "at none"
+    return f"{what.format(f'{found:.4g}')}; measured to hold {held}"
+
+
+def _less(what: str, found: float, least: float) -> str:
+    # A range that holds nothing is said once, by its upper end.
+    if not least or found >= least * (1.0 - _ROUNDING):
+        return ""
+    return f"{what.format(f'{found:.4g}')}; measured to hold down to {least:.4g}"

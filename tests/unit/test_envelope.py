@@ -1,0 +1,321 @@
+"""The envelope: what it says, who leaves it, and that a user is told."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from engines.registry import ENGINES, EngineEntry, engine_names
+from harness.cli import main
+from harness.layouts import Item, Layout, Pallet
+from harness.layouts.formats import Format, write_layouts
+from harness.layouts.packing import random_layouts
+from harness.methods import envelope as module
+from harness.methods.envelope import (
+    Envelope,
+    Limit,
+    beyond,
+    envelope,
+    envelope_of,
+    extent,
+    leaves,
+)
+from harness.methods.registry import make_method
+from harness.studies.comparison import compare
+from harness.studies.definition import load_study
+from harness.studies.results import load_manifest
+from harness.studies.runner import run_study
+from reports.pages import write_page
+from reports.study_page import study_page
+
+HELD = Envelope(3, 10.0, 100.0, 2.0, 50.0, 20, True)
+
+
+def layout(*items, name="mine"):
+    """Items as (position, size, weight)."""
+    made = tuple(Item(step, *item) for step, item in enumerate(items))
+    return Layout(name, Pallet(500.0, 500.0, 500.0), made)
+
+
+def cube(x, level, weight=1.0):
+    return (x, 10.0 * level, 0.0), (10.0, 10.0, 10.0), weight
+
+
+HEAVY_ON_LIGHT = layout(cube(0.0, 0, 0.001), cube(0.0, 1, 1000.0), name="heavy")
+FLAT = layout(cube(0.0, 0), cube(50.0, 0), name="flat")
+
+
+# --- what was measured --------------------------------------------------------------------------
+
+
+def test_every_engine_that_is_compared_has_an_envelope():
+    for name in engine_names():
+        assert envelope(name, 1000.0) is not None
+
+
+def test_the_row_at_or_below_a_frequency_counts():
+    assert envelope("bullet", 100.0) == envelope("bullet", 90.0)
+    assert envelope("bullet", 1e6) == envelope("bullet", 1000.0)
+    assert envelope("bullet", 90.0) != envelope("bullet", 1000.0)
+    assert envelope("bullet", 4.9) is None
+    assert envelope("bullet", None) is None
+    assert envelope("nobody", 240.0) is None
+
+
+def test_a_frequency_means_nothing_to_an_engine_with_its_own_steps():
+    assert envelope("reference", None) == envelope("reference", 1.0) is not None
+
+
+def test_more_substeps_hold_more():
+    """Of engines with fixed substeps, at frequencies people use."""
+    for name in ("bullet", "mujoco", "dart", "chipmunk"):
+        coarse, fine = envelope(name, 30.0), envelope(name, 1000.0)
+        assert coarse.tower_height < fine.tower_height
+        assert coarse.heavy_on_light < fine.heavy_on_light
+        assert coarse.least_size > fine.least_size
+
+
+def test_a_method_brings_its_engine_and_frequency():
+    assert envelope_of(make_method("ps_opt-paper@bullet")) == envelope("bullet", 90.0)
+    assert envelope_of(make_method("sme")) is None
+
+
+# --- how far a layout goes ----------------------------------------------------------------------
+
+
+def test_the_longest_chain_counts_items_that_stand_on_each_other():
+    tower = [cube(0.0, level) for level in range(4)]
+    beside = [cube(30.0, level) for level in range(2)]
+    assert extent(layout(*tower, *beside)).height == 4
+    assert extent(FLAT).height == 1
+    # A tall item beside a chain reaches as high and is one item.
+    assert extent(layout(*tower[:2], ((30.0, 0.0, 0.0), (10.0, 90.0, 10.0), 1.0))).height == 2
+
+
+def test_a_chain_may_go_over_a_bridge():
+    bridge = ((0.0, 10.0, 0.0), (30.0, 10.0, 10.0), 1.0)
+    found = extent(layout(cube(0.0, 0), cube(20.0, 0), bridge, cube(10.0, 2), cube(10.0, 3)))
+    assert found.height == 4
+
+
+def test_mass_ratios_are_those_of_items_in_contact():
+    found = extent(layout(cube(0.0, 0, 2.0), cube(0.0, 1, 8.0), cube(0.0, 2, 1.0), cube(40.0, 0)))
+    assert (found.heavy_on_light, found.light_on_heavy) == (4.0, 8.0)
+    assert found.load == pytest.approx(4.5)
+    apart = extent(layout(cube(0.0, 0, 1.0), cube(40.0, 0, 1000.0)))
+    assert (apart.heavy_on_light, apart.light_on_heavy, apart.load) == (1.0, 1.0, 0.0)
+
+
+def test_a_load_spreads_by_contact_area():
+    """12 kg over 10 x 10 and 5 x 10 cm2: 8 and 4 kg, the latter on 2 kg and then on 1 kg."""
+    plank = ((0.0, 20.0, 0.0), (35.0, 10.0, 10.0), 12.0)
+    block = ((0.0, 0.0, 0.0), (10.0, 20.0, 10.0), 100.0)
+    found = extent(layout(block, cube(30.0, 0, 1.0), cube(30.0, 1, 2.0), plank))
+    assert found.load == pytest.approx(6.0)  # 4 + 2 kg on 1 kg
+    assert found.heavy_on_light == pytest.approx(6.0)  # 12 kg on 2 kg
+
+
+def test_edges_and_items():
+    found = extent(layout(((0.0, 0.0, 0.0), (120.0, 1.0, 80.0), 5.0), cube(0.0, 0.1)))
+    assert (found.thinnest, found.longest, found.item_count) == (1.0, 120.0, 2)
+
+
+# --- leaving ------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def measured(monkeypatch):
+    monkeypatch.setattr(module, "envelopes", lambda: {"bullet": ((60.0, HELD),)})
+    return make_method("simulation@bullet:frequency=240")
+
+
+def tower(count, weights=(1.0,)):
+    return layout(*(cube(0.0, k, weights[min(k, len(weights) - 1)]) for k in range(count)))
+
+
+@pytest.mark.parametrize(
+    ("judged", "said"),
+    [
+        (tower(3), []),
+        (tower(4), ["4 items on top of each other; measured to hold up to 3"]),
+        (tower(2, (1.0, 10.0)), []),
+        (
+            tower(2, (1.0, 11.0)),
+            [
+                "an item 11 times as heavy as one below it; measured to hold up to 10",
+                "a load of 11 times the weight of the item below it; measured to hold up to 10",
+            ],
+        ),
+        (
+            tower(3, (1.0, 6.0, 6.0)),
+            ["a load of 12 times the weight of the item below it; measured to hold up to 10"],
+        ),
+        (tower(2, (100.0, 1.0)), []),
+        (
+            tower(2, (101.0, 1.0)),
+            ["an item 101 times as heavy as one on top of it; measured to hold up to 100"],
+        ),
+        (
+            layout(((0.0, 0.0, 0.0), (60.0, 1.0, 10.0), 1.0)),
+            [
+                "a thinnest edge of 1 cm; measured to hold down to 2",
+                "a longest edge of 60 cm; measured to hold up to 50",
+            ],
+        ),
+        (
+            layout(*(cube(15.0 * k, 0) for k in range(21))),
+            ["21 items; measured to hold up to 20"],
+        ),
+    ],
+)
+def test_a_layout_leaves_in_so_many_ways(measured, judged, said):
+    assert list(leaves(judged, measured)) == said
+
+
+def test_static_methods_and_unmeasured_engines_leave_nothing(measured):
+    assert leaves(tower(9), make_method("sme")) == ()
+    assert leaves(tower(9), make_method("simulation@mujoco")) == ()
+    assert leaves(tower(9), make_method("simulation@bullet:frequency=30")) == ()
+
+
+def test_the_load_of_the_tallest_tower_is_no_news():
+    """19 equal cubes on one are 19 times its weight, and were measured as a tower of 20."""
+    held = Envelope(20, 10.0, 100.0, 2.0, 50.0, 20, True)
+    assert beyond(extent(tower(20)), held) == {}
+    assert set(beyond(extent(tower(21)), held)) == {Limit.HEIGHT, Limit.LOAD, Limit.COUNT}
+
+
+def test_an_engine_that_holds_nothing_is_left_by_everything():
+    nothing = Envelope(0, 0.0, 0.0, 0.0, 0.0, 0, False)
+    said = beyond(extent(FLAT), nothing)
+    assert set(said) == set(Limit) - {Limit.THIN, Limit.LOAD}
+    assert said[Limit.FALLS] == "a plate beyond an edge is not seen to fall"
+    assert said[Limit.COUNT] == "2 items; measured to hold at none"
+
+
+def test_rounding_takes_nothing_out():
+    """Edges are differences of corners: (z + 49.9) - z may be more than 49.9, or less."""
+    places = [k / 10.0 for k in range(1, 400)]
+    longer = next(z for z in places if (z + 49.9) - z > 49.9)
+    thinner = next(x for x in places if (x + 2.1) - x < 2.1)
+    shifted = layout(((thinner, 0.0, longer), (2.1, 30.0, 49.9), 1.0))
+    held = dataclasses.replace(HELD, least_size=2.1, most_size=49.9)
+    assert beyond(extent(shifted), held) == {}
+
+
+def test_generated_layouts_are_inside_a_fine_engine():
+    found = [leaves(one, make_method("simulation@bullet")) for one in random_layouts(30, seed=3)]
+    assert sum(map(bool, found)) <= 3
+
+
+# --- who is told --------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def study(tmp_path, monkeypatch):
+    """A layout far out, one inside, and an engine that nobody has measured."""
+    monkeypatch.setitem(ENGINES, "own", EngineEntry("engines.with_bullet:BulletWorld"))
+    write_layouts(tmp_path / "layouts.json", [FLAT, HEAVY_ON_LIGHT], Format.NATIVE)
+    (tmp_path / "study.toml").write_text(
+        'name = "outside"\nlayouts = ["layouts.json"]\n'
+        'methods = ["sme", "simulation@bullet:frequency=60", "simulation@own:frequency=60"]\n'
+    )
+    return tmp_path
+
+
+def test_a_manifest_says_how_many_cases_are_outside(study):
+    run_study(load_study(study / "study.toml"), study / "run")
+    use = load_manifest(study / "run")["envelope"]
+    assert list(use) == ["simulation@bullet:frequency=60", "simulation@own:frequency=60"]
+    assert use["simulation@own:frequency=60"] == {"measured": False}
+    found = use["simulation@bullet:frequency=60"]
+    assert (found["measured"], found["cases"], found["of"]) == (True, 1, 2)
+    first = found["reasons"][0]
+    assert (first["limit"], first["cases"], first["example"]) == ("heavy on light", 1, "heavy")
+    assert first["sentence"].startswith("an item 1e+06 times as heavy as one below it; ")
+
+
+def test_a_new_envelope_is_news_to_a_finished_run(study, monkeypatch):
+    definition = load_study(study / "study.toml")
+    run_study(definition, study / "run")
+    generous = Envelope(100, 1e6, 1e6, 0.1, 1000.0, 200, True)
+    monkeypatch.setattr(module, "envelopes", lambda: {"bullet": ((60.0, generous),)})
+    assert run_study(definition, study / "run") == 0
+    found = load_manifest(study / "run")["envelope"]["simulation@bullet:frequency=60"]
+    assert (found["cases"], found["reasons"]) == (0, [])
+
+
+def test_the_most_frequent_reason_comes_first(study):
+    high = layout(*(cube(0.0, k) for k in range(40)), name="high")
+    light = layout(cube(0.0, 0, 1e-6), cube(0.0, 1), cube(0.0, 2), name="light")
+    write_layouts(study / "layouts.json", [high, HEAVY_ON_LIGHT, light], Format.NATIVE)
+    run_study(load_study(study / "study.toml"), study / "run")
+    found = load_manifest(study / "run")["envelope"]["simulation@bullet:frequency=60"]
+    counts = [reason["cases"] for reason in found["reasons"]]
+    assert counts == sorted(counts, reverse=True)
+    assert counts[0] > counts[-1]
+
+
+def test_a_page_says_it_too(study, tmp_path):
+    run_study(load_study(study / "study.toml"), study / "run")
+    text = write_page(study_page(compare(study / "run")), tmp_path / "page").read_text()
+    part = text.partition("## Beyond the engines' envelopes")[2].partition("\n## ")[0]
+    assert "| 1 of 2" in part
+    assert "heavy: an item 1e+06 times as heavy" in part
+    assert "Nothing was measured of the engine and frequency of PS @ own" in part
+
+
+def test_a_page_of_an_older_run_says_nothing(study, tmp_path):
+    run_study(load_study(study / "study.toml"), study / "run")
+    manifest = load_manifest(study / "run")
+    del manifest["envelope"]
+    (study / "run" / "manifest.json").write_text(json.dumps(manifest))
+    text = write_page(study_page(compare(study / "run")), tmp_path / "page").read_text()
+    assert "envelopes" not in text
+
+
+def test_a_study_warns_on_stderr(study, capsys):
+    run = ("study", "run", str(study / "study.toml"), "-o", str(study / "run"), "-j", "1")
+    assert main(run) == 0
+    out, err = capsys.readouterr()
+    assert err.count("warning: ") == 1
+    assert "warning: simulation@bullet:frequency=60: 1 of 2 cases lie beyond" in err
+    assert 'for example layout "heavy": an item 1e+06 times as heavy' in err
+    assert "warning" not in out
+    assert main(run) == 0
+    assert "1 of 2 cases" in capsys.readouterr().err, "also when nothing is computed"
+
+
+def test_a_score_warns_on_stderr_and_in_its_records(study, capsys):
+    file, method = str(study / "layouts.json"), "simulation@bullet:frequency=60"
+    assert main(("score", file, "-m", method, "-m", "sme", "--json")) == 0
+    out, err = capsys.readouterr()
+    assert err.count("warning: ") == 1
+    assert f"{method}: 1 of 2 cases lie beyond" in err
+    outside = {(r["layout"], r["method"]): r["outside"] for r in json.loads(out)}
+    assert outside["flat", method] == outside["heavy", "sme"] == []
+    assert len(outside["heavy", method]) >= 2
+    write_layouts(study / "layouts.json", [FLAT], Format.NATIVE)
+    assert main(("score", file, "-m", method)) == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_extents_agree_with_a_slow_count():
+    """The chain by recursion, the load by a loop over contacts."""
+    for one in random_layouts(8, seed=11):
+        contacts = module.find_contacts(one)
+        areas = contacts.areas()
+
+        def height(j, contacts=contacts):
+            below = np.flatnonzero(contacts.carries[:, j])
+            return 1 + max((height(i) for i in below), default=0)
+
+        def load(i, one=one, areas=areas):
+            above = np.flatnonzero(areas[i])
+            return sum((load(j) + one.weights[j]) * areas[i, j] / areas[:, j].sum() for j in above)
+
+        found = extent(one)
+        assert found.height == max(height(j) for j in range(len(one)))
+        worst = max(load(i) / one.weights[i] for i in range(len(one)))
+        assert found.load == pytest.approx(worst)

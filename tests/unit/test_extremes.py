@@ -1,0 +1,461 @@
+"""The extremes: measures against closed forms, the running of cells, the envelope, the page."""
+
+import dataclasses
+import json
+import re
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+from matplotlib.patches import Rectangle
+
+from engines.registry import engine_names, open_world, world_class
+from engines.world import GRAVITY, Box, EngineError, Poses, Velocities, WorldSettings
+from harness.cli import main
+from harness.methods.envelope import Envelope, envelopes
+from harness.studies import extreme_cells, extreme_runs, mechanics
+from harness.studies import extreme_scenes as scenes
+from harness.studies.closed_form_runs import Stage
+from harness.studies.definition import StudyError
+from harness.studies.extreme_cells import run_extremes
+from harness.studies.extreme_envelope import (
+    ENVELOPE_SWEEPS,
+    envelope_file,
+    envelope_rows,
+    extremes_record,
+    from_here_on,
+    write_envelopes,
+)
+from harness.studies.extremes import FREQUENCIES, measure_cell, sweep_names, sweeps
+from reports.extreme_figures import plot_outcomes
+from reports.extreme_records import EnvelopeRow, ExtremeCell, Outcome
+from reports.extremes_page import extremes_page
+from reports.pages import write_page
+
+PUBLISHED = Path(__file__).resolve().parents[2] / "reports" / "published" / "extremes"
+
+# --- measures -----------------------------------------------------------------------------------
+
+
+def test_what_is_in_balance_stays_and_what_is_not_falls(engine):
+    """A plate past an edge turns as the pendulum does; the settled pair keeps its height."""
+    stage = Stage(engine, 240)
+    rest = extreme_runs.settle(stage, scenes.tower(2))
+    assert rest.outcome is Outcome.CLOSE
+    assert rest.numbers["moved"] < 1.0
+    assert -1.0 < rest.numbers["energy"] < 0.01
+    assert 0.0 <= rest.numbers["penetration"] < 1.0
+    fallen = extreme_runs.settle(stage, scenes.plate_on_table(0.2))
+    assert fallen.outcome is Outcome.FAILED
+    past = extreme_runs.plate(stage, 0.1)
+    assert past.outcome is Outcome.CLOSE
+    length, thick, _ = 1.0, 0.01, 0
+    time = mechanics.tipping_time((length, thick), 0.1, np.radians(past.numbers["turned"]))
+    assert time == pytest.approx(extreme_runs.SECONDS, rel=0.05)
+    assert extreme_runs.plate(stage, -0.05).outcome is Outcome.CLOSE
+
+
+def test_a_tower_that_leans_is_held_but_not_at_rest():
+    high = measure_cell("tower", "bullet", 60, 15)
+    assert high.outcome is Outcome.HELD
+    assert 1.0 < high.numbers["moved"] <= 100.0
+    assert measure_cell("tower", "bullet", 60, 40).outcome is Outcome.FAILED
+
+
+def test_small_boxes_are_held_by_their_own_edge():
+    boxes = scenes.tower(2, 0.01)
+    table = [dataclasses.replace(boxes[0], fixed=True), dataclasses.replace(
+        boxes[1], centre=(0.0, 0.0, boxes[1].centre[2] + 0.02)
+    )]  # fmt: skip
+    # It falls by 2 cm: less than 10 cm, more than its edge of 1 cm.
+    stage = Stage("mujoco", 240)
+    assert extreme_runs.settle(stage, table).outcome is Outcome.HELD
+    assert extreme_runs.settle(stage, table, edge=0.01).outcome is Outcome.FAILED
+
+
+def test_penetration_is_how_far_neighbours_have_approached():
+    boxes = scenes.pile(8, 3)
+    planned = np.array([box.centre for box in boxes])
+    still = np.tile((1.0, 0.0, 0.0, 0.0), (8, 1))
+
+    def found(moves):
+        centres = planned.copy()
+        for index, axis, by in moves:
+            centres[index, axis] += by
+        return extreme_runs.penetration(boxes, Poses(centres, still))
+
+    assert found([]) == pytest.approx(0.0, abs=1e-12)
+    assert found([(0, 2, -0.002)]) == pytest.approx(0.002), "into the floor"
+    assert found([(4, 2, -0.003)]) == pytest.approx(0.003), "into the one below"
+    assert found([(1, 0, -0.001), (3, 0, 0.004)]) == pytest.approx(0.001), "into the one beside"
+    assert found([(7, 2, 0.004)]) == 0.0 or found([(7, 2, 0.004)]) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_energy_is_that_of_a_spinning_and_moving_box(engine):
+    """v^2 / 2g, plus I w^2 / 2mg about the y axis with I = m (a^2 + c^2) / 12."""
+    box = Box((0.1, 0.2, 0.3), 4.0, (0.0, 0.0, 5.0))
+    with open_world(engine, WorldSettings()) as world:
+        world.add_box(box)
+        world.prepare()
+        rest = extreme_runs.energy(world)
+        world.set_velocities(Velocities(np.array([[2.0, 0, 0]]), np.array([[0, 3.0, 0]])))
+        gained = extreme_runs.energy(world) - rest
+    assert rest == pytest.approx(5.0)
+    expected = (2.0**2 + (0.1**2 + 0.3**2) / 12 * 3.0**2) / (2 * GRAVITY)
+    assert gained == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_box_slides_to_a_stop(engine):
+    """v^2 / (2 mu g) = 0.102 m at friction 0.5, and 1 m in 1 s without."""
+    found = measure_cell("sliding", engine, 240, 0.5)
+    assert found.outcome.good
+    assert found.numbers["expected"] == pytest.approx(1.0 / 9.8)
+    assert found.numbers["found"] == pytest.approx(1.0 / 9.8, rel=0.1)
+    free = measure_cell("sliding", engine, 240, 0)
+    assert (free.outcome, free.numbers["expected"]) == (Outcome.CLOSE, 1.0)
+
+
+@pytest.mark.parametrize(("sweep", "value"), [("tipping", 10), ("overhang", 2)])
+def test_every_engine_meets_the_closed_forms_at_a_fine_step(engine, sweep, value):
+    assert measure_cell(sweep, engine, 480, value).outcome.good
+
+
+def test_a_cube_bounces_to_the_square_of_the_restitution():
+    found = measure_cell("bounce", "chipmunk", 480, 0.8)
+    assert found.numbers["expected"] == pytest.approx(0.64)
+    assert found.outcome.good
+    assert found.numbers["found"] == pytest.approx(0.64, rel=0.05)
+    asked = measure_cell("bounce", "reference", None, 0.8)
+    assert (asked.outcome, asked.note) == (Outcome.UNDEFINED, "not defined: no restitution")
+    grid = measure_cell("grid-restitution", "reference", None, 0.8)
+    assert grid.outcome is Outcome.UNDEFINED
+    assert measure_cell("grid-restitution", "reference", None, 0).outcome is Outcome.CLOSE
+
+
+def test_limits_on_a_closed_form():
+    said = [extreme_runs.compared(f, 10.0).outcome for f in (10.19, 9.81, 10.9, 9.1, 11.1, 8.9)]
+    assert said == [Outcome.CLOSE] * 2 + [Outcome.HELD] * 2 + [Outcome.FAILED] * 2
+    said = [extreme_runs.compared(f, 0.0, slack=0.01).outcome for f in (0.001, 0.009, 0.011)]
+    assert said == [Outcome.CLOSE, Outcome.HELD, Outcome.FAILED]
+
+
+@pytest.mark.parametrize("dimensions", [2, 3])
+@pytest.mark.parametrize("count", [1, 8, 27, 200])
+def test_a_pile_has_no_gaps_and_no_overlaps(count, dimensions):
+    boxes = scenes.pile(count, dimensions)
+    cells = {tuple(np.round(np.array(b.centre) / scenes.SIDE * 2).astype(int)) for b in boxes}
+    assert len(cells) == len(boxes) == count
+    if dimensions == 2:
+        assert {y for _, y, _ in cells} == {0}
+    # Every cube stands on the floor or on another.
+    assert all(z == 1 or (x, y, z - 2) in cells for x, y, z in cells)
+    assert max(z for *_, z in cells) // 2 < count ** (1 / dimensions) + 1
+
+
+# --- what goes wrong is an outcome --------------------------------------------------------------
+
+
+def test_time_runs_out_between_substeps():
+    cell = measure_cell("tower", "bullet", 240, 2, timeout=1e-9)
+    assert (cell.outcome, cell.note) == (
+        Outcome.NO_VERDICT,
+        "no verdict within 1e-09 s",
+    )
+    assert set(cell.numbers) == {"cpu"}
+
+
+def test_failures_are_cells(monkeypatch):
+    base = world_class("bullet")
+
+    class Diverging(base):
+        def _poses(self):
+            poses = super()._poses()
+            poses.centres[:] = np.nan
+            return poses
+
+    class Failing(base):
+        def _advance(self, substeps, length):
+            raise EngineError("no more contacts")
+
+    for world, outcome, note in (
+        (Diverging, Outcome.FAILED, "diverged"),
+        (Failing, Outcome.NO_VERDICT, "error: no more contacts"),
+    ):
+        monkeypatch.setattr("engines.with_bullet.BulletWorld", world)
+        for sweep, value in (("tower", 2), ("plate-on-edge", 5), ("sliding", 0.5), ("bounce", 0.5)):
+            cell = measure_cell(sweep, "bullet", 240, value)
+            assert (cell.outcome, cell.note) == (outcome, note)
+
+
+# --- running ------------------------------------------------------------------------------------
+
+
+def test_a_tower_is_given_up_after_three_failures(tmp_path):
+    """At 5 Hz bullet holds no tower of 2."""
+    seen = []
+    cells = run_extremes(
+        tmp_path,
+        only_engines=["bullet"],
+        only_sweeps=["tower"],
+        frequencies=[5, 240],
+        progress=lambda *at: seen.append(at),
+    )
+    coarse = [c for c in cells if c.frequency == 5]
+    (shard,) = (tmp_path / "cells").iterdir()
+    assert len(json.loads(shard.read_text())["cells"]) == len(cells), "and not measured"
+    assert [c.value for c in coarse] == [1, 2, 3, 5]
+    assert [c.outcome.good for c in coarse] == [True, False, False, False]
+    assert len([c for c in cells if c.frequency == 240]) > 8
+    most = 2 * len(sweeps()["tower"].about.values)
+    assert (seen[0], seen[-1]) == ((0, most), (most, most))
+
+
+def test_a_second_run_measures_only_what_is_missing(tmp_path, monkeypatch):
+    def run(**changes):
+        asked = {"only_engines": ["bullet"], "only_sweeps": ["light-on-heavy", "tower"]}
+        return run_extremes(tmp_path, **{**asked, "frequencies": [10], **changes})
+
+    first, measured = run(), []
+    real = extreme_cells.measure_unit
+    monkeypatch.setattr(
+        extreme_cells, "measure_unit", lambda unit: measured.append(unit) or real(unit)
+    )
+    assert run() == first
+    assert not measured
+    assert len(run(frequencies=[10, 15], only_sweeps=["light-on-heavy"])) == len(measured) * 2
+    # One cell lost: it alone comes back.
+    (shard,) = [p for p in (tmp_path / "cells").iterdir() if "light-on-heavy" in p.read_text()]
+    record = json.loads(shard.read_text())
+    lost = record["cells"].pop(3)
+    shard.write_text(json.dumps(record))
+    measured.clear()
+    again = run()
+    assert [(u.frequency, u.value) for u in measured] == [(lost["frequency"], lost["value"])]
+    assert [(c.sweep, c.value, c.outcome) for c in again] == [
+        (c.sweep, c.value, c.outcome) for c in first
+    ]
+    measured.clear()
+    run(timeout=5.0)
+    assert len(measured) == len(first), "another limit asks anew"
+    monkeypatch.setattr(extreme_cells, "_fingerprint", lambda engine: "other code")
+    measured.clear()
+    run()
+    assert len(measured) == len(first), "changed code asks anew"
+
+
+def test_processes_give_the_cells_of_one(tmp_path):
+    asked = {"only_engines": ["bullet"], "only_sweeps": ["sliding"], "frequencies": [60]}
+
+    def said(folder, workers):
+        cells = run_extremes(tmp_path / folder, **asked, workers=workers)
+        return [(c.value, c.outcome, c.numbers["found"]) for c in cells]
+
+    assert said("one", 1) == said("two", 2)
+
+
+def test_an_engine_with_its_own_steps_runs_once(tmp_path):
+    cells = run_extremes(
+        tmp_path,
+        only_engines=["reference", "chipmunk"],
+        only_sweeps=["plate-on-edge"],
+        frequencies=[60, 240],
+    )
+    runs = list(dict.fromkeys((c.engine, c.frequency) for c in cells))
+    assert runs == [("chipmunk", 60), ("chipmunk", 240), ("reference", None)]
+
+
+def test_unknown_names_are_said(tmp_path):
+    with pytest.raises(StudyError, match="unknown engine 'bulet'; did you mean 'bullet'"):
+        run_extremes(tmp_path, only_engines=["bulet"])
+    with pytest.raises(StudyError, match="unknown sweep 'towr'; did you mean 'tower'"):
+        run_extremes(tmp_path, only_sweeps=["towr"])
+    assert not list(tmp_path.iterdir())
+
+
+# --- the envelope -------------------------------------------------------------------------------
+
+
+def cells_of(engine, frequency, held):
+    """Cells of all sweeps that an envelope needs; ``held`` says of each value whether it was."""
+    return [
+        ExtremeCell(name, engine, frequency, value, outcome)
+        for name in ENVELOPE_SWEEPS
+        for value in sweeps()[name].about.values
+        for outcome in [Outcome.HELD if held.get(name, lambda v: True)(value) else Outcome.FAILED]
+    ]
+
+
+def test_an_envelope_ends_where_the_first_value_was_not_held():
+    held = {
+        "tower": lambda n: n != 15,
+        "heavy-on-light": lambda r: r <= 1e4,
+        "heavy-on-two": lambda r: r <= 300,
+        "light-on-heavy": lambda r: r < 1,
+        "size-two": lambda cm: cm >= 1,
+        "size-five": lambda cm: cm < 200,
+        "items": lambda n: n <= 75,
+        "plate-on-edge": lambda cm: cm != 5,
+    }
+    (row,) = envelope_rows(cells_of("bullet", 60, held))
+    assert row == EnvelopeRow("bullet", 60, 10, 300.0, 0.0, 1.0, 100.0, 75, False)
+    (none,) = envelope_rows(cells_of("bullet", 60, {"size-two": lambda cm: cm != 10}))
+    assert (none.least_size, none.most_size) == (0.0, 0.0)
+    (all_of_it,) = envelope_rows(cells_of("bullet", 60, {}))
+    assert all_of_it == EnvelopeRow("bullet", 60, 100, 1e6, 1e6, 0.1, 1000.0, 200, True)
+    strict = envelope_rows(cells_of("bullet", 60, {}), frozenset({Outcome.CLOSE}))
+    assert strict[0].tower_height == 0
+    assert envelope_rows(cells_of("bullet", 60, {})[5:]) != ()
+    assert envelope_rows([c for c in cells_of("bullet", 60, {}) if c.sweep != "items"]) == ()
+
+
+def test_from_a_frequency_on_is_what_all_higher_ones_hold():
+    def row(frequency, tower, heavy, falls=True):
+        return EnvelopeRow("bullet", frequency, tower, heavy, 1e6, 1.0, 1000.0, 200, falls)
+
+    rows = (row(5, 100, 1e6, falls=False), row(30, 7, 30.0), row(60, 30, 10.0), row(90, 20, 10.0),
+            row(240, 20, 100.0))  # fmt: skip
+    found = [(r.frequency, r.tower_height, r.heavy_on_light) for r in from_here_on(rows)]
+    assert found == [(30, 7, 10.0), (60, 20, 10.0), (240, 20, 100.0)]
+    assert from_here_on((row(240, 1, 1.0),)) == ()
+    own = EnvelopeRow("reference", None, 100, 1e6, 1e6, 0.1, 500.0, 100, True)
+    assert from_here_on((*rows, own))[-1] == own
+
+
+def test_the_file_is_read_back_and_keeps_other_engines(tmp_path):
+    made = {"git": "abc", "code": "def", "versions": {"pybullet": "3", "mujoco": "4", "numpy": "2"}}
+    path = tmp_path / "envelopes.json"
+    first = envelope_rows(cells_of("bullet", 60, {}))
+    write_envelopes(first, made, path)
+    other = envelope_rows(cells_of("mujoco", 60, {"tower": lambda n: n < 10}))
+    write_envelopes(other, {**made, "git": "new"}, path)
+    read = json.loads(path.read_text())
+    assert [read[name]["made"]["git"] for name in ("bullet", "mujoco")] == ["abc", "new"]
+    held = Envelope(**read["mujoco"]["rows"][0]["holds"])
+    assert (held.tower_height, held.least_size, held.sees_falls) == (7, 0.1, True)
+
+
+# --- the page -----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory):
+    """All sweeps of two engines at one frequency, and of the reference those that are cheap."""
+    folder = tmp_path_factory.mktemp("extremes")
+    cells = run_extremes(folder, only_engines=["bullet", "chipmunk"], frequencies=[15, 60])
+    few = ["plate-on-edge", "bounce", "tipping"]
+    cells += run_extremes(folder, only_engines=["reference"], only_sweeps=few)
+    return sorted(cells, key=lambda c: sweep_names().index(c.sweep))
+
+
+def test_the_page_leads_with_what_to_use(measured, tmp_path):
+    found = extremes_record(measured, 30.0)
+    text = write_page(extremes_page(found, {"made": "here"}), tmp_path).read_text()
+    headings = re.findall(r"^## (.*)$", text, flags=re.MULTILINE)
+    assert headings[:4] == ["What to use", "What it shows", "The envelope", "Tower"]
+    assert headings[-1] == "Made with"
+    row = next(r for r in found.from_here_on if (r.engine, r.frequency) == ("bullet", 60))
+    line = next(x for x in text.splitlines() if re.match(r"\| bullet +\| +60 Hz", x))
+    assert [part.strip() for part in line.split("|")[3:6]] == [
+        f"{row.tower_height}", f"{row.heavy_on_light:,.0f}", f"{row.light_on_heavy:,.0f}",
+    ]  # fmt: skip
+    assert f"has {row.tower_height} (bullet)" in text
+    assert f"{len(measured)} cells:" in text
+    pictures = re.findall(r"!\[.*?\]\((.*?)\)", text)
+    assert {f"figures/{name}.png" for name in sweep_names()} < set(pictures)
+    for name in pictures:
+        assert matplotlib.image.imread(tmp_path / name)[..., :3].std() > 0.01
+    again = extremes_page(extremes_record(measured, 30.0), {"made": "here"})
+    assert write_page(again, tmp_path / "again").read_text() == text
+
+
+def test_a_map_has_a_colour_for_every_cell(measured):
+    about = sweeps()["plate-on-edge"].about
+    mine = [c for c in measured if c.sweep == "plate-on-edge"]
+    panels = plot_outcomes(about, mine, [15, 60]).axes
+    assert [axes.get_title() for axes in panels] == ["bullet", "chipmunk", "reference"]
+    assert [t.get_text() for t in panels[2].get_xticklabels()] == ["own"]
+    colours = {}
+    for axes in panels:
+        squares = [p for p in axes.patches if isinstance(p, Rectangle)]
+        own = [c for c in mine if c.engine == axes.get_title()]
+        assert len(squares) == len(own)
+        for square, cell in zip(squares, own, strict=True):
+            colours.setdefault(cell.outcome, set()).add(to_hex(square.get_facecolor()))
+            assert square.get_y() + 0.5 == about.values.index(cell.value)
+    shades = [shade for found in colours.values() for shade in found]
+    assert len(shades) == len(set(shades)) == len(colours)
+
+
+def test_a_page_says_who_ran_out_of_time(measured, tmp_path):
+    late = [
+        dataclasses.replace(c, outcome=Outcome.NO_VERDICT)
+        if (c.sweep, c.engine, c.value) == ("items", "bullet", 200) and c.frequency == 60
+        else c
+        for c in measured
+    ]
+    text = write_page(extremes_page(extremes_record(late, 30.0), {}), tmp_path).read_text()
+    assert "1 without a verdict" in text
+    assert "larger values may hold: bullet, number of items (60 Hz)." in text
+
+
+def test_a_page_of_a_part_is_a_page(measured, tmp_path):
+    part = [c for c in measured if c.sweep in ("tower", "bounce")]
+    text = write_page(extremes_page(extremes_record(part, 30.0), {}), tmp_path).read_text()
+    assert "## What to use" not in text
+    assert "## Tower" in text
+
+
+# --- the command --------------------------------------------------------------------------------
+
+
+def test_the_command_measures_and_writes_the_page(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    asked = ("extremes", "--engine", "bullet", "--sweep", "plate-on-edge", "--frequency", "60")
+    assert main((*asked, "-o", "page")) == 0
+    assert capsys.readouterr().out.strip() == "page/report.md"
+    assert (tmp_path / "runs" / "extremes" / "manifest.json").exists()
+    assert "past the edge" in (tmp_path / "page" / "report.md").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--engine", "bulet"), "did you mean 'bullet'"),
+        (("--sweep", "towers"), "did you mean 'tower'"),
+        (("--sweep", "tower", "--write-envelope"), "leave these out"),
+    ],
+)
+def test_wrong_names_are_one_sentence(tmp_path, capsys, monkeypatch, arguments, message):
+    monkeypatch.chdir(tmp_path)
+    assert main(("extremes", *arguments)) == 2
+    assert message in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+# --- what is committed --------------------------------------------------------------------------
+
+
+def test_the_committed_envelope_is_the_published_one():
+    text = (PUBLISHED / "report.md").read_text()
+    table = text.partition("## The envelope")[2].partition("\n## ")[0]
+    lines = [line for line in table.splitlines() if line.startswith("|")][2:]
+    published = {tuple(c.strip() for c in line.strip("|").split("|")) for line in lines}
+    committed = set()
+    for engine, rows in envelopes().items():
+        for frequency, held in rows:
+            numbers = (held.heavy_on_light, held.light_on_heavy)
+            edges = f"{held.least_size:g} to {held.most_size:g}" if held.most_size else "none"
+            committed.add((
+                engine, "own" if frequency is None else f"{frequency} Hz",
+                str(held.tower_height or "none"),
+                *(f"{n:,.0f}" if n else "none" for n in numbers),
+                edges, str(held.item_count or "none"), "yes" if held.sees_falls else "no",
+            ))  # fmt: skip
+    assert committed == published
+    assert set(envelopes()) == set(engine_names())
+    assert [f for f, _ in envelopes()["bullet"]] == list(FREQUENCIES)
+    source = re.search(r"- source: (\S+) \(code (\w+)\)", text)
+    for entry in json.loads(envelope_file().read_text()).values():
+        assert (entry["made"]["git"], entry["made"]["code"]) == source.groups()
