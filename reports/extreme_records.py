@@ -107,7 +107,7 @@ class BeyondEnvelope:
 class Extremes:
     """All that was measured at the edge.
 
-    ``from_here_on``: as ``envelope``, but what is held at that frequency and all higher ones; only
+    ``envelope``: at a label's thresholds; ``rests``: where nothing may move. ``from_here_on``: as ``envelope``, but what is held at that frequency and all higher ones; only
     where falls are seen and two cubes hold, and one row where two say the same. ``at_rest``: so at
     the stricter limits. ``timeout``: of a cell [s].
     """
@@ -115,6 +115,7 @@ class Extremes:
     sweeps: tuple[ExtremeSweep, ...]
     cells: tuple[ExtremeCell, ...]
     envelope: tuple[EnvelopeRow, ...]
+    rests: tuple[EnvelopeRow, ...]
     from_here_on: tuple[EnvelopeRow, ...]
     at_rest: tuple[EnvelopeRow, ...]
     timeout: float

@@ -71,4 +71,4 @@ def _extremes(options: argparse.Namespace) -> None:
         write_page(extremes_page(found, provenance_lines(made_by)), options.output or options.work)
     )
     if options.write_envelope:
-        print(write_envelopes(found.envelope, made_by))
+        print(write_envelopes(found.envelope, found.rests, made_by))

@@ -92,41 +92,47 @@ class Extent:
 
 
 @cache
-def envelopes() -> Mapping[str, tuple[tuple[float | None, Envelope], ...]]:
+def envelopes(*, at_rest: bool = False) -> Mapping[str, tuple[tuple[float | None, Envelope], ...]]:
     """All that was measured: rows of (frequency [Hz], envelope) by engine, frequencies rising.
 
     The frequency is None, and the only one, for an engine that chooses its own steps.
+
+    Args:
+        at_rest: nothing may move by 1 mm or half a degree, instead of a label's thresholds.
     """
     text = resources.files("harness.methods").joinpath(ENVELOPES).read_text()
-    return {name: _rows(entry["rows"]) for name, entry in json.loads(text).items()}
+    which = "rests" if at_rest else "holds"
+    return {name: _rows(entry["rows"], which) for name, entry in json.loads(text).items()}
 
 
-def _rows(rows: list[dict[str, Any]]) -> tuple[tuple[float | None, Envelope], ...]:
-    return tuple((row["frequency"], Envelope(**row["holds"])) for row in rows)
+def _rows(rows: list[dict[str, Any]], which: str) -> tuple[tuple[float | None, Envelope], ...]:
+    return tuple((row["frequency"], Envelope(**row[which])) for row in rows)
 
 
-def envelope(engine: str, frequency: float | None) -> Envelope | None:
+def envelope(engine: str, frequency: float | None, *, at_rest: bool = False) -> Envelope | None:
     """What an engine holds at a frequency: the row measured at it, or at the next one below.
 
     Args:
         engine: a registered name.
         frequency: substeps a second [Hz]; of no matter for an engine that chooses its own steps.
+        at_rest: see :func:`envelopes`.
 
     Returns:
         None where nothing was measured: for that engine, or at so low a frequency.
     """
     found = None
-    for measured_at, row in envelopes().get(engine, ()):
+    for measured_at, row in envelopes(at_rest=at_rest).get(engine, ()):
         if measured_at is None or (frequency is not None and measured_at <= frequency + 1e-9):
             found = row
     return found
 
 
-def envelope_of(method: Method) -> Envelope | None:
+def envelope_of(method: Method, *, at_rest: bool = False) -> Envelope | None:
     """The envelope of the engine and frequency that a method uses; None for one without."""
     if method.spec.engine is None:
         return None
-    return envelope(method.spec.engine, getattr(method.parameters, "frequency", None))
+    frequency = getattr(method.parameters, "frequency", None)
+    return envelope(method.spec.engine, frequency, at_rest=at_rest)
 
 
 def extent(layout: Layout) -> Extent:
@@ -191,18 +197,19 @@ def beyond(extent: Extent, held: Envelope) -> dict[Limit, str]:
     return {limit: sentence for limit, sentence in found.items() if sentence}
 
 
-def leaves(layout: Layout, method: Method) -> tuple[str, ...]:
+def leaves(layout: Layout, method: Method, *, at_rest: bool = False) -> tuple[str, ...]:
     """In which ways a layout leaves the envelope of the engine and frequency that a method uses.
 
     Args:
         layout: any layout.
         method: any method.
+        at_rest: see :func:`envelopes`.
 
     Returns:
         A sentence each; none for a method without an engine, or where nothing was measured
         (:func:`envelope_of` tells these apart from a layout that stays inside).
     """
-    held = envelope_of(method)
+    held = envelope_of(method, at_rest=at_rest)
     return () if held is None else tuple(beyond(extent(layout), held).values())
 
 

@@ -132,7 +132,7 @@ def _tips_in_time(subject: Subject, case: Case) -> bool:
 
 def balanced_stays(subject: Subject, case: Case) -> bool:
     """What vertical forces balance by a clear margin is stable, and nothing moves."""
-    if leaves(case.layout, subject.method) or not balances_clearly(case.layout):
+    if not balances_clearly(case.layout) or leaves(case.layout, subject.method, at_rest=True):
         return False
     if not _reseats(subject):
         return stands(subject, case)
@@ -238,7 +238,8 @@ PROPERTIES = (
     ),
     Property(
         "balanced stays",
-        "Where vertical forces balance every step by a clear margin, nothing moves (envelope).",
+        "Where vertical forces balance every step by a clear margin, nothing moves (within the "
+        "envelope at rest).",
         _balanced,
         balanced_stays,
         _by_balance,

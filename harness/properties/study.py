@@ -11,13 +11,14 @@ import json
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from importlib import metadata
+from importlib import metadata, resources
 from pathlib import Path
 
 from engines.registry import engines, installed_versions
 from harness.atomic import write_atomically
 from harness.layouts.formats import Format, read_layouts, write_layouts
 from harness.layouts.model import Layout
+from harness.methods.envelope import ENVELOPES
 from harness.methods.spec import nearest
 from harness.properties import PropertyError
 from harness.properties.findings import finding
@@ -147,6 +148,7 @@ def _unit(asked: Property, subject: Subject, study: PropertyStudy, folder: Path)
     """The pair, and the file of its result: a hash of all that it depends on."""
     here = Path(__file__).parent
     rules = hashlib.sha256(b"".join(p.read_bytes() for p in sorted(here.glob("*.py"))))
+    rules.update(resources.files("harness.methods").joinpath(ENVELOPES).read_bytes())
     identity = [
         asked.name, subject.spec, study.examples, study.seed, rules.hexdigest(),
         metadata.version("hypothesis"), code_fingerprint(type(subject.method)),

@@ -39,6 +39,7 @@ def extremes_record(cells: Sequence[ExtremeCell], timeout: float) -> Extremes:
         sweeps=tuple(s.about for name, s in sweeps().items() if name in measured),
         cells=tuple(cells),
         envelope=rows,
+        rests=strict,
         from_here_on=from_here_on(rows),
         at_rest=from_here_on(strict),
         timeout=timeout,
@@ -144,19 +145,23 @@ def envelope_file() -> Path:
 
 
 def write_envelopes(
-    rows: Sequence[EnvelopeRow], made_by: Mapping[str, Any], path: Path | None = None
+    rows: Sequence[EnvelopeRow],
+    rests: Sequence[EnvelopeRow],
+    made_by: Mapping[str, Any],
+    path: Path | None = None,
 ) -> Path:
     """Write what was measured; engines that were not measured keep what the file says of them.
 
     Args:
         rows: as :func:`envelope_rows` gives them.
+        rests: the same where nothing may move; of the same engines and frequencies.
         made_by: the provenance of the measurement.
         path: the file; that of the package if None.
     """
     path = path or envelope_file()
     entries = json.loads(path.read_bytes()) if path.exists() else {}
     for engine in dict.fromkeys(row.engine for row in rows):
-        holds = [row for row in rows if row.engine == engine]
+        holds, still = ([row for row in of if row.engine == engine] for of in (rows, rests))
         packages = set(installed_versions(engine)) & set(made_by["versions"])
         entries[engine] = {
             "made": {
@@ -164,7 +169,10 @@ def write_envelopes(
                 "code": made_by["code"],
                 "versions": {name: made_by["versions"][name] for name in sorted(packages)},
             },
-            "rows": [{"frequency": row.frequency, "holds": _holds(row)} for row in holds],
+            "rows": [
+                {"frequency": row.frequency, "holds": _holds(row), "rests": _holds(strict)}
+                for row, strict in zip(holds, still, strict=True)
+            ],
         }
     write_atomically(path, json.dumps(entries, indent=1) + "\n")
     return path

@@ -63,6 +63,20 @@ def test_the_row_at_or_below_a_frequency_counts():
     assert envelope("nobody", 240.0) is None
 
 
+def test_what_rests_is_less_than_what_holds():
+    for name in engine_names():
+        for frequency in (60.0, 240.0, 1000.0):
+            holds, rests = envelope(name, frequency), envelope(name, frequency, at_rest=True)
+            assert rests.tower_height <= holds.tower_height
+            assert rests.heavy_on_light <= holds.heavy_on_light
+            assert rests.item_count <= holds.item_count
+    assert envelope("bullet", 480.0, at_rest=True) != envelope("bullet", 480.0)
+    layout = tower(45)
+    method = make_method("label@bullet")
+    assert leaves(layout, method) == ()
+    assert "45 items on top of each other" in leaves(layout, method, at_rest=True)[0]
+
+
 def test_a_frequency_means_nothing_to_an_engine_with_its_own_steps():
     assert envelope("reference", None) == envelope("reference", 1.0) is not None
 

@@ -327,13 +327,15 @@ def test_the_file_is_read_back_and_keeps_other_engines(tmp_path):
     made = {"git": "abc", "code": "def", "versions": {"pybullet": "3", "mujoco": "4", "numpy": "2"}}
     path = tmp_path / "envelopes.json"
     first = envelope_rows(cells_of("bullet", 60, {}))
-    write_envelopes(first, made, path)
+    write_envelopes(first, first, made, path)
     other = envelope_rows(cells_of("mujoco", 60, {"tower": lambda n: n < 10}))
-    write_envelopes(other, {**made, "git": "new"}, path)
+    still = envelope_rows(cells_of("mujoco", 60, {"tower": lambda n: n < 3}))
+    write_envelopes(other, still, {**made, "git": "new"}, path)
     read = json.loads(path.read_text())
     assert [read[name]["made"]["git"] for name in ("bullet", "mujoco")] == ["abc", "new"]
     held = Envelope(**read["mujoco"]["rows"][0]["holds"])
     assert (held.tower_height, held.least_size, held.sees_falls) == (7, 0.1, True)
+    assert read["mujoco"]["rows"][0]["rests"]["tower_height"] == 2
 
 
 # --- the page -----------------------------------------------------------------------------------
