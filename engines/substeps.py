@@ -7,6 +7,8 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
 
+from engines.errors import BadNumberError
+
 
 class StepCount(NamedTuple):
     """What one ``stepSimulation`` did: substeps executed, requested by its time, and lost."""
@@ -55,19 +57,19 @@ class SubstepClock:
         ``max_sub_steps=0`` means one variable step of ``time_step``.
 
         Raises:
-            ValueError: a duration is not finite, ``max_sub_steps`` is negative, or
+            BadNumberError: a duration is not finite, ``max_sub_steps`` is negative, or
                 ``fixed_time_step`` is not positive although it is used.
         """
         if not (math.isfinite(time_step) and math.isfinite(fixed_time_step)):
-            raise ValueError(f"durations must be finite, got {time_step} and {fixed_time_step}")
+            raise BadNumberError(f"durations must be finite, got {time_step} and {fixed_time_step}")
         if max_sub_steps < 0:
-            raise ValueError(f"maxSubSteps must be 0 or more, got {max_sub_steps}")
+            raise BadNumberError(f"maxSubSteps must be 0 or more, got {max_sub_steps}")
         if max_sub_steps == 0:
             self._remainder = _NONE
             count = 1 if time_step > 0.0 else 0
             return StepCount(count, count, 0), time_step
         if fixed_time_step <= 0.0:
-            raise ValueError(f"fixedTimeStep must be positive, got {fixed_time_step}")
+            raise BadNumberError(f"fixedTimeStep must be positive, got {fixed_time_step}")
         requested, self._remainder = _divide(self._remainder, time_step, fixed_time_step)
         executed = min(requested, max_sub_steps)
         return StepCount(executed, requested, requested - executed), fixed_time_step

@@ -18,24 +18,16 @@ from typing import ClassVar, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from engines.errors import BadNumberError, WorldClosedError
+from engines.errors import EngineError as EngineError
+from engines.errors import EngineNotInstalledError as EngineNotInstalledError
+from engines.limits import check_box, check_settings
 from engines.substeps import StepCount, SubstepClock
 
 FloatArray = NDArray[np.float64]
 
 GRAVITY = 9.8
 """Gravitational acceleration [m/s2]; 980 cm/s2 in the paper's reference simulation."""
-
-
-class EngineError(Exception):
-    """An engine cannot do what was asked of it."""
-
-
-class EngineNotInstalledError(EngineError):
-    """The library behind an engine is missing; the message says how to install it."""
-
-
-class WorldClosedError(EngineError):
-    """A world was used after :meth:`World.close`."""
 
 
 class BroadPhase(StrEnum):
@@ -95,6 +87,9 @@ class WorldSettings:
             at a price (see the engine's notes). Nothing is imitated at a price unasked.
         options: what only this engine can be asked (its ``options`` in the registry); None leaves
             all of it at its defaults.
+
+    Raises:
+        BadNumberError: a number is not finite, or not in its range.
     """
 
     friction: float = 0.5
@@ -107,6 +102,9 @@ class WorldSettings:
     gravity: tuple[float, float, float] = (0.0, 0.0, -GRAVITY)
     emulate: frozenset[str] = frozenset()
     options: object | None = None
+
+    def __post_init__(self) -> None:
+        check_settings(self)
 
     def requested(self) -> tuple[str, ...]:
         """Names of the settings that ask for something, that is: differ from "nothing special"."""
@@ -229,7 +227,12 @@ class World(Protocol):
     capabilities: ClassVar[Capabilities]
 
     def add_box(self, box: Box) -> int:
-        """Add a box at rest at its planned pose; returns its index, counted from 0."""
+        """Add a box at rest at its planned pose; returns its index, counted from 0.
+
+        Raises:
+            BadNumberError: a number is not finite or out of range (:mod:`engines.limits`); the
+                world stays as it was.
+        """
         ...
 
     def prepare(self) -> None:
@@ -257,7 +260,7 @@ class World(Protocol):
         """Give every box the velocities that :meth:`velocities` returns; poses stay.
 
         Raises:
-            ValueError: not a finite row for every box; rows of fixed boxes are ignored.
+            BadNumberError: not a finite row for every box; rows of fixed boxes are ignored.
         """
         ...
 
@@ -287,6 +290,7 @@ class FixedStepWorld(ABC):
     def add_box(self, box: Box) -> int:
         """See :meth:`World.add_box`."""
         self._check_open()
+        check_box(box, len(self.boxes))
         self._add(box)
         self.boxes.append(box)
         return len(self.boxes) - 1
@@ -334,7 +338,7 @@ class FixedStepWorld(ABC):
         for part in checked:
             if part.shape != (len(moving), 3) or not np.isfinite(part[moving]).all():
                 allowed = f"{len(moving)} rows of 3 finite numbers, in order of the boxes"
-                raise ValueError(f"velocities {part.tolist()}; allowed: {allowed}")
+                raise BadNumberError(f"velocities {part.tolist()}; allowed: {allowed}")
             part[~moving] = 0.0
         self._set_velocities(checked)
 

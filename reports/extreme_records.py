@@ -107,9 +107,9 @@ class BeyondEnvelope:
 class Extremes:
     """All that was measured at the edge.
 
-    ``envelope``: at a label's thresholds; ``rests``: where nothing may move. ``from_here_on``: as ``envelope``, but what is held at that frequency and all higher ones; only
-    where falls are seen and two cubes hold, and one row where two say the same. ``at_rest``: so at
-    the stricter limits. ``timeout``: of a cell [s].
+    ``envelope``: at a label's thresholds; ``rests``: where nothing may move. ``from_here_on`` and
+    ``at_rest``: the same, of what is held at that frequency and all higher ones; only where falls
+    are seen and two cubes hold, and one row where two say the same. ``timeout``: of a cell [s].
     """
 
     sweeps: tuple[ExtremeSweep, ...]

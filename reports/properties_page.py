@@ -36,7 +36,7 @@ def properties_page(found: PropertyTable, manifest: Mapping[str, str]) -> Page:
 
 def property_sections(found: PropertyTable) -> list[Section]:
     """The matrix, the properties in words, and the counterexamples; for any page."""
-    failing = [row for row in found.rows if row.smallest is not None]
+    failing = [row for row in found.rows if row.smallest is not None or row.why]
     return [_matrix(found), _in_words(found), *(_counterexample(row) for row in failing)]
 
 
@@ -68,8 +68,12 @@ def _in_words(found: PropertyTable) -> Section:
 
 
 def _counterexample(row: PropertyRow) -> Section:
-    smallest = row.smallest
-    assert smallest is not None
+    title, smallest = (
+        f"{row.standing.capitalize()}: {row.property}, {row.method.title}",
+        row.smallest,
+    )
+    if smallest is None:
+        return Section(title, f"No answer: {row.why}.")
     drawn = "; ".join(f"{name} {value:g}" for name, value in smallest.change.items())
     text = f"{smallest.found[0].upper()}{smallest.found[1:]}."
     if drawn:
@@ -94,7 +98,7 @@ def _counterexample(row: PropertyRow) -> Section:
         "The layout in cm; dots are centres of mass.",
     )
     return Section(
-        f"{row.standing.capitalize()}: {row.property}, {row.method.title}",
+        title,
         text,
         [markdown_table(header, items)],
         [picture],

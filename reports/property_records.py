@@ -53,7 +53,7 @@ class PropertyRow:
     """One property asked of one method.
 
     ``examples``: cases tried; ``asked``: those that the property said something about. ``why``:
-    the reason of a declared finding.
+    the reason of a declared finding, or how an engine ended its process.
     """
 
     property: str

@@ -113,7 +113,6 @@ class ReferenceWorld(FixedStepWorld):
         if not new:
             return
         self._bodies = _bodies(self._added)
-        _check_finite(self._bodies, len(self._planned))
         start = np.array([np.add(b.centre, b.mass_offset) for b in new])
         still = np.zeros_like(start)
         self._planned = np.concatenate((self._planned, start))
@@ -177,13 +176,3 @@ def _bodies(boxes: list[Box]) -> np.recarray:
         body.mass, body.inertia = (1.0, 1.0) if box.fixed else (box.mass, box.inertia)
         body.extent = math.hypot(*(body.half + np.abs(body.offset)))
     return bodies
-
-
-def _check_finite(bodies: np.recarray, first: int) -> None:
-    for index in range(first, len(bodies)):
-        body = bodies[index]
-        numbers = (*body.half, *body.offset, body.mass, *body.inertia)
-        if not (np.isfinite(numbers).all() and body.mass > 0.0 and body.half.min() > 0.0):
-            raise EngineError(
-                f"box {index}: allowed: positive, finite sizes and mass, a finite mass offset"
-            )

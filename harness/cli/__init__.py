@@ -150,9 +150,19 @@ def _parser() -> argparse.ArgumentParser:
     )
     run.add_argument("--output", "-o", type=Path, metavar="DIR", help="default: runs/NAME")
     run.add_argument(
-        "--workers", "-j", type=at_least(1), default=os.cpu_count() or 1, help="default: all cores"
+        "--workers",
+        "-j",
+        type=at_least(1),
+        default=os.cpu_count() or 1,
+        help="processes that judge (default: all cores)",
     )
-    run.add_argument("--rerun", action="store_true", help="compute everything anew")
+    past = run.add_mutually_exclusive_group()
+    past.add_argument("--rerun", action="store_true", help="compute everything anew")
+    past.add_argument(
+        "--resume",
+        action="store_true",
+        help="go on with a run; wrong where there is none (default: go on or begin)",
+    )
     run.set_defaults(run=_study_run)
 
     report = commands.add_parser("report", help="write report.md of a study's folder")
@@ -282,7 +292,12 @@ def _study_run(options: argparse.Namespace) -> None:
     try:
         with progress_bar("judging") as advance:
             computed = run_study(
-                study, directory, workers=options.workers, rerun=options.rerun, progress=advance
+                study,
+                directory,
+                workers=options.workers,
+                rerun=options.rerun,
+                resume=options.resume,
+                progress=advance,
             )
     except KeyboardInterrupt:
         say(f"What is finished stays in {directory}; run the same command to go on.")

@@ -73,16 +73,16 @@ def _properties(options: argparse.Namespace) -> int:
     )
     manifest = made_with(study)
     with progress_bar("asking") as advance:
-        found = run_properties(
+        table = run_properties(
             study,
             options.work or options.output,
             output=options.output,
             workers=options.workers,
             progress=advance,
         )
-    print(write_page(properties_page(found, manifest), options.output))
-    violated = violations(found.rows)
+    print(write_page(properties_page(table, manifest), options.output))
+    violated = violations(table.rows)
     for row in violated:
-        assert row.smallest is not None
-        say(f"{row.property}, {row.method.spec}: {row.smallest.found}")
+        found = row.smallest.found if row.smallest else row.why
+        say(f"{row.property}, {row.method.spec}: {found}")
     return 1 if violated else 0

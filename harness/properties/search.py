@@ -31,11 +31,13 @@ class Outcome:
         examples: cases tried; those of the search for a smaller one not counted.
         asked: how many of them the property said something about.
         counterexample: None where the property held.
+        crashed: why there is no answer, where the engine ended the process; empty otherwise.
     """
 
     examples: int
     asked: int
     counterexample: Counterexample | None
+    crashed: str = ""
 
 
 def search(

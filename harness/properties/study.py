@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from importlib import metadata, resources
 from pathlib import Path
@@ -26,7 +26,7 @@ from harness.properties.property import Case, Property, Subject
 from harness.properties.registry import PROPERTIES
 from harness.properties.search import Counterexample, Outcome, search
 from harness.studies.comparison import method_key, scene
-from harness.studies.executors import run_units
+from harness.studies.executors import IN_THIS_PROCESS, run_units
 from harness.studies.results import code_fingerprint, provenance_lines
 from harness.studies.runner import locked
 from reports.property_records import ItemRow, PropertyRow, PropertyTable, SmallestCase, Standing
@@ -67,6 +67,15 @@ class _Unit:
     seed: int
     file: Path
 
+    def __len__(self) -> int:
+        return 1
+
+    def without(self, done: int) -> _Unit:
+        return self
+
+    def describe(self, part: int) -> str:
+        return f"{self.property!r} of {self.method}"
+
 
 def methods_on(names: Sequence[str] | None) -> list[str]:
     """The methods that are asked by default: all static ones, and the label's way on engines.
@@ -92,7 +101,7 @@ def run_properties(
     directory: Path,
     *,
     output: Path | None = None,
-    workers: int = 1,
+    workers: int = IN_THIS_PROCESS,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> PropertyTable:
     """Ask what has not been asked yet.
@@ -101,7 +110,7 @@ def run_properties(
         study: what is asked.
         directory: folder of the results, made when it does not exist.
         output: folder of the page, to which counterexamples go; by default the same.
-        workers: processes.
+        workers: see :func:`harness.studies.runner.run_study`.
         progress: called with pairs done and pairs in all.
 
     Raises:
@@ -124,7 +133,8 @@ def run_properties(
         missing = [unit for unit in units if not unit.file.exists()]
         progress(len(units) - len(missing), len(units))
         done = len(units) - len(missing)
-        for _ in run_units(_ask, missing, workers=workers):
+        for unit, (answer,) in run_units(_ask, missing, workers=workers, crashed=_crashed):
+            _keep(unit, answer)
             done += 1
             progress(done, len(units))
         rows = [_row(unit, output or directory) for unit in units]
@@ -158,37 +168,48 @@ def _unit(asked: Property, subject: Subject, study: PropertyStudy, folder: Path)
     return _Unit(asked.name, subject.spec, study.examples, study.seed, folder / f"{digest}.json")
 
 
-def _ask(unit: _Unit) -> None:
+def _ask(unit: _Unit) -> Iterator[Outcome]:
     subject = Subject(unit.method)
     subject.method.prepare()
-    outcome = search(PROPERTIES[unit.property], subject, examples=unit.examples, seed=unit.seed)
-    held = outcome.counterexample
-    failure = None
+    yield search(PROPERTIES[unit.property], subject, examples=unit.examples, seed=unit.seed)
+
+
+def _crashed(unit: _Unit, part: int, reason: str) -> Outcome:
+    """What comes of an engine that ends its process; the case it did so on is not known."""
+    return Outcome(0, 0, None, reason)
+
+
+def _keep(unit: _Unit, outcome: Outcome) -> None:
+    held, failure = outcome.counterexample, None
     if held is not None:
-        layout = unit.file.with_suffix(".layout")
-        write_layouts(layout, [held.case.layout], Format.NATIVE)
+        write_layouts(unit.file.with_suffix(".layout"), [held.case.layout], Format.NATIVE)
         failure = {"found": held.found, "change": dict(held.case.change)}
-    result = {"examples": outcome.examples, "asked": outcome.asked, "failure": failure}
+    result = {
+        "examples": outcome.examples,
+        "asked": outcome.asked,
+        "failure": failure,
+        "crashed": outcome.crashed,
+    }
     write_atomically(unit.file, json.dumps(result, indent=1) + "\n")
 
 
-def _outcome(unit: _Unit) -> Outcome:
+def _kept(unit: _Unit) -> Outcome:
     result = json.loads(unit.file.read_text())
     failure, counterexample = result["failure"], None
     if failure is not None:
         (layout,) = read_layouts(unit.file.with_suffix(".layout"))
         counterexample = Counterexample(Case(layout, failure["change"]), failure["found"])
-    return Outcome(result["examples"], result["asked"], counterexample)
+    return Outcome(result["examples"], result["asked"], counterexample, result["crashed"])
 
 
 def _row(unit: _Unit, directory: Path) -> PropertyRow:
     """A result as a page shows it; a declared finding shows even where this run missed it."""
-    outcome, known = _outcome(unit), finding(unit.property, unit.method)
+    outcome, known = _kept(unit), finding(unit.property, unit.method)
     shown, standing = outcome.counterexample, Standing.HOLDS
     if known is not None:
         standing = Standing.FINDING
         shown = shown or Counterexample(known.case, known.found)
-    elif shown is not None:
+    elif shown is not None or outcome.crashed:
         standing = Standing.VIOLATED
     elif not outcome.asked:
         standing = Standing.NOT_ASKED
@@ -198,7 +219,7 @@ def _row(unit: _Unit, directory: Path) -> PropertyRow:
         standing=standing,
         examples=outcome.examples,
         asked=outcome.asked,
-        why=known.why if known else "",
+        why=known.why if known else outcome.crashed,
         smallest=None if shown is None else _smallest(unit, shown, directory),
     )
 

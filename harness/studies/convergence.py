@@ -13,6 +13,7 @@ import pandas as pd
 from harness.methods.method import Status
 from harness.methods.registry import make_method
 from harness.studies.definition import StudyDefinition
+from harness.studies.executors import IN_THIS_PROCESS
 from harness.studies.metrics import mean, share
 from harness.studies.results import load_manifest, load_results, provenance_lines
 from harness.studies.runner import run_study
@@ -141,7 +142,7 @@ def run_convergence(
     layouts: int,
     sample: int = SAMPLE,
     opinions: Sequence[str] = OPINIONS,
-    workers: int = 1,
+    workers: int = IN_THIS_PROCESS,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Convergence:
     """Compute what is missing in ``directory`` and say what it shows.
@@ -151,7 +152,7 @@ def run_convergence(
         layouts: see :func:`convergence_studies`.
         sample: likewise.
         opinions: likewise.
-        workers: processes.
+        workers: see :func:`harness.studies.runner.run_study`.
         progress: called with rows done and rows in all, of one folder after the other.
 
     Raises:

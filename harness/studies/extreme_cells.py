@@ -23,7 +23,7 @@ from harness.methods import criteria
 from harness.methods.spec import nearest
 from harness.studies import closed_form_runs, extreme_runs, extreme_scenes, extremes, mechanics
 from harness.studies.definition import StudyError
-from harness.studies.executors import run_units
+from harness.studies.executors import IN_THIS_PROCESS, run_units
 from harness.studies.extremes import FREQUENCIES, TIMEOUT, measure_cell, sweep_names, sweeps
 from harness.studies.results import ResultsError, provenance
 from harness.studies.runner import locked
@@ -38,7 +38,7 @@ Key = tuple[int | None, float]
 
 @dataclass(frozen=True, slots=True)
 class CellUnit:
-    """A unit of work: one cell."""
+    """A unit of work with one part: a cell."""
 
     sweep: str
     engine: str
@@ -46,10 +46,29 @@ class CellUnit:
     value: float
     timeout: float
 
+    def __len__(self) -> int:
+        return 1
 
-def measure_unit(unit: CellUnit) -> ExtremeCell:
+    def without(self, done: int) -> CellUnit:
+        """The unit: there is nothing to leave out."""
+        return self
+
+    def describe(self, part: int) -> str:
+        """The cell for people."""
+        rate = "" if self.frequency is None else f", {self.frequency} Hz"
+        return f"{self.sweep} {self.value:g} on {self.engine}{rate}"
+
+
+def measure_unit(unit: CellUnit) -> Iterator[ExtremeCell]:
     """Measure a unit's cell."""
-    return measure_cell(unit.sweep, unit.engine, unit.frequency, unit.value, unit.timeout)
+    yield measure_cell(unit.sweep, unit.engine, unit.frequency, unit.value, unit.timeout)
+
+
+def crashed_cell(unit: CellUnit, part: int, reason: str) -> ExtremeCell:
+    """The cell of an engine that ends its process."""
+    return ExtremeCell(
+        unit.sweep, unit.engine, unit.frequency, unit.value, Outcome.NO_VERDICT, note=reason
+    )
 
 
 def run_extremes(
@@ -59,7 +78,7 @@ def run_extremes(
     only_sweeps: Sequence[str] | None = None,
     frequencies: Sequence[int] = FREQUENCIES,
     timeout: float = TIMEOUT,
-    workers: int = 1,
+    workers: int = IN_THIS_PROCESS,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> list[ExtremeCell]:
     """Measure what is missing of the sweeps; returns all cells asked for, in order of the page.
@@ -73,7 +92,7 @@ def run_extremes(
         only_sweeps: names of sweeps; all if None.
         frequencies: substeps a second; an engine that chooses its own steps runs once.
         timeout: wall seconds a cell may take.
-        workers: processes; 1 measures in this one.
+        workers: see :func:`harness.studies.runner.run_study`.
         progress: called with cells done and the most that there can be.
 
     Raises:
@@ -111,7 +130,8 @@ def run_extremes(
             progress(most - sum(left.values()), most)
             if not waiting:
                 break
-            for cell in run_units(measure_unit, waiting, workers=workers):
+            measured = run_units(measure_unit, waiting, workers=workers, crashed=crashed_cell)
+            for _, (cell,) in measured:
                 shard = shards[cell.sweep, cell.engine]
                 shard.add(cell)
                 line = Line(cell.sweep, cell.engine, cell.frequency)

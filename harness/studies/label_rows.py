@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pyarrow as pa
 
-from harness.layouts.benchmark.tables import CASES, write_parquet
+from harness.layouts.benchmark.tables import CASES
 from harness.layouts.model import Layout
 from harness.methods.criteria import Criterion
 from harness.methods.margins import margins
@@ -55,13 +55,35 @@ class TraceUnit:
     cases: tuple[tuple[str, Layout], ...]
     shard: Path
 
+    def __len__(self) -> int:
+        return len(self.cases)
 
-def trace_unit(unit: TraceUnit) -> int:
-    """Trace a unit's cases and write its shard; returns the number of cases."""
+    def without(self, done: int) -> TraceUnit:
+        """The unit without its first ``done`` cases."""
+        return replace(self, cases=self.cases[done:])
+
+    def describe(self, part: int) -> str:
+        """A case for people."""
+        scenario, layout = self.cases[part]
+        return f"{LABEL} on layout {layout.name!r} ({scenario})"
+
+
+def trace_unit(unit: TraceUnit) -> Iterator[dict[str, Any]]:
+    """Prepare, then trace a unit's cases: a row of :data:`TRACES` for every one, in turn."""
     make_method(LABEL).prepare(max(len(layout) for _, layout in unit.cases))
-    rows = [trace_row(scenario, layout) for scenario, layout in unit.cases]
-    write_parquet(unit.shard, pd.DataFrame(rows).reindex(columns=TRACES.names), TRACES)
-    return len(rows)
+    return (trace_row(scenario, layout) for scenario, layout in unit.cases)
+
+
+def crashed_row(unit: TraceUnit, part: int, reason: str) -> dict[str, Any]:
+    """The row of a case that ends the process it is traced in."""
+    scenario, layout = unit.cases[part]
+    return {
+        "layout": layout.name,
+        "scenario": scenario,
+        "item_count": len(layout),
+        "status": str(Status.CRASHED),
+        "reason": reason,
+    }
 
 
 def trace_row(scenario: str, layout: Layout) -> dict[str, Any]:

@@ -30,6 +30,7 @@ from harness.layouts.benchmark.tables import (
     read_parquet,
     read_tables,
     refuse_foreign,
+    write_parquet,
     write_tables,
 )
 from harness.layouts.model import Layout
@@ -37,8 +38,15 @@ from harness.methods.method import Status
 from harness.methods.registry import make_method
 from harness.studies import label_rows
 from harness.studies.definition import StudyDefinition
-from harness.studies.executors import run_units
-from harness.studies.label_rows import LABEL, LIMITS, TRACES, TraceUnit, trace_unit
+from harness.studies.executors import IN_THIS_PROCESS, run_units
+from harness.studies.label_rows import (
+    LABEL,
+    LIMITS,
+    TRACES,
+    TraceUnit,
+    crashed_row,
+    trace_unit,
+)
 from harness.studies.results import code_fingerprint, load_results, provenance
 from harness.studies.runner import locked, run_study
 
@@ -129,7 +137,7 @@ def label_set(
     *,
     sizes: SplitSizes = SIZES,
     judges: Sequence[Judge] = JUDGES,
-    workers: int = 1,
+    workers: int = IN_THIS_PROCESS,
     progress: Callable[[str, int, int], None] = lambda what, done, total: None,
 ) -> None:
     """Label all cases of a folder, split them, and ask further judges of validation and test.
@@ -138,7 +146,7 @@ def label_set(
         directory: as :func:`build_set` leaves it; labels are written into its tables.
         sizes: of validation and test.
         judges: the further judges.
-        workers: processes.
+        workers: see :func:`harness.studies.runner.run_study`.
         progress: called with what is done, cases done and cases in all.
 
     Raises:
@@ -212,8 +220,9 @@ def _traced(directory: Path, workers: int, progress: Callable[[int, int], None])
     missing.sort(key=_turn(benchmark))
     done = len(cases) - sum(len(unit.cases) for unit in missing)
     progress(done, len(cases))
-    for count in run_units(trace_unit, missing, workers=workers):
-        done += count
+    for unit, rows in run_units(trace_unit, missing, workers=workers, crashed=crashed_row):
+        write_parquet(unit.shard, pd.DataFrame(rows).reindex(columns=TRACES.names), TRACES)
+        done += len(rows)
         progress(done, len(cases))
     return pd.concat([read_parquet(u.shard, TRACES) for u in units], ignore_index=True)
 

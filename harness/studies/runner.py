@@ -7,7 +7,7 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from harness.methods.method import Method, Status, Verdict
 from harness.methods.registry import make_method
 from harness.studies.definition import StudyDefinition
 from harness.studies.envelope_use import envelope_use
-from harness.studies.executors import run_units
+from harness.studies.executors import IN_THIS_PROCESS, run_units
 from harness.studies.labels import (
     Material,
     has_labels,
@@ -39,21 +39,33 @@ from harness.studies.results import (
     write_shard,
 )
 
+Row = dict[str, Any]
+"""A row of :data:`harness.studies.results.SCHEMA`."""
+
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A unit of work: one method, some cases, and the shard their rows go to."""
+    """A unit of work: one method, what it is to judge, and the shard the rows go to.
+
+    A judgement is a repetition, a scenario and a layout; a row each.
+    """
 
     method: str
-    cases: tuple[tuple[str, Layout], ...]
-    repetitions: int
+    judgements: tuple[tuple[int, str, Layout], ...]
     shard: Path
     timeout: float | None = None
 
-    @property
-    def row_count(self) -> int:
-        """Rows that the unit's shard holds."""
-        return len(self.cases) * self.repetitions
+    def __len__(self) -> int:
+        return len(self.judgements)
+
+    def without(self, done: int) -> Unit:
+        """The unit without its first ``done`` judgements."""
+        return replace(self, judgements=self.judgements[done:])
+
+    def describe(self, part: int) -> str:
+        """A judgement for people."""
+        _, scenario, layout = self.judgements[part]
+        return f"{self.method} on layout {layout.name!r} ({scenario})"
 
 
 def judge(method: Method, layout: Layout, timeout: float | None = None) -> Verdict:
@@ -65,30 +77,38 @@ def judge(method: Method, layout: Layout, timeout: float | None = None) -> Verdi
         return Verdict(item_count=len(layout), status=Status.ERROR, reason=reason)
 
 
-def judge_unit(unit: Unit) -> int:
-    """Judge a unit's cases and write its shard; returns the number of rows.
+def judge_unit(unit: Unit) -> Iterator[Row]:
+    """Prepare a unit's method, then judge: a row of the results for every judgement, in turn.
 
-    The method is prepared and judges the first case once beforehand, so that no reported time
-    holds imports, compilation or first connections.
+    The first layout is judged once beforehand, so that no reported time holds imports, compilation
+    or first connections.
     """
     method = make_method(unit.method)
-    method.prepare(max(len(layout) for _, layout in unit.cases))
-    judge(method, unit.cases[0][1], unit.timeout)
-    rows = [
-        result_row(layout, scenario, method, repetition, judge(method, layout, unit.timeout))
-        for repetition in range(unit.repetitions)
-        for scenario, layout in unit.cases
-    ]
-    write_shard(unit.shard, rows)
-    return len(rows)
+    method.prepare(max(len(layout) for _, _, layout in unit.judgements))
+    return _rows(method, unit)
+
+
+def _rows(method: Method, unit: Unit) -> Iterator[Row]:
+    judge(method, unit.judgements[0][2], unit.timeout)
+    for repetition, scenario, layout in unit.judgements:
+        verdict = judge(method, layout, unit.timeout)
+        yield result_row(layout, scenario, method, repetition, verdict)
+
+
+def _crashed(unit: Unit, part: int, reason: str) -> Row:
+    """The row of a judgement that ends the process it is made in."""
+    repetition, scenario, layout = unit.judgements[part]
+    verdict = Verdict(item_count=len(layout), status=Status.CRASHED, reason=reason)
+    return result_row(layout, scenario, make_method(unit.method), repetition, verdict)
 
 
 def run_study(
     study: StudyDefinition,
     directory: Path,
     *,
-    workers: int = 1,
+    workers: int = IN_THIS_PROCESS,
     rerun: bool = False,
+    resume: bool = False,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> int:
     """Run what is missing of a study; returns the number of rows computed now.
@@ -100,18 +120,22 @@ def run_study(
     Args:
         study: what to compare.
         directory: the run folder; made when it does not exist.
-        workers: processes; 1 judges in this one.
+        workers: processes beside this one, in which an engine may crash: that costs one row of
+            status ``crashed``. 0 judges in this process, and a crash ends it.
         rerun: compute everything anew.
+        resume: there must be a run to go on with; without it, one is begun where there is none.
         progress: called with rows done and rows in all, first with what is already there.
 
     Raises:
         ResultsError: the folder holds another study or something else, or another run is at work
-            in it.
+            in it, or there is no run to resume.
         EngineNotInstalledError: a method's engine is missing.
         LayoutError, StudyError: see :meth:`StudyDefinition.layouts`.
         BenchmarkError: see :func:`harness.studies.labels.labelled_material`.
         WorkerDiedError: see :func:`harness.studies.executors.run_units`.
     """
+    if resume and not (directory / "manifest.json").exists():
+        raise ResultsError(f"{directory}: holds no run to resume")
     for spec in study.methods:
         make_method(spec).prepare()
     material = own_material(study) if study.benchmark is None else labelled_material(study)
@@ -119,8 +143,8 @@ def run_study(
     with locked(directory):
         units = list(_units(study, material.cases, directory / "results"))
         missing = [unit for unit in units if rerun or not is_whole(unit.shard)]
-        total = sum(unit.row_count for unit in units)
-        present = total - sum(unit.row_count for unit in missing)
+        total = sum(map(len, units))
+        present = total - sum(map(len, missing))
         progress(present, total)
         manifest = _manifest(study, material, [unit.shard.stem for unit in units], total)
         if not missing and _is_finished(directory, manifest):
@@ -133,8 +157,9 @@ def run_study(
         write_layouts(directory / "layouts.json", material.layouts, Format.NATIVE)
         write_labels(directory, material.labels)
         computed = 0
-        for rows in run_units(judge_unit, missing, workers=workers):
-            computed += rows
+        for unit, rows in run_units(judge_unit, missing, workers=workers, crashed=_crashed):
+            write_shard(unit.shard, rows)
+            computed += len(rows)
             progress(present + computed, total)
         _write_manifest(directory, {**manifest, "finished": _now()})
     return computed
@@ -151,8 +176,12 @@ def _units(study: StudyDefinition, cases: list[tuple[str, Layout]], folder: Path
             identity = [method, study.repetitions, study.timeout, *made_by]
             identity += [[s, lay.name, lay.content_hash()] for s, lay in part]
             digest = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:20]
-            shard = folder / f"{digest}.parquet"
-            yield Unit(method, part, study.repetitions, shard, study.timeout)
+            judgements = tuple(
+                (repetition, scenario, layout)
+                for repetition in range(study.repetitions)
+                for scenario, layout in part
+            )
+            yield Unit(method, judgements, folder / f"{digest}.parquet", study.timeout)
 
 
 def _claim(directory: Path, study: StudyDefinition) -> None:

@@ -163,6 +163,17 @@ def with_velocities_only_remembered(base):
     return OnlyRemembered
 
 
+def with_boxes_unseen(base):
+    class BoxesUnseen(base):
+        def add_box(self, box):
+            self._check_open()
+            self._add(box)
+            self.boxes.append(box)
+            return len(self.boxes) - 1
+
+    return BoxesUnseen
+
+
 @pytest.mark.parametrize(
     ("plant", "caught_by"),
     [
@@ -173,6 +184,7 @@ def with_velocities_only_remembered(base):
         (with_spin_negated, {"velocities_are_rates_of_the_poses"}),
         (with_inertia_doubled, {"tipping_rate_of_a_shifted_mass"}),
         (with_large_fixed_boxes, {"fixed_boxes_carry_and_never_move"}),
+        (with_boxes_unseen, {"bad_numbers_are_refused"}),
         (with_half_a_substep_kept, {"reseat_equals_a_fresh_world"}),
         (with_reset_in_motion, {"reseat_equals_a_fresh_world", "velocities_can_be_set"}),
         (with_velocities_set_in_body_axes, {"velocities_can_be_set"}),

@@ -81,6 +81,8 @@ def test_a_large_garbage_file_is_refused(tmp_path):
         ("convert", "layouts.json", "-o", "x.yaml", "--to", "aclpp"),
         ("report", "."),
         ("study", "run", "missing.toml"),
+        ("study", "run", "embedded", "--resume", "-o", "nothing"),
+        ("study", "run", "embedded", "--resume", "--rerun"),
         ("methods", "nothing"),
         (),
     ],

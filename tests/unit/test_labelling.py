@@ -1,5 +1,10 @@
 """Labelling a folder: shards, splits, further judges."""
 
+import multiprocessing
+import os
+import shutil
+import signal
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -9,12 +14,12 @@ from harness.layouts.benchmark.build import BuildOptions, build
 from harness.layouts.benchmark.confidence import Reason
 from harness.layouts.benchmark.dataset import row_of
 from harness.layouts.benchmark.splits import SplitSizes
-from harness.layouts.benchmark.tables import UNLABELLED
+from harness.layouts.benchmark.tables import UNLABELLED, read_parquet, write_parquet
 from harness.layouts.packing import random_layouts
 from harness.layouts.scenarios import Scenario
 from harness.methods.registry import make_method
 from harness.studies import labelling
-from harness.studies.label_rows import LABEL
+from harness.studies.label_rows import LABEL, TRACES, TraceUnit, crashed_row
 from harness.studies.labelling import Judge, build_set, label_set, write_unlabelled
 
 SIZES = SplitSizes(test=4, validation=2, test_lists=2, validation_lists=1)
@@ -94,6 +99,31 @@ def test_an_interrupted_run_goes_on(folder, monkeypatch):
     assert said[0] == ("labels", 8, 24)
     assert shards[2].stat().st_mtime_ns == kept
     pd.testing.assert_frame_equal(first.cases, again.cases)
+
+
+def test_killed_workers_change_no_label(folder, monkeypatch):
+    monkeypatch.setattr(labelling, "_SHARD", 4)
+    killed = []
+
+    def kill(what, done, total):
+        if 0 < done < total and len(killed) < 2:
+            killed.append(min(worker.pid for worker in multiprocessing.active_children()))
+            os.kill(killed[-1], signal.SIGKILL)
+
+    disturbed = label(folder, judges=(), workers=2, progress=kill)
+    assert len(set(killed)) == 2
+    shutil.rmtree(folder / "traces")
+    calm = label(folder, judges=())
+    pd.testing.assert_frame_equal(disturbed.cases, calm.cases)
+
+
+def test_a_case_that_crashes_has_no_label(tmp_path):
+    (layout,) = random_layouts(1, seed=5)
+    row = crashed_row(TraceUnit((("S1", layout),), tmp_path / "x.parquet"), 0, "by SIGABRT")
+    write_parquet(tmp_path / "x.parquet", pd.DataFrame([row], columns=TRACES.names), TRACES)
+    (found,) = read_parquet(tmp_path / "x.parquet", TRACES).itertuples()
+    assert (found.layout, found.status, found.reason) == (layout.name, "crashed", "by SIGABRT")
+    assert pd.isna(found.failing_step)
 
 
 def test_a_built_set_is_not_overwritten(tmp_path):

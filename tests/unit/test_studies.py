@@ -19,7 +19,6 @@ from harness.layouts.packing import random_layouts
 from harness.methods import Status
 from harness.methods.registry import make_method
 from harness.studies.definition import StudyError, load_study
-from harness.studies.executors import run_units
 from harness.studies.results import SCHEMA, ResultsError, load_manifest, load_results
 from harness.studies.runner import judge, run_study
 
@@ -68,11 +67,14 @@ def test_a_study_gives_one_row_per_case_and_method(study_file, tmp_path):
     assert len(pd.read_parquet(tmp_path / "run" / "results")) == 18
 
 
-def test_processes_give_the_rows_of_one(study_file, tmp_path):
-    study = load_study(study_file)
-    run_study(study, tmp_path / "one")
-    run_study(study, tmp_path / "two", workers=2)
-    pd.testing.assert_frame_equal(verdicts(tmp_path / "one"), verdicts(tmp_path / "two"))
+def test_other_processes_give_the_rows_of_this_one(study_file, tmp_path):
+    study = dataclasses.replace(load_study(study_file), repetitions=2)
+    run_study(study, tmp_path / "here")
+    for workers in (1, 2):
+        run_study(study, tmp_path / str(workers), workers=workers)
+        found = verdicts(tmp_path / str(workers))
+        pd.testing.assert_frame_equal(verdicts(tmp_path / "here"), found)
+    assert len(found) == 36
 
 
 def test_a_second_run_computes_only_what_is_missing(study_file, tmp_path):
@@ -128,7 +130,9 @@ def test_a_study_that_was_killed_resumes_to_the_same_table(tmp_path):
     while any(_alive(int(pid)) for pid in children) and time.monotonic() < deadline:
         time.sleep(0.02)
     assert not any(_alive(int(pid)) for pid in children)
-    resumed = subprocess.run([*command, "-o", str(run)], capture_output=True, text=True, check=True)
+    resumed = subprocess.run(
+        [*command, "-o", str(run), "--resume"], capture_output=True, text=True, check=True
+    )
     assert int(resumed.stdout.split()[0]) < 24
     subprocess.run([*command, "-o", str(tmp_path / "calm"), "-j", "1"], check=True)
     pd.testing.assert_frame_equal(verdicts(run), verdicts(tmp_path / "calm"))
@@ -312,13 +316,3 @@ def test_results_do_not_depend_on_optional_packages_of_other_engines(monkeypatch
     assert installed_versions("mujoco") == {"pybullet": "3", "numpy": "2"}
     assert installed_versions("drake") == {"pybullet": "3", "numpy": "2", "drake": "1"}
     assert installed_versions() == {"pybullet": "3", "numpy": "2", "drake": "1"}
-
-
-def test_workers_keep_to_one_thread(monkeypatch):
-    """Libraries read the variable when a worker imports them."""
-    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
-    monkeypatch.setenv("OMP_NUM_THREADS", "3")
-    names = ["OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"]
-    assert sorted(run_units(os.getenv, names, workers=2)) == ["1", "3"]
-    assert os.getenv("OPENBLAS_NUM_THREADS") is None
-    assert os.getenv("OMP_NUM_THREADS") == "3"

@@ -1,0 +1,58 @@
+"""Checks that what no engine may see never reaches one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+from engines.checks.scenes import CUBE, WorldClass, expect
+from engines.errors import BadNumberError
+from engines.world import GRAVITY, Box, WorldSettings
+
+_FINE = Box(CUBE, 1.0, (0.0, 0.0, 0.05))
+_NOT_FINITE = (math.nan, math.inf, -math.inf)
+_NOT_POSITIVE = (0.0, -0.1, 5e-324)
+
+# An offset outside the box harms no engine, while a size that is no number can end the process: an
+# adapter that lets all of them pass is told so before it comes to those.
+_BAD_BOXES: tuple[tuple[str, Box], ...] = (
+    *(
+        ("mass_offset", Box(CUBE, 1.0, _FINE.centre, offset))
+        for offset in ((0.06, 0.0, 0.0), (0.0, -0.06, 0.0), *((0.0, 0.0, n) for n in _NOT_FINITE))
+    ),
+    *(("centre", Box(CUBE, 1.0, (0.0, 0.0, bad))) for bad in _NOT_FINITE),
+    *(("centre", Box(CUBE, 1.0, (bad, 0.0, 0.05))) for bad in _NOT_FINITE),
+    *(("mass", Box(CUBE, bad, _FINE.centre)) for bad in (*_NOT_POSITIVE, 1e300, *_NOT_FINITE)),
+    *(
+        ("size", Box((0.1, bad, 0.1), 1.0, _FINE.centre))
+        for bad in (*_NOT_POSITIVE, 1e300, *_NOT_FINITE)
+    ),
+)
+
+
+def check_bad_numbers_are_refused(world_class: WorldClass) -> None:
+    """Boxes and durations that cannot be are refused by name, and the world stays as it was."""
+    half = 0.5 * CUBE[0]
+    with world_class(WorldSettings()) as world:
+        world.add_box(_FINE)
+        for name, box in _BAD_BOXES:
+            _expect_refusal(partial(world.add_box, box), f"box 1: {name} is ")
+        for bad in _NOT_FINITE:
+            _expect_refusal(partial(world.stepSimulation, bad, 10, 0.01), "durations must be")
+            _expect_refusal(partial(world.stepSimulation, 0.1, 10, bad), "durations must be")
+        index = world.add_box(Box(CUBE, 1.0, (0.5, 0.0, 10.0), (half, 0.0, -half)))
+        assert index == 1, f"the box after refused ones has index {index}"
+        world.stepSimulation(0.1, 100, 0.01)
+        expect(world.poses().centres[0], _FINE.centre, 1e-3, "box beside refused ones")
+        expect(world.velocities().linear[1, 2], -0.1 * GRAVITY, 1e-9, "speed of the next box")
+
+
+def _expect_refusal(operation: Callable[[], object], message: str) -> None:
+    try:
+        operation()
+    except BadNumberError as refusal:
+        said = str(refusal)
+    else:
+        raise AssertionError(f"accepted what it should refuse with {message!r}")
+    assert message in said, f"{message!r} is not in {said!r}"

@@ -1,0 +1,22 @@
+"""What an engine may raise."""
+
+from __future__ import annotations
+
+
+class EngineError(Exception):
+    """An engine cannot do what was asked of it."""
+
+
+class EngineNotInstalledError(EngineError):
+    """The library behind an engine is missing; the message says how to install it."""
+
+
+class WorldClosedError(EngineError):
+    """A world was used after :meth:`engines.world.World.close`."""
+
+
+class BadNumberError(EngineError, ValueError):
+    """A number that no engine is given: it says which, of which box, and what is allowed.
+
+    What engines themselves do with such numbers ranges from silence to ending the process.
+    """

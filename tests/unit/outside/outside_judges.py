@@ -1,0 +1,100 @@
+"""What another distribution might bring: a judge that does its process harm, and plain units."""
+
+import ctypes
+import math
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from pathlib import Path
+
+import pymunk
+
+from engines.quantities import quantity
+from harness.methods.method import STABLE, Method
+
+BAD = "layout-0002"
+
+
+class Harm(StrEnum):
+    NONE = "none"
+    ABORT = "abort"
+    ABORT_ONCE = "abort-once"
+    EXIT = "exit"
+    KILL = "kill"
+    PREPARE = "prepare"
+
+
+@dataclass(frozen=True)
+class Parameters:
+    harm: Harm = quantity(Harm.NONE, f"what happens on {BAD}")
+    pause: float = quantity(0.0, "time a judgement takes", unit="s", least=0)
+
+
+class Harmful(Method):
+    """Finds every layout stable, and writes down which it was asked about."""
+
+    Parameters = Parameters
+
+    def prepare(self, item_count=0):
+        if self.parameters.harm is Harm.PREPARE and multiprocessing.parent_process():
+            raise ZeroDivisionError("nothing was prepared")
+
+    def _judge(self, layout, watch):
+        folder = Path(os.environ["OUTSIDE_JUDGES"])
+        with (folder / "judged.txt").open("a") as file:
+            file.write(f"{layout.name}\n")
+        time.sleep(self.parameters.pause)
+        if layout.name == BAD and not (folder / "harmless").exists():
+            match self.parameters.harm:
+                case Harm.ABORT:
+                    abort_in_chipmunk()
+                case Harm.ABORT_ONCE:
+                    (folder / "harmless").touch()
+                    abort_in_chipmunk()
+                case Harm.EXIT:
+                    ctypes.CDLL(None).exit(3)
+                case Harm.KILL:
+                    os.kill(os.getpid(), signal.SIGKILL)
+        return STABLE
+
+
+def abort_in_chipmunk():
+    """Chipmunk ends the process itself when it is given a box of no size that there is."""
+    pymunk.Body(1.0, pymunk.moment_for_box(1.0, (math.nan, 0.1)))
+
+
+@dataclass(frozen=True)
+class Words:
+    """A unit of work whose parts are texts, or anything else."""
+
+    words: tuple
+
+    def __len__(self):
+        return len(self.words)
+
+    def without(self, done):
+        return replace(self, words=self.words[done:])
+
+    def describe(self, part):
+        return f"the word {self.words[part]!r}"
+
+
+def variables(unit):
+    return (os.getenv(word) for word in unit.words)
+
+
+def locks(unit):
+    return (threading.Lock() for _ in unit.words)
+
+
+class _OddError(Exception):
+    def __init__(self, one, two):
+        super().__init__(f"{one} and {two}")
+
+
+def odd_failures(unit):
+    raise _OddError("this", "that")

@@ -1,0 +1,267 @@
+"""Workers that die: nothing is lost but what was in flight, and nothing is marked falsely."""
+
+import importlib
+import json
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from harness.layouts.formats import Format, write_layouts
+from harness.layouts.packing import random_layouts
+from harness.methods import registry
+from harness.studies.comparison import compare
+from harness.studies.definition import StudyDefinition
+from harness.studies.executors import WorkerDiedError, run_units
+from harness.studies.results import ResultsError, load_results
+from harness.studies.runner import run_study
+from harness.studies.workers import RemoteTracebackError, UnpicklableError
+
+OUTSIDE = Path(__file__).parent / "outside"
+BAD = "layout-0002"
+
+
+@pytest.fixture
+def outside(tmp_path, monkeypatch):
+    """The judges of another distribution, found by entry points as an installed one's are."""
+    site = tmp_path / "site"
+    about = site / "outside_judges-1.0.dist-info"
+    about.mkdir(parents=True)
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: outside-judges\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text(
+        "[steadyload.methods]\nharmful = outside_judges:Harmful\n"
+    )
+    (site / "outside_judges.py").write_bytes((OUTSIDE / "outside_judges.py").read_bytes())
+    monkeypatch.syspath_prepend(site)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(site), *filter(None, sys.path)]))
+    monkeypatch.setenv("OUTSIDE_JUDGES", str(tmp_path))
+    registry._from_other_distributions.cache_clear()
+    yield importlib.import_module("outside_judges")
+    registry._from_other_distributions.cache_clear()
+    del sys.modules["outside_judges"]
+
+
+def study_of(*methods, generated=6, shard_size=6, **values):
+    return StudyDefinition(
+        "harm", methods, generated=generated, seed=20, shard_size=shard_size, **values
+    )
+
+
+def verdicts(directory):
+    frame = load_results(directory)
+    return frame.drop(columns=[c for c in frame if c.startswith(("cpu_", "wall_"))])
+
+
+def judged(folder):
+    file = folder / "judged.txt"
+    return file.read_text().splitlines() if file.exists() else []
+
+
+def no_crash(unit, part, reason):
+    raise AssertionError(reason)
+
+
+@pytest.mark.usefixtures("outside")
+@pytest.mark.parametrize(("harm", "how"), [("abort", "by SIGABRT"), ("exit", "with exit status 3")])
+def test_an_engine_that_ends_its_process_costs_one_row(tmp_path, harm, how):
+    study = study_of(f"harmful:harm={harm}", "fbs")
+    assert run_study(study, tmp_path / "run", workers=2) == 12
+    frame = load_results(tmp_path / "run")
+    (crashed,) = frame[frame["status"] != "done"].itertuples()
+    assert (crashed.layout, crashed.status) == (BAD, "crashed")
+    assert crashed.reason == f"its process ended {how}, the second in a row"
+    assert pd.isna(crashed.score)
+    assert pd.isna(crashed.failing_step)
+    # Layouts 0 to 2, of which the first is judged twice; twice the bad one; the others.
+    assert judged(tmp_path).count(BAD) == 2
+    assert len(judged(tmp_path)) == 1 + 3 + 1 + (1 + 3)
+    summary = {m.method.spec: m for m in compare(tmp_path / "run").methods}
+    assert summary[f"harmful:harm={harm}"].without_verdict == {"crashed": 1}
+    assert summary[f"harmful:harm={harm}"].stable.value == 5 / 6
+
+
+@pytest.mark.usefixtures("outside")
+def test_a_crash_that_does_not_come_again_marks_nothing(tmp_path):
+    run_study(study_of("harmful:harm=abort-once"), tmp_path / "run", workers=1)
+    assert set(load_results(tmp_path / "run")["status"]) == {"done"}
+    assert (tmp_path / "harmless").exists()
+
+
+@pytest.mark.usefixtures("outside")
+def test_a_crash_on_the_first_layout_is_put_down_to_it(tmp_path):
+    """It is judged once beforehand."""
+    study = study_of("harmful:harm=abort", shard_size=2)
+    run_study(study, tmp_path / "run", workers=1)
+    frame = load_results(tmp_path / "run").set_index("layout")
+    assert (frame["status"] != "done").to_dict() == {n: n == BAD for n in frame.index}
+
+
+@pytest.mark.usefixtures("outside")
+def test_only_what_is_in_flight_is_judged_again(tmp_path):
+    """One unit, its worker killed twice: rows that were there stay."""
+    cases, kills = 30, (10, 20)
+
+    def kill():
+        for count in kills:
+            while len(judged(tmp_path)) < count:
+                time.sleep(0.002)
+            (worker,) = multiprocessing.active_children()
+            os.kill(worker.pid, signal.SIGKILL)
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    study = study_of("harmful:pause=0.02", generated=cases, shard_size=cases)
+    run_study(study, tmp_path / "run", workers=1)
+    killer.join()
+    again = len(kills) + 1  # every worker judges once beforehand
+    assert cases + again <= len(judged(tmp_path)) <= cases + again + len(kills)
+    assert set(load_results(tmp_path / "run")["status"]) == {"done"}
+
+
+def test_killed_workers_change_no_table(tmp_path):
+    """Real engines. The oldest worker is killed when a unit is finished: it has begun another."""
+    study = study_of("ps3@mujoco", "ps3@bullet", "sme", generated=12, shard_size=3)
+    killed = []
+
+    def kill(done, total):
+        if 0 < done < total and len(killed) < 3:
+            oldest = min(worker.pid for worker in multiprocessing.active_children())
+            killed.append(oldest)
+            os.kill(oldest, signal.SIGKILL)
+
+    assert run_study(study, tmp_path / "killed", workers=2, progress=kill) == 36
+    assert len(set(killed)) == 3
+    assert not multiprocessing.active_children()
+    run_study(study, tmp_path / "calm")
+    pd.testing.assert_frame_equal(verdicts(tmp_path / "killed"), verdicts(tmp_path / "calm"))
+
+
+@pytest.mark.usefixtures("outside")
+def test_a_layout_that_is_always_killed_ends_the_study_unmarked(tmp_path):
+    """As when memory runs out. All else is finished, and once the cause is gone it goes on."""
+    study, run = study_of("harmful:harm=kill", "fbs", shard_size=2), tmp_path / "run"
+    with pytest.raises(WorkerDiedError) as caught:
+        run_study(study, run, workers=1)
+    assert f"harmful:harm=kill on layout {BAD!r} (as given): " in str(caught.value)
+    assert "by SIGKILL" in str(caught.value)
+    assert judged(tmp_path).count(BAD) == 4
+    found = load_results(run)
+    assert len(found) == 10
+    assert set(found["status"]) == {"done"}
+    assert not multiprocessing.active_children()
+    (tmp_path / "harmless").touch()
+    assert run_study(study, run, workers=1, resume=True) == 2
+    run_study(study, tmp_path / "calm")
+    pd.testing.assert_frame_equal(verdicts(run), verdicts(tmp_path / "calm"))
+
+
+@pytest.mark.usefixtures("outside")
+def test_an_exception_of_the_work_is_raised_here(tmp_path):
+    with pytest.raises(ZeroDivisionError, match="nothing was prepared") as caught:
+        run_study(study_of("harmful:harm=prepare"), tmp_path / "run", workers=2)
+    assert isinstance(caught.value.__cause__, RemoteTracebackError)
+    assert "outside_judges.py" in str(caught.value.__cause__)
+
+
+def test_an_exception_that_cannot_travel_is_told(outside):
+    unit = outside.Words(("one",))
+    with pytest.raises(RuntimeError, match="_OddError: this and that"):
+        list(run_units(outside.odd_failures, [unit], workers=1, crashed=no_crash))
+
+
+def test_what_cannot_be_sent_is_named(outside):
+    unit, held = outside.Words(("HOME",)), outside.Words((threading.Lock(),))
+    for work, units, what in (
+        (lambda unit: iter(unit.words), [unit], "<lambda>"),
+        (outside.variables, [held], "Words"),
+        (outside.locks, [unit], "lock"),
+    ):
+        with pytest.raises(UnpicklableError, match=f"{what}.* cannot be sent between processes"):
+            list(run_units(work, units, workers=1, crashed=no_crash))
+    assert not multiprocessing.active_children()
+
+
+def test_workers_keep_to_one_thread(outside, monkeypatch):
+    """Libraries read the variable when a worker imports them."""
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    unit = outside.Words(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"))
+    ((_, answers),) = run_units(outside.variables, [unit], workers=2, crashed=no_crash)
+    assert answers == ["1", "3"]
+    assert os.getenv("OPENBLAS_NUM_THREADS") is None
+    assert os.getenv("OMP_NUM_THREADS") == "3"
+
+
+def test_fewer_workers_than_none_are_refused(outside):
+    with pytest.raises(ValueError, match="workers is -1; allowed: 0"):
+        list(run_units(outside.variables, [], workers=-1, crashed=no_crash))
+
+
+def test_a_script_without_a_guard_is_told_so(tmp_path):
+    (tmp_path / "script.py").write_text(
+        "from pathlib import Path\n"
+        "from harness.studies.definition import StudyDefinition\n"
+        "from harness.studies.runner import run_study\n"
+        "study = StudyDefinition('s', ('fbs',), generated=2)\n"
+        "run_study(study, Path('run'), workers=2)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "script.py"], capture_output=True, text=True, cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 1
+    last = done.stderr.splitlines()[-1]
+    assert "ended with exit status 1 before it could begin" in last
+    assert 'if __name__ == "__main__":' in last
+
+
+def test_resuming_needs_a_run(tmp_path):
+    with pytest.raises(ResultsError, match="holds no run to resume"):
+        run_study(study_of("fbs"), tmp_path / "run", resume=True)
+    assert not (tmp_path / "run").exists()
+
+
+def test_an_interrupt_ends_all_at_once_and_what_is_finished_stays(tmp_path):
+    """Ctrl-C reaches the whole process group."""
+    (tmp_path / "study.toml").write_text(
+        'shard_size = 1\nlayouts = ["layouts.json"]\nmethods = ["ps3@mujoco", "ps3@dart"]\n'
+    )
+    write_layouts(tmp_path / "layouts.json", random_layouts(12, seed=20), Format.NATIVE)
+    command = [sys.executable, "-m", "harness.cli", "study", "run", "study.toml", "-o", "run"]
+    process = subprocess.Popen(
+        [*command, "-j", "2"], cwd=tmp_path, stderr=subprocess.PIPE, text=True,
+        start_new_session=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+    )  # fmt: skip
+    deadline = time.monotonic() + 60
+    while not list(tmp_path.glob("run/results/*.parquet")) and time.monotonic() < deadline:
+        time.sleep(0.005)
+    assert len(_group(process.pid)) >= 3
+    os.killpg(process.pid, signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert errors.splitlines() == [
+        "What is finished stays in run; run the same command to go on.", "steadyload: interrupted",
+    ]  # fmt: skip
+    while _group(process.pid) and time.monotonic() < deadline:
+        time.sleep(0.02)  # Python's tracker of shared resources goes last, by itself
+    assert not _group(process.pid)
+    done = len(load_results(tmp_path / "run"))
+    assert 0 < done < 24
+    manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
+    assert manifest["finished"] is None
+
+
+def _group(leader):
+    """The processes of a group, without those that have ended."""
+    command = ["ps", "-eo", "pgid=,stat="]
+    found = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split("\n")
+    rows = [line.split() for line in found if line]
+    return [stat for pgid, stat in rows if pgid == str(leader) and not stat.startswith("Z")]

@@ -1,0 +1,85 @@
+"""Numbers that no engine is given; what every layout may hold lies within."""
+
+import itertools
+import math
+
+import pytest
+
+from engines.errors import BadNumberError, EngineError
+from engines.limits import MASSES, SIZES, check_box
+from engines.substeps import SubstepClock
+from engines.world import Box, WorldSettings
+from harness.layouts import Item, Layout, Pallet
+from harness.layouts.model import SIDES, WEIGHTS
+from harness.methods.scene import boxes
+
+NAN, INF = math.nan, math.inf
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "allowed"),
+    [
+        ("friction", (-0.1, NAN, INF, None), "a finite number, 0 or more"),
+        ("restitution", (-0.1, 1.01, NAN), "0 to 1"),
+        ("linear_damping", (-0.1, 1.0, NAN), "0 to less than 1"),
+        ("angular_damping", (-0.1, 1.0, NAN), "0 to less than 1"),
+        ("margin", (-1e-3, NAN, INF), "a finite number, 0 or more [m]"),
+        ("solver_iterations", (0, -1, 2.5, NAN, INF), "None, or a whole number from 1 on"),
+        ("gravity", ((0.0, 0.0, NAN), (INF, 0.0, 0.0), (0.0, 0.0), -9.8), "three finite numbers"),
+    ],
+)
+def test_settings_that_cannot_be_are_refused(name, values, allowed):
+    for value in values:
+        with pytest.raises(BadNumberError) as caught:
+            WorldSettings(**{name: value})
+        assert str(caught.value) == f"{name} is {value!r}; allowed: {allowed}"
+        assert isinstance(caught.value, EngineError)
+        assert isinstance(caught.value, ValueError)
+
+
+def test_the_ends_of_the_ranges_are_allowed():
+    WorldSettings(friction=0.0, restitution=1.0, linear_damping=0.999999, solver_iterations=1)
+    WorldSettings(gravity=(0.0, 0.0, 1e306), margin=1.0, friction=10.0)
+
+
+@pytest.mark.parametrize(
+    ("box", "message"),
+    [
+        (Box((0.1, NAN, 0.1), 1.0, (0.0, 0.0, 0.0)), "box 7: size is (0.1, nan, 0.1); allowed"),
+        (Box((0.1, 0.1), 1.0, (0.0, 0.0, 0.0)), "box 7: size is (0.1, 0.1); allowed: three num"),
+        (Box((0.1, 0.1, "x"), 1.0, (0.0, 0.0, 0.0)), "box 7: size is (0.1, 0.1, 'x'); allowed"),
+        (Box((0.1, 0.1, 0.1), None, (0.0, 0.0, 0.0)), "box 7: mass is None; allowed: 1e-12 to"),
+        (Box((0.1, 0.1, 0.1), 1.0, (0.0, INF, 0.0)), "box 7: centre is (0.0, inf, 0.0); allowed"),
+        (
+            Box((0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.0), (0.0, 0.0, -0.06)),
+            "box 7: mass_offset is (0.0, 0.0, -0.06); allowed: inside the box, whose size is",
+        ),
+    ],
+)
+def test_a_refusal_says_which_box_and_what_is_allowed(box, message):
+    with pytest.raises(BadNumberError) as caught:
+        check_box(box, 7)
+    assert str(caught.value).startswith(message)
+
+
+@pytest.mark.parametrize("shrink", [0.0, 1.0])
+def test_whatever_a_layout_may_hold_is_allowed(shrink):
+    """The smallest and the largest, with centres of mass on a corner, under any shrink."""
+    for side, weight, sign in itertools.product(SIDES, WEIGHTS, (-1.0, 1.0)):
+        offset = (sign * side / 2.0, sign * side / 2.0, -sign * side / 2.0)
+        item = Item(0, (0.0, 0.0, 0.0), (side, side, side), weight, offset)
+        (box,) = boxes(Layout("A", Pallet(*(SIDES[1],) * 3), (item,)), shrink=shrink)
+        check_box(box, 0)
+
+
+def test_allowed_boxes_have_moments_of_inertia():
+    """They are products of a mass and two lengths: neither zero nor infinite."""
+    for size, mass in itertools.product(SIZES, MASSES):
+        box = Box((size, size, size), mass, (0.0, 0.0, 0.0))
+        check_box(box, 0)
+        assert all(0.0 < moment < INF for moment in box.inertia)
+
+
+def test_durations_are_refused_by_the_same_name():
+    with pytest.raises(BadNumberError, match="durations must be finite, got nan"):
+        SubstepClock().advance(NAN, 1, 0.01)
