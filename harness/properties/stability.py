@@ -8,6 +8,7 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 
+from engines.world import GRAVITY
 from harness.layouts.model import Layout
 from harness.methods.envelope import leaves
 from harness.methods.friction import Sides, unbalanced_item
@@ -127,7 +128,11 @@ def _tips_in_time(subject: Subject, case: Case) -> bool:
     size = (0.01 * case.change["width [cm]"], 0.01 * case.layout.items[1].size[1])
     past = 0.01 * case.change["past the edge [cm]"]
     needed = tipping_time(size, past, math.radians(parameters.eps_r))
-    return needed <= _IN_TIME * (parameters.t_max if subject.engine else parameters.time)
+    if subject.engine is None:
+        return needed <= _IN_TIME * parameters.time
+    if not parameters.gravity:
+        return False
+    return needed * math.sqrt(GRAVITY / parameters.gravity) <= _IN_TIME * parameters.t_max
 
 
 def balanced_stays(subject: Subject, case: Case) -> bool:

@@ -125,15 +125,22 @@ def run_properties(
         subject.method.prepare()
     with locked(directory):
         units = [
-            _unit(asked, subject, study, directory / "results")
+            _unit(each, subject, study, directory / "results")
             for subject in subjects
-            for asked in study.properties
-            if asked.applies(subject)
+            for each in study.properties
+            if each.applies(subject)
         ]
         missing = [unit for unit in units if not unit.file.exists()]
         progress(len(units) - len(missing), len(units))
         done = len(units) - len(missing)
-        for unit, (answer,) in run_units(_ask, missing, workers=workers, crashed=_crashed):
+        asked = run_units(
+            _ask,
+            missing,
+            workers=workers,
+            # Of an engine that ends its process; the case it did so on is not known.
+            crashed=lambda unit, part, reason: Outcome(0, 0, None, reason),
+        )
+        for unit, (answer,) in asked:
             _keep(unit, answer)
             done += 1
             progress(done, len(units))
@@ -172,11 +179,6 @@ def _ask(unit: _Unit) -> Iterator[Outcome]:
     subject = Subject(unit.method)
     subject.method.prepare()
     yield search(PROPERTIES[unit.property], subject, examples=unit.examples, seed=unit.seed)
-
-
-def _crashed(unit: _Unit, part: int, reason: str) -> Outcome:
-    """What comes of an engine that ends its process; the case it did so on is not known."""
-    return Outcome(0, 0, None, reason)
 
 
 def _keep(unit: _Unit, outcome: Outcome) -> None:

@@ -64,7 +64,7 @@ def measure_unit(unit: CellUnit) -> Iterator[ExtremeCell]:
     yield measure_cell(unit.sweep, unit.engine, unit.frequency, unit.value, unit.timeout)
 
 
-def crashed_cell(unit: CellUnit, part: int, reason: str) -> ExtremeCell:
+def crashed_cell(unit: CellUnit, reason: str) -> ExtremeCell:
     """The cell of an engine that ends its process."""
     return ExtremeCell(
         unit.sweep, unit.engine, unit.frequency, unit.value, Outcome.NO_VERDICT, note=reason
@@ -130,7 +130,12 @@ def run_extremes(
             progress(most - sum(left.values()), most)
             if not waiting:
                 break
-            measured = run_units(measure_unit, waiting, workers=workers, crashed=crashed_cell)
+            measured = run_units(
+                measure_unit,
+                waiting,
+                workers=workers,
+                crashed=lambda unit, part, reason: crashed_cell(unit, reason),
+            )
             for _, (cell,) in measured:
                 shard = shards[cell.sweep, cell.engine]
                 shard.add(cell)

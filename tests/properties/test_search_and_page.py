@@ -78,7 +78,7 @@ def study(*methods, examples=40):
 
 
 def test_a_run_keeps_what_is_done_and_gives_the_same_again(tmp_path, few_items):
-    first = run_properties(study("fbs", "sme"), tmp_path, workers=1)
+    first = run_properties(study("fbs", "sme"), tmp_path)
     files = {p: p.stat().st_mtime_ns for p in (tmp_path / "results").iterdir()}
     assert len([p for p in files if p.suffix == ".json"]) == 4
     counts = []
@@ -157,13 +157,26 @@ def test_names_that_are_not_there_are_named_errors(tmp_path, capsys):
     assert "unknown method 'fsb'" in capsys.readouterr().err
 
 
-def test_the_command_writes_a_page_and_says_what_is_violated(tmp_path, few_items, capsys):
-    arguments = ["properties", "-m", "fbs", "--examples", "30", "--seed", "1", "-j", "1"]
-    held = [*arguments, "--property", "tower", "-o", str(tmp_path / "held")]
-    assert main(held) == 0
-    assert (tmp_path / "held/report.md").exists()
+def test_the_command_writes_a_page_and_says_what_is_violated(tmp_path, capsys):
+    arguments = ["properties", "--examples", "40", "--seed", "1", "-j", "1"]
+    arguments += ["--property", "past the edge"]
+    assert main([*arguments, "-m", "label@mujoco", "-o", str(tmp_path / "held")]) == 0
+    assert "holds" in (tmp_path / "held/report.md").read_text()
     capsys.readouterr()
-    assert main([*arguments, "--property", "few items", "-o", str(tmp_path / "not")]) == 1
-    assert "few items, fbs: 3 items" in capsys.readouterr().err
+    damped = "label@bullet:linear_damping=0.999999,angular_damping=0.999999"
+    assert main([*arguments, "-m", damped, "-o", str(tmp_path / "not")]) == 1
+    assert f"past the edge, {damped}: stable; expected: fails at step 1" in capsys.readouterr().err
     (file,) = (tmp_path / "not/results").glob("*.json")
-    assert json.loads(file.read_text())["failure"]["found"] == "3 items"
+    assert json.loads(file.read_text())["failure"]["found"].startswith("stable")
+
+
+def test_an_engine_that_ends_its_process_is_a_violation_with_its_reason(tmp_path):
+    asked = PropertyStudy(("fbs",), tuple(chosen(["score"])), 5)
+    run_properties(asked, tmp_path)
+    (file,) = (tmp_path / "results").glob("*.json")
+    kept = json.loads(file.read_text())
+    file.write_text(json.dumps({**kept, "asked": 0, "crashed": "ended by SIGABRT"}))
+    (row,) = run_properties(asked, tmp_path).rows
+    assert row.standing is Standing.VIOLATED
+    page = write_page(properties_page(run_properties(asked, tmp_path), {}), tmp_path).read_text()
+    assert "No answer: ended by SIGABRT." in page
