@@ -31,6 +31,10 @@ _CRASHES = 2
 _RETRIES = 3
 """How often a part is tried again after a death that says nothing of it."""
 
+_MOST_STILLBORN = 10
+"""How many processes in a row may be ended from outside before they can begin: that has nothing to
+do with any unit."""
+
 
 class WorkUnit(Protocol):
     """Parts that are worked on one after the other."""
@@ -129,6 +133,7 @@ class _Run(Generic[Unit, Answer]):
         self._busy: dict[Any, tuple[Worker, _Task[Unit, Answer]]] = {}
         self._idle: list[Worker] = []
         self._given_up: list[str] = []
+        self._stillborn = 0
 
     def over(self, workers: int) -> Iterator[tuple[Unit, list[Answer]]]:
         """Work on all units."""
@@ -158,7 +163,7 @@ class _Run(Generic[Unit, Answer]):
         event, value = worker.hear()
         match event:
             case Event.READY:
-                task.heard = event
+                task.heard, self._stillborn = event, 0
                 worker.give(task.unit.without(len(task.answers)))
             case Event.PREPARED:
                 task.heard = event
@@ -212,7 +217,10 @@ class _Run(Generic[Unit, Answer]):
                 reason = f"its process ended {ending}, the second in a row"
                 task.add(self._crashed(task.unit, len(task.answers), reason))
             return False
-        if task.heard is None and ending.code >= 0:
+        if task.heard is None:
+            self._stillborn += 1
+            if ending.code < 0 and self._stillborn <= _MOST_STILLBORN:
+                return False
             raise WorkerDiedError(
                 f"a worker process ended {ending} before it could begin; what is finished is kept "
                 '(a script of your own needs `if __name__ == "__main__":` around the call)'

@@ -106,16 +106,16 @@ def test_a_crash_on_the_first_layout_is_put_down_to_it(tmp_path):
 @pytest.mark.usefixtures("outside")
 def test_only_what_is_in_flight_is_judged_again(tmp_path):
     """One unit, its worker killed twice: rows that were there stay."""
-    cases, kills = 30, (10, 20)
+    cases, kills, deadline = 30, (10, 20), time.monotonic() + 60
 
     def kill():
         for count in kills:
-            while len(judged(tmp_path)) < count:
+            while len(judged(tmp_path)) < count and time.monotonic() < deadline:
                 time.sleep(0.002)
             (worker,) = multiprocessing.active_children()
             os.kill(worker.pid, signal.SIGKILL)
 
-    killer = threading.Thread(target=kill)
+    killer = threading.Thread(target=kill, daemon=True)
     killer.start()
     study = study_of("harmful:pause=0.02", generated=cases, shard_size=cases)
     run_study(study, tmp_path / "run", workers=1)
@@ -220,6 +220,13 @@ def test_a_script_without_a_guard_is_told_so(tmp_path):
     last = done.stderr.splitlines()[-1]
     assert "ended with exit status 1 before it could begin" in last
     assert 'if __name__ == "__main__":' in last
+
+
+def test_workers_that_cannot_begin_are_not_started_forever(outside, tmp_path, monkeypatch):
+    monkeypatch.setenv("OUTSIDE_JUDGES_KILL", str(tmp_path / "deaths"))
+    with pytest.raises(WorkerDiedError, match="ended by SIGKILL before it could begin"):
+        list(run_units(outside.variables, [outside.Words(("A",))], workers=1, crashed=no_crash))
+    assert (tmp_path / "deaths").read_text() == 11 * "|"
 
 
 def test_resuming_needs_a_run(tmp_path):

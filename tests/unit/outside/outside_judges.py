@@ -18,6 +18,11 @@ from harness.methods.method import STABLE, Method
 
 BAD = "layout-0002"
 
+if os.getenv("OUTSIDE_JUDGES_KILL"):
+    with Path(os.environ["OUTSIDE_JUDGES_KILL"]).open("a") as deaths:
+        deaths.write("|")
+    os.kill(os.getpid(), signal.SIGKILL)
+
 
 class Harm(StrEnum):
     NONE = "none"
