@@ -149,3 +149,11 @@ def test_first_parts_are_fewer_items_than_all():
 def test_partial_support_is_compared_on_layouts_that_full_support_refuses_too():
     outcome = search(PROPERTIES["full implies partial"], Subject("pbs"), examples=60, seed=1)
     assert outcome.asked == outcome.examples
+
+
+@pytest.mark.parametrize("engine", ("chipmunk", "mujoco"))
+def test_what_is_out_of_balance_is_not_left_to_chance(engine):
+    outcome = search(
+        PROPERTIES["unbalanced moves"], Subject(f"label@{engine}"), examples=60, seed=1
+    )
+    assert 3 * outcome.asked >= outcome.examples
