@@ -151,7 +151,7 @@ def test_partial_support_is_compared_on_layouts_that_full_support_refuses_too():
     assert outcome.asked == outcome.examples
 
 
-@pytest.mark.parametrize("engine", ("chipmunk", "mujoco"))
+@pytest.mark.parametrize("engine", ["chipmunk", "mujoco"])
 def test_what_is_out_of_balance_is_not_left_to_chance(engine):
     outcome = search(
         PROPERTIES["unbalanced moves"], Subject(f"label@{engine}"), examples=60, seed=1
