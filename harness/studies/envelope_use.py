@@ -24,10 +24,10 @@ def envelope_use(methods: Iterable[str], cases: Sequence[tuple[str, Layout]]) ->
     """
     use: EnvelopeUse = {}
     extents: list[Extent] = []
-    for method in map(make_method, methods):
+    for spec in methods:
+        method = make_method(spec)
         if method.spec.engine is None:
             continue
-        spec = str(method.spec)  # as in the results, however it was spelt
         held = envelope_of(method)
         if held is None:
             use[spec] = {"measured": False}
