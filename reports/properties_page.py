@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
+from pathlib import PurePosixPath
 
 from reports.figures import plot_scene
 from reports.pages import Page, Picture, Section
@@ -91,9 +91,8 @@ def _counterexample(row: PropertyRow) -> Section:
         )
         for number, item in enumerate(smallest.items)
     ]
-    name = re.sub(r"[^a-z0-9]+", "_", f"{row.property} {row.method.spec}".lower()).strip("_")
     picture = Picture(
-        f"counterexample_{name}",
+        f"counterexample_{PurePosixPath(smallest.file).stem.replace('-', '_')}",
         plot_scene(smallest.scene),
         "The layout in cm; dots are centres of mass.",
     )

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 
 from harness.layouts.model import Item, Layout, Pallet
-from harness.methods.method import Trait
+from harness.methods.method import Trait, Verdict
 from harness.methods.registry import make_method
 from harness.properties.clear import is_clear
 from harness.properties.property import Case, Property, Subject, Violation, spoken
@@ -24,7 +24,7 @@ def score_is_a_share_of_items(subject: Subject, case: Case) -> bool:
     """The score is k / J, and k counts the items placed safely."""
     count = len(case.layout)
     verdict = subject.verdict(case.layout)
-    placed = count if verdict.failing_step is None else verdict.failing_step
+    placed = _placed(case.layout, verdict)
     if not 0 <= placed <= count or verdict.score != placed / count:
         raise Violation(f"score {verdict.score} with {placed} of {count} items placed")
     if verdict.stable != (placed == count):
@@ -49,12 +49,15 @@ def repeats(subject: Subject, case: Case) -> bool:
 @st.composite
 def _cut(draw: DrawFn, subject: Subject) -> Case:
     layout = draw(layouts(planar=subject.planar))
-    return Case(layout, {"items": draw(st.integers(1, len(layout)))})
+    # Fewer than all: the whole layout alone would only be judged twice.
+    return Case(layout, {"items": draw(st.integers(1, max(1, len(layout) - 1)))})
 
 
 def first_items_alone(subject: Subject, case: Case) -> bool:
     """The first k items judged alone get the verdict that the whole layout has on them."""
     kept = int(case.change["items"])
+    if kept == len(case.layout):
+        return False
     whole = subject.verdict(case.layout).failing_step
     alone = subject.verdict(case.layout.first(kept)).failing_step
     expected = None if whole is None or whole >= kept else whole
@@ -92,14 +95,17 @@ def _with_far_item(layout: Layout) -> Layout:
 
 
 def full_support_is_partial_support(subject: Subject, case: Case) -> bool:
-    """What FBS accepts, PBS accepts."""
-    full = make_method("fbs").judge(case.layout).failing_step
-    if full is not None:
-        return False
-    partial = subject.verdict(case.layout).failing_step
-    if partial is not None:
-        raise Violation(f"stable with full base support, but {spoken(partial)}")
+    """What FBS accepts, PBS accepts: of every loading, and of every first part of one."""
+    full = _placed(case.layout, make_method("fbs").judge(case.layout))
+    partial = _placed(case.layout, subject.verdict(case.layout))
+    if partial < full:
+        raise Violation(f"{full} items placed with full base support, but {partial} with partial")
     return True
+
+
+def _placed(layout: Layout, verdict: Verdict) -> int:
+    """Items placed safely."""
+    return len(layout) if verdict.failing_step is None else verdict.failing_step
 
 
 @st.composite
@@ -114,8 +120,7 @@ def more_support_fails_no_later(subject: Subject, case: Case) -> bool:
     steps = []
     for which in ("lower", "higher"):
         spec = f"{subject.method.spec.name}:alpha={case.change[f'{which} alpha']:g}"
-        failing = Subject(spec).verdict(case.layout).failing_step
-        steps.append(len(case.layout) if failing is None else failing)
+        steps.append(_placed(case.layout, Subject(spec).verdict(case.layout)))
     if steps[1] > steps[0]:
         raise Violation(f"{steps[0]} items with less support asked for, {steps[1]} with more")
     return True

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import hypothesis
 from hypothesis import HealthCheck, Phase, settings
-from hypothesis.errors import HypothesisException
+from hypothesis.errors import Flaky, HypothesisException
 
 from harness.properties.property import Case, Property, Subject, Violation
 
@@ -45,7 +45,8 @@ def search(
 ) -> Outcome:
     """Ask a method about a property, on cases that depend on the arguments alone.
 
-    An exception of the method's own counts as a violation, too.
+    An exception of the method's own counts as a violation, too, and so does a case that is violated
+    at one time and not at another.
 
     Args:
         asked: the property.
@@ -87,6 +88,12 @@ def search(
 
     try:
         ask()
+    except Flaky:
+        if smallest is None:
+            raise
+        said += 1
+        found = f"{smallest.found} (not every time that this case was asked)"
+        smallest = Counterexample(smallest.case, found)
     except HypothesisException:
         raise
     except Exception:

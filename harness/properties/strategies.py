@@ -100,7 +100,6 @@ def towers(draw: DrawFn, *, most: int = 8, planar: bool = False) -> Layout:
     top = 0.0
     for level in range(count):
         if level and not equal:
-            # Even differences keep every base on whole or half centimetres.
             width = draw(sides(1, int(width)))
             depth = depth if planar else draw(sides(1, int(depth)))
             height = draw(sides(1, max(1, int(min(width, depth)))))

@@ -7,14 +7,16 @@ A folder holds ``results/*.json``, one file a property and method; beside the pa
 from __future__ import annotations
 
 import hashlib
+import inspect
 import json
 import re
+import zlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from importlib import metadata, resources
 from pathlib import Path
 
-from engines.registry import engines, installed_versions
+from engines.registry import engines, installed_versions, world_class
 from harness.atomic import write_atomically
 from harness.layouts.formats import Format, read_layouts, write_layouts
 from harness.layouts.model import Layout
@@ -25,6 +27,7 @@ from harness.properties.findings import finding
 from harness.properties.property import Case, Property, Subject
 from harness.properties.registry import PROPERTIES
 from harness.properties.search import Counterexample, Outcome, search
+from harness.studies import mechanics
 from harness.studies.comparison import method_key, scene
 from harness.studies.executors import IN_THIS_PROCESS, run_units
 from harness.studies.results import code_fingerprint, provenance_lines
@@ -40,6 +43,9 @@ STATIC_METHODS = (
     "equilibrium:sides=friction",
     "equilibrium:time=0.3",
 )
+
+_READABLE = 100
+"""Characters of a counterexample's file name that tell property and method."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +113,7 @@ def run_properties(
     """Ask what has not been asked yet.
 
     Args:
-        study: what is asked.
+        study: what is asked; a method that is spelt in two ways is asked once.
         directory: folder of the results, made when it does not exist.
         output: folder of the page, to which counterexamples go; by default the same.
         workers: see :func:`harness.studies.runner.run_study`.
@@ -115,21 +121,25 @@ def run_properties(
 
     Raises:
         SpecError: no such method.
+        PropertyError: no property applies to any of the methods.
         EngineNotInstalledError: a method's engine is missing.
         ResultsError: another run is at work in the folder.
         WorkerDiedError: see :func:`harness.studies.executors.run_units`.
     """
-    (directory / "results").mkdir(parents=True, exist_ok=True)
-    subjects = [Subject(spec) for spec in study.methods]
+    subjects = list({s.spec: s for s in map(Subject, study.methods)}.values())
     for subject in subjects:
         subject.method.prepare()
+    units = [
+        _unit(each, subject, study, directory / "results")
+        for subject in subjects
+        for each in study.properties
+        if each.applies(subject)
+    ]
+    if not units:
+        asked_about = ", ".join(repr(each.name) for each in study.properties)
+        raise PropertyError(f"{asked_about}: asked of none of {', '.join(study.methods)}")
+    (directory / "results").mkdir(parents=True, exist_ok=True)
     with locked(directory):
-        units = [
-            _unit(each, subject, study, directory / "results")
-            for subject in subjects
-            for each in study.properties
-            if each.applies(subject)
-        ]
         missing = [unit for unit in units if not unit.file.exists()]
         progress(len(units) - len(missing), len(units))
         done = len(units) - len(missing)
@@ -164,7 +174,10 @@ def made_with(study: PropertyStudy) -> dict[str, str]:
 def _unit(asked: Property, subject: Subject, study: PropertyStudy, folder: Path) -> _Unit:
     """The pair, and the file of its result: a hash of all that it depends on."""
     here = Path(__file__).parent
-    rules = hashlib.sha256(b"".join(p.read_bytes() for p in sorted(here.glob("*.py"))))
+    code = [*sorted(here.glob("*.py")), Path(str(mechanics.__file__))]
+    if subject.engine is not None:  # one from elsewhere, too
+        code.append(Path(inspect.getsourcefile(world_class(subject.engine)) or ""))
+    rules = hashlib.sha256(b"".join(path.read_bytes() for path in code))
     rules.update(resources.files("harness.methods").joinpath(ENVELOPES).read_bytes())
     identity = [
         asked.name, subject.spec, study.examples, study.seed, rules.hexdigest(),
@@ -228,8 +241,7 @@ def _row(unit: _Unit, directory: Path) -> PropertyRow:
 
 def _smallest(unit: _Unit, shown: Counterexample, directory: Path) -> SmallestCase:
     layout = shown.case.layout
-    name = re.sub(r"[^a-z0-9]+", "-", f"{unit.property} {unit.method}".lower()).strip("-")
-    file = Path("counterexamples") / f"{name}.json"
+    file = Path("counterexamples") / f"{_file_name(unit)}.json"
     (directory / file).parent.mkdir(parents=True, exist_ok=True)
     write_layouts(directory / file, [layout], Format.NATIVE)
     return SmallestCase(
@@ -239,6 +251,13 @@ def _smallest(unit: _Unit, shown: Counterexample, directory: Path) -> SmallestCa
         scene=scene(layout, "", []),
         file=file.as_posix(),
     )
+
+
+def _file_name(unit: _Unit) -> str:
+    """Readable, and another for every pair: specs may differ in nothing but punctuation."""
+    pair = f"{unit.property} {unit.method}"
+    readable = re.sub(r"[^a-z0-9]+", "-", pair.lower()).strip("-")[:_READABLE]
+    return f"{readable}-{zlib.crc32(pair.encode()):08x}"
 
 
 def _items(layout: Layout) -> tuple[ItemRow, ...]:

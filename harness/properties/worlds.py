@@ -98,8 +98,8 @@ def _piles(subject: Subject) -> SearchStrategy[Case]:
 def energy_does_not_grow(subject: Subject, case: Case) -> bool:
     """A pile let go at rest has at no time more energy than at the start.
 
-    Allowed are what lifts everything by a millimetre, and what an integrator of first order may
-    be off by: half a substep of the motion.
+    Allowed are what lifts everything by a millimetre, and the way of the fastest item within one
+    substep: twice what an integrator of first order is off by in free fall.
     """
     parameters = subject.method.parameters
     settings = WorldSettings(friction=parameters.friction)

@@ -35,7 +35,7 @@ class StudyDefinition:
 
     Attributes:
         name: for people.
-        methods: canonical spec strings, each once.
+        methods: spec strings, each once; kept in their canonical form.
         files: layout files, absolute.
         generated: this many generated layouts after those of the files, drawn with the seed.
         scenarios: scenarios to apply; empty keeps the centres of mass as given.
@@ -54,6 +54,7 @@ class StudyDefinition:
             package.
 
     Raises:
+        SpecError: no such method, engine or parameter.
         StudyError: no such part, or something that cannot stand beside a labelled set.
     """
 
@@ -73,6 +74,8 @@ class StudyDefinition:
     benchmark_directory: Path | None = None
 
     def __post_init__(self) -> None:
+        methods = tuple(str(make_method(spec).spec) for spec in self.methods)
+        object.__setattr__(self, "methods", methods)
         if self.benchmark is None:
             if self.benchmark_directory is not None:
                 raise StudyError('benchmark_directory needs a part: benchmark = "test"')

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from engines.registry import ENGINES, EngineEntry
 from harness.cli import main
 from harness.layouts.formats import read_layouts
 from harness.properties import PropertyError, findings, registry
@@ -73,6 +74,22 @@ def test_an_exception_of_the_method_is_a_violation():
     assert outcome.counterexample.found == "ZeroDivisionError: too few"
 
 
+def test_what_is_violated_at_one_time_and_not_at_another_is_a_violation():
+    asked_before = set()
+
+    def first_time_only(subject, case):
+        if len(case.layout) >= 3 and case.layout.content_hash() not in asked_before:
+            asked_before.add(case.layout.content_hash())
+            raise Violation("three items or more")
+        return True
+
+    asked = Property("x", "", lambda _: layouts().map(Case), first_time_only)
+    outcome = search(asked, Subject("fbs"), examples=100, seed=1)
+    assert "three items or more (not every time" in outcome.counterexample.found
+    assert len(outcome.counterexample.case.layout) >= 3
+    assert outcome.asked <= outcome.examples
+
+
 def study(*methods, examples=40):
     return PropertyStudy(methods, tuple(chosen(["score", "few items"])), examples, seed=3)
 
@@ -100,12 +117,49 @@ def test_the_page_shows_a_counterexample_as_table_picture_and_file(tmp_path, few
     assert "| score     |" in page
     assert "## Violated: few items, FBS" in page
     assert "3 items" in page
-    assert (tmp_path / "figures/counterexample_few_items_fbs.png").stat().st_size > 5000
-    assert "[counterexamples/few-items-fbs.json](counterexamples/few-items-fbs.json)" in page
-    (layout,) = read_layouts(tmp_path / "counterexamples/few-items-fbs.json")
+    (picture,) = (tmp_path / "figures").glob("counterexample_few_items_fbs_*.png")
+    assert picture.stat().st_size > 5000
+    (file,) = (tmp_path / "counterexamples").glob("few-items-fbs-*.json")
+    assert f"[counterexamples/{file.name}](counterexamples/{file.name})" in page
+    (layout,) = read_layouts(file)
     with pytest.raises(Violation, match="3 items"):
         below_three(None, Case(layout))
     assert "seed 3" in page
+
+
+def test_a_method_spelt_in_two_ways_is_asked_once(tmp_path):
+    asked = PropertyStudy(("pbs:alpha=0.6", "pbs:alpha=0.60"), tuple(chosen(["score"])), 3)
+    table = run_properties(asked, tmp_path)
+    assert len(table.methods) == len(table.rows) == 1
+
+
+def test_specs_that_differ_in_punctuation_keep_files_of_their_own(tmp_path, few_items):
+    specs = [f"label@mujoco:eps_t={value}" for value in ("1e-16", "1e+16")]
+    asked = PropertyStudy(tuple(specs), tuple(chosen(["few items"])), 40, seed=3)
+    found = run_properties(asked, tmp_path)
+    assert len({row.smallest.file for row in found.rows}) == 2
+    write_page(properties_page(found, {}), tmp_path)
+    assert len(list((tmp_path / "counterexamples").iterdir())) == 2
+    assert len(list((tmp_path / "figures").iterdir())) == 2
+
+
+def test_a_run_that_would_ask_nothing_is_an_error(tmp_path):
+    asked = PropertyStudy(("fbs", "sme"), tuple(chosen(["energy"])), 3)
+    with pytest.raises(PropertyError, match="'energy': asked of none of fbs, sme"):
+        run_properties(asked, tmp_path / "runs")
+    assert not (tmp_path / "runs").exists()
+
+
+def test_an_engine_from_elsewhere_is_asked_anew_when_its_code_changes(tmp_path, monkeypatch):
+    code = "from engines.with_mujoco import MujocoWorld\n\n\nclass World(MujocoWorld):\n    pass\n"
+    (tmp_path / "elsewhere.py").write_text(code)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setitem(ENGINES, "elsewhere", EngineEntry("elsewhere:World", ()))
+    asked = PropertyStudy(("label@elsewhere",), tuple(chosen(["free fall"])), 2)
+    for changed in range(2):
+        (tmp_path / "elsewhere.py").write_text(code + "# changed\n" * changed)
+        run_properties(asked, tmp_path / "runs")
+    assert len(list((tmp_path / "runs/results").glob("*.json"))) == 2
 
 
 def test_a_declared_finding_is_no_violation_and_shows_even_when_missed(

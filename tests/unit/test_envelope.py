@@ -280,6 +280,14 @@ def test_a_page_says_it_too(study, tmp_path):
     assert "Nothing was measured of the engine and frequency of PS @ own" in part
 
 
+def test_a_page_knows_a_method_however_it_was_spelt(study, tmp_path):
+    asked = load_study(study / "study.toml")
+    asked = dataclasses.replace(asked, methods=("simulation@bullet:frequency=60.0",))
+    run_study(asked, study / "run")
+    text = write_page(study_page(compare(study / "run")), tmp_path / "page").read_text()
+    assert "heavy: an item 1e+06 times as heavy" in text
+
+
 def test_a_page_of_an_older_run_says_nothing(study, tmp_path):
     run_study(load_study(study / "study.toml"), study / "run")
     manifest = load_manifest(study / "run")
