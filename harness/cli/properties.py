@@ -72,14 +72,15 @@ def _properties(options: argparse.Namespace) -> int:
         seed=options.seed,
     )
     manifest = made_with(study)
-    with progress_bar("asking") as advance:
-        table = run_properties(
-            study,
-            options.work or options.output,
-            output=options.output,
-            workers=options.workers,
-            progress=advance,
-        )
+    work = options.work or options.output
+    try:
+        with progress_bar("asking") as advance:
+            table = run_properties(
+                study, work, output=options.output, workers=options.workers, progress=advance
+            )
+    except KeyboardInterrupt:
+        say(f"What is finished stays in {work}; run the same command to go on.")
+        raise
     print(write_page(properties_page(table, manifest), options.output))
     violated = violations(table.rows)
     for row in violated:

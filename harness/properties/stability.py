@@ -32,13 +32,13 @@ from harness.properties.strategies import (
 )
 from harness.studies.mechanics import tipping_time
 
-REST_SHIFT = 0.2
+REST_SHIFT = 0.1
 """How far a corner may creep while its item is at rest [cm], where items are not large."""
 
 REST_SHARE = 0.001
 """The same as a share of the longest side, where that is more: contacts of large items give way."""
 
-REST_ANGLE = 1.0
+REST_ANGLE = 0.5
 """How far an item may turn while it is at rest [degrees]."""
 
 _IN_TIME = 0.67

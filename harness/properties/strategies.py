@@ -211,8 +211,8 @@ def mass_ratios(draw: DrawFn, *, most: float = 1e6, planar: bool = False) -> Lay
     heavy_on_light = draw(st.booleans())
     side = draw(sides(2, 40))
     size = (side, side, float(_DEPTH) if planar else side)
-    weight = density_weight(size)
-    light, heavy = weight, min(weight * ratio, 1e6)
+    # Both away from what such a size weighs, so that neither is out of this world by itself.
+    light, heavy = (density_weight(size) * ratio**power for power in (-0.5, 0.5))
     lower, upper = (light, heavy) if heavy_on_light else (heavy, light)
     return built(
         "masses",

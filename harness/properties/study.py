@@ -140,7 +140,7 @@ def run_properties(
         raise PropertyError(f"{asked_about}: asked of none of {', '.join(study.methods)}")
     (directory / "results").mkdir(parents=True, exist_ok=True)
     with locked(directory):
-        missing = [unit for unit in units if not unit.file.exists()]
+        missing = [unit for unit in units if not _is_whole(unit.file)]
         progress(len(units) - len(missing), len(units))
         done = len(units) - len(missing)
         asked = run_units(
@@ -206,6 +206,14 @@ def _keep(unit: _Unit, outcome: Outcome) -> None:
         "crashed": outcome.crashed,
     }
     write_atomically(unit.file, json.dumps(result, indent=1) + "\n")
+
+
+def _is_whole(file: Path) -> bool:
+    """Whether a result is there and can be read."""
+    try:
+        return "crashed" in json.loads(file.read_bytes())
+    except (FileNotFoundError, ValueError):
+        return False
 
 
 def _kept(unit: _Unit) -> Outcome:

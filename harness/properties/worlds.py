@@ -98,8 +98,8 @@ def _piles(subject: Subject) -> SearchStrategy[Case]:
 def energy_does_not_grow(subject: Subject, case: Case) -> bool:
     """A pile let go at rest has at no time more energy than at the start.
 
-    Allowed are what lifts everything by a millimetre, and the way of the fastest item within one
-    substep: twice what an integrator of first order is off by in free fall.
+    Allowed are what lifts everything by a millimetre, and what lifts every item by its way within
+    one substep: twice what an integrator of first order is off by in free fall.
     """
     parameters = subject.method.parameters
     settings = WorldSettings(friction=parameters.friction)
@@ -111,20 +111,20 @@ def energy_does_not_grow(subject: Subject, case: Case) -> bool:
             world.stepSimulation(
                 parameters.t_max / samples, int(parameters.t_max / length) + 2, length
             )
-            energy, fastest = _energy(world)
+            energy, way = _energy(world)
             if not np.isfinite(energy):
                 raise Violation(f"energy is {energy} at sample {sample + 1}")
             gained = (energy - start) / weight
-            if gained > _LIFT + length * fastest:
+            if gained > _LIFT + length * way:
                 raise Violation(
                     f"energy grows by what lifts everything by {1e3 * gained:.3g} mm until "
-                    f"sample {sample + 1}; allowed: {1e3 * (_LIFT + length * fastest):.3g} mm"
+                    f"sample {sample + 1}; allowed: {1e3 * (_LIFT + length * way):.3g} mm"
                 )
     return True
 
 
 def _energy(world: FixedStepWorld) -> tuple[float, float]:
-    """Kinetic and potential energy [J], and the largest speed of a centre of mass [m/s]."""
+    """Kinetic and potential energy [J], and the mean speed of the mass [m/s]."""
     masses = np.array([box.mass for box in world.boxes])
     offsets = np.array([box.mass_offset for box in world.boxes])
     inertias = np.array([box.inertia for box in world.boxes])
@@ -134,7 +134,8 @@ def _energy(world: FixedStepWorld) -> tuple[float, float]:
     spins = rotate(inverse, velocities.angular)
     speeds = (velocities.linear**2).sum(axis=1)
     kinetic = 0.5 * (masses * speeds).sum() + 0.5 * (inertias * spins**2).sum()
-    return float(kinetic + GRAVITY * (masses * heights).sum()), float(np.sqrt(speeds.max()))
+    mean = (masses * np.sqrt(speeds)).sum() / masses.sum()
+    return float(kinetic + GRAVITY * (masses * heights).sum()), float(mean)
 
 
 def _simulated(subject: Subject) -> bool:

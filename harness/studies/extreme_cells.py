@@ -211,9 +211,12 @@ class Shard:
         records = [dataclasses.asdict(c) for c in self.cells.values()]
         write_atomically(self.path, json.dumps({**self._about, "cells": records}) + "\n")
 
-    def _read(self) -> Iterator[dict[str, Any]]:
-        if self.path.exists():
-            yield from json.loads(self.path.read_bytes())["cells"]
+    def _read(self) -> list[dict[str, Any]]:
+        """What is there; a file that cannot be read counts as not there."""
+        try:
+            return json.loads(self.path.read_bytes())["cells"]
+        except (FileNotFoundError, ValueError):
+            return []
 
 
 def _fingerprint(engine: str) -> str:

@@ -109,6 +109,17 @@ def test_a_run_keeps_what_is_done_and_gives_the_same_again(tmp_path, few_items):
     assert (tmp_path / "a/report.md").read_bytes() == (tmp_path / "b/report.md").read_bytes()
 
 
+def test_a_damaged_result_is_asked_anew(tmp_path):
+    asked = PropertyStudy(("fbs",), tuple(chosen(["score"])), 5)
+    first = run_properties(asked, tmp_path)
+    (file,) = (tmp_path / "results").glob("*.json")
+    whole = file.read_bytes()
+    for damaged in (b"", whole[:20]):
+        file.write_bytes(damaged)
+        assert run_properties(asked, tmp_path).rows == first.rows
+        assert file.read_bytes() == whole
+
+
 def test_the_page_shows_a_counterexample_as_table_picture_and_file(tmp_path, few_items):
     asked = study("fbs")
     found = run_properties(asked, tmp_path)
