@@ -54,7 +54,12 @@ _BREAKING = 0.005
 
 _FLOOR_HALF = (1000.0, 1000.0, 10.0)
 _UPRIGHT = (0.0, 0.0, 0.0, 1.0)
-_STILL = (0.0, 0.0, 0.0)
+
+# Too short to move anything; Bullet takes 2e-16 s and less for no step at all.
+_INSTANT = 1e-12
+
+# What free bodies collide with: everything, as by default, or nothing.
+_WITH_ALL, _WITH_NONE = (1, -1), (0, 0)
 
 _idle_clients: list[int] = []
 """Physics clients that no world owns: connecting costs 40 ms, resetting 0.2 ms."""
@@ -144,8 +149,12 @@ class BulletWorld(FixedStepWorld):
             warmStartingFactor=_WARM_STARTING,
             contactERP=_CONTACT_ERP,
             contactBreakingThreshold=_BREAKING,
+            # Contacts in the order of bodies: else they stand in that in which pairs were found,
+            # which depends on all that the broad phase has seen.
+            deterministicOverlappingPairs=1,
             physicsClientId=self._client,
         )
+        self._as_planned = True
         self._bodies: list[int] = []
         self._starts: list[tuple[float, float, float]] = []
         self._offsets: list[tuple[float, float, float]] = []
@@ -209,7 +218,34 @@ class BulletWorld(FixedStepWorld):
         self._starts.append(box.centre if box.fixed else (a + p, b + q, c + r))
         self._offsets.append((0.0, 0.0, 0.0) if box.fixed else box.mass_offset)
 
+    def _start_afresh(self) -> None:
+        """Leave nothing of the past behind, before the boxes leave their planned poses.
+
+        Placing a body drops neither its contacts, with the impulses that warm starting uses, nor
+        the inertia of its last attitude. A new pair has no contacts, so all pairs are dissolved
+        and formed again; only a step computes inertia, so one is done while there are no pairs.
+        New worlds take the same way: they start with an inertia of Bullet's own making.
+        """
+        client, self._as_planned = self._client, False
+        free = [body for body, box in zip(self._bodies, self.boxes, strict=True) if not box.fixed]
+        for body in free:
+            pybullet.setCollisionFilterGroupMask(body, -1, *_WITH_NONE, client)
+        pybullet.setPhysicsEngineParameter(
+            fixedTimeStep=_INSTANT, numSubSteps=0, physicsClientId=client
+        )
+        pybullet.stepSimulation(client)
+        self._place()
+        for body in free:
+            pybullet.setCollisionFilterGroupMask(body, -1, *_WITH_ALL, client)
+
+    def _place(self) -> None:
+        client, place = self._client, pybullet.resetBasePositionAndOrientation
+        for body, start in zip(self._bodies, self._starts, strict=True):
+            place(body, start, _UPRIGHT, client)  # and at rest
+
     def _advance(self, substeps: int, length: float) -> None:
+        if self._as_planned:
+            self._start_afresh()
         for duration, count in _native_calls(substeps, length):
             pybullet.setPhysicsEngineParameter(
                 fixedTimeStep=duration, numSubSteps=count, physicsClientId=self._client
@@ -232,17 +268,16 @@ class BulletWorld(FixedStepWorld):
         )
 
     def _set_velocities(self, velocities: Velocities) -> None:
+        if self._as_planned:
+            self._start_afresh()
         rows = zip(self.boxes, self._bodies, *map(np.ndarray.tolist, velocities), strict=True)
         for box, body, linear, angular in rows:
             if not box.fixed:
                 pybullet.resetBaseVelocity(body, linear, angular, self._client)
 
     def _reset(self) -> None:
-        client = self._client
-        place, halt = pybullet.resetBasePositionAndOrientation, pybullet.resetBaseVelocity
-        for body, start in zip(self._bodies, self._starts, strict=True):
-            place(body, start, _UPRIGHT, client)
-            halt(body, _STILL, _STILL, client)
+        self._place()
+        self._as_planned = True
 
     def _close(self) -> None:
         _idle_clients.append(self._client)

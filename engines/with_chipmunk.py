@@ -142,12 +142,17 @@ class ChipmunkWorld(FixedStepWorld):
                 body.velocity, body.angular_velocity = (x, z), -turning
 
     def _reset(self) -> None:
+        # Two things outlast a new pose: the contacts with the impulses of the last step, which go
+        # with a shape, and the speed that pushes overlapping bodies apart, which moving uses up.
+        shapes = [shape for body in self._bodies for shape in body.shapes]
+        self._space.remove(*shapes)
         for box, body, start in zip(self.boxes, self._bodies, self._starts, strict=True):
             if box.fixed:
                 continue
+            pymunk.Body.update_position(body, 0.0)
             body.position, body.angle = start, 0.0
             body.velocity, body.angular_velocity = (0.0, 0.0), 0.0
-            self._space.reindex_shapes_for_body(body)
+        self._space.add(*shapes)
 
     def _close(self) -> None:
         self._bodies.clear()

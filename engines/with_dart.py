@@ -175,6 +175,14 @@ class DartWorld(FixedStepWorld):
             skeleton.resetVelocities()
             skeleton.resetAccelerations()
             skeleton.clearConstraintImpulses()
+        # The collision detector keeps contact points from step to step, and an order of pairs,
+        # until it is empty.
+        world = self._world
+        everything = [world.getSkeleton(index) for index in range(world.getNumSkeletons())]
+        for skeleton in everything:
+            world.removeSkeleton(skeleton)
+        for skeleton in everything:
+            world.addSkeleton(skeleton)
 
     def _close(self) -> None:
         self._skeletons.clear()

@@ -265,7 +265,7 @@ class World(Protocol):
         ...
 
     def reset_poses(self) -> None:
-        """Put every box back to its planned pose, at rest ("reseat")."""
+        """Put every box back to its planned pose, at rest ("reseat"), as in a world made anew."""
         ...
 
     def close(self) -> None:
