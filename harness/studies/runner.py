@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from engines.registry import installed_versions
+from engines.registry import installed_versions, world_class
 from harness.atomic import write_atomically
 from harness.layouts.formats import Format, write_layouts
 from harness.layouts.model import Layout
@@ -169,8 +169,10 @@ def _units(study: StudyDefinition, cases: list[tuple[str, Layout]], folder: Path
     """The study in parts; a shard's name is a hash of all that its rows depend on."""
     for method in study.methods:
         chosen = make_method(method)
-        versions = installed_versions(chosen.spec.engine or "")
-        made_by = [SCHEMA_VERSION, code_fingerprint(type(chosen)), versions]
+        engine = chosen.spec.engine
+        versions = installed_versions(engine or "")
+        judges = [type(chosen), world_class(engine)] if engine else [type(chosen)]
+        made_by = [SCHEMA_VERSION, code_fingerprint(*judges), versions]
         for start in range(0, len(cases), study.shard_size):
             part = tuple(cases[start : start + study.shard_size])
             identity = [method, study.repetitions, study.timeout, *made_by]

@@ -307,6 +307,21 @@ def test_options_of_an_engine_stand_in_the_rows(tmp_path):
     assert parameters["stiffness"] is None
 
 
+def test_a_changed_adapter_from_elsewhere_is_asked_anew(tmp_path, monkeypatch):
+    adapter = tmp_path / "outside_world.py"
+    adapter.write_text(
+        "from engines.with_bullet import BulletWorld\nclass OutsideWorld(BulletWorld):\n    pass\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setitem(ENGINES, "outside", EngineEntry("outside_world:OutsideWorld"))
+    (tmp_path / "study.toml").write_text('generated = 1\nmethods = ["label@outside", "sme"]\n')
+    study = load_study(tmp_path / "study.toml")
+    assert run_study(study, tmp_path / "run") == 2
+    assert run_study(study, tmp_path / "run") == 0
+    adapter.write_text(adapter.read_text() + "# changed\n")
+    assert run_study(study, tmp_path / "run") == 1
+
+
 def test_results_do_not_depend_on_optional_packages_of_other_engines(monkeypatch):
     versions = {"numpy": "2", "drake": "1", "pybullet": "3"}
     monkeypatch.setattr("engines.registry.importlib.metadata.version", lambda p: versions[p])
