@@ -247,6 +247,8 @@ def test_an_interrupt_ends_all_at_once_and_what_is_finished_stays(tmp_path):
         [*command, "-j", "2"], cwd=tmp_path, stderr=subprocess.PIPE, text=True,
         start_new_session=True,
         env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        # What a shell runs in the background ignores interrupts, and so does all that comes of it.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )  # fmt: skip
     deadline = time.monotonic() + 60
     while not list(tmp_path.glob("run/results/*.parquet")) and time.monotonic() < deadline:
