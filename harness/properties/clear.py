@@ -15,9 +15,16 @@ _FAR = 1.5
 """A movement beyond this multiple of a threshold is clear."""
 
 
-def balances_clearly(layout: Layout) -> bool:
-    """Vertical forces balance every step of the loading, and by a clear margin."""
-    return all(margin.patches >= CLEARANCE for margin in margins(layout, centres=False))
+def balance_lost(layout: Layout) -> tuple[int, bool] | None:
+    """The first step that vertical forces do not balance by a clear margin; None without one.
+
+    Returns:
+        The step, and whether it is out of balance by a clear margin, too.
+    """
+    for step, margin in enumerate(margins(layout, centres=False)):
+        if margin.patches < CLEARANCE:
+            return step, margin.patches <= -CLEARANCE
+    return None
 
 
 def is_clear(subject: Subject, layout: Layout, verdict: Verdict) -> bool:
@@ -29,11 +36,11 @@ def is_clear(subject: Subject, layout: Layout, verdict: Verdict) -> bool:
     """
     if not subject.has(Trait.MOVEMENT):
         return True
-    found = [margin.patches for margin in margins(layout, centres=False)]
-    lost = next((step for step, patches in enumerate(found) if patches < CLEARANCE), None)
+    lost = balance_lost(layout)
     if lost is None:
         return True
-    if found[lost] > -CLEARANCE or verdict.failing_step is None or verdict.failing_step > lost:
+    step, clearly = lost
+    if not clearly or verdict.failing_step is None or verdict.failing_step > step:
         return False
     assert verdict.displacement is not None
     assert verdict.rotation is not None

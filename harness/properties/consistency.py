@@ -10,7 +10,7 @@ from harness.methods.envelope import leaves
 from harness.methods.method import Trait, Verdict
 from harness.methods.registry import make_method
 from harness.properties.clear import is_clear
-from harness.properties.property import Case, Property, Subject, Violation, spoken
+from harness.properties.property import Case, Property, Subject, Violation, declaring, spoken
 from harness.properties.strategies import density_weight, layouts
 
 _FAR = 150.0
@@ -127,10 +127,6 @@ def more_support_fails_no_later(subject: Subject, case: Case) -> bool:
     return True
 
 
-def _stepwise(subject: Subject) -> bool:
-    return subject.has(Trait.STEPWISE)
-
-
 def _partial(subject: Subject) -> bool:
     return subject.has(Trait.BASE_SUPPORT) and hasattr(subject.method.parameters, "alpha")
 
@@ -148,14 +144,14 @@ PROPERTIES = (
         "The first k items judged alone get the verdict that the whole layout has on them.",
         _cut,
         first_items_alone,
-        _stepwise,
+        declaring(Trait.STEPWISE),
     ),
     Property(
         "far item",
         "An item placed last on the floor, far away, changes no clear failing step.",
         _any_layout,
         far_item_changes_nothing,
-        _stepwise,
+        declaring(Trait.STEPWISE),
     ),
     Property(
         "full implies partial",

@@ -101,6 +101,11 @@ class Property:
     applies: Callable[[Subject], bool] = lambda subject: True
 
 
+def declaring(trait: Trait) -> Callable[[Subject], bool]:
+    """A property's ``applies``: asked of methods that declare a trait."""
+    return lambda subject: subject.has(trait)
+
+
 def spoken(failing_step: int | None) -> str:
     """A failing step in words."""
     return "stable" if failing_step is None else f"fails at step {failing_step}"

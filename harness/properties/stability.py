@@ -12,13 +12,12 @@ from engines.world import GRAVITY
 from harness.layouts.model import Layout
 from harness.methods.envelope import leaves
 from harness.methods.friction import Sides, unbalanced_item
-from harness.methods.margins import margins
 from harness.methods.method import Status, Trait
 from harness.methods.simulation import BetweenSteps, Simulation
 from harness.methods.trace import Trace, trace_loading
-from harness.properties.clear import CLEARANCE, balances_clearly
+from harness.properties.clear import balance_lost
 from harness.properties.moved import quarter_turned
-from harness.properties.property import Case, Property, Subject, Violation, spoken
+from harness.properties.property import Case, Property, Subject, Violation, declaring, spoken
 from harness.properties.strategies import (
     Placed,
     built,
@@ -138,7 +137,7 @@ def _tips_in_time(subject: Subject, case: Case) -> bool:
 
 def balanced_stays(subject: Subject, case: Case) -> bool:
     """What vertical forces balance by a clear margin is stable, and nothing moves."""
-    if not balances_clearly(case.layout) or leaves(case.layout, subject.method, at_rest=True):
+    if balance_lost(case.layout) is not None or leaves(case.layout, subject.method, at_rest=True):
         return False
     if not _reseats(subject):
         return stands(subject, case)
@@ -161,10 +160,10 @@ def unbalanced_moves(subject: Subject, case: Case) -> bool:
 
     Only the first step that does not balance is asked about, where all before balance clearly.
     """
-    found = [margin.patches for margin in margins(case.layout, centres=False)]
-    step = next((k for k, patches in enumerate(found) if patches < CLEARANCE), None)
-    if step is None or found[step] > -CLEARANCE:
+    lost = balance_lost(case.layout)
+    if lost is None or not lost[1]:
         return False
+    step = lost[0]
     friction = _STICKING * subject.method.parameters.friction
     if unbalanced_item(case.layout, step, Sides.FRICTION, friction, _FACETS) is None:
         return False
@@ -210,14 +209,6 @@ def _often_unbalanced(subject: Subject) -> SearchStrategy[Case]:
     return st.one_of(stacks, shifted, ordinary_layouts(planar=subject.planar)).map(Case)
 
 
-def _by_balance(subject: Subject) -> bool:
-    return subject.has(Trait.BALANCE)
-
-
-def _sees_centres(subject: Subject) -> bool:
-    return subject.has(Trait.CENTRES_OF_MASS)
-
-
 def _needs_half_a_base(subject: Subject) -> bool:
     share = getattr(subject.method.parameters, "alpha", 1.0)
     return not subject.has(Trait.BASE_SUPPORT) or share >= 0.5
@@ -243,7 +234,7 @@ PROPERTIES = (
         "A box whose centre of mass lies inside its edge by a tenth of its width or more stands.",
         _inside,
         stands,
-        _sees_centres,
+        declaring(Trait.CENTRES_OF_MASS),
     ),
     Property(
         "balanced stays",
@@ -251,7 +242,7 @@ PROPERTIES = (
         "envelope at rest).",
         _balanced,
         balanced_stays,
-        _by_balance,
+        declaring(Trait.BALANCE),
     ),
     Property(
         "unbalanced moves",

@@ -7,7 +7,6 @@ A folder holds ``results/*.json``, one file a property and method; beside the pa
 from __future__ import annotations
 
 import hashlib
-import inspect
 import json
 import re
 import zlib
@@ -16,7 +15,7 @@ from dataclasses import dataclass
 from importlib import metadata, resources
 from pathlib import Path
 
-from engines.registry import engines, installed_versions, world_class
+from engines.registry import engine_names, engines, installed_versions
 from harness.atomic import write_atomically
 from harness.layouts.formats import Format, read_layouts, write_layouts
 from harness.layouts.model import Layout
@@ -29,8 +28,8 @@ from harness.properties.registry import PROPERTIES
 from harness.properties.search import Counterexample, Outcome, search
 from harness.studies import mechanics
 from harness.studies.comparison import method_key, scene
-from harness.studies.executors import IN_THIS_PROCESS, run_units
-from harness.studies.results import code_fingerprint, provenance_lines
+from harness.studies.executors import IN_THIS_PROCESS, SinglePart, run_units
+from harness.studies.results import judged_by, provenance_lines
 from harness.studies.runner import locked
 from reports.property_records import ItemRow, PropertyRow, PropertyTable, SmallestCase, Standing
 
@@ -66,18 +65,12 @@ class PropertyStudy:
 
 
 @dataclass(frozen=True, slots=True)
-class _Unit:
+class _Unit(SinglePart):
     property: str
     method: str
     examples: int
     seed: int
     file: Path
-
-    def __len__(self) -> int:
-        return 1
-
-    def without(self, done: int) -> _Unit:
-        return self
 
     def describe(self, part: int) -> str:
         return f"{self.property!r} of {self.method}"
@@ -99,7 +92,7 @@ def methods_on(names: Sequence[str] | None) -> list[str]:
             raise PropertyError(f"unknown engine {name!r}; {nearest(name, known)}")
     if names is not None:
         return [f"label@{name}" for name in names]
-    return [*STATIC_METHODS, *(f"label@{n}" for n, entry in known.items() if not entry.extra)]
+    return [*STATIC_METHODS, *(f"label@{name}" for name in engine_names())]
 
 
 def run_properties(
@@ -129,12 +122,7 @@ def run_properties(
     subjects = list({s.spec: s for s in map(Subject, study.methods)}.values())
     for subject in subjects:
         subject.method.prepare()
-    units = [
-        _unit(each, subject, study, directory / "results")
-        for subject in subjects
-        for each in study.properties
-        if each.applies(subject)
-    ]
+    units = [unit for subject in subjects for unit in _units(subject, study, directory / "results")]
     if not units:
         asked_about = ", ".join(repr(each.name) for each in study.properties)
         raise PropertyError(f"{asked_about}: asked of none of {', '.join(study.methods)}")
@@ -171,21 +159,22 @@ def made_with(study: PropertyStudy) -> dict[str, str]:
     }
 
 
-def _unit(asked: Property, subject: Subject, study: PropertyStudy, folder: Path) -> _Unit:
-    """The pair, and the file of its result: a hash of all that it depends on."""
+def _units(subject: Subject, study: PropertyStudy, folder: Path) -> Iterator[_Unit]:
+    """What a method is asked, and the files of its results: hashes of all that they depend on."""
     here = Path(__file__).parent
     code = [*sorted(here.glob("*.py")), Path(str(mechanics.__file__))]
-    if subject.engine is not None:  # one from elsewhere, too
-        code.append(Path(inspect.getsourcefile(world_class(subject.engine)) or ""))
     rules = hashlib.sha256(b"".join(path.read_bytes() for path in code))
     rules.update(resources.files("harness.methods").joinpath(ENVELOPES).read_bytes())
-    identity = [
-        asked.name, subject.spec, study.examples, study.seed, rules.hexdigest(),
-        metadata.version("hypothesis"), code_fingerprint(type(subject.method)),
+    made_by = [
+        subject.spec, study.examples, study.seed, rules.hexdigest(),
+        metadata.version("hypothesis"), judged_by(subject.method),
         installed_versions(subject.engine or ""),
     ]  # fmt: skip
-    digest = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:20]
-    return _Unit(asked.name, subject.spec, study.examples, study.seed, folder / f"{digest}.json")
+    for asked in study.properties:
+        if asked.applies(subject):
+            digest = hashlib.sha256(json.dumps([asked.name, *made_by]).encode()).hexdigest()[:20]
+            file = folder / f"{digest}.json"
+            yield _Unit(asked.name, subject.spec, study.examples, study.seed, file)
 
 
 def _ask(unit: _Unit) -> Iterator[Outcome]:

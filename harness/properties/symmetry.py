@@ -12,7 +12,7 @@ from harness.layouts.model import WEIGHTS, Layout, replace_items
 from harness.methods.method import Trait
 from harness.properties.clear import is_clear
 from harness.properties.moved import mirrored, quarter_turned, translated
-from harness.properties.property import Case, Check, Property, Subject, Violation, spoken
+from harness.properties.property import Case, Check, Property, Subject, Violation, declaring, spoken
 from harness.properties.strategies import ordinary_layouts
 
 _FARTHEST = 64
@@ -60,10 +60,6 @@ def _with_weights(layout: Layout, factor: float) -> Layout:
     )
 
 
-def _stepwise(subject: Subject) -> bool:
-    return subject.has(Trait.STEPWISE)
-
-
 def _rigid(subject: Subject) -> bool:
     """Where contacts give way with the load, heavier items may sink further, and so tip sooner."""
     facts = subject.capabilities
@@ -79,21 +75,21 @@ PROPERTIES = (
             "elsewhere",
             lambda layout, case: translated(layout, case.change["along x"], case.change["along z"]),
         ),
-        _stepwise,
+        declaring(Trait.STEPWISE),
     ),
     Property(
         "quarter turn",
         "The layout turned by a quarter, centres of mass too, keeps a clear failing step.",
         _ordinary,
         _keeps_failing_step("turned", lambda layout, case: quarter_turned(layout)),
-        _stepwise,
+        declaring(Trait.STEPWISE),
     ),
     Property(
         "mirror",
         "The layout mirrored, centres of mass too, keeps a clear failing step.",
         _ordinary,
         _keeps_failing_step("mirrored", lambda layout, case: mirrored(layout)),
-        _stepwise,
+        declaring(Trait.STEPWISE),
     ),
     Property(
         "masses",

@@ -52,6 +52,19 @@ class WorkUnit(Protocol):
         ...
 
 
+class SinglePart:
+    """Base of units with one part: there is never anything to leave out."""
+
+    __slots__ = ()
+
+    def __len__(self) -> int:
+        return 1
+
+    def without(self, done: int) -> Self:
+        """See :meth:`WorkUnit.without`."""
+        return self
+
+
 Unit = TypeVar("Unit", bound=WorkUnit)
 Answer = TypeVar("Answer")
 

@@ -23,7 +23,7 @@ from harness.methods import criteria
 from harness.methods.spec import nearest
 from harness.studies import closed_form_runs, extreme_runs, extreme_scenes, extremes, mechanics
 from harness.studies.definition import StudyError
-from harness.studies.executors import IN_THIS_PROCESS, run_units
+from harness.studies.executors import IN_THIS_PROCESS, SinglePart, run_units
 from harness.studies.extremes import FREQUENCIES, TIMEOUT, measure_cell, sweep_names, sweeps
 from harness.studies.results import ResultsError, provenance
 from harness.studies.runner import locked
@@ -37,7 +37,7 @@ Key = tuple[int | None, float]
 
 
 @dataclass(frozen=True, slots=True)
-class CellUnit:
+class CellUnit(SinglePart):
     """A unit of work with one part: a cell."""
 
     sweep: str
@@ -45,13 +45,6 @@ class CellUnit:
     frequency: int | None
     value: float
     timeout: float
-
-    def __len__(self) -> int:
-        return 1
-
-    def without(self, done: int) -> CellUnit:
-        """The unit: there is nothing to leave out."""
-        return self
 
     def describe(self, part: int) -> str:
         """The cell for people."""

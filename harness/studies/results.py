@@ -21,7 +21,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from engines.registry import installed_versions
+from engines.registry import installed_versions, world_class
 from harness.atomic import write_atomically
 from harness.layouts.model import Layout
 from harness.methods.method import Method, Verdict
@@ -187,6 +187,12 @@ def code_fingerprint(*classes: type) -> str:
             digest.update(str(path.relative_to(root)).encode())
             digest.update(path.read_bytes())
     return digest.hexdigest()
+
+
+def judged_by(method: Method) -> str:
+    """Hash of the code that a method's verdicts come from, its engine's adapter too."""
+    engine = method.spec.engine
+    return code_fingerprint(type(method), *((world_class(engine),) if engine else ()))
 
 
 def provenance() -> dict[str, Any]:

@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from engines.registry import installed_versions, world_class
+from engines.registry import installed_versions
 from harness.atomic import write_atomically
 from harness.layouts.formats import Format, write_layouts
 from harness.layouts.model import Layout
@@ -31,8 +31,8 @@ from harness.studies.labels import (
 from harness.studies.results import (
     SCHEMA_VERSION,
     ResultsError,
-    code_fingerprint,
     is_whole,
+    judged_by,
     load_manifest,
     provenance,
     result_row,
@@ -169,10 +169,8 @@ def _units(study: StudyDefinition, cases: list[tuple[str, Layout]], folder: Path
     """The study in parts; a shard's name is a hash of all that its rows depend on."""
     for method in study.methods:
         chosen = make_method(method)
-        engine = chosen.spec.engine
-        versions = installed_versions(engine or "")
-        judges = [type(chosen), world_class(engine)] if engine else [type(chosen)]
-        made_by = [SCHEMA_VERSION, code_fingerprint(*judges), versions]
+        versions = installed_versions(chosen.spec.engine or "")
+        made_by = [SCHEMA_VERSION, judged_by(chosen), versions]
         for start in range(0, len(cases), study.shard_size):
             part = tuple(cases[start : start + study.shard_size])
             identity = [method, study.repetitions, study.timeout, *made_by]

@@ -102,7 +102,7 @@ def test_a_changed_method_or_layout_counts_as_missing(study_file, tmp_path, stac
 def test_changed_code_counts_as_missing(study_file, tmp_path, monkeypatch):
     study, run = load_study(study_file), tmp_path / "run"
     run_study(study, run)
-    monkeypatch.setattr("harness.studies.runner.code_fingerprint", lambda *_: "another")
+    monkeypatch.setattr("harness.studies.results.code_fingerprint", lambda *_: "another")
     assert run_study(study, run) == 18
     assert len(load_results(run)) == 18
 
