@@ -46,6 +46,9 @@ _PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 _FEW = 7
 """So many ticks have room side by side in a narrow panel."""
 
+_SHORT = 0.1
+"""An axis below this share of the longest one has a single tick."""
+
 _PHASE_COLOURS = {"build": "#9ecae1", "step": "#3182bd", "read": "#08519c", "other": "#c7c7c7"}
 
 
@@ -354,6 +357,9 @@ def plot_scene(scene: Scene) -> Figure:
     axes.set(xlabel="z, depth (cm)", ylabel="x, width (cm)", zlabel="y, height (cm)")
     axes.set_box_aspect((depth, width, top))
     axes.locator_params(nbins=4)
+    for axis, side in ((axes.xaxis, depth), (axes.yaxis, width), (axes.zaxis, top)):
+        if side < _SHORT * max(depth, width, top):  # no room for more than one number
+            axis.set_ticks([side])
     axes.set_title(scene.title)
     return figure
 
