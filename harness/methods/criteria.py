@@ -14,7 +14,7 @@ from engines.world import Box, FloatArray, Poses
 from harness.methods.method import Finding, Status
 from harness.methods.scene import CM
 
-Indices = NDArray[np.intp] | slice
+Indices = NDArray[np.intp]
 """Which of a layout's items are meant."""
 
 

@@ -60,6 +60,23 @@ class Seconds:
 
 
 @dataclass(frozen=True, slots=True)
+class Effort:
+    """What a simulation did, counted: the same on every machine. All zero for other methods.
+
+    Attributes:
+        boxes: put into worlds, each time anew.
+        looks: readings of poses or velocities.
+        substeps: engine steps.
+        body_substeps: engine steps times the boxes in the world.
+    """
+
+    boxes: int = 0
+    looks: int = 0
+    substeps: int = 0
+    body_substeps: int = 0
+
+
+@dataclass(frozen=True, slots=True)
 class Verdict:
     """What a method says of a layout.
 
@@ -73,7 +90,7 @@ class Verdict:
         rotation: the largest angle it turned by [degrees], None for static methods.
         reason: one sentence; empty for a stable layout.
         ignored, emulated: settings asked for that the engine ignored, or imitated by other means.
-        substeps: engine steps executed.
+        effort: what was simulated.
         cpu, wall: time spent.
     """
 
@@ -86,7 +103,7 @@ class Verdict:
     reason: str = ""
     ignored: tuple[str, ...] = ()
     emulated: tuple[str, ...] = ()
-    substeps: int = 0
+    effort: Effort = Effort()
     cpu: Seconds = Seconds()
     wall: Seconds = Seconds()
 
@@ -118,7 +135,7 @@ class Finding:
     status: Status = Status.DONE
     ignored: tuple[str, ...] = ()
     emulated: tuple[str, ...] = ()
-    substeps: int = 0
+    effort: Effort = Effort()
 
 
 STABLE = Finding()
@@ -233,7 +250,7 @@ class Method(ABC):
             reason=finding.reason,
             ignored=finding.ignored,
             emulated=finding.emulated,
-            substeps=finding.substeps,
+            effort=finding.effort,
             cpu=cpu,
             wall=wall,
         )

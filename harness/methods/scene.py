@@ -117,6 +117,23 @@ class Neighbourhood:
     fixed: NDArray[np.intp]
 
 
+def joined_groups(contacts: Contacts) -> list[NDArray[np.intp]]:
+    """By step, the new item and what is joined to it by standing on each other, in order.
+
+    Args:
+        contacts: of the whole layout.
+    """
+    touches = contacts.carries | contacts.carries.T
+    group = np.arange(len(touches))
+    found = []
+    for step in range(len(touches)):
+        reached = group[:step][touches[step, :step]]
+        if len(reached):
+            group[: step + 1][np.isin(group[: step + 1], reached)] = step
+        found.append(np.flatnonzero(group[: step + 1] == step))
+    return found
+
+
 def neighbourhood(layout: Layout, contacts: Contacts, step: int, reach: float) -> Neighbourhood:
     """What placing item ``step`` on the items before it can affect.
 

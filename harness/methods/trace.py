@@ -17,9 +17,11 @@ import numpy as np
 from engines.world import Box, EngineError, FloatArray, Poses
 from harness.layouts.model import Layout
 from harness.methods.criteria import Criterion, Examiner, Indices, euler_angles
+from harness.methods.loading import Loading
 from harness.methods.method import Finding, Status, Stopwatch
 from harness.methods.scene import CM
-from harness.methods.simulation import BetweenSteps, Loading, Simulation
+from harness.methods.simulation import Simulation
+from harness.methods.simulation_parameters import BetweenSteps, Scope
 
 LIMIT_T = 20.0
 """A step is simulated no further once a corner has moved by more along one axis [cm]."""
@@ -114,9 +116,11 @@ def trace_loading(
     if parameters.between_steps is not BetweenSteps.RESEAT:
         raise ValueError(f"{method.spec}: carries the state over; allowed: between_steps=reseat")
     assert method.spec.engine is not None, "a simulation has an engine"
+    # What widens its scope does so by what rests; a trace follows everything to the end.
+    scope = Scope.ALL if parameters.scope is Scope.WIDENING else parameters.scope
     own = dataclasses.replace(
         parameters, t_max=t_max, samples=samples, criterion=Criterion.PAPER, early_exit=0.0,
-        rest_speed=0.0,
+        rest_speed=0.0, scope=scope,
     )  # fmt: skip
     loading = Loading(layout, method.spec.engine, own, Stopwatch(), _Recorder)
     recorder = loading.examiner

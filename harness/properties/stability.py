@@ -13,7 +13,8 @@ from harness.layouts.model import Layout
 from harness.methods.envelope import leaves
 from harness.methods.friction import Sides, unbalanced_item
 from harness.methods.method import Status, Trait
-from harness.methods.simulation import BetweenSteps, Simulation
+from harness.methods.simulation import Simulation
+from harness.methods.simulation_parameters import BetweenSteps
 from harness.methods.trace import Trace, trace_loading
 from harness.properties.clear import balance_lost
 from harness.properties.moved import quarter_turned

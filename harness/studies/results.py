@@ -95,7 +95,7 @@ def result_row(
         "reason": verdict.reason,
         "ignored": list(verdict.ignored),
         "emulated": list(verdict.emulated),
-        "substeps": verdict.substeps,
+        "substeps": verdict.effort.substeps,
     }
     for clock, seconds in (("cpu", verdict.cpu), ("wall", verdict.wall)):
         row |= {f"{clock}_{k}": v for k, v in dataclasses.asdict(seconds).items()}

@@ -20,7 +20,7 @@ from harness.layouts.packing import pack, random_layouts
 from harness.methods.method import Status, Verdict
 from harness.methods.registry import make_method
 from harness.methods.scene import boxes
-from harness.methods.simulation import SimulationParameters
+from harness.methods.simulation_parameters import SimulationParameters
 from reports.records import SpeedCurve, SpeedPoint, Throughput
 
 ITEM_COUNTS = (5, 10, 20, 50, 100, 200)

@@ -16,7 +16,7 @@ for engine in sys.argv[1:]:
         values = "" if tuning == "ps_opt-paper" else ":between_steps=reseat,frequency=90"
         for verdict in make_method(f"{tuning}@{engine}{values}").judge_many(random_layouts(20, 9)):
             rows.append([verdict.status, verdict.failing_step, verdict.moved_item,
-                         verdict.displacement, verdict.rotation, verdict.substeps])
+                         verdict.displacement, verdict.rotation, verdict.effort.substeps])
 print(json.dumps(rows))
 """
 

@@ -144,7 +144,9 @@ def test_local_scope_gives_the_verdicts_of_the_whole(engine):
     local = make_method(f"{base},scope=local").judge_many(layouts)
     same = [a.failing_step == b.failing_step for a, b in zip(whole, local, strict=True)]
     assert sum(same) >= 27, same
-    assert sum(v.substeps for v in local) == pytest.approx(sum(v.substeps for v in whole), rel=0.15)
+    assert sum(v.effort.substeps for v in local) == pytest.approx(
+        sum(v.effort.substeps for v in whole), rel=0.15
+    )
 
 
 def test_local_scope_needs_reseating():
@@ -158,7 +160,7 @@ def test_stopping_at_rest_saves_substeps_and_keeps_clear_verdicts(engine):
     base = f"simulation@{engine}:frequency=240,between_steps=reseat,samples=10"
     plain, rested = make_method(base), make_method(f"{base},rest_speed=0.01")
     assert rested.judge(stands).failing_step is None
-    assert rested.judge(stands).substeps < 0.6 * plain.judge(stands).substeps
+    assert rested.judge(stands).effort.substeps < 0.6 * plain.judge(stands).effort.substeps
     assert rested.judge(falls).failing_step == plain.judge(falls).failing_step == 1
 
 
@@ -196,7 +198,7 @@ def test_local_scope_keeps_what_stops_a_fall(engine, gap):
 def test_a_timeout_keeps_what_was_ignored(stack):
     verdict = make_method("ps3@mujoco").judge(stack(0.0, 0.0), timeout=1e-9)
     assert (verdict.status, verdict.ignored) == (Status.TIMEOUT, ("restitution",))
-    assert verdict.substeps > 0
+    assert verdict.effort.substeps > 0
 
 
 def test_contacts_that_dart_would_drop_are_an_error():
@@ -216,7 +218,7 @@ def test_an_early_exit_keeps_clear_verdicts(engine):
     plain, early = make_method(base), make_method(f"{base},early_exit=2")
     for lay, step in ((wall([0.0] * 4), None), (wall([0.0, 14.0]), 1)):
         assert plain.judge(lay).failing_step == early.judge(lay).failing_step == step
-    assert early.judge(lay).substeps < plain.judge(lay).substeps
+    assert early.judge(lay).effort.substeps < plain.judge(lay).effort.substeps
 
 
 @pytest.mark.parametrize("engine", engine_names())
@@ -225,7 +227,7 @@ def test_a_timeout_is_a_status_and_changes_no_verdict(engine):
     method = make_method(f"simulation@{engine}:frequency=240")
     calm = method.judge(lay)
     assert method.judge(lay, timeout=1000.0).failing_step == calm.failing_step
-    assert method.judge(lay, timeout=1000.0).substeps == calm.substeps
+    assert method.judge(lay, timeout=1000.0).effort.substeps == calm.effort.substeps
     falls = wall([0.0, 12.0])
     timed = method.judge(falls, timeout=1000.0)
     assert timed.displacement == method.judge(falls).displacement

@@ -7,9 +7,9 @@ from engines.world import EngineError
 from harness.layouts import Item, Layout, Pallet
 from harness.layouts.packing import random_layouts
 from harness.methods.criteria import Criterion
+from harness.methods.loading import Loading
 from harness.methods.method import Status
 from harness.methods.registry import make_method
-from harness.methods.simulation import Loading
 from harness.methods.trace import LIMIT_T, UndecidedError, trace_loading
 
 MUJOCO = "label@mujoco"
@@ -97,10 +97,10 @@ def test_a_later_sample_does_not_cut_off_an_earlier_question():
 def test_what_was_seen_before_an_engine_gave_up_still_counts(monkeypatch):
     settle = Loading._settle
 
-    def give_up(self, step, world, items):
+    def give_up(self, step, *items):
         if step == 2:
             raise EngineError("gave up")
-        return settle(self, step, world, items)
+        return settle(self, step, *items)
 
     monkeypatch.setattr(Loading, "_settle", give_up)
     items = (*in_the_air(12.0).items, Item(2, (70, 0, 70), (10, 10, 10), 1.0))

@@ -1,0 +1,260 @@
+"""Algorithm 1 of the paper: the one loading loop, over any engine."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from engines.registry import open_world, world_class
+from engines.world import Box, FixedStepWorld, WorldSettings
+from harness.layouts.contacts import find_contacts
+from harness.layouts.model import Layout
+from harness.methods.criteria import Criterion, Examiner, Indices
+from harness.methods.method import STABLE, Effort, Finding, Phase, RefusedError, Stopwatch
+from harness.methods.scene import (
+    Across,
+    boxes,
+    joined_groups,
+    neighbourhood,
+    planar_scene,
+)
+from harness.methods.scene import fixed as as_fixed
+from harness.methods.simulation_parameters import BetweenSteps, Scope, SimulationParameters
+
+_SUBSTEPS_BETWEEN_LOOKS_AT_THE_CLOCK = 10
+
+_PATIENCE = 3.0
+"""A placement is at rest no earlier than after this many times the free fall to the rest speed."""
+
+_FIXED = -1
+
+NOTHING: Indices = np.zeros(0, dtype=np.intp)
+
+
+class Loading:
+    """One run of Algorithm 1.
+
+    Args:
+        layout: what is loaded.
+        engine: the engine's registered name.
+        parameters: those of the method on that engine.
+        watch: of the judgement.
+        examiner: looks at the items at every sample; the default examines as ``parameters`` say.
+
+    Raises:
+        RefusedError: the engine has two dimensions and the layout is not planar.
+    """
+
+    def __init__(
+        self,
+        layout: Layout,
+        engine: str,
+        parameters: SimulationParameters,
+        watch: Stopwatch,
+        examiner: type[Examiner] = Examiner,
+    ) -> None:
+        self.layout, self.engine, self.parameters, self.watch = layout, engine, parameters, watch
+        across: Across = "width"
+        if world_class(engine).capabilities.dimensions == 2:
+            scene = planar_scene(layout)
+            if scene.across is None:
+                raise RefusedError(scene.reason)
+            across = scene.across
+        self.items = boxes(
+            layout,
+            across=across,
+            shrink=parameters.shrink,
+            jitter=parameters.jitter,
+            seed=parameters.seed,
+        )
+        self.examiner = examiner(
+            self.items, parameters.criterion, parameters.eps_t, parameters.eps_r
+        )
+        reseat = parameters.between_steps is BetweenSteps.RESEAT
+        self._stage = _Stage(engine, parameters.world_settings(), self.items, reseat=reseat)
+        self._substeps = self._body_substeps = self._looks = 0
+        # Whatever is going to move needs some time to become faster than the speed of rest.
+        fall = _PATIENCE * parameters.rest_speed / parameters.gravity if parameters.gravity else 0.0
+        self._patience = max(1, math.ceil(fall * parameters.frequency))
+
+    def _reach(self) -> float:
+        """How far a corner of any item can come before it counts as moved [cm]."""
+        p = self.parameters
+        sides = self.layout.upper - self.layout.lower
+        diagonal = float(np.sqrt((sides * sides).sum(axis=1)).max())
+        return p.eps_t + 2.0 * math.sin(math.radians(min(p.eps_r, 180.0)) / 2.0) * diagonal
+
+    @property
+    def effort(self) -> Effort:
+        """What has been simulated so far."""
+        return Effort(self._stage.boxes, self._looks, self._substeps, self._body_substeps)
+
+    def load(self) -> Finding:
+        """Place item after item until one moves or all stand."""
+        ways = {
+            Scope.ALL: self._load_all,
+            Scope.LOCAL: self._load_locally,
+            Scope.WIDENING: self._load_widening,
+        }
+        try:
+            return ways[self.parameters.scope]()
+        finally:
+            self.watch.enter(Phase.BUILD)
+            self._stage.close()
+
+    def _load_all(self) -> Finding:
+        for step in range(len(self.items)):
+            finding = self._settle(step, np.arange(step + 1))
+            if finding is not None:
+                return finding
+        return STABLE
+
+    def _load_locally(self) -> Finding:
+        contacts, reach = find_contacts(self.layout), self._reach()
+        for step in range(len(self.items)):
+            part = neighbourhood(self.layout, contacts, step, reach)
+            finding = self._settle(step, part.free, part.fixed)
+            if finding is not None:
+                return finding
+        return STABLE
+
+    def _load_widening(self) -> Finding:
+        contacts = find_contacts(self.layout)
+        for step, group in enumerate(joined_groups(contacts)):
+            alone = len(group) == 1 and contacts.on_floor[step]
+            if alone or (len(group) <= step and self._rests(step, group)):
+                continue
+            finding = self._settle(step, np.arange(step + 1))
+            if finding is not None:
+                return finding
+        return STABLE
+
+    def _rests(self, step: int, items: Indices) -> bool:
+        """Whether these items come to rest by themselves, within the limits.
+
+        Gives up on items that speed up: they need not be watched to the end.
+        """
+        p = self.parameters
+        world = self._hold(items)
+        start, speed = self._substeps, math.inf
+        for _ in range(p.samples):
+            executed = self._step(world, p.t_max / p.samples)
+            if not executed or self._substeps - start < self._patience:
+                continue
+            before, speed = speed, self._fastest(world)
+            if speed >= p.rest_speed and speed > before:
+                return False
+            if speed < p.rest_speed and before < p.rest_speed:
+                return self._examine(step, world, items) is None
+        return False
+
+    def _settle(self, step: int, items: Indices, fixed: Indices = NOTHING) -> Finding | None:
+        """Simulate one placement; a finding when something moves too far."""
+        p = self.parameters
+        world = self._hold(items, fixed)
+        items = np.concatenate((items, fixed))
+        any_sample = p.criterion is Criterion.PAPER
+        calm = False
+        start = self._substeps
+        for sample in range(1, p.samples + 1):
+            last = sample == p.samples
+            executed = self._step(world, p.t_max / p.samples)
+            if not executed and not last:
+                continue
+            if p.rest_speed and not last and self._substeps - start >= self._patience:
+                was_calm, calm = calm, self._fastest(world) < p.rest_speed
+                if was_calm and calm:
+                    return self._examine(step, world, items)
+            # What is calm has no reason to end early.
+            excess = 1.0 if last or any_sample else 0.0 if calm else p.early_exit
+            if excess:
+                finding = self._examine(step, world, items, excess)
+                if finding is not None:
+                    return finding
+        return None
+
+    def _hold(self, items: Indices, fixed: Indices = NOTHING) -> FixedStepWorld:
+        self.watch.enter(Phase.BUILD)
+        return self._stage.hold(items.tolist(), fixed.tolist())
+
+    def _step(self, world: FixedStepWorld, duration: float) -> int:
+        """Step ``duration`` seconds; under a timeout in parts, with a look at the clock after each.
+
+        The parts add up to the same substeps: the clock of a world counts exactly.
+        """
+        self.watch.enter(Phase.STEP)
+        length, parts = 1.0 / self.parameters.frequency, 1
+        if self.watch.timeout is not None:
+            parts = math.ceil(duration / length / _SUBSTEPS_BETWEEN_LOOKS_AT_THE_CLOCK)
+        limit = math.ceil(duration / length) + 1
+        before = self._substeps
+        for _ in range(parts):
+            executed = world.stepSimulation(duration / parts, limit, length).executed
+            self._substeps += executed
+            self._body_substeps += executed * len(world.boxes)
+            self.watch.check()
+        return self._substeps - before
+
+    def _examine(
+        self, step: int, world: FixedStepWorld, items: Indices, excess: float = 1.0
+    ) -> Finding | None:
+        self.watch.enter(Phase.READ)
+        self._looks += 1
+        return self.examiner.examine(step, world.poses(), items, excess)
+
+    def _fastest(self, world: FixedStepWorld) -> float:
+        """The largest speed of any item [m/s]: of its centre of mass, or a point 10 cm from it."""
+        self.watch.enter(Phase.READ)
+        self._looks += 1
+        linear, angular = world.velocities()
+        speeds = np.sqrt((linear * linear).sum(axis=1))
+        speeds += 0.1 * np.sqrt((angular * angular).sum(axis=1))
+        return float(speeds.max())
+
+
+class _Stage:
+    """The world that items are placed in: one at a time, kept while the next items only add to it.
+
+    Args:
+        engine: registered name.
+        settings: of every world.
+        items: all items of the layout.
+        reseat: put those that stay back to their planned poses.
+    """
+
+    def __init__(
+        self, engine: str, settings: WorldSettings, items: list[Box], *, reseat: bool
+    ) -> None:
+        self._engine, self._settings, self._items = engine, settings, items
+        self._reseat = reseat
+        self._world: FixedStepWorld | None = None
+        self._held: list[int] = []
+        self.boxes = 0
+
+    def hold(self, free: list[int], fixed: list[int]) -> FixedStepWorld:
+        """A world with these items in this order, as planned and ready to be stepped.
+
+        Without ``reseat``, items that are in it already are where they have come to.
+        """
+        held = self._held
+        if self._world is None or fixed or free[: len(held)] != held:
+            self.close()
+            self._world = open_world(self._engine, self._settings)
+        elif self._reseat and held:
+            self._world.reset_poses()
+        for index in free[len(self._held) :]:
+            self._world.add_box(self._items[index])
+        for index in fixed:
+            self._world.add_box(as_fixed(self._items[index]))
+        self.boxes += len(free) - len(self._held) + len(fixed)
+        # Fixed boxes come last, and nothing can be added before them.
+        self._held = free + [_FIXED] * len(fixed)
+        self._world.prepare()
+        return self._world
+
+    def close(self) -> None:
+        """Give back the world, if there is one."""
+        if self._world is not None:
+            self._world.close()
+        self._world, self._held = None, []

@@ -1,0 +1,146 @@
+"""What a simulation can be asked: Table 3 of the paper, and what it leaves open."""
+
+from __future__ import annotations
+
+import dataclasses
+import typing
+from dataclasses import dataclass, field
+from enum import StrEnum
+from functools import cache
+
+from engines.quantities import quantity
+from engines.registry import engine_options
+from engines.world import SETTINGS, BroadPhase, WorldSettings
+from harness.methods.criteria import Criterion
+
+
+class BetweenSteps(StrEnum):
+    """What happens between two placements.
+
+    ``carry``: the state goes on (Algorithm 1 as printed). ``reseat``: every item goes back to its
+    planned pose, at rest (the authors' code, and the way their labels were made).
+    """
+
+    CARRY = "carry"
+    RESEAT = "reseat"
+
+
+class Scope(StrEnum):
+    """Which items are simulated when one is placed.
+
+    ``all``: all that have been placed. ``local``: those joined to the new one by standing on each
+    other; items beside them are fixed, as far as a corner can come before the verdict, and the
+    others are left out. What is fixed stops others and cannot be pushed over itself: a light stack
+    that a heavy neighbour leans on looks firmer than it is. ``widening``: first those joined to the
+    new one and nothing else; a placement at which these come to rest by themselves is stable, and
+    any other is simulated again with all items. Neighbours hold up and never push what rests, so
+    this asks for nothing that ``all`` would not find; it needs a ``rest_speed``. Both need
+    ``between_steps=reseat``.
+    """
+
+    ALL = "all"
+    LOCAL = "local"
+    WIDENING = "widening"
+
+
+@dataclass(frozen=True)
+class SimulationParameters:
+    """Table 3 of the paper and what it leaves open, in its units.
+
+    Raises:
+        ValueError: ``t_max`` is shorter than one substep, the scope is local without reseating, or
+            there is an early exit below the threshold or with the criterion ``paper``.
+    """
+
+    t_max: float = quantity(0.3, "simulated time a placement", unit="s", least=1e-6, most=1000)
+    frequency: float = quantity(240, "substeps a second", unit="Hz", least=1, most=1e6)
+    eps_t: float = quantity(10, "displacement that counts as unstable", unit="cm", least=0)
+    eps_r: float = quantity(10, "angle that counts as unstable", unit="deg", least=0)
+    friction: float = quantity(0.5, "Coulomb friction of a contact", least=0, most=10)
+    restitution: float = quantity(0, "restitution of a contact", least=0, most=1)
+    linear_damping: float = quantity(
+        0, "share of linear velocity lost a second", least=0, most=0.999999
+    )
+    angular_damping: float = quantity(
+        0, "share of angular velocity lost a second", least=0, most=0.999999
+    )
+    margin: float = quantity(0, "collision margin", unit="m", least=0, most=1)
+    broad_phase: BroadPhase | None = quantity(None, "broad-phase collision detection")
+    solver_iterations: int | None = quantity(
+        None, "iterations of the contact solver", least=1, most=100_000
+    )
+    gravity: float = quantity(9.8, "gravitational acceleration", unit="m/s2", least=0, most=1000)
+    between_steps: BetweenSteps = quantity(BetweenSteps.CARRY, "state between two placements")
+    criterion: Criterion = quantity(Criterion.PAPER, "when an item counts as moved")
+    samples: int = quantity(
+        10, "looks at the items a placement, the last at its end", least=1, most=100_000
+    )
+    shrink: float = quantity(
+        0, "draw in side faces by this, so that neighbours do not touch", unit="m", least=0, most=1
+    )
+    jitter: float = quantity(
+        0, "displace every item at random by up to this, along every axis", unit="m", least=0,
+        most=1,
+    )  # fmt: skip
+    seed: int = quantity(0, "seed of the jitter", least=0, most=2**31)
+    rest_speed: float = quantity(
+        0, "end a placement when nothing is faster at two samples in a row; 0: never",
+        unit="m/s", least=0, most=1000,
+    )  # fmt: skip
+    early_exit: float = quantity(
+        0, "criterion adams: end at a sample beyond this multiple of a threshold; 0: never", least=0
+    )
+    scope: Scope = quantity(Scope.ALL, "which items are simulated when one is placed")
+    emulate: frozenset[str] = quantity(
+        frozenset(),
+        "settings to imitate where an engine can do so only at a price",
+        choices=SETTINGS,
+    )
+
+    def __post_init__(self) -> None:
+        if self.t_max * self.frequency < 1.0 - 1e-9:
+            raise ValueError(
+                f"t_max times frequency is {self.t_max * self.frequency:g} substeps a placement; "
+                "allowed: 1 or more"
+            )
+        if self.scope is not Scope.ALL and self.between_steps is BetweenSteps.CARRY:
+            raise ValueError(f"scope={self.scope} needs between_steps=reseat")
+        if self.scope is Scope.WIDENING and not self.rest_speed:
+            raise ValueError("scope=widening needs a rest_speed above 0")
+        if 0.0 < self.early_exit < 1.0:
+            raise ValueError(f"early_exit is {self.early_exit:g}; allowed: 0, or 1 or more")
+        if self.early_exit and self.criterion is Criterion.PAPER:
+            raise ValueError("early_exit needs criterion=adams: with paper every sample may end it")
+
+    def world_settings(self) -> WorldSettings:
+        """The part of the parameters that a world is made with."""
+        shared = {name: getattr(self, name) for name in (*SETTINGS, "emulate")}
+        gravity = (0.0, 0.0, -self.gravity)
+        return WorldSettings(**shared, gravity=gravity, options=self._options())
+
+    def _options(self) -> object | None:
+        return None
+
+
+@cache
+def parameters_on(engine: str) -> type[SimulationParameters]:
+    """The parameters of a simulation, and after them those that this engine alone has."""
+    options = engine_options(engine)
+    if options is None:
+        return SimulationParameters
+    own, hints = dataclasses.fields(options), typing.get_type_hints(options)
+
+    def make_options(parameters: SimulationParameters) -> object:
+        return options(**{f.name: getattr(parameters, f.name) for f in own})
+
+    def check(parameters: SimulationParameters) -> None:
+        SimulationParameters.__post_init__(parameters)
+        make_options(parameters)
+
+    return dataclasses.make_dataclass(
+        f"SimulationParameters_{engine}",
+        [(f.name, hints[f.name], field(default=f.default, metadata=f.metadata)) for f in own],
+        bases=(SimulationParameters,),
+        namespace={"_options": make_options, "__post_init__": check},
+        frozen=True,
+    )
