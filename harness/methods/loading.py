@@ -88,7 +88,8 @@ class Loading:
     @property
     def effort(self) -> Effort:
         """What has been simulated so far."""
-        return Effort(self._stage.boxes, self._looks, self._substeps, self._body_substeps)
+        stage = self._stage
+        return Effort(stage.worlds, stage.boxes, self._looks, self._substeps, self._body_substeps)
 
     def load(self) -> Finding:
         """Place item after item until one moves or all stand."""
@@ -230,7 +231,7 @@ class _Stage:
         self._reseat = reseat
         self._world: FixedStepWorld | None = None
         self._held: list[int] = []
-        self.boxes = 0
+        self.worlds = self.boxes = 0
 
     def hold(self, free: list[int], fixed: list[int]) -> FixedStepWorld:
         """A world with these items in this order, as planned and ready to be stepped.
@@ -241,6 +242,7 @@ class _Stage:
         if self._world is None or fixed or free[: len(held)] != held:
             self.close()
             self._world = open_world(self._engine, self._settings)
+            self.worlds += 1
         elif self._reseat and held:
             self._world.reset_poses()
         for index in free[len(self._held) :]:

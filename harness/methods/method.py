@@ -64,12 +64,14 @@ class Effort:
     """What a simulation did, counted: the same on every machine. All zero for other methods.
 
     Attributes:
+        worlds: opened.
         boxes: put into worlds, each time anew.
         looks: readings of poses or velocities.
         substeps: engine steps.
         body_substeps: engine steps times the boxes in the world.
     """
 
+    worlds: int = 0
     boxes: int = 0
     looks: int = 0
     substeps: int = 0

@@ -190,9 +190,13 @@ def code_fingerprint(*classes: type) -> str:
 
 
 def judged_by(method: Method) -> str:
-    """Hash of the code that a method's verdicts come from, its engine's adapter too."""
+    """Hash of the code that a method's verdicts come from, its engine's adapter and a preset's
+    values too.
+    """
     engine = method.spec.engine
-    return code_fingerprint(type(method), *((world_class(engine),) if engine else ()))
+    code = code_fingerprint(type(method), *((world_class(engine),) if engine else ()))
+    values = json.dumps(as_plain(method.parameters), sort_keys=True)
+    return hashlib.sha256(f"{code} {values}".encode()).hexdigest()
 
 
 def provenance() -> dict[str, Any]:

@@ -1,0 +1,70 @@
+"""The labelled cases that genotypes are judged on, in the order in which they are judged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import pandas as pd
+
+from harness.layouts.benchmark import Part, load_benchmark
+from harness.layouts.benchmark.dataset import KEYS
+from harness.layouts.model import Layout
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A layout with its label.
+
+    Attributes:
+        layout: with its centres of mass.
+        safe: items placed safely, all of them for a stable layout.
+        scenario: where its centres of mass are from.
+        instance: the item list that it was packed from.
+        robust: whether the label stands whatever judge is asked; None where none was.
+    """
+
+    layout: Layout
+    safe: int
+    scenario: str
+    instance: str
+    robust: bool | None
+
+
+@dataclass(frozen=True, slots=True)
+class CaseSource:
+    """Which cases: a part of a labelled set, and the folder of the set, None for the shipped one.
+
+    ``limit``: only so many a scenario, those of the first ranks.
+    """
+
+    part: str = str(Part.VALIDATION)
+    directory: str | None = None
+    limit: int | None = None
+
+
+@cache
+def load_cases(source: CaseSource) -> tuple[Case, ...]:
+    """The cases with fragile labels first: on these parameter sets differ most, and soonest.
+
+    Among the fragile and among the others scenarios take turns, so that a search that is
+    interrupted, or a genotype that is given up, has seen all of them.
+
+    Raises:
+        BenchmarkError: not a labelled set, or it holds no such case.
+    """
+    benchmark = load_benchmark(source.directory)
+    chosen = benchmark.select(source.part, limit=source.limit)
+    chosen = chosen.join(benchmark.confidence["robust"], on=KEYS)
+    fragile = ~chosen["robust"].astype("boolean").fillna(True)
+    turn = chosen.groupby(["scenario", fragile]).cumcount()
+    chosen = chosen.assign(turn=turn, sure=~fragile).sort_values(["sure", "turn"], kind="stable")
+    safe = chosen["failing_step"].fillna(chosen["item_count"]).astype(int)
+    robust = [None if pd.isna(value) else bool(value) for value in chosen["robust"]]
+    return tuple(
+        Case(benchmark.layout(name, scenario), *rest)
+        for name, scenario, *rest in zip(
+            chosen["layout"], chosen["scenario"], safe, chosen["scenario"], chosen["instance"],
+            robust, strict=True,
+        )
+    )  # fmt: skip

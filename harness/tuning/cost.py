@@ -1,0 +1,149 @@
+"""CPU time as a sum over what a simulation does, so that a search can be made again.
+
+The terms are counted (:class:`harness.methods.method.Effort`) and equal on every machine; what each
+takes is measured once an engine, as the non-negative weights that fit the CPU times of random
+genotypes best.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+from scipy.stats import spearmanr
+
+from engines.world import BroadPhase
+from harness.methods.method import Effort
+from harness.methods.registry import make_method
+from harness.methods.simulation_parameters import SimulationParameters
+from harness.studies.executors import SinglePart, run_units
+from harness.tuning.cases import CaseSource, load_cases
+from harness.tuning.space import Space, TuningError
+
+FloatArray = NDArray[np.float64]
+
+TERMS = (
+    "layout",
+    "world",
+    "world with the simple broad phase",
+    "box placed",
+    "look",
+    "substep",
+    "body and substep",
+    "body, substep and iteration",
+)
+"""What is counted. Bodies and iterations count by what is asked for: an engine may do with less."""
+
+_USUAL_ITERATIONS = 50
+"""Of an engine that was not told."""
+
+_CASES = 36
+_PARAMETER_SETS = 24
+_REPEATS = 3
+
+
+@dataclass(frozen=True)
+class CostModel:
+    """What a judgement costs on one engine.
+
+    Attributes:
+        microseconds: by term of :data:`TERMS`.
+        parameter_sets: how many it was fitted to.
+        correlation: Spearman's, of modelled and measured times.
+        error: median relative error.
+    """
+
+    microseconds: Mapping[str, float] = field(default_factory=dict)
+    parameter_sets: int = 0
+    correlation: float = np.nan
+    error: float = np.nan
+
+    def milliseconds(self, effort: Effort, parameters: SimulationParameters) -> float:
+        """The modelled CPU time of one layout."""
+        return 1e-3 * float(self._weights @ counts(effort, parameters))
+
+    @property
+    def _weights(self) -> FloatArray:
+        return np.array([self.microseconds[term] for term in TERMS])
+
+
+def counts(effort: Effort, parameters: SimulationParameters) -> FloatArray:
+    """How often each of :data:`TERMS` occurred in the judgement of one layout."""
+    iterations = parameters.solver_iterations or _USUAL_ITERATIONS
+    simple = effort.worlds if parameters.broad_phase is BroadPhase.SIMPLE else 0
+    return np.array(
+        [
+            1.0, effort.worlds, simple, effort.boxes, effort.looks, effort.substeps,
+            effort.body_substeps, effort.body_substeps * iterations,
+        ]
+    )  # fmt: skip
+
+
+def calibrate(space: Space, source: CaseSource, *, workers: int, seed: int = 0) -> CostModel:
+    """Measure random genotypes of a space and fit the model to them.
+
+    Args:
+        space: of the engine.
+        source: where the layouts are from; the first few are used.
+        workers: processes beside this one; 0 measures here.
+        seed: of the genotypes.
+
+    Raises:
+        TuningError: not one of them could be measured.
+    """
+    random = np.random.default_rng(seed)
+    sizes = [len(gene.values) for gene in space.genes]
+    genotypes = [space.start, *(tuple(random.integers(sizes)) for _ in range(_PARAMETER_SETS - 1))]
+    units = [_Measurement(space.spec(genotype), source) for genotype in genotypes]
+    found = [
+        answer
+        for _, answers in run_units(_measure, units, workers=workers, crashed=_crashed)
+        for answer in answers
+        if answer is not None
+    ]
+    if not found:
+        raise TuningError(f"engine {space.engine!r}: no genotype could be measured")
+    rows = np.array([row for row, _ in sorted(found, key=lambda pair: pair[1])])
+    times = np.sort([time for _, time in found])
+    # Relative errors count: a genotype of 1 ms matters as much as one of 50.
+    weights, _ = nnls(rows / times[:, None], np.ones(len(times)))
+    modelled = rows @ weights
+    return CostModel(
+        {term: float(f"{1e3 * w:.4g}") for term, w in zip(TERMS, weights, strict=True)},
+        len(times),
+        float(spearmanr(modelled, times).statistic),
+        float(np.median(np.abs(modelled / times - 1.0))),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Measurement(SinglePart):
+    """A unit of work: one parameter set on the first cases."""
+
+    spec: str
+    source: CaseSource
+
+    def describe(self, part: int) -> str:
+        return f"{self.spec} on the first {_CASES} cases"
+
+
+_Counted = tuple[Sequence[float], float]
+
+
+def _measure(unit: _Measurement) -> Iterator[_Counted]:
+    """Mean counts and mean CPU time [ms] a layout."""
+    method = make_method(unit.spec)
+    layouts = [case.layout for case in load_cases(unit.source)[:_CASES]]
+    method.prepare(max(map(len, layouts)))
+    method.judge(layouts[0])
+    verdicts = [[method.judge(layout) for layout in layouts] for _ in range(_REPEATS)]
+    row = np.mean([counts(v.effort, method.parameters) for v in verdicts[0]], axis=0)
+    cpu = np.median([[v.cpu.total for v in repeat] for repeat in verdicts], axis=0)
+    yield row.tolist(), 1e3 * float(cpu.mean())
+
+
+def _crashed(unit: _Measurement, part: int, reason: str) -> None:
+    """A parameter set that ends its process tells nothing of cost."""

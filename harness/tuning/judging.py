@@ -1,0 +1,199 @@
+"""Judging genotypes: in rounds of ever more cases, given up once they can no longer win."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harness.methods.method import Status
+from harness.methods.registry import make_method
+from harness.methods.spec import SpecError
+from harness.studies.executors import SinglePart
+from harness.studies.runner import judge
+from harness.tuning.cases import CaseSource, load_cases
+from harness.tuning.cost import CostModel
+
+BoolArray = NDArray[np.bool_]
+FloatArray = NDArray[np.float64]
+
+ACCURACY_WEIGHT, SPEED_WEIGHT = 0.85, 0.15
+"""Section 5.2 of the paper."""
+
+ROUNDS = (30, 60, 120, 300)
+"""Cases after which a genotype may be given up; all cases are the last round."""
+
+_SURE = 2.0
+"""Standard errors."""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """What came out for a genotype, on the first cases.
+
+    Attributes:
+        right: whether it named the label's failing step, shape (n,).
+        cost: modelled CPU time [ms], shape (n,).
+        cpu: seconds spent on judging.
+        reason: why there is nothing, where a genotype cannot be judged; then n is 0.
+    """
+
+    right: BoolArray
+    cost: FloatArray
+    cpu: float = 0.0
+    reason: str = ""
+
+    def __len__(self) -> int:
+        return len(self.right)
+
+    @property
+    def accuracy(self) -> float:
+        """Share of cases that are right; 0 without any."""
+        return float(self.right.mean()) if len(self) else 0.0
+
+    @property
+    def mean_cost(self) -> float:
+        """ms a layout; infinite without any."""
+        return float(self.cost.mean()) if len(self) else math.inf
+
+    def first(self, count: int) -> Sheet:
+        """What was known after the first cases."""
+        return Sheet(self.right[:count], self.cost[:count], self.cpu, self.reason)
+
+
+NOTHING = Sheet(np.zeros(0, dtype=bool), np.zeros(0))
+
+
+def speed(cost: float, goal: FloatArray) -> float:
+    """1 up to the goal, and going down with the cost beyond it: goal / cost.
+
+    The paper does not say what its own is.
+
+    Args:
+        cost: ms a layout.
+        goal: the cost [ms] that counts as fast, by case.
+    """
+    return min(1.0, float(goal.mean()) / max(cost, 1e-9))
+
+
+def fitness(sheet: Sheet, goal: FloatArray) -> float:
+    """0.85 accuracy + 0.15 speed, of a genotype that was judged on all cases."""
+    return ACCURACY_WEIGHT * sheet.accuracy + SPEED_WEIGHT * speed(sheet.mean_cost, goal)
+
+
+def behind(sheet: Sheet, rival: Sheet) -> tuple[float, float]:
+    """By how much a genotype will be behind a rival in accuracy on all cases, and how sure that is.
+
+    The cases that are left are taken to come out alike: the first ones are those on which parameter
+    sets differ.
+
+    Args:
+        sheet: of a genotype, on the first cases.
+        rival: on all cases.
+
+    Returns:
+        The difference, and what it may be off by: two standard errors of a paired difference, or
+        what the rival has wrong among the cases that are left, whichever is less. One more
+        disagreement is counted than was seen.
+    """
+    whole, count = len(rival), len(sheet)
+    ours, theirs = sheet.right, rival.right[:count]
+    disagreements = int((ours != theirs).sum())
+    left = int((~rival.right[count:]).sum())
+    allowance = min(_SURE * math.sqrt(disagreements + 1.0), left)
+    return (int(theirs.sum()) - int(ours.sum())) / whole, allowance / whole
+
+
+def estimated(sheet: Sheet, rival: Sheet, goal: FloatArray) -> tuple[float, float, float]:
+    """Fitness, accuracy and cost [ms] on all cases of a genotype that was given up."""
+    same = rival.first(len(sheet))
+    accuracy = rival.accuracy - behind(sheet, rival)[0]
+    cost = rival.mean_cost * sheet.mean_cost / same.mean_cost
+    return ACCURACY_WEIGHT * accuracy + SPEED_WEIGHT * speed(cost, goal), accuracy, cost
+
+
+class Race(Protocol):
+    """Says when a genotype can no longer win, from what is known of it so far."""
+
+    def lost(self, sheet: Sheet) -> bool:
+        """Whether to give it up."""
+        ...
+
+
+@dataclass(frozen=True)
+class FitnessRace:
+    """Against the fittest genotype so far."""
+
+    goal: FloatArray
+    rival: Sheet
+
+    def lost(self, sheet: Sheet) -> bool:
+        """See :meth:`Race.lost`."""
+        gap = fitness(self.rival, self.goal) - estimated(sheet, self.rival, self.goal)[0]
+        return gap > ACCURACY_WEIGHT * behind(sheet, self.rival)[1]
+
+
+@dataclass(frozen=True)
+class FrontRace:
+    """Against all genotypes that no other one beats in both accuracy and cost."""
+
+    rivals: Sequence[Sheet] = ()
+
+    def lost(self, sheet: Sheet) -> bool:
+        """See :meth:`Race.lost`: one that costs no more is clearly more accurate."""
+        for rival in self.rivals:
+            if rival.first(len(sheet)).mean_cost <= sheet.mean_cost:
+                gap, allowance = behind(sheet, rival)
+                if gap > allowance:
+                    return True
+        return False
+
+
+@dataclass(frozen=True)
+class JudgeUnit(SinglePart):
+    """A unit of work: one genotype, by its spec, until it is through or given up."""
+
+    spec: str
+    source: CaseSource
+    model: CostModel
+    race: Race
+
+    def describe(self, part: int) -> str:
+        """For people."""
+        return self.spec
+
+
+def judge_unit(unit: JudgeUnit) -> Iterator[Sheet]:
+    """Judge a genotype; one sheet."""
+    try:
+        method = make_method(unit.spec)
+    except SpecError as error:
+        yield Sheet(NOTHING.right, NOTHING.cost, reason=str(error))
+        return
+    cases = load_cases(unit.source)
+    method.prepare(max(len(case.layout) for case in cases))
+    right: list[bool] = []
+    cost: list[float] = []
+    cpu = 0.0
+    for end in sorted({min(count, len(cases)) for count in (*ROUNDS, len(cases))}):
+        for case in cases[len(right) : end]:
+            verdict = judge(method, case.layout)
+            safe = verdict.failing_step
+            if safe is None and verdict.status is Status.DONE:
+                safe = verdict.item_count
+            right.append(safe == case.safe)
+            cost.append(unit.model.milliseconds(verdict.effort, method.parameters))
+            cpu += verdict.cpu.total
+        sheet = Sheet(np.array(right, dtype=bool), np.round(cost, 4), cpu)
+        if end < len(cases) and unit.race.lost(sheet):
+            break
+    yield sheet
+
+
+def crashed_sheet(unit: JudgeUnit, part: int, reason: str) -> Sheet:
+    """Of a genotype that ends the process it is judged in."""
+    return Sheet(NOTHING.right, NOTHING.cost, reason=f"crashed: {reason}")

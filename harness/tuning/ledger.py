@@ -1,0 +1,148 @@
+"""Everything a search has found out, line by line in one file; it goes on from there.
+
+A line is written as soon as it is known. A search that is started again proposes the same genotypes
+in the same order, finds those that were judged, and goes on where it was interrupted.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from harness.tuning.judging import Sheet
+from harness.tuning.space import Genotype, TuningError
+
+_FILE = "search.jsonl"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A genotype, the generation in which it was judged, and what came out."""
+
+    genotype: Genotype
+    generation: int
+    sheet: Sheet
+
+
+@dataclass(frozen=True, slots=True)
+class GenerationEnd:
+    """A finished generation: genotypes proposed, their median fitness, and wall seconds spent."""
+
+    number: int
+    asked: int
+    median: float
+    wall: float
+
+
+class Ledger:
+    """The file of a search.
+
+    Args:
+        directory: of the search; made when it does not exist.
+        identity: what the search is; a file of another one is refused.
+
+    Raises:
+        TuningError: the folder holds another search, or a file that is none.
+    """
+
+    def __init__(self, directory: Path, identity: Mapping[str, Any]) -> None:
+        directory.mkdir(parents=True, exist_ok=True)
+        self._path = directory / _FILE
+        self.facts: dict[str, Any] = {}
+        self.entries: dict[Genotype, Entry] = {}
+        self.ends: list[GenerationEnd] = []
+        if self._path.exists():
+            self._read(dict(identity))
+        else:
+            self._write({"search": dict(identity)})
+
+    @classmethod
+    def of(cls, directory: Path) -> tuple[dict[str, Any], Ledger]:
+        """The identity and the ledger that a folder holds.
+
+        Raises:
+            TuningError: it holds no search.
+        """
+        path = directory / _FILE
+        if not path.exists():
+            raise TuningError(f"{directory}: holds no search")
+        with path.open() as file:
+            identity = _parse(file.readline(), path).get("search")
+        if identity is None:
+            raise TuningError(f"{path}: is not the file of a search")
+        return identity, cls(directory, identity)
+
+    def state(self, name: str, value: Any) -> None:
+        """Write down something that was measured before the search, such as the cost model."""
+        self.facts[name] = value
+        self._write({"fact": name, "value": value})
+
+    def add(self, entry: Entry) -> None:
+        """Write down what came out for a genotype."""
+        self.entries[entry.genotype] = entry
+        sheet = entry.sheet
+        self._write(
+            {
+                "genotype": list(entry.genotype),
+                "generation": entry.generation,
+                "n": len(sheet),
+                "right": np.packbits(sheet.right).tobytes().hex(),
+                "cost": sheet.cost.tolist(),
+                "cpu": round(sheet.cpu, 3),
+                **({"reason": sheet.reason} if sheet.reason else {}),
+            }
+        )
+
+    def end(self, end: GenerationEnd) -> None:
+        """Write down that a generation is finished."""
+        self.ends.append(end)
+        self._write({"end": end.number, "asked": end.asked, "median": end.median, "wall": end.wall})
+
+    def _write(self, line: Mapping[str, Any]) -> None:
+        with self._path.open("a") as file:
+            file.write(json.dumps(line) + "\n")
+
+    def _read(self, identity: dict[str, Any]) -> None:
+        text = self._path.read_text()
+        whole = text[: text.rfind("\n") + 1]
+        if whole != text:  # the line in writing when the search was interrupted
+            self._path.write_text(whole)
+        lines = [_parse(line, self._path) for line in whole.splitlines()]
+        found = lines[0].get("search") if lines else None
+        if found != identity:
+            differs = sorted(
+                k for k in {*(found or {}), *identity} if (found or {}).get(k) != identity.get(k)
+            )
+            raise TuningError(
+                f"{self._path}: holds another search ({', '.join(differs)} differ); choose another "
+                "folder, or remove it"
+            )
+        for line in lines[1:]:
+            if "fact" in line:
+                self.facts[line["fact"]] = line["value"]
+            elif "end" in line:
+                self.ends.append(
+                    GenerationEnd(line["end"], line["asked"], line["median"], line["wall"])
+                )
+            else:
+                entry = _entry(line)
+                self.entries[entry.genotype] = entry
+
+
+def _parse(line: str, path: Path) -> dict[str, Any]:
+    try:
+        return json.loads(line)
+    except ValueError:
+        raise TuningError(f"{path}: is damaged; remove it to start anew") from None
+
+
+def _entry(line: Mapping[str, Any]) -> Entry:
+    bits = np.frombuffer(bytes.fromhex(line["right"]), dtype=np.uint8)
+    right = np.unpackbits(bits, count=line["n"]).astype(bool)
+    sheet = Sheet(right, np.array(line["cost"]), line["cpu"], line.get("reason", ""))
+    return Entry(tuple(line["genotype"]), line["generation"], sheet)

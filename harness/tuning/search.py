@@ -1,0 +1,304 @@
+"""One search: generations of genotypes, judged over processes, resumable, remade by its seed."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from harness.methods.registry import make_method
+from harness.methods.spec import nearest
+from harness.studies.executors import run_units
+from harness.studies.results import judged_by, provenance
+from harness.studies.runner import locked
+from harness.tuning.cases import CaseSource, load_cases
+from harness.tuning.cost import CostModel, calibrate
+from harness.tuning.judging import (
+    FitnessRace,
+    FloatArray,
+    FrontRace,
+    JudgeUnit,
+    Race,
+    Sheet,
+    crashed_sheet,
+    estimated,
+    fitness,
+    judge_unit,
+)
+from harness.tuning.ledger import Entry, GenerationEnd, Ledger
+from harness.tuning.proposers import ALGORITHMS
+from harness.tuning.space import DEFAULT, Genotype, Space, TuningError, space_on
+
+GOAL = "ps3@{engine}:samples=10,rest_speed=0.01"
+"""What a goal is a fifth of: PS_3, stopped at rest and looked at as often as others are."""
+
+GOAL_SHARE = 0.2
+
+_WORST_COST = 1e4
+"""ms; of what cannot be judged."""
+
+Report = Callable[[str], None]
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, slots=True)
+class SearchOptions:
+    """What is searched, by whom, for how long.
+
+    Attributes:
+        engine: registered name.
+        algorithm: of :data:`harness.tuning.proposers.ALGORITHMS`.
+        space: of :func:`harness.tuning.space.space_names`.
+        seed: of every random draw.
+        population: genotypes a generation, 4 or more.
+        generations: how many; None for as many as the budget allows.
+        budget: wall seconds, over all starts of the search; no generation is begun beyond it. None
+            for no limit.
+        source: the cases.
+        model: what judging costs; None measures it first.
+
+    Raises:
+        TuningError: neither generations nor a budget, or a value that is not allowed.
+    """
+
+    engine: str
+    algorithm: str = "genetic"
+    space: str = DEFAULT
+    seed: int = 0
+    population: int = 40
+    generations: int | None = None
+    budget: float | None = None
+    source: CaseSource = field(default_factory=CaseSource)
+    model: CostModel | None = None
+
+    def __post_init__(self) -> None:
+        if self.algorithm not in ALGORITHMS:
+            raise TuningError(
+                f"unknown algorithm {self.algorithm!r}; {nearest(self.algorithm, ALGORITHMS)}"
+            )
+        if self.population < 4:
+            raise TuningError(f"population is {self.population}; allowed: 4 or more")
+        if self.generations is None and self.budget is None:
+            raise TuningError("a search needs a number of generations or a budget")
+        if find_spec(ALGORITHMS[self.algorithm].needs) is None:
+            raise TuningError(
+                f"algorithm {self.algorithm!r} needs the package "
+                f"{ALGORITHMS[self.algorithm].needs}: pip install 'steadyload[tuning]'"
+            )
+
+
+class Search:
+    """A search in its folder.
+
+    Args:
+        directory: of the search; it goes on where it was.
+        options: what is searched.
+
+    Raises:
+        TuningError: see :class:`SearchOptions`, :func:`harness.tuning.space.space_on`,
+            :class:`harness.tuning.ledger.Ledger`.
+        BenchmarkError: see :func:`harness.tuning.cases.load_cases`.
+    """
+
+    def __init__(self, directory: Path, options: SearchOptions) -> None:
+        self.options = options
+        self.space: Space = space_on(options.engine, options.space)
+        self.cases = load_cases(options.source)
+        self.ledger = Ledger(directory, identity(options, self.space))
+        self._directory = directory
+
+    @property
+    def goal(self) -> FloatArray:
+        """The cost [ms] that counts as fast, by case."""
+        return GOAL_SHARE * np.array(self.ledger.facts["goal"])
+
+    @property
+    def model(self) -> CostModel:
+        """What judging costs on the engine."""
+        return CostModel(**self.ledger.facts["model"])
+
+    def run(
+        self,
+        *,
+        workers: int,
+        progress: Progress = lambda done, total: None,
+        report: Report = lambda sentence: None,
+    ) -> Entry:
+        """Search until the generations or the budget are used up; returns the fittest genotype.
+
+        Args:
+            workers: processes beside this one; 0 judges in this process.
+            progress: called with seconds or generations, spent and in all.
+            report: told a sentence after every generation.
+
+        Raises:
+            ResultsError: another search is at work in the folder.
+            WorkerDiedError: see :func:`harness.studies.executors.run_units`.
+        """
+        with locked(self._directory):
+            self._prepare(workers, report)
+            options = self.options
+            proposer = ALGORITHMS[options.algorithm](self.space, options.population, options.seed)
+            try:
+                number = 0
+                while not self._finished(number):
+                    self._generation(number, proposer.ask(), workers)
+                    proposer.tell([self._worth(g, number) for g in self._proposed])
+                    number += 1
+                    self._tell(number, progress, report)
+            finally:
+                proposer.close()
+        return self.fittest()
+
+    def fittest(self, before: int | None = None) -> Entry:
+        """The fittest genotype that was judged on all cases; the first of equals.
+
+        Args:
+            before: only from generations with smaller numbers; the start always counts.
+        """
+        return max(self.whole(before), key=lambda entry: fitness(entry.sheet, self.goal))
+
+    def whole(self, before: int | None = None) -> list[Entry]:
+        """All genotypes judged on all cases, in the order in which they were proposed."""
+        return [
+            entry
+            for entry in self.ledger.entries.values()
+            if len(entry.sheet) == len(self.cases) and (before is None or entry.generation < before)
+        ]
+
+    def front(self, before: int | None = None) -> list[Entry]:
+        """Genotypes judged on all cases that no other is as accurate as at a lower cost."""
+        return pareto_front(self.whole(before))
+
+    def _prepare(self, workers: int, report: Report) -> None:
+        """Measure what judging costs, what PS_3 costs, and what the start is worth."""
+        options, facts = self.options, self.ledger.facts
+        if "made_by" not in facts:
+            self.ledger.state("made_by", provenance())
+        if "model" not in facts:
+            report("measuring what judging costs")
+            model = options.model or calibrate(self.space, options.source, workers=workers)
+            self.ledger.state("model", dataclasses.asdict(model))
+        if "goal" not in facts:
+            spec = GOAL.format(engine=options.engine)
+            sheet = self._judge({spec: spec}, FrontRace(), workers)[spec]
+            self.ledger.state("goal", sheet.cost.tolist())
+        start = self.space.start
+        if start not in self.ledger.entries:
+            sheet = self._judge({start: self.space.spec(start)}, FrontRace(), workers)[start]
+            if len(sheet) < len(self.cases):
+                raise TuningError(f"the start of the space cannot be judged: {sheet.reason}")
+            self.ledger.add(Entry(start, -1, sheet))
+
+    def _finished(self, number: int) -> bool:
+        generations, budget = self.options.generations, self.options.budget
+        if generations is not None and number >= generations:
+            return True
+        known = number < len(self.ledger.ends)
+        return budget is not None and not known and number > 0 and self.wall >= budget
+
+    @property
+    def wall(self) -> float:
+        """Seconds spent on finished generations."""
+        return sum(end.wall for end in self.ledger.ends)
+
+    def _generation(self, number: int, proposed: list[Genotype], workers: int) -> None:
+        self._proposed = proposed
+        if number < len(self.ledger.ends):
+            return
+        started = time.perf_counter()
+        missing = {
+            genotype: spec
+            for genotype in dict.fromkeys(proposed)
+            if genotype not in self.ledger.entries and (spec := self._spec(genotype, number))
+        }
+        self._judge(missing, self._race(number), workers, number)
+        values = [self._worth(genotype, number)[0] for genotype in proposed]
+        wall = round(time.perf_counter() - started, 3)
+        self.ledger.end(GenerationEnd(number, len(proposed), float(np.median(values)), wall))
+
+    def _spec(self, genotype: Genotype, number: int) -> str | None:
+        """A genotype's spec; what cannot be a method is put down as judged, for nothing."""
+        try:
+            return self.space.spec(genotype)
+        except ValueError as error:
+            empty = Sheet(np.zeros(0, dtype=bool), np.zeros(0), reason=str(error))
+            self.ledger.add(Entry(genotype, number, empty))
+            return None
+
+    def _race(self, number: int) -> Race:
+        """What a genotype of a generation is held against: only what was known before it."""
+        if ALGORITHMS[self.options.algorithm].wants_front:
+            return FrontRace(tuple(entry.sheet for entry in self.front(number)))
+        return FitnessRace(self.goal, self.fittest(number).sheet)
+
+    def _judge(
+        self, specs: Mapping[Any, str], race: Race, workers: int, number: int | None = None
+    ) -> dict[Any, Sheet]:
+        """Judge specs; those of a generation are written down as soon as they are known."""
+        source, model = self.options.source, self.model
+        keys = {spec: key for key, spec in specs.items()}
+        units = [JudgeUnit(spec, source, model, race) for spec in keys]
+        found: dict[Any, Sheet] = {}
+        for unit, [sheet] in run_units(judge_unit, units, workers=workers, crashed=crashed_sheet):
+            found[keys[unit.spec]] = sheet
+            if number is not None:
+                self.ledger.add(Entry(keys[unit.spec], number, sheet))
+        return found
+
+    def _worth(self, genotype: Genotype, number: int) -> tuple[float, float, float]:
+        """Fitness, accuracy and cost of a genotype, as a proposer is told.
+
+        What was given up is told as far behind the fittest as it was when it was given up.
+        """
+        sheet = self.ledger.entries[genotype].sheet
+        if not len(sheet):
+            return 0.0, 0.0, _WORST_COST
+        if len(sheet) == len(self.cases):
+            return fitness(sheet, self.goal), sheet.accuracy, sheet.mean_cost
+        return estimated(sheet, self.fittest(number).sheet, self.goal)
+
+    def _tell(self, number: int, progress: Progress, report: Report) -> None:
+        options = self.options
+        if options.generations is not None:
+            progress(number, options.generations)
+        else:
+            progress(int(self.wall), int(options.budget or 0))
+        best = self.fittest(number).sheet
+        report(
+            f"generation {number - 1}: fitness {fitness(best, self.goal):.4f}, accuracy "
+            f"{100 * best.accuracy:.2f} %, {best.mean_cost:.2f} ms; "
+            f"{len(self.ledger.entries)} genotypes, {self.wall:.0f} s"
+        )
+
+
+def pareto_front(entries: list[Entry]) -> list[Entry]:
+    """Those that no other is as accurate as at a lower cost, by rising cost."""
+    front: list[Entry] = []
+    for entry in sorted(entries, key=lambda e: (e.sheet.mean_cost, -e.sheet.accuracy)):
+        if not front or entry.sheet.accuracy > front[-1].sheet.accuracy:
+            front.append(entry)
+    return front
+
+
+def identity(options: SearchOptions, space: Space) -> dict[str, Any]:
+    """What makes a search the same search. Budgets are not part of it: one may go on longer."""
+    method = make_method(space.spec(space.start))
+    return {
+        "engine": options.engine,
+        "algorithm": options.algorithm,
+        "space": options.space,
+        "genes": {gene.name: list(gene.values) for gene in space.genes},
+        "fixed": dict(space.fixed),
+        "start": list(space.start),
+        "seed": options.seed,
+        "population": options.population,
+        "source": dataclasses.asdict(options.source),
+        "code": judged_by(method)[:16],
+    }

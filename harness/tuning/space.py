@@ -1,0 +1,184 @@
+"""What is searched on an engine: genes, their values, and where a search starts."""
+
+from __future__ import annotations
+
+import dataclasses
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from engines.registry import engines, world_class
+from engines.world import SETTINGS, Support
+from harness.methods.registry import make_method
+from harness.methods.simulation_parameters import SimulationParameters, parameters_on
+from harness.methods.spec import as_plain, bind, canonical, nearest
+
+DEFAULT = "extended"
+"""The space that presets are tuned in."""
+
+Genotype = tuple[int, ...]
+"""For every gene of a space the place of its value among those it may have."""
+
+
+class TuningError(ValueError):
+    """A search that cannot be: says what was asked and what is allowed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Gene:
+    """A parameter that is searched.
+
+    Attributes:
+        name: of the parameter.
+        unit: of its values; empty where they have none.
+        values: what it may be, at least two; numbers rise.
+        text: the values for people.
+    """
+
+    name: str
+    unit: str
+    values: tuple[Any, ...]
+    text: str
+
+
+@dataclass(frozen=True)
+class Space:
+    """Everything that is searched on one engine.
+
+    Attributes:
+        name: registered in ``spaces.toml``.
+        engine: registered name.
+        fixed: parameters that are the same in every genotype.
+        genes: what is searched, in the order of the file.
+        start: the genotype that a search begins with, beside random ones.
+    """
+
+    name: str
+    engine: str
+    fixed: Mapping[str, Any]
+    genes: tuple[Gene, ...]
+    start: Genotype
+
+    def values(self, genotype: Genotype) -> dict[str, Any]:
+        """The parameters of a genotype that are searched."""
+        return {g.name: g.values[at] for g, at in zip(self.genes, genotype, strict=True)}
+
+    def parameters(self, genotype: Genotype) -> SimulationParameters:
+        """All parameters of a genotype.
+
+        Raises:
+            SpecError: they cannot stand together, such as less than a substep a placement.
+        """
+        stated = {**self.fixed, **self.values(genotype)}
+        return bind(parameters_on(self.engine), stated, where=self.engine)
+
+    def spec(self, genotype: Genotype) -> str:
+        """A genotype as the spec string of a method."""
+        bound = self.parameters(genotype)
+        return spec_of(self.engine, bound, [*self.fixed, *(g.name for g in self.genes)])
+
+    def with_values(self, genotype: Genotype, values: Mapping[str, Any]) -> Genotype:
+        """The genotype with some genes at other values; they must be among those of the gene."""
+        return tuple(
+            g.values.index(values[g.name]) if g.name in values else at
+            for g, at in zip(self.genes, genotype, strict=True)
+        )
+
+
+def spec_of(engine: str, parameters: SimulationParameters, keys: list[str] | None = None) -> str:
+    """The spec string of a simulation with these parameters.
+
+    Args:
+        engine: registered name.
+        parameters: of a simulation on that engine.
+        keys: state only these; None states all that differ from the defaults.
+    """
+    if keys is None:
+        default = as_plain(parameters_on(engine)())
+        keys = [k for k, value in as_plain(parameters).items() if value != default[k]]
+    values = ",".join(f"{key}={value}" for key, value in canonical(parameters, keys))
+    return str(make_method(f"simulation@{engine}:{values}").spec)
+
+
+def space_names() -> tuple[str, ...]:
+    """Names of all spaces."""
+    return tuple(_spaces())
+
+
+@cache
+def space_on(engine: str, name: str = DEFAULT) -> Space:
+    """A space on an engine, without the genes that play no part there.
+
+    Raises:
+        TuningError: no such space or engine, or an engine that chooses its own steps.
+        EngineNotInstalledError: the engine's library is missing.
+    """
+    if name not in _spaces():
+        raise TuningError(f"unknown space {name!r}; {nearest(name, _spaces())}")
+    if engine not in engines():
+        raise TuningError(f"unknown engine {engine!r}; {nearest(engine, engines())}")
+    if world_class(engine).capabilities.error_controlled:
+        raise TuningError(f"engine {engine!r} chooses its own steps: there is nothing to tune")
+    table = _spaces()[name]
+    declared = {f.name: f for f in dataclasses.fields(parameters_on(engine))}
+    genes, start = [], []
+    for gene_name, given in table["genes"].items():
+        if gene_name not in declared:
+            continue
+        values = _met(engine, gene_name, _listed(given))
+        if len(values) < 2:
+            continue
+        begin = table["start"].get(gene_name, declared[gene_name].default)
+        context = {**table["fixed"], **{k: v for k, v in table["start"].items() if k in declared}}
+        values = tuple(_bound(engine, context, gene_name, value) for value in values)
+        begin = _bound(engine, context, gene_name, begin)
+        if begin not in values:
+            raise TuningError(
+                f"space {name!r}: {gene_name} starts at {begin!r}, not one of {values}"
+            )
+        genes.append(Gene(gene_name, declared[gene_name].metadata["unit"], values, _text(given)))
+        start.append(values.index(begin))
+    return Space(name, engine, dict(table["fixed"]), tuple(genes), tuple(start))
+
+
+def _bound(engine: str, context: Mapping[str, Any], name: str, value: Any) -> Any:
+    """A value as the method's parameters hold it, beside others that are allowed."""
+    whole = bind(parameters_on(engine), {**context, name: value}, where="spaces.toml")
+    return as_plain(whole)[name]
+
+
+def _met(engine: str, name: str, values: tuple[Any, ...]) -> tuple[Any, ...]:
+    """The values that an engine does not ignore."""
+    if name not in SETTINGS:
+        return values
+    answer = world_class(engine).capabilities.settings[name]
+    if answer.support in (Support.IGNORED, Support.ON_REQUEST):
+        return ()
+    if answer.values is None:
+        return values
+    return tuple(value for value in values if value in answer.values)
+
+
+def _listed(given: Any) -> tuple[Any, ...]:
+    if isinstance(given, list):
+        return tuple(given)
+    least, most, step = given["least"], given["most"], given["step"]
+    count = int((most - least) / step + 1e-9) + 1
+    # Rounding keeps 0.1 + 2 * 0.1 from becoming 0.30000000000000004 in a spec.
+    return tuple(round(least + k * step, 10) for k in range(count))
+
+
+def _text(given: Any) -> str:
+    if isinstance(given, list):
+        return ", ".join(
+            f"{value:g}" if isinstance(value, float) else str(value) for value in given
+        )
+    return f"{given['least']:g} to {given['most']:g}, step {given['step']:g}"
+
+
+@cache
+def _spaces() -> dict[str, Any]:
+    return tomllib.loads(resources.files("harness.tuning").joinpath("spaces.toml").read_text())
