@@ -138,7 +138,8 @@ def transfer(table: TransferTable, number: int) -> Section:
                 f"transfer-{number + 1}",
                 plot_transfer(table),
                 "Accuracy in per cent and CPU time a layout of parameters tuned on one engine "
-                "(rows) and judged on another (columns).",
+                "(rows) and judged on another (columns). Colour: how far they are ahead of "
+                "those that were tuned on the engine they are judged on.",
             )
         ],
     )

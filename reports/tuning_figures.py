@@ -17,11 +17,14 @@ from reports.records import Estimate, MethodKey
 from reports.style import engine_colour, marker
 from reports.tables import compact, significant
 from reports.tuning_records import Outcome, TransferTable, Tuning, VariantTable
-from reports.tuning_search_figures import draw_front, set_accuracy_against_cost
+from reports.tuning_search_figures import USUAL_ACCURACIES, draw_front, set_accuracy_against_cost
 
 _GREY = "#7f7f7f"
 _FILLS = ("none", "bottom", "left", "top", "right")
 """How the markers are filled of what a tuned method is held against."""
+
+_DARK = 0.7
+"""Beyond this share of the scale of colours, black does not read."""
 
 _FAR = 10.0
 """Changes of more than so many points need an axis that also shows the small ones."""
@@ -45,7 +48,7 @@ def plot_price(tuning: Tuning) -> Figure:
     bought = [(p.engine, p.test) for p in tuning.prices if p.test is not None]
     shown = [o for _, o in bought]
     for engine, outcome in bought:
-        _point(axes, engine, outcome, markersize=5.0, markeredgecolor="white")
+        _point(axes, engine, outcome, markersize=6.0, markeredgecolor="white")
     for table in tuning.tests:
         for other in table.others:
             fill = _FILLS[families.index(other.method.family) % len(_FILLS)]
@@ -54,7 +57,7 @@ def plot_price(tuning: Tuning) -> Figure:
         shown += [table.tuned, *table.others]
     set_accuracy_against_cost(
         axes,
-        [100.0 * v for o in shown for v in (o.accuracy.value, o.accuracy.low)],
+        [*USUAL_ACCURACIES, *(100.0 * o.accuracy.value for o in shown)],
         [o.cpu.value for o in shown],
     )
     for budget in dict.fromkeys(p.budget for p in tuning.prices):
@@ -67,7 +70,7 @@ def plot_price(tuning: Tuning) -> Figure:
     if tuning.searches:
         roles.append(("front of the searches", {"linestyle": "-", "linewidth": 1.2}))
     if bought:
-        roles.append(("bought by a budget", _spot(markersize=5.0)))
+        roles.append(("bought by a budget", _spot(markersize=6.0)))
     if tuning.tests:
         roles.append(("tuned", _spot(markersize=10.0, markeredgecolor="black")))
     for family in families:
@@ -183,13 +186,19 @@ def _set_points(axes: Axes, ends: Sequence[float]) -> None:
         return
     axes.set_xscale("symlog", linthresh=1.0)
     ticks = [s * t for t in (1, 3, 10, 30, 100) for s in (-1, 1)] + [0]
-    shown = sorted(t for t in ticks if 1.2 * min(ends) <= t <= 1.2 * max(max(ends), 1.0))
+    low, high = 1.3 * min(*ends, -1.0), 1.3 * max(*ends, 1.0)
+    axes.set_xlim(low, high)
+    shown = sorted(t for t in ticks if low <= t <= high)
     axes.set_xticks(shown, [f"{t:g}" for t in shown])
     axes.minorticks_off()
 
 
 def plot_transfer(table: TransferTable) -> Figure:
-    """Accuracy and CPU time of parameters tuned on one engine (rows) on another (columns)."""
+    """Accuracy and CPU time of parameters tuned on one engine (rows) on another (columns).
+
+    Colour tells how far they are ahead of those tuned on the engine that they are judged on:
+    engines differ by more than their tunings do.
+    """
     size = len(table.engines)
     place = {engine: k for k, engine in enumerate(table.engines)}
     values = np.full((size, size), np.nan)
@@ -197,9 +206,12 @@ def plot_transfer(table: TransferTable) -> Figure:
     axes = figure.add_subplot()
     for cell in table.cells:
         values[place[cell.tuned_on], place[cell.judged_on]] = 100.0 * cell.outcome.accuracy.value
-    scale = Normalize(math.floor(np.nanmin(values)), math.ceil(np.nanmax(values)))
-    shades = matplotlib.colormaps["viridis"].with_extremes(bad="#f0f0f0")
-    image = axes.imshow(np.ma.masked_invalid(values), cmap=shades, norm=scale, aspect="auto")
+    ahead = values - np.diag(values)
+    most = max([1.0, *np.abs(ahead[np.isfinite(ahead)])])
+    shades = matplotlib.colormaps["RdBu"].with_extremes(bad="#f0f0f0")
+    image = axes.imshow(
+        np.ma.masked_invalid(ahead), cmap=shades, norm=Normalize(-most, most), aspect="auto"
+    )
     for cell in table.cells:
         row, column = place[cell.tuned_on], place[cell.judged_on]
         axes.text(
@@ -210,7 +222,7 @@ def plot_transfer(table: TransferTable) -> Figure:
             va="center",
             fontsize=8.0,
             fontweight="bold" if row == column else "normal",
-            color="white" if scale(values[row, column]) < 0.65 else "black",
+            color="white" if abs(ahead[row, column]) > _DARK * most else "black",
         )
     axes.set_xticks(range(size), table.engines)
     axes.set_yticks(range(size), table.engines)
@@ -218,5 +230,5 @@ def plot_transfer(table: TransferTable) -> Figure:
     axes.set_ylabel("tuned on")
     axes.spines[:].set_visible(False)
     axes.tick_params(length=0.0)
-    figure.colorbar(image, ax=axes, pad=0.03).set_label("accuracy (%)")
+    figure.colorbar(image, ax=axes, pad=0.03).set_label("ahead of the own parameters (points)")
     return figure

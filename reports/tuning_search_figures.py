@@ -15,16 +15,27 @@ from numpy.typing import ArrayLike, NDArray
 from reports.style import algorithm_colour
 from reports.tuning_records import JudgedGenotype, SearchRow
 
-_ACCURACIES = (50.0, 60.0, 70.0, 80.0, 90.0, 95.0, 97.0, 98.0, 99.0, 99.5, 99.8)
+_ACCURACIES = (50.0, 60.0, 70.0, 80.0, 90.0, 95.0, 97.0, 98.0, 99.0, 99.5, 99.8, 99.95)
 """Ticks of an axis of accuracies, in per cent."""
 
 _COSTS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
 """Ticks of an axis of costs, in ms."""
 
 _USUAL_COSTS = (0.3, 100.0)
-_USUAL_ACCURACIES = (80.0, 99.7)
+USUAL_ACCURACIES = (82.5, 99.2)
+"""Accuracies that are in sight [%] where engines are compared with each other."""
+
+_MARGIN = 0.05
+"""Markers nearer than this to an end of the axis of accuracies would be cut by it."""
+
 _ALL_BUT = 1e-4
 """Share of errors that the axis of accuracies takes for none: 0 has no logarithm."""
+
+_CHEAP = 1.0
+"""Fronts are shown whole from this cost on [ms]; cheaper points may be too low to be shown."""
+
+_HANDLE, _LETTER = 0.5, 0.07
+"""Width of an entry of a legend: without its text, and of a letter [inch]."""
 
 _SPACE_LINES: tuple[Literal["-", "--", ":", "-."], ...] = ("-", "--", ":", "-.")
 
@@ -61,15 +72,15 @@ def set_accuracy_against_cost(
 
     Args:
         axes: to be set.
-        accuracies: that are to be seen, in per cent; fronts may come from below.
+        accuracies: that are to be seen, in per cent, one at least; fronts may come from below.
         costs: that are to be seen, in ms.
     """
     axes.set_yscale("function", functions=(_spread, _joined))
-    low = min([*accuracies, _USUAL_ACCURACIES[0]])
-    high = max([*accuracies, _USUAL_ACCURACIES[1]])
-    low = max([t for t in _ACCURACIES if t <= low], default=0.0)
-    axes.set_ylim(low, _USUAL_ACCURACIES[1] if high <= _USUAL_ACCURACIES[1] else 99.95)
-    shown = [t for t in _ACCURACIES if low <= t <= axes.get_ylim()[1]]
+    least, most = _spread(min(accuracies)) - _MARGIN, _spread(max(accuracies)) + _MARGIN
+    low = max([t for t in _ACCURACIES[:-1] if _spread(t) < least], default=0.0)
+    high = min([t for t in _ACCURACIES if _spread(t) > most], default=_ACCURACIES[-1])
+    axes.set_ylim(low, high)
+    shown = [t for t in _ACCURACIES if low <= t <= high]
     axes.set_yticks(shown, [f"{t:g}" for t in shown])
     axes.set_xscale("log")
     left = min([*(0.8 * c for c in costs), _USUAL_COSTS[0]])
@@ -153,8 +164,9 @@ def _legend_below(figure: Figure, searches: Sequence[SearchRow], spaces: Sequenc
 
 
 def _finish_below(figure: Figure, handles: list[Line2D]) -> None:
-    across = min(len(handles), max(2, int(figure.get_figwidth() / 1.8)))
-    height = figure.get_figheight()
+    width, height = figure.get_size_inches()
+    needed = sum(_HANDLE + _LETTER * len(str(handle.get_label())) for handle in handles)
+    across = math.ceil(len(handles) / math.ceil(needed / width))
     figure.legend(handles=handles, loc="lower center", ncols=across, frameon=False)
     room = 0.1 + 0.22 * math.ceil(len(handles) / across)
     figure.tight_layout(rect=(0.0, room / height, 1.0, 1.0))
@@ -179,9 +191,8 @@ def plot_algorithms(groups: Mapping[str, Sequence[SearchRow]]) -> Figure:
             )
             draw_front(fronts, search.judged, shade, linewidth=1.2, alpha=0.85)
         points = [p for s in searches for p in front(s.judged)]
-        set_accuracy_against_cost(
-            fronts, [100.0 * max(p.accuracy for p in points)] if points else [], []
-        )
+        whole = [100.0 * p.accuracy for p in points if p.cost >= _CHEAP]
+        set_accuracy_against_cost(fronts, whole or USUAL_ACCURACIES, [])
         volumes.set_title(f"{title}: hypervolume", fontsize=9.0)
         fronts.set_title(f"{title}: fronts", fontsize=9.0)
         volumes.set_xlabel("genotypes judged")
