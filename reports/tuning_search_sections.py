@@ -143,18 +143,21 @@ def _by_algorithm(rows: Sequence[SearchRow]) -> dict[str, list[SearchRow]]:
 def _larger(title: str, rows: Sequence[SearchRow]) -> str:
     """Which algorithm has the largest hypervolume, and which the best fitness, on average."""
     mine = _by_algorithm(rows)
-    volume = {a: _mean([r.hypervolume for r in group]) for a, group in mine.items()}
-    fitness = {a: _mean([r.found[0] for r in group]) for a, group in mine.items()}
+    volume = {a: [r.hypervolume for r in group] for a, group in mine.items()}
+    fitness = {a: [r.found[0] for r in group] for a, group in mine.items()}
     return f"- {title}: {_order(volume, 'hypervolume', 3)}; {_order(fitness, 'fitness', 4)}."
 
 
-def _order(values: Mapping[str, float], what: str, digits: int) -> str:
-    ranked = sorted(values, key=lambda a: -values[a])
-    numbers = [f"{values[a]:.{digits}f}" for a in ranked]
+def _order(values: Mapping[str, Sequence[float]], what: str, digits: int) -> str:
+    ranked = sorted(values, key=lambda a: -_mean(values[a]))
+    numbers = [f"{_mean(values[a]):.{digits}f}" for a in ranked]
     if numbers[0] == numbers[-1]:
         return f"the same {what} ({numbers[0]})"
     others = ", ".join(f"{n} ({a})" for n, a in zip(numbers[1:], ranked[1:], strict=True))
-    return f"the larger {what} is that of {ranked[0]}, {numbers[0]} against {others}"
+    said = f"the larger {what} is that of {ranked[0]}, {numbers[0]} against {others}"
+    if min(values[ranked[0]]) <= max(values[ranked[1]]):
+        said += ", not with every seed"
+    return said
 
 
 def _mean(values: Sequence[float]) -> float:
@@ -182,8 +185,12 @@ def luck(rows: Sequence[SeedRow]) -> Section:
             f"- {engine}, {len(mine)} seeds: test accuracy {_mean(accuracies):.1f} % on average, "
             f"from {min(accuracies):.1f} to {max(accuracies):.1f} %; CPU time "
             f"{significant(_mean(costs))} ms, from {significant(min(costs))} to "
-            f"{significant(max(costs))} ms. Seeds differ in {names(differing)}"
-            + (f" of {len(genes)} parameters." if differing else ": all found the same.")
+            f"{significant(max(costs))} ms. "
+            + (
+                f"Seeds differ in {len(differing)} of {len(genes)} parameters: {names(differing)}."
+                if differing
+                else "All seeds found the same parameters."
+            )
         )
         tables.append(f"**{engine}**\n\n{_seed_table(mine, differing)}")
     return Section(

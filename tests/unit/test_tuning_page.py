@@ -110,6 +110,7 @@ FULL = replace(
         "bullet": (
             GeneRow("frequency", "Hz", "30 to 480 by 10", "60", "170"),
             GeneRow("friction", "", "0.3, 0.5, 0.7", "0.5", "0.5"),
+            GeneRow("margin", "cm", "0 to 1 by 0.1", "0.1", "0.3"),
         )
     },
     tests=(held_against("bullet"), held_against("dart", accuracy=0.971)),
@@ -241,7 +242,8 @@ def test_searches_and_parameters_in_their_tables():
     assert row[7:] == ["0.9100 → 0.9731", "92.0 → 98.4", "14.4 → 5.10", "0.810"]
     genes = found["What was searched and found"]
     assert cells(genes.tables[0], "frequency", "Hz") == ["30 to 480 by 10", "60", "170"]
-    assert "- bullet: 1 of 2 parameters left" in genes.text
+    assert "- bullet: 2 of 3 parameters left" in genes.text
+    assert genes.text.endswith("; friction stayed.")
     assert "multi-objective, 0.840 against 0.810 (genetic)" in (
         found["Genetic against multi-objective"].text
     )
@@ -254,10 +256,14 @@ def test_luck_is_a_mean_a_range_and_what_differs():
     section = sections(FULL)["How much luck"]
     assert "98.2 % on average, from 98.0 to 98.4 %" in section.text
     assert (
-        "5.00 ms, from 4.00 to 6.00 ms. Seeds differ in frequency of 2 parameters" in section.text
+        "5.00 ms, from 4.00 to 6.00 ms. Seeds differ in 1 of 2 parameters: frequency."
+        in section.text
     )
     assert "friction" not in section.tables[0]
     assert cells(section.tables[0], "2")[-1] == "190"
+    same = [replace(row, values=FULL.seeds[0].values) for row in FULL.seeds]
+    text = sections(replace(EMPTY, seeds=tuple(same)))["How much luck"].text
+    assert "All seeds found the same parameters." in text
 
 
 def test_what_goes_back_at_no_loss_is_told_by_the_interval():
@@ -316,6 +322,30 @@ def test_the_price_is_drawn_where_the_records_say():
     height = {p: axes.transData.transform((1.0, p))[1] for p in (89.0, 90.0, 98.0, 99.0)}
     assert height[99.0] - height[98.0] > 5 * (height[90.0] - height[89.0])
     assert axes.get_ylim()[0] < 89.3
+
+
+def test_an_inaccurate_and_a_dear_method_are_in_sight():
+    poor = replace(held_against("chipmunk").others[0], accuracy=about(0.71), cpu=about(320.0, 9.0))
+    table = replace(held_against("chipmunk"), others=(poor,))
+    (axes,) = plot_price(replace(EMPTY, tests=(table,))).axes
+    assert axes.get_ylim()[0] < 71.0
+    assert axes.get_xlim()[1] > 329.0
+
+
+def test_seeds_that_cross_are_no_rank():
+    def rows(*volumes):
+        found = ("genetic", "genetic", "multi-objective", "multi-objective")
+        pairs = zip(found, volumes, strict=True)
+        return tuple(search("bullet", a, k, v) for k, (a, v) in enumerate(pairs))
+
+    def text(*volumes):
+        found = sections(replace(EMPTY, searches=rows(*volumes)))
+        return found["Genetic against multi-objective"].text
+
+    assert "that of multi-objective, 0.850 against 0.815 (genetic);" in text(0.81, 0.82, 0.83, 0.87)
+    crossed = text(0.81, 0.84, 0.83, 0.87)
+    assert "that of multi-objective, 0.850 against 0.825 (genetic), not with every seed" in crossed
+    assert "the same fitness (0.9731)" in crossed
 
 
 @pytest.mark.parametrize("accuracy", [0.0, 1.0])
