@@ -121,8 +121,8 @@ class Outcome:
 class TestTable:
     """A tuned method and what it is held against, on one engine, on cases it was not tuned on.
 
-    ``tuned`` and ``others`` were judged in the same run; the ``difference`` of each of the others is
-    the accuracy of the tuned one minus its own. ``cpu_ratio``: the CPU time of the tuned one
+    ``tuned`` and ``others`` were judged in the same run; the ``difference`` of each of the others
+    is the accuracy of the tuned one minus its own. ``cpu_ratio``: the CPU time of the tuned one
     over that of each of the others, by its spec.
     """
 
