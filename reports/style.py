@@ -44,6 +44,7 @@ _ENGINE_COLOURS = {
     "chipmunk": "#9467bd",
     "reference": "#000000",
 }
+_ALGORITHM_COLOURS = {"genetic": "#08519c", "multi-objective": "#e6550d"}
 _SPARE_COLOURS = ("#393b79", "#637939", "#843c39", "#7b4173", "#3182bd", "#e6550d")
 _SPARE_MARKERS = ("P", "X", "h", "<", ">", "p")
 
@@ -67,6 +68,11 @@ def face(method: MethodKey) -> str:
 def engine_colour(engine: str) -> str:
     """The colour of an engine, where a figure compares engines and not methods."""
     return _ENGINE_COLOURS.get(engine) or _spare(engine, _SPARE_COLOURS)
+
+
+def algorithm_colour(algorithm: str) -> str:
+    """The colour of a search algorithm, where a figure compares searches."""
+    return _ALGORITHM_COLOURS.get(algorithm) or _spare(algorithm, _SPARE_COLOURS)
 
 
 def _spare(name: str, choices: tuple[str, ...]) -> str:

@@ -27,6 +27,22 @@ def milliseconds(estimate: Estimate | None) -> str:
     )
 
 
+def factor(estimate: Estimate | None) -> str:
+    """``0.21 [0.19, 0.24]``: a ratio with two significant digits."""
+    if estimate is None or math.isnan(estimate.value):
+        return MISSING
+    return f"{compact(estimate.value)} [{compact(estimate.low)}, {compact(estimate.high)}]"
+
+
+def duration(seconds: float) -> str:
+    """``45 s``, ``12 min`` or ``3.4 h``: a time in the unit that suits it."""
+    if seconds < 100.0:
+        return f"{compact(seconds)} s"
+    if seconds < 100.0 * 60.0:
+        return f"{compact(seconds / 60.0)} min"
+    return f"{compact(seconds / 3600.0)} h"
+
+
 def significant(value: float, digits: int = 3) -> str:
     """A number with ``digits`` significant digits and no exponent."""
     if value == 0.0 or not math.isfinite(value):

@@ -121,8 +121,9 @@ class Outcome:
 class TestTable:
     """A tuned method and what it is held against, on one engine, on cases it was not tuned on.
 
-    ``tuned`` and ``others`` were judged in the same run. ``cpu_ratio``: the CPU time of a tuned
-    method over that of each of the others, by its spec.
+    ``tuned`` and ``others`` were judged in the same run; the ``difference`` of each of the others
+    is the accuracy of the tuned one minus its own. ``cpu_ratio``: the CPU time of the tuned one
+    over that of each of the others, by its spec.
     """
 
     engine: str
@@ -159,7 +160,11 @@ class VariantTable:
 
 @dataclass(frozen=True, slots=True)
 class TransferCell:
-    """Parameters tuned on one engine, judged on another."""
+    """Parameters tuned on one engine, judged on another.
+
+    The ``difference`` of the outcome: the accuracy of the parameters tuned on ``judged_on`` minus
+    that of these, None where these are they.
+    """
 
     tuned_on: str
     judged_on: str
