@@ -18,7 +18,7 @@ from reports.tables import (
 )
 from reports.tuning_change_sections import left_out, plausibility, transfer
 from reports.tuning_figures import plot_price
-from reports.tuning_records import CostRow, GeneRow, Outcome, PricePoint, TestTable, Tuning
+from reports.tuning_records import CostRow, GeneRow, Outcome, OutcomeTable, PricePoint, Tuning
 from reports.tuning_search_sections import algorithms, luck, searches
 
 _HELD_AGAINST = {"ps3": "PS_3", "ps5": "PS_5"}
@@ -78,7 +78,7 @@ class _Bar:
     said: str
 
 
-def _bars(table: TestTable) -> list[_Bar]:
+def _bars(table: OutcomeTable) -> list[_Bar]:
     """Only those that the record can answer."""
     bars = [
         _Bar(
@@ -117,7 +117,7 @@ def _unsure(low: float, bar: float, high: float) -> str:
     return ", the interval holds the bar" if low < bar < high else ""
 
 
-def _came_out(tests: Sequence[TestTable]) -> Section:
+def _came_out(tests: Sequence[OutcomeTable]) -> Section:
     parts = list(dict.fromkeys(t.part for t in tests))
     said, tables = [], []
     for part in parts:
@@ -129,7 +129,7 @@ def _came_out(tests: Sequence[TestTable]) -> Section:
     return Section("What came out", "\n\n".join(said), tables)
 
 
-def _verdict(part: str, tests: Sequence[TestTable]) -> str:
+def _verdict(part: str, tests: Sequence[OutcomeTable]) -> str:
     missed = {t.engine: [b.title for b in _bars(t) if not b.met] for t in tests}
     met = [engine for engine, titles in missed.items() if not titles]
     said = f"On part `{part}` the tuned parameters meet every bar on {names(met)}"
@@ -147,7 +147,7 @@ def _verdict(part: str, tests: Sequence[TestTable]) -> str:
     return said
 
 
-def _sentence(table: TestTable) -> str:
+def _sentence(table: OutcomeTable) -> str:
     bars = _bars(table)
     groups = [
         f"{word}: {'; '.join(f'{b.title} ({b.said})' for b in bars if b.met is met)}."
@@ -161,7 +161,7 @@ def _sentence(table: TestTable) -> str:
     )
 
 
-def _outcome_table(tests: Sequence[TestTable]) -> str:
+def _outcome_table(tests: Sequence[OutcomeTable]) -> str:
     robust = any(o.robust is not None for t in tests for o in (t.tuned, *t.others))
     header = (
         "method", "n", "accuracy %", "tuned minus it", "CPU ms", "tuned CPU / its",

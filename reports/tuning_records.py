@@ -118,7 +118,7 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True)
-class TestTable:
+class OutcomeTable:
     """A tuned method and what it is held against, on one engine, on cases it was not tuned on.
 
     ``tuned`` and ``others`` were judged in the same run; the ``difference`` of each of the others
@@ -224,7 +224,7 @@ class Tuning:
     costs: tuple[CostRow, ...] = ()
     searches: tuple[SearchRow, ...] = ()
     parameters: Mapping[str, tuple[GeneRow, ...]] | None = None
-    tests: tuple[TestTable, ...] = ()
+    tests: tuple[OutcomeTable, ...] = ()
     seeds: tuple[SeedRow, ...] = ()
     left_out: tuple[VariantTable, ...] = ()
     plausibility: tuple[VariantTable, ...] = ()

@@ -1,8 +1,8 @@
 """Names of methods and presets, and the one way from a spec string to a method.
 
 A method is one line in :data:`METHODS`; a preset (a method with stored parameters) is one table in
-``presets.toml``. Other distributions register methods through the entry-point group
-``steadyload.methods``, with values of the same form. Listing imports no engine.
+``presets.toml``, or was tuned (``tuned.json``). Other distributions register methods through the
+entry-point group ``steadyload.methods``, with values of the same form. Listing imports no engine.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import importlib
 import importlib.metadata
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -28,6 +28,7 @@ from harness.methods.spec import (
     nearest,
     parse_spec,
 )
+from harness.methods.tuned import tuned
 
 METHODS: dict[str, str] = {
     "fbs": "harness.methods.base_support:FullBaseSupport",
@@ -40,22 +41,52 @@ METHODS: dict[str, str] = {
 
 @dataclass(frozen=True, slots=True)
 class Preset:
-    """A method with stored parameters: ``title`` for tables, ``source`` for where they are from."""
+    """A method with stored parameters: ``title`` for tables, ``source`` for where they are from.
+
+    One that was tuned has other parameters on every engine, ``by_engine``, and exists on no other.
+    """
 
     name: str
     method: str
     title: str
     source: str
     parameters: Mapping[str, Any]
+    by_engine: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    def parameters_on(self, engine: str | None) -> Mapping[str, Any]:
+        """The stored parameters on an engine.
+
+        Raises:
+            SpecError: the preset was tuned, and not on this engine.
+        """
+        if not self.by_engine:
+            return self.parameters
+        if engine is None or engine not in self.by_engine:
+            raise SpecError(
+                f"{self.name}@{engine}: {self.name} was tuned for {', '.join(self.by_engine)}; for "
+                f"another engine run steadyload tune --engine {engine}"
+            )
+        return self.by_engine[engine]
 
 
 @cache
 def presets() -> Mapping[str, Preset]:
     """All presets by name."""
     text = resources.files("harness.methods").joinpath("presets.toml").read_text()
-    return {
+    stated = {
         name: Preset(name, t["method"], t["title"], t["source"], t.get("parameters", {}))
         for name, t in tomllib.loads(text).items()
+    }
+    return stated | {
+        name: Preset(
+            name,
+            "simulation",
+            "PS_opt",
+            "searches on labelled layouts, an engine each",
+            {},
+            {engine: entry.parameters for engine, entry in entries.items()},
+        )
+        for name, entries in tuned().items()
     }
 
 
@@ -89,7 +120,7 @@ def make_method(spec: str | MethodSpec) -> Method:
         )
     method = _load(target)
     _check_engine(parsed, method)
-    stored = dict(preset.parameters) if preset else {}
+    stored = dict(preset.parameters_on(parsed.engine)) if preset else {}
     parameters = bind(
         method.parameters_on(parsed.engine), stored | dict(parsed.values), where=str(parsed)
     )
@@ -139,14 +170,12 @@ def method_listing(engine: str | None = None) -> list[MethodEntry]:
     for preset in presets().values():
         method = _load(method_classes()[preset.method])
         about = f"{preset.title}: {preset.method} with the values of {preset.source}"
-        entries.append(
-            MethodEntry(
-                preset.name,
-                method.needs_engine,
-                about,
-                _parameters(method, engine, preset.parameters),
-            )
-        )
+        parameters: tuple[ParameterEntry, ...] = ()
+        if not preset.by_engine or engine in preset.by_engine:
+            parameters = _parameters(method, engine, preset.parameters_on(engine))
+        else:
+            about += f" ({', '.join(preset.by_engine)}): name one with --engine to see its values"
+        entries.append(MethodEntry(preset.name, method.needs_engine, about, parameters))
     return entries
 
 

@@ -196,4 +196,4 @@ def judge_unit(unit: JudgeUnit) -> Iterator[Sheet]:
 
 def crashed_sheet(unit: JudgeUnit, part: int, reason: str) -> Sheet:
     """Of a genotype that ends the process it is judged in."""
-    return Sheet(NOTHING.right, NOTHING.cost, reason=f"crashed: {reason}")
+    return Sheet(NOTHING.right, NOTHING.cost, reason=f"{unit.describe(part)}: {reason}")

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from harness.methods.registry import make_method
+from harness.methods.simulation_parameters import parameters_on
 from harness.methods.spec import nearest
 from harness.studies.executors import run_units
 from harness.studies.results import judged_by, provenance
@@ -33,7 +34,7 @@ from harness.tuning.judging import (
 )
 from harness.tuning.ledger import Entry, GenerationEnd, Ledger
 from harness.tuning.proposers import ALGORITHMS
-from harness.tuning.space import DEFAULT, Genotype, Space, TuningError, space_on
+from harness.tuning.space import DEFAULT, Gene, Genotype, Space, TuningError, space_on
 
 GOAL = "ps3@{engine}:samples=10,rest_speed=0.01"
 """What a goal is a fifth of: PS_3, stopped at rest and looked at as often as others are."""
@@ -108,10 +109,33 @@ class Search:
 
     def __init__(self, directory: Path, options: SearchOptions) -> None:
         self.options = options
-        self.space: Space = space_on(options.engine, options.space)
+        self.space = space_on(options.engine, options.space)
         self.cases = load_cases(options.source)
         self.ledger = Ledger(directory, identity(options, self.space))
         self._directory = directory
+
+    @classmethod
+    def of(cls, directory: Path) -> Search:
+        """The search that a folder holds, to be read: spaces and code may have changed since.
+
+        Raises:
+            TuningError: it holds none.
+        """
+        found, ledger = Ledger.of(directory)
+        search = cls.__new__(cls)
+        search.ledger, search._directory = ledger, directory
+        search.space = space_of(found)
+        search.options = SearchOptions(
+            engine=found["engine"],
+            algorithm=found["algorithm"],
+            space=found["space"],
+            seed=found["seed"],
+            population=found["population"],
+            generations=len(ledger.ends),
+            source=CaseSource(**found["source"]),
+        )
+        search.cases = load_cases(search.options.source)
+        return search
 
     @property
     def goal(self) -> FloatArray:
@@ -285,6 +309,16 @@ def pareto_front(entries: list[Entry]) -> list[Entry]:
         if not front or entry.sheet.accuracy > front[-1].sheet.accuracy:
             front.append(entry)
     return front
+
+
+def space_of(found: Mapping[str, Any]) -> Space:
+    """The space of an :func:`identity`."""
+    declared = {f.name: f for f in dataclasses.fields(parameters_on(found["engine"]))}
+    genes = tuple(
+        Gene(name, declared[name].metadata["unit"], tuple(values))
+        for name, values in found["genes"].items()
+    )
+    return Space(found["space"], found["engine"], found["fixed"], genes, tuple(found["start"]))
 
 
 def identity(options: SearchOptions, space: Space) -> dict[str, Any]:

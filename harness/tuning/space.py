@@ -10,6 +10,8 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
+import numpy as np
+
 from engines.registry import engines, world_class
 from engines.world import SETTINGS, Support
 from harness.methods.registry import make_method
@@ -21,6 +23,10 @@ DEFAULT = "extended"
 
 Genotype = tuple[int, ...]
 """For every gene of a space the place of its value among those it may have."""
+
+
+_LISTED = 5
+"""So many evenly spaced values are listed; more are a range."""
 
 
 class TuningError(ValueError):
@@ -35,13 +41,20 @@ class Gene:
         name: of the parameter.
         unit: of its values; empty where they have none.
         values: what it may be, at least two; numbers rise.
-        text: the values for people.
     """
 
     name: str
     unit: str
     values: tuple[Any, ...]
-    text: str
+
+    @property
+    def text(self) -> str:
+        """The values for people."""
+        if len(self.values) > _LISTED and all(isinstance(v, (int, float)) for v in self.values):
+            steps = np.diff(np.array(self.values, dtype=float))
+            if np.allclose(steps, steps[0]):
+                return f"{self.values[0]:g} to {self.values[-1]:g}, step {steps[0]:g}"
+        return ", ".join(f"{v:g}" if isinstance(v, float) else str(v) for v in self.values)
 
 
 @dataclass(frozen=True)
@@ -139,7 +152,7 @@ def space_on(engine: str, name: str = DEFAULT) -> Space:
             raise TuningError(
                 f"space {name!r}: {gene_name} starts at {begin!r}, not one of {values}"
             )
-        genes.append(Gene(gene_name, declared[gene_name].metadata["unit"], values, _text(given)))
+        genes.append(Gene(gene_name, declared[gene_name].metadata["unit"], values))
         start.append(values.index(begin))
     return Space(name, engine, dict(table["fixed"]), tuple(genes), tuple(start))
 
@@ -169,14 +182,6 @@ def _listed(given: Any) -> tuple[Any, ...]:
     count = int((most - least) / step + 1e-9) + 1
     # Rounding keeps 0.1 + 2 * 0.1 from becoming 0.30000000000000004 in a spec.
     return tuple(round(least + k * step, 10) for k in range(count))
-
-
-def _text(given: Any) -> str:
-    if isinstance(given, list):
-        return ", ".join(
-            f"{value:g}" if isinstance(value, float) else str(value) for value in given
-        )
-    return f"{given['least']:g} to {given['most']:g}, step {given['step']:g}"
 
 
 @cache

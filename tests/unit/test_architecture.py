@@ -15,13 +15,17 @@ ALLOWED = {
     "reports": {"reports"},
     "harness.atomic": set(),
     "harness.layouts": {"harness.layouts", "harness.atomic"},
-    "harness.methods": {"harness.methods", "harness.layouts", "engines"},
+    "harness.methods": {"harness.methods", "harness.layouts", "harness.atomic", "engines"},
     "harness.studies": {
         "harness.studies", "harness.methods", "harness.layouts", "harness.atomic", "engines",
         "reports",
     },
     "harness.properties": {
         "harness.properties", "harness.studies", "harness.methods", "harness.layouts",
+        "harness.atomic", "engines", "reports",
+    },
+    "harness.tuning": {
+        "harness.tuning", "harness.studies", "harness.methods", "harness.layouts",
         "harness.atomic", "engines", "reports",
     },
     "learners": {"learners", "harness", "reports"},

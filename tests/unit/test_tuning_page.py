@@ -27,7 +27,7 @@ from reports.tuning_records import (
     Variant,
     VariantTable,
 )
-from reports.tuning_records import TestTable as HeldAgainst  # pytest collects what is named Test
+from reports.tuning_records import OutcomeTable as HeldAgainst  # pytest collects what is named Test
 from reports.tuning_search_figures import front, plot_algorithms
 
 

@@ -1,0 +1,141 @@
+"""From the ledger of a search to the records that a page shows, and to a preset."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable
+from typing import Any
+
+from harness.methods.spec import as_plain, canonical
+from harness.methods.tuned import Tuned
+from harness.tuning.judging import fitness
+from harness.tuning.ledger import Entry
+from harness.tuning.search import Search, pareto_front
+from harness.tuning.space import Genotype
+from reports.tuning_records import CostRow, GenerationRow, GeneRow, JudgedGenotype, SearchRow
+
+CHEAPEST, DEAREST = 0.3, 100.0
+"""Costs [ms] between which fronts are compared."""
+
+
+def hypervolume(front: Iterable[Entry]) -> float:
+    """Area under a front: its accuracy over log10 of the cost, as a share of all there could be.
+
+    Args:
+        front: by rising cost.
+    """
+    area, accuracy, since = 0.0, 0.0, CHEAPEST
+    for entry in front:
+        cost = min(max(entry.sheet.mean_cost, CHEAPEST), DEAREST)
+        area += accuracy * math.log10(cost / since)
+        accuracy, since = entry.sheet.accuracy, cost
+    area += accuracy * math.log10(DEAREST / since)
+    return area / math.log10(DEAREST / CHEAPEST)
+
+
+def search_row(search: Search) -> SearchRow:
+    """A search as a page shows it."""
+    options, ledger = search.options, search.ledger
+    entries = list(ledger.entries.values())
+    start = ledger.entries[search.space.start]
+    front = {entry.genotype for entry in search.front()}
+    asked = sum(end.asked for end in ledger.ends)
+    return SearchRow(
+        engine=options.engine,
+        algorithm=options.algorithm,
+        space=options.space,
+        seed=options.seed,
+        population=options.population,
+        generations=len(ledger.ends),
+        genotypes=len(entries),
+        whole=len(search.whole()),
+        repeats=asked + 1 - len(entries),
+        cpu=sum(entry.sheet.cpu for entry in entries),
+        wall=search.wall,
+        start=_values(search, start),
+        found=_values(search, search.fittest()),
+        hypervolume=hypervolume(search.front()),
+        history=tuple(_generation(search, end.number, end.median) for end in ledger.ends),
+        judged=tuple(
+            JudgedGenotype(e.sheet.accuracy, e.sheet.mean_cost, e.genotype in front)
+            for e in search.whole()
+        ),
+    )
+
+
+def _generation(search: Search, number: int, median: float) -> GenerationRow:
+    known = [e for e in search.ledger.entries.values() if e.generation <= number]
+    whole = search.whole(number + 1)
+    best, accuracy, cost = _values(search, search.fittest(number + 1))
+    return GenerationRow(
+        number, best, median, accuracy, cost, len(known), hypervolume(pareto_front(whole))
+    )
+
+
+def _values(search: Search, entry: Entry) -> tuple[float, float, float]:
+    sheet = entry.sheet
+    return fitness(sheet, search.goal), sheet.accuracy, sheet.mean_cost
+
+
+def cost_row(search: Search) -> CostRow:
+    """The cost model of a search as a page shows it."""
+    model = search.model
+    return CostRow(
+        search.options.engine,
+        {term: weight for term, weight in model.microseconds.items() if weight},
+        model.parameter_sets,
+        model.correlation,
+        model.error,
+    )
+
+
+def gene_rows(search: Search, found: Genotype | None = None) -> tuple[GeneRow, ...]:
+    """What was searched, and what was found; None for the fittest."""
+    space = search.space
+    found = search.fittest().genotype if found is None else found
+    start, best = (_texts(search, genotype) for genotype in (space.start, found))
+    return tuple(
+        GeneRow(gene.name, gene.unit, gene.text, start[gene.name], best[gene.name])
+        for gene in space.genes
+    )
+
+
+def _texts(search: Search, genotype: Genotype) -> dict[str, str]:
+    names = [gene.name for gene in search.space.genes]
+    return dict(canonical(search.space.parameters(genotype), names))
+
+
+def preset(search: Search) -> Tuned:
+    """The fittest genotype as a preset, with all that is needed to find it again."""
+    options, best = search.options, search.fittest()
+    chosen = {*search.space.fixed, *(gene.name for gene in search.space.genes)}
+    parameters = as_plain(search.space.parameters(best.genotype))
+    worth, accuracy, cost = _values(search, best)
+    return Tuned(
+        {name: value for name, value in parameters.items() if name in chosen},
+        {
+            "engine": options.engine,
+            "algorithm": options.algorithm,
+            "space": options.space,
+            "seed": options.seed,
+            "population": options.population,
+            "generations": len(search.ledger.ends),
+            "source": dataclasses.asdict(options.source),
+            "model": search.ledger.facts["model"],
+            "found": {
+                "fitness": round(worth, 6),
+                "accuracy": round(accuracy, 6),
+                "cost_ms": round(cost, 4),
+                "goal_ms": round(float(search.goal.mean()), 4),
+                "cases": len(search.cases),
+                "genotypes": len(search.ledger.entries),
+                "wall_seconds": round(search.wall),
+            },
+            **_provenance(search),
+        },
+    )
+
+
+def _provenance(search: Search) -> dict[str, Any]:
+    return dict(search.ledger.facts["made_by"])
