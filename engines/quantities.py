@@ -25,3 +25,18 @@ def quantity(
     if isinstance(default, frozenset):
         return dataclasses.field(default_factory=lambda: default, metadata=metadata)
     return dataclasses.field(default=default, metadata=metadata)
+
+
+def check_ranges(made: Any) -> None:
+    """Refuse a dataclass of quantities whose numbers are not in their ranges; None is no number.
+
+    Raises:
+        ValueError: a number is out of its range, or not a number.
+    """
+    for field in dataclasses.fields(made):
+        value = getattr(made, field.name)
+        if value is None or isinstance(value, str):
+            continue
+        least, most = field.metadata["least"], field.metadata["most"]
+        if not least <= float(value) <= most:
+            raise ValueError(f"{field.name} is {value}; allowed: {least:g} to {most:g}")

@@ -37,7 +37,11 @@ class EngineEntry:
 
 ENGINES: dict[str, EngineEntry] = {
     "bullet": EngineEntry("engines.with_bullet:BulletWorld", ("pybullet",)),
-    "mujoco": EngineEntry("engines.with_mujoco:MujocoWorld", ("mujoco",)),
+    "mujoco": EngineEntry(
+        "engines.with_mujoco:MujocoWorld",
+        ("mujoco",),
+        options="engines.mujoco_options:MujocoOptions",
+    ),
     "dart": EngineEntry("engines.with_dart:DartWorld", ("dartpy",)),
     "chipmunk": EngineEntry("engines.with_chipmunk:ChipmunkWorld", ("pymunk",)),
     "reference": EngineEntry(

@@ -14,6 +14,7 @@ import mujoco
 import numpy as np
 
 from engines.attitudes import rotate
+from engines.mujoco_options import MujocoOptions
 from engines.world import (
     Box,
     Capabilities,
@@ -30,9 +31,8 @@ from engines.world import (
 
 _FLOOR_HALF = (1000.0, 1000.0, 10.0)
 
-# A stiff, nearly hard contact. The default solimp (0.9, 0.95) lets a standing cube tip, and the
-# default pyramidal cone lets one creep by 17-28 mm/s.
-_SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
+# How impedance goes from its first value to its second; MuJoCo's own defaults.
+_MIDPOINT, _POWER = 0.5, 2.0
 _ITERATIONS = 100
 
 # Contact with restitution e as a damped oscillator that is resolved by 8 substeps a half period.
@@ -139,7 +139,7 @@ _idle_ladders: list[_Ladder] = []
 
 
 class MujocoWorld(FixedStepWorld):
-    """A MuJoCo world.
+    """A MuJoCo world. Options: :class:`engines.mujoco_options.MujocoOptions`.
 
     Raises:
         EngineError: contacts or constraints did not fit into the arena (nothing is dropped
@@ -173,6 +173,13 @@ class MujocoWorld(FixedStepWorld):
 
     def __init__(self, settings: WorldSettings) -> None:
         super().__init__(settings)
+        options = settings.options or MujocoOptions()
+        if not isinstance(options, MujocoOptions):
+            raise TypeError(f"options are {options!r}; allowed: MujocoOptions")
+        # A stiff, nearly hard contact. MuJoCo's default (0.9, 0.95) lets a standing cube tip, and
+        # its default pyramidal cone lets one creep by 17-28 mm/s.
+        first, deep, depth = options.impedance, options.impedance_deep, options.impedance_depth
+        self._impedance = (first, deep, depth, _MIDPOINT, _POWER)
         self._ladder = _idle_ladders.pop() if _idle_ladders else _Ladder()
         self._rung: _Rung | None = None
         self._placed = 0
@@ -277,7 +284,7 @@ class MujocoWorld(FixedStepWorld):
     def _write_settings(self, rung: _Rung) -> None:
         model, settings = rung.model, self.settings
         model.geom_friction[:, 0] = settings.friction
-        model.geom_solimp[:] = _SOLIMP
+        model.geom_solimp[:] = self._impedance
         # MuJoCo 4: `margin` inflates the geometry, `gap` is detection alone.
         model.geom_gap[:] = settings.margin
         model.body_margin[:] = settings.margin

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from types import MappingProxyType
 
-from engines.quantities import quantity
+from engines.quantities import check_ranges, quantity
 from engines.reference.law import Law
 
 
@@ -106,15 +106,12 @@ class ReferenceOptions:
     def __post_init__(self) -> None:
         object.__setattr__(self, "integrator", Integrator(self.integrator))
         object.__setattr__(self, "contact", Contact(self.contact))
+        check_ranges(self)
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
-            if value is None or isinstance(value, StrEnum):
-                continue
-            least, most = field.metadata["least"], field.metadata["most"]
-            if not least <= float(value) <= most:
-                raise ValueError(f"{field.name} is {value}; allowed: {least:g} to {most:g}")
-            # Compiled code is made for floats; a whole number would be compiled for anew.
-            object.__setattr__(self, field.name, float(value))
+            if value is not None and not isinstance(value, StrEnum):
+                # Compiled code is made for floats; a whole number would be compiled for anew.
+                object.__setattr__(self, field.name, float(value))
         if self.value("friction_speed") <= self.value("stiction_speed"):
             raise ValueError(
                 f"friction_speed is {self.value('friction_speed'):g} m/s; allowed: more than "

@@ -112,9 +112,9 @@ class Loading:
         return STABLE
 
     def _load_locally(self) -> Finding:
-        contacts, reach = find_contacts(self.layout), self._reach()
-        for step in range(len(self.items)):
-            part = neighbourhood(self.layout, contacts, step, reach)
+        reach = self._reach()
+        for step, group in enumerate(joined_groups(find_contacts(self.layout))):
+            part = neighbourhood(self.layout, group, reach)
             finding = self._settle(step, part.free, part.fixed)
             if finding is not None:
                 return finding

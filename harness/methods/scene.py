@@ -134,25 +134,17 @@ def joined_groups(contacts: Contacts) -> list[NDArray[np.intp]]:
     return found
 
 
-def neighbourhood(layout: Layout, contacts: Contacts, step: int, reach: float) -> Neighbourhood:
-    """What placing item ``step`` on the items before it can affect.
+def neighbourhood(layout: Layout, group: NDArray[np.intp], reach: float) -> Neighbourhood:
+    """What placing the last of some joined items on all items before it can affect.
 
     Args:
         layout: any layout.
-        contacts: its vertical contacts.
-        step: the new item.
+        group: the new item, last, and what is joined to it (see :func:`joined_groups`).
         reach: how far around the free items others count as beside them [cm].
     """
-    joined = contacts.carries[: step + 1, : step + 1]
-    joined = joined | joined.T
-    free = np.zeros(step + 1, dtype=bool)
-    free[step] = True
-    while True:
-        grown = free | joined[free].any(axis=0)
-        if (grown == free).all():
-            break
-        free = grown
-    lower, upper = layout.lower[: step + 1], layout.upper[: step + 1]
-    gaps = np.maximum(lower[:, None] - upper[None, free], lower[None, free] - upper[:, None])
-    beside = (gaps.max(axis=2) <= reach).any(axis=1) & ~free
-    return Neighbourhood(np.flatnonzero(free), np.flatnonzero(beside))
+    count = int(group[-1]) + 1
+    lower, upper = layout.lower[:count], layout.upper[:count]
+    gaps = np.maximum(lower[:, None] - upper[None, group], lower[None, group] - upper[:, None])
+    beside = (gaps.max(axis=2) <= reach).any(axis=1)
+    beside[group] = False
+    return Neighbourhood(group, np.flatnonzero(beside))

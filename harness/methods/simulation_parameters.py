@@ -48,8 +48,9 @@ class SimulationParameters:
     """Table 3 of the paper and what it leaves open, in its units.
 
     Raises:
-        ValueError: ``t_max`` is shorter than one substep, the scope is local without reseating, or
-            there is an early exit below the threshold or with the criterion ``paper``.
+        ValueError: ``t_max`` is shorter than one substep, the scope is not ``all`` without
+            reseating, or ``widening`` without a speed of rest, or there is an early exit below the
+            threshold or with the criterion ``paper``.
     """
 
     t_max: float = quantity(0.3, "simulated time a placement", unit="s", least=1e-6, most=1000)

@@ -17,7 +17,7 @@ SETTINGS = WorldSettings(friction=0.45, linear_damping=0.06, angular_damping=0.0
 H = 1 / 240
 
 
-def compiled(boxes):
+def compiled(boxes, solimp="0.95 0.99 0.001"):
     """A model made the ordinary way: XML, real numbers, MuJoCo's own compiler."""
 
     def numbers(values):
@@ -33,7 +33,7 @@ def compiled(boxes):
     model = mujoco.MjModel.from_xml_string(
         f"""<mujoco><option timestep="{H!r}" cone="elliptic" gravity="0 0 -9.8">
         <flag midphase="disable"/></option>
-        <default><geom friction="0.45" solimp="0.95 0.99 0.001" solref="{2 * H!r} 1"/></default>
+        <default><geom friction="0.45" solimp="{solimp}" solref="{2 * H!r} 1"/></default>
         <worldbody><geom type="box" size="1000 1000 10" pos="0 0 -10"/>{bodies}</worldbody>
         </mujoco>"""
     )
@@ -74,3 +74,33 @@ def test_the_ladder_equals_recompiling_at_every_step():
             ):  # fmt: skip
                 assert getattr(rung.model, name) == pytest.approx(getattr(model, name)), name
             assert rung.model.stat.meaninertia == pytest.approx(model.stat.meaninertia)
+
+
+def test_impedance_reaches_the_contacts_of_every_rung():
+    from engines.mujoco_options import MujocoOptions
+    from engines.with_mujoco import MujocoWorld
+
+    # The same boxes under other options first, so that the rungs are not fresh.
+    sinking = {}
+    for impedance in ((0.99, 0.999, 1e-4), (0.95, 0.99, 0.001)):
+        settings = WorldSettings(
+            friction=0.45, linear_damping=0.06, angular_damping=0.01,
+            options=MujocoOptions(*impedance),
+        )  # fmt: skip
+        with MujocoWorld(settings) as world:
+            for box in BOXES:
+                world.add_box(box)
+            world.stepSimulation(72 * H, 1000, H)
+            model, data = compiled(BOXES, " ".join(map(str, impedance)))
+            mujoco.mj_step(model, data, nstep=72)
+            assert world._rung is not None
+            assert (world._rung.data.qpos == data.qpos).all()
+            sinking[impedance[0]] = BOXES[3].centre[2] - world.poses().centres[3, 2]
+    assert 0.0 < sinking[0.99] < 0.2 * sinking[0.95]
+
+
+def test_options_of_another_engine_are_refused():
+    from engines.with_mujoco import MujocoWorld
+
+    with pytest.raises(TypeError, match="options are 'soft'; allowed: MujocoOptions"):
+        MujocoWorld(WorldSettings(options="soft"))

@@ -8,7 +8,8 @@ from harness.layouts import Item, Layout, Pallet
 from harness.layouts.contacts import find_contacts
 from harness.layouts.packing import random_layouts
 from harness.methods import Status, make_method
-from harness.methods.scene import boxes, neighbourhood, planar_scene
+from harness.methods.method import Effort
+from harness.methods.scene import boxes, joined_groups, neighbourhood, planar_scene
 
 PALLET = Pallet(100.0, 100.0, 100.0)
 SPATIAL = [e for e in engine_names() if world_class(e).capabilities.dimensions == 3]
@@ -123,17 +124,29 @@ def test_a_neighbourhood_is_the_stack_and_what_stands_beside_it():
         ((0, 20, 0), (10, 10, 10)),  # on item 3
         ((60, 10, 60), (10, 10, 10)),
     )
-    contacts = find_contacts(lay)
-    part = neighbourhood(lay, contacts, 4, reach=5.0)
+    part = neighbourhood(lay, np.array([0, 3, 4]), reach=5.0)
     assert part.free.tolist() == [0, 3, 4]
     assert part.fixed.tolist() == [1]
-    assert neighbourhood(lay, contacts, 5, reach=5.0).free.tolist() == [2, 5]
-    assert neighbourhood(lay, contacts, 0, reach=5.0).free.tolist() == [0]
-    # What two stacks carry together joins them.
-    bridge = layout(
-        ((0, 0, 0), (10, 10, 10)), ((20, 0, 0), (10, 10, 10)), ((5, 10, 0), (20, 5, 10))
+    assert neighbourhood(lay, np.array([0, 3, 4]), reach=50.0).fixed.tolist() == [1, 2]
+    assert neighbourhood(lay, np.array([0]), reach=5.0).fixed.tolist() == []
+
+
+def test_items_are_joined_by_standing_on_each_other_and_by_bridges():
+    lay = layout(
+        ((0, 0, 0), (10, 10, 10)),
+        ((10, 0, 0), (10, 10, 10)),  # touches item 0 sideways only
+        ((30, 0, 0), (10, 10, 10)),
+        ((30, 10, 0), (10, 10, 10)),  # on item 2
+        ((15, 10, 0), (10, 10, 10)),  # on item 1
+        ((40, 0, 0), (10, 10, 10)),
+        ((20, 20, 0), (20, 5, 10)),  # a bridge over 3 and 4
+        ((0, 10, 0), (10, 10, 10)),  # on item 0
+        ((35, 25, 0), (5, 5, 5)),  # on the bridge
     )
-    assert neighbourhood(bridge, find_contacts(bridge), 2, 5.0).free.tolist() == [0, 1, 2]
+    groups = [group.tolist() for group in joined_groups(find_contacts(lay))]
+    assert groups == [
+        [0], [1], [2], [2, 3], [1, 4], [5], [1, 2, 3, 4, 6], [0, 7], [1, 2, 3, 4, 6, 8],
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("engine", SPATIAL)
@@ -149,9 +162,72 @@ def test_local_scope_gives_the_verdicts_of_the_whole(engine):
     )
 
 
-def test_local_scope_needs_reseating():
-    with pytest.raises(ValueError, match="scope=local needs between_steps=reseat"):
-        make_method("simulation@mujoco:scope=local")
+@pytest.mark.parametrize("scope", ["local", "widening"])
+def test_a_scope_needs_reseating(scope):
+    with pytest.raises(ValueError, match=f"scope={scope} needs between_steps=reseat"):
+        make_method(f"simulation@mujoco:rest_speed=0.01,scope={scope}")
+
+
+def test_widening_scope_needs_a_speed_of_rest():
+    with pytest.raises(ValueError, match="scope=widening needs a rest_speed above 0"):
+        make_method("simulation@mujoco:between_steps=reseat,scope=widening")
+
+
+@pytest.mark.parametrize("engine", SPATIAL)
+def test_widening_scope_gives_the_verdicts_of_the_whole_for_less(engine):
+    layouts = random_layouts(30, seed=5)
+    base = f"simulation@{engine}:frequency=120,between_steps=reseat,rest_speed=0.01"
+    whole = make_method(base).judge_many(layouts)
+    widening = make_method(f"{base},scope=widening").judge_many(layouts)
+    same = [a.failing_step == b.failing_step for a, b in zip(whole, widening, strict=True)]
+    assert sum(same) >= 28, same
+    spent = [sum(v.effort.body_substeps for v in verdicts) for verdicts in (whole, widening)]
+    assert spent[1] < 0.7 * spent[0]
+
+
+@pytest.mark.parametrize("engine", SPATIAL)
+@pytest.mark.parametrize("held", [True, False])
+def test_widening_scope_asks_the_whole_what_holds_up_an_item(engine, held):
+    # Half a bar and more hangs over its post; a heavy lid on its short end would hold it, and so
+    # does a neighbour that stands right under the other end without touching it by 1 mm.
+    post = Item(0, (0.0, 0.0, 0.0), (20.0, 20.0, 20.0), 50.0)
+    under = Item(1, (40.0, 0.0, 0.0), (20.0, 19.9 if held else 10.0, 20.0), 50.0)
+    bar = Item(2, (8.0, 20.0, 0.0), (48.0, 10.0, 20.0), 10.0)
+    lay = Layout("hangs", PALLET, (post, under, bar))
+    assert [g.tolist() for g in joined_groups(find_contacts(lay))][2] == [0, 2]
+    base = f"simulation@{engine}:t_max=0.6,between_steps=reseat,rest_speed=0.01"
+    verdicts = [make_method(f"{base},scope={scope}").judge(lay) for scope in ("all", "widening")]
+    assert [v.failing_step for v in verdicts] == [None if held else 2] * 2
+
+
+@pytest.mark.parametrize("engine", SPATIAL)
+def test_widening_scope_takes_an_item_alone_on_the_floor_for_stable(engine):
+    method = make_method(f"label@{engine}:frequency=120,rest_speed=0.01,scope=widening")
+    verdict = method.judge(layout(((0, 0, 0), (9, 9, 9)), ((9, 0, 0), (9, 9, 9))))
+    assert (verdict.status, verdict.failing_step) == (Status.DONE, None)
+    assert verdict.effort == Effort()
+
+
+def test_effort_counts_boxes_looks_and_substeps():
+    # 0.3 s in 3 parts of 12 substeps at 120 Hz. Nothing is looked at before 3 x 0.01 / 9.8 s, that
+    # is 1 substep; calm at looks 1 and 2 of a placement, then its poses are looked at.
+    stands = wall([0.0, 0.0])
+    base = "simulation@mujoco:frequency=120,between_steps=reseat,criterion=adams,samples=3"
+    whole = make_method(base).judge(stands).effort
+    # One box, then one more; all 36 substeps with 1 box, then with 2; one look at the end of each.
+    assert whole == Effort(boxes=2, looks=2, substeps=72, body_substeps=36 + 72)
+    rested = make_method(f"{base},rest_speed=0.01").judge(stands).effort
+    assert rested == Effort(boxes=2, looks=6, substeps=48, body_substeps=24 + 48)
+    # Two stacks side by side. Item 0 and 1 are alone on the floor. 2 comes to stand on 0 and 3 on
+    # 1: two boxes each, in a world of their own.
+    pair = layout(
+        ((0, 0, 0), (10, 10, 10)),
+        ((50, 0, 0), (10, 10, 10)),
+        ((0, 10, 0), (10, 10, 10)),
+        ((50, 10, 0), (10, 10, 10)),
+    )
+    widening = make_method(f"{base},rest_speed=0.01,scope=widening").judge(pair).effort
+    assert widening == Effort(boxes=4, looks=6, substeps=48, body_substeps=96)
 
 
 @pytest.mark.parametrize("engine", engine_names())

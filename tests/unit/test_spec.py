@@ -106,9 +106,11 @@ def test_options_of_an_engine_are_parameters_on_that_engine_alone():
     assert (options.tolerance, options.stiffness, options.contact) == (1e-6, 1e8, "stiff")
     assert options.law(0.5).stiffness == 1e8
     assert options.law(0.5).damping == 3e5
-    assert make_method("simulation@mujoco").parameters.world_settings().options is None
+    assert make_method("simulation@dart").parameters.world_settings().options is None
     for spec, message in (
         ("simulation@mujoco:stiffness=1e8", "unknown parameter 'stiffness'"),
+        ("simulation@mujoco:impedance=1", "impedance is 1; allowed: 0.0001 to 0.9999"),
+        ("simulation@dart:impedance=0.9", "unknown parameter 'impedance'"),
         ("label@reference:contact=stif", "did you mean 'stiff'"),
         ("label@reference:tolerance=1", "tolerance is 1; allowed: 1e-12 to 0.0001 m"),
         ("label@reference:stiction_speed=0.5", "friction_speed is 0.01 m/s; allowed: more than"),
