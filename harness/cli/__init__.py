@@ -47,6 +47,7 @@ _BAD_INPUT = (
     ResultsError,
     BenchmarkError,
     PropertyError,
+    TuningError,
     EngineNotInstalledError,
     OSError,
 )
@@ -198,6 +199,7 @@ def _parser() -> argparse.ArgumentParser:
 
     add_verify(commands)
     add_extremes(commands)
+    add_tune(commands)
     add_benchmark(commands)
     add_properties(commands)
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Sequence
 
 from harness.methods.spec import as_plain, canonical
 from harness.methods.tuned import Tuned
@@ -132,10 +131,22 @@ def preset(search: Search) -> Tuned:
                 "genotypes": len(search.ledger.entries),
                 "wall_seconds": round(search.wall),
             },
-            **_provenance(search),
+            **search.made_by,
         },
     )
 
 
-def _provenance(search: Search) -> dict[str, Any]:
-    return dict(search.ledger.facts["made_by"])
+def tuning_of(searches: Sequence[Search]) -> Tuning:
+    """What searches alone tell: costs, histories, and what was searched and found.
+
+    Of several searches on an engine the first one's parameters are shown.
+    """
+    first = {search.options.engine: search for search in reversed(searches)}
+    return Tuning(
+        part=searches[0].options.source.part,
+        cases=len(searches[0].cases),
+        goal={engine: float(search.goal.mean()) for engine, search in first.items()},
+        costs=tuple(cost_row(search) for search in first.values()),
+        searches=tuple(search_row(search) for search in searches),
+        parameters={engine: gene_rows(search) for engine, search in first.items()},
+    )

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from harness.tuning.judging import Sheet
-from harness.tuning.space import Genotype, TuningError
+from harness.tuning.space import Genotype
+from harness.tuning import TuningError
 
 _FILE = "search.jsonl"
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from engines.registry import engines, world_class
 from harness.methods.registry import make_method
 from harness.methods.simulation_parameters import parameters_on
 from harness.methods.spec import nearest
@@ -34,7 +35,8 @@ from harness.tuning.judging import (
 )
 from harness.tuning.ledger import Entry, GenerationEnd, Ledger
 from harness.tuning.proposers import ALGORITHMS
-from harness.tuning.space import DEFAULT, Gene, Genotype, Space, TuningError, space_on
+from harness.tuning.space import DEFAULT, Gene, Genotype, Space, space_on
+from harness.tuning import TuningError
 
 GOAL = "ps3@{engine}:samples=10,rest_speed=0.01"
 """What a goal is a fifth of: PS_3, stopped at rest and looked at as often as others are."""
@@ -94,6 +96,20 @@ class SearchOptions:
             )
 
 
+    @classmethod
+    def on(cls, engine: str, *, benchmark: str | None = None, **others: Any) -> SearchOptions:
+        """Options with the labelled set that suits an engine, unless one is named.
+
+        Raises:
+            TuningError: see :class:`SearchOptions`; no such engine.
+        """
+        if engine not in engines():
+            raise TuningError(f"unknown engine {engine!r}; {nearest(engine, engines())}")
+        planar = world_class(engine).capabilities.dimensions == 2
+        directory = benchmark or (PLANAR if planar else None)
+        return cls(engine, source=CaseSource(directory=directory), **others)
+
+
 class Search:
     """A search in its folder.
 
@@ -136,6 +152,11 @@ class Search:
         )
         search.cases = load_cases(search.options.source)
         return search
+
+    @property
+    def made_by(self) -> Mapping[str, Any]:
+        """Versions, source revision and kind of machine at the start of the search."""
+        return self.ledger.facts["made_by"]
 
     @property
     def goal(self) -> FloatArray:

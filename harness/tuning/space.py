@@ -17,6 +17,7 @@ from engines.world import SETTINGS, Support
 from harness.methods.registry import make_method
 from harness.methods.simulation_parameters import SimulationParameters, parameters_on
 from harness.methods.spec import as_plain, bind, canonical, nearest
+from harness.tuning import TuningError
 
 DEFAULT = "extended"
 """The space that presets are tuned in."""
@@ -27,10 +28,6 @@ Genotype = tuple[int, ...]
 
 _LISTED = 5
 """So many evenly spaced values are listed; more are a range."""
-
-
-class TuningError(ValueError):
-    """A search that cannot be: says what was asked and what is allowed."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,110 @@
+"""``steadyload tune``: search the parameters of a simulation, for accuracy at a small cost."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+from harness.cli.terminal import at_least, progress_bar, say
+
+_SECONDS = {"s": 1.0, "m": 60.0, "h": 3600.0}
+
+
+def duration(text: str) -> float:
+    """A type for an argument: seconds, from ``90``, ``90s``, ``20m`` or ``1.5h``."""
+    match = re.fullmatch(r"(\d+(?:\.\d+)?)([smh]?)", text)
+    if match is None or not float(match[1]):
+        raise argparse.ArgumentTypeError(f"{text!r}; allowed: a time such as 90s, 20m or 1.5h")
+    return float(match[1]) * _SECONDS[match[2] or "s"]
+
+
+def add_tune(commands: Any) -> None:
+    """Add the command to the parser's commands."""
+    tune = commands.add_parser(
+        "tune", help="search the parameters of a simulation on an engine, against labels"
+    )
+    what = tune.add_mutually_exclusive_group(required=True)
+    what.add_argument("--engine", metavar="NAME", help="engine to tune")
+    what.add_argument(
+        "--remake", metavar="PRESET",
+        help="search again as a preset was found, for example ps_opt@mujoco, and compare",
+    )  # fmt: skip
+    tune.add_argument(
+        "--budget", type=duration, metavar="TIME",
+        help="no generation is begun after this, such as 20m, over all starts of the search",
+    )  # fmt: skip
+    tune.add_argument("--generations", type=at_least(1), metavar="N", help="end after so many")
+    tune.add_argument(
+        "--algorithm", default="genetic", metavar="NAME",
+        help="genetic (fitness of the paper), or nsga2 (accuracy against cost) (default: genetic)",
+    )  # fmt: skip
+    tune.add_argument(
+        "--space", default="extended", metavar="NAME",
+        help="extended, or table3 as the paper prints it (default: extended)",
+    )  # fmt: skip
+    tune.add_argument("--seed", type=at_least(0), default=0, help="default: 0")
+    tune.add_argument(
+        "--population", type=at_least(4), default=40, metavar="N",
+        help="genotypes a generation (default: 40; the paper has 1000)",
+    )  # fmt: skip
+    tune.add_argument(
+        "--benchmark", metavar="SET",
+        help="labelled set to tune on (default: the shipped one; for a 2-D engine the planar one)",
+    )  # fmt: skip
+    tune.add_argument(
+        "--output", "-o", type=Path, metavar="DIR",
+        help="folder of the search; an interrupted one goes on (default: runs/tune/ENGINE-...)",
+    )  # fmt: skip
+    tune.add_argument(
+        "--workers", "-j", type=at_least(1), default=os.cpu_count() or 1, help="default: all cores"
+    )
+    tune.add_argument(
+        "--write-preset", action="store_true", help="make what is found ps_opt on that engine"
+    )
+    tune.set_defaults(run=_tune)
+
+
+def _tune(options: argparse.Namespace) -> int:
+    from harness.studies.results import provenance_lines
+    from harness.tuning.history import preset, tuning_of
+    from harness.tuning.presets import NAME, differences, options_of, write_preset
+    from harness.tuning.search import Search, SearchOptions
+    from reports.pages import write_page
+    from reports.tuning_page import tuning_page
+
+    if options.remake:
+        chosen = options_of(options.remake)
+    else:
+        chosen = SearchOptions.on(
+            options.engine,
+            benchmark=options.benchmark,
+            algorithm=options.algorithm,
+            space=options.space,
+            seed=options.seed,
+            population=options.population,
+            generations=options.generations,
+            budget=options.budget,
+        )
+    name = f"{chosen.engine}-{chosen.algorithm}-{chosen.space}-{chosen.seed}"
+    directory = options.output or Path("runs/tune") / name
+    search = Search(directory, chosen)
+    try:
+        with progress_bar("searching") as advance:
+            search.run(workers=options.workers, progress=advance, report=say)
+    except KeyboardInterrupt:
+        say(f"What is finished stays in {directory}; run the same command to go on.")
+        raise
+    record = tuning_of([search])
+    print(write_page(tuning_page(record, provenance_lines(search.made_by)), directory))
+    found = preset(search)
+    if options.write_preset:
+        print(write_preset(search))
+    if options.remake:
+        unlike = differences(options.remake, found)
+        say(f"{options.remake}: " + ("; ".join(unlike) or "the same parameters were found"))
+        return 1 if unlike else 0
+    say(f"{NAME}@{chosen.engine} would be {search.space.spec(search.fittest().genotype)}")
+    return 0

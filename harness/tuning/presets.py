@@ -1,0 +1,74 @@
+"""The presets that searches have found: made, and made again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from harness.methods.spec import parse_spec
+from harness.methods.tuned import Tuned, tuned, write_tuned
+from harness.tuning.cases import CaseSource
+from harness.tuning.cost import CostModel
+from harness.tuning.history import preset
+from harness.tuning.search import Search, SearchOptions
+from harness.tuning import TuningError
+
+NAME = "ps_opt"
+"""Of the tuned presets."""
+
+
+def write_preset(search: Search) -> Path:
+    """Make the fittest genotype of a search the preset on its engine; returns the file.
+
+    Raises:
+        TuningError: the search was made by other code than is here, or by code that is in no
+            commit: nobody could make the preset again.
+    """
+    made_by = search.made_by
+    if "dirty" in str(made_by["git"]):
+        raise TuningError(
+            f"the search was made by {made_by['git']}, which is in no commit; commit, search again"
+        )
+    return write_tuned(NAME, search.options.engine, preset(search))
+
+
+def options_of(spec: str) -> SearchOptions:
+    """The options of the search that found a preset, up to the generation it was found by.
+
+    Args:
+        spec: such as ``ps_opt@mujoco``.
+
+    Raises:
+        TuningError: no search found it.
+    """
+    made_by = _entry(spec).made_by
+    return SearchOptions(
+        engine=made_by["engine"],
+        algorithm=made_by["algorithm"],
+        space=made_by["space"],
+        seed=made_by["seed"],
+        population=made_by["population"],
+        generations=made_by["generations"],
+        source=CaseSource(**made_by["source"]),
+        model=CostModel(**made_by["model"]),
+    )
+
+
+def differences(spec: str, found: Tuned) -> list[str]:
+    """What is not as in a preset: parameters, and what they came to; empty when all is."""
+    stored = _entry(spec)
+    pairs = [(stored.parameters, found.parameters), (stored.made_by["found"], found.made_by["found"])]
+    return [
+        f"{key} is {now.get(key)!r}, was {then.get(key)!r}"
+        for then, now in pairs
+        for key in {**then, **now}
+        if key != "wall_seconds" and then.get(key) != now.get(key)
+    ]
+
+
+def _entry(spec: str) -> Tuned:
+    parsed = parse_spec(spec)
+    found = tuned().get(parsed.name, {})
+    if parsed.engine not in found:
+        known = [f"{name}@{engine}" for name, engines in tuned().items() for engine in engines]
+        raise TuningError(f"{spec}: no search found it; allowed: {', '.join(known) or 'none yet'}")
+    return found[parsed.engine]
