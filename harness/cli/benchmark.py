@@ -129,6 +129,10 @@ def _add_label(actions: Any) -> None:
         "directory", nargs="?", type=Path, metavar="DIR", default=WORK, help=_AT_WORK
     )
     _add_sizes(label)
+    label.add_argument(
+        "--judges", choices=["all", "few", "none"], default="all",
+        help="further judges of validation and test; `robust` says less with few (default: all)",
+    )  # fmt: skip
     label.add_argument("--workers", "-j", type=at_least(1), default=os.cpu_count() or 1)
     label.set_defaults(run=_label)
 
@@ -209,7 +213,7 @@ def _build(options: argparse.Namespace) -> None:
 
 
 def _label(options: argparse.Namespace) -> None:
-    from harness.studies.labelling import label_set, split_sizes
+    from harness.studies.labelling import PANELS, label_set, split_sizes
 
     wanted = {"test": options.test, "validation": options.validation}
     given = {name: size for name, size in wanted.items() if size is not None}
@@ -219,6 +223,7 @@ def _label(options: argparse.Namespace) -> None:
             label_set(
                 options.directory,
                 sizes=sizes,
+                judges=PANELS[options.judges],
                 workers=options.workers,
                 progress=lambda _, done, total: advance(done, total),
             )

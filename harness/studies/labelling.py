@@ -76,6 +76,16 @@ JUDGES: tuple[Judge, ...] = (
 )
 """Those that simulate anew; thresholds and times (``limits``) are read off the traces."""
 
+FEW_JUDGES = tuple(
+    judge
+    for judge in JUDGES
+    if judge.spec in (f"{LABEL}:jitter=1e-4", f"{LABEL}:friction=0.4", f"{LABEL}:friction=0.6")
+)
+"""One numerical judge and two of the model: a third of the time, and a weaker ``robust``."""
+
+PANELS: Mapping[str, tuple[Judge, ...]] = {"all": JUDGES, "few": FEW_JUDGES, "none": ()}
+"""Further judges by the name of their panel."""
+
 
 def build_set(
     options: BuildOptions,

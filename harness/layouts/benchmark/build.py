@@ -45,13 +45,13 @@ class BuildOptions:
 
 
 PLANAR_OPTIONS = BuildOptions(
-    instances=15,
+    instances=10,
     # Side by side a bin holds far fewer items than in space: these fill one, seldom two or three.
     item_counts={1: 24, 2: 30, 3: 8},
     planar=True,
     # Bins of class 3 often hold one or two items, which tell judges little apart.
     fewest_items=3,
-    splits=SplitSizes(test=300, validation=300, test_lists=5, validation_lists=5),
+    splits=SplitSizes(test=300, validation=300, test_lists=4, validation_lists=4),
 )
 """What the planar set that comes with the package is drawn from."""
 
