@@ -3,7 +3,7 @@ PYTHON ?= python3.11
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help study test lint types bench engines verify extremes properties benchmark accuracy docs clean
+.PHONY: help study test lint types bench engines verify extremes properties benchmark planar accuracy docs clean
 
 help: ## list these targets
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -48,6 +48,10 @@ benchmark: $(READY) ## remake the labelled set (hours) and its page; goes on whe
 	test -e runs/benchmark/manifest.json || $(BIN)/steadyload benchmark build -o runs/benchmark
 	$(BIN)/steadyload benchmark label runs/benchmark
 	$(BIN)/steadyload benchmark page runs/benchmark -o reports/published/benchmark
+
+planar: $(READY) ## remake the planar labelled set (a quarter of an hour); goes on where it was
+	test -e runs/planar/manifest.json || $(BIN)/steadyload benchmark build --planar -o runs/planar
+	$(BIN)/steadyload benchmark label runs/planar --judges few
 
 accuracy: $(READY) ## remake the accuracies on the whole test split (ten minutes)
 	$(BIN)/steadyload study run reports/published/accuracy/study.toml -o runs/accuracy

@@ -6,14 +6,17 @@ import argparse
 import json
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from harness.cli.terminal import at_least, print_table, progress_bar, say
 from harness.layouts.benchmark import Part, load_benchmark
-from harness.layouts.benchmark.build import BuildOptions
+from harness.layouts.benchmark.build import PLANAR_OPTIONS, BuildOptions
+from harness.layouts.benchmark.dataset import SETS
 from harness.layouts.benchmark.observations import RotationUnit
 from harness.layouts.benchmark.splits import SIZES, SplitSizes
+from harness.layouts.benchmark.tables import read_tables
 from harness.layouts.formats import Format
 from harness.layouts.packing import WeightRule
 from harness.layouts.scenarios import Scenario
@@ -37,9 +40,15 @@ def add_benchmark(commands: Any) -> None:
 
 def _add_directory(action: argparse.ArgumentParser) -> None:
     action.add_argument(
-        "directory", nargs="?", type=Path, metavar="DIR",
-        help="folder of a labelled set (default: the one that comes with the package)",
+        "directory", nargs="?", type=_labelled_set, metavar="DIR",
+        help=f"folder of a labelled set, or {' or '.join(SETS)} for that of the package "
+        "(default: its large one)",
     )  # fmt: skip
+
+
+def _labelled_set(text: str) -> Path | str:
+    """A word of the package's sets, or a folder."""
+    return text if text in SETS else Path(text)
 
 
 def _add_info(actions: Any) -> None:
@@ -85,7 +94,7 @@ def _add_import(actions: Any) -> None:
         "--split-seed", type=at_least(0), metavar="N",
         help="draw training, validation and test by item list (default: no splits)",
     )  # fmt: skip
-    _add_sizes(read)
+    _add_sizes(read, SIZES)
     read.set_defaults(run=_import)
 
 
@@ -97,12 +106,17 @@ def _add_build(actions: Any) -> None:
         "--seed", type=at_least(0), default=standard.seed, help=f"default: {standard.seed}"
     )
     build.add_argument(
-        "--instances", type=at_least(1), metavar="N", default=standard.instances,
-        help=f"item lists of every class (default: {standard.instances})",
+        "--instances", type=at_least(1), metavar="N",
+        help=f"item lists of every class (default: {standard.instances}, "
+        f"planar {PLANAR_OPTIONS.instances})",
     )  # fmt: skip
     build.add_argument(
         "--weights", choices=[str(rule) for rule in WeightRule], default=str(standard.weights),
         help=f"default: {standard.weights}",
+    )  # fmt: skip
+    build.add_argument(
+        "--planar", action="store_true",
+        help="items span the full depth: a small set that a 2-D engine can judge",
     )  # fmt: skip
     build.set_defaults(run=_build)
 
@@ -115,15 +129,22 @@ def _add_label(actions: Any) -> None:
         "directory", nargs="?", type=Path, metavar="DIR", default=WORK, help=_AT_WORK
     )
     _add_sizes(label)
+    label.add_argument(
+        "--judges", choices=["all", "few", "none"], default="all",
+        help="further judges of validation and test; `robust` says less with few (default: all)",
+    )  # fmt: skip
     label.add_argument("--workers", "-j", type=at_least(1), default=os.cpu_count() or 1)
     label.set_defaults(run=_label)
 
 
-def _add_sizes(action: argparse.ArgumentParser) -> None:
-    for name, standard in (("test", SIZES.test), ("validation", SIZES.validation)):
+def _add_sizes(action: argparse.ArgumentParser, sizes: SplitSizes | None = None) -> None:
+    """Ask for sizes of splits; without standard ones, those of the set at hand are meant."""
+    for name in ("test", "validation"):
+        standard = getattr(sizes, name, None)
+        default = "as built or labelled last" if standard is None else standard
         action.add_argument(
             f"--{name}", type=at_least(2), metavar="N", default=standard,
-            help=f"cases a scenario in the {name} split, an even number (default: {standard})",
+            help=f"cases a scenario in the {name} split, an even number (default: {default})",
         )  # fmt: skip
 
 
@@ -179,8 +200,12 @@ def _section(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 def _build(options: argparse.Namespace) -> None:
     from harness.studies.labelling import build_set
 
-    chosen = BuildOptions(
-        seed=options.seed, instances=options.instances, weights=WeightRule(options.weights)
+    standard = PLANAR_OPTIONS if options.planar else BuildOptions()
+    chosen = replace(
+        standard,
+        seed=options.seed,
+        instances=options.instances or standard.instances,
+        weights=WeightRule(options.weights),
     )
     with progress_bar("packing") as advance:
         count = build_set(chosen, options.output, advance)
@@ -188,14 +213,17 @@ def _build(options: argparse.Namespace) -> None:
 
 
 def _label(options: argparse.Namespace) -> None:
-    from harness.studies.labelling import label_set
+    from harness.studies.labelling import PANELS, label_set, split_sizes
 
-    sizes = SplitSizes(options.test, options.validation)
+    wanted = {"test": options.test, "validation": options.validation}
+    given = {name: size for name, size in wanted.items() if size is not None}
+    sizes = replace(split_sizes(read_tables(options.directory)[3]), **given)
     try:
         with progress_bar("labelling") as advance:
             label_set(
                 options.directory,
                 sizes=sizes,
+                judges=PANELS[options.judges],
                 workers=options.workers,
                 progress=lambda _, done, total: advance(done, total),
             )

@@ -158,7 +158,22 @@ def layout_corners(box: Space) -> tuple[Vector, Vector]:
     return (y0, z0, x0), (y1 - y0, z1 - z0, x1 - x0)
 
 
-def pack_bins(size: Vector, items: Iterable[Vector], heuristic: Heuristic) -> list[list[Space]]:
+def orientations(item: Vector, *, planar: bool = False) -> list[_Size]:
+    """How an item of a width, height, depth [cm] may stand, as extents along the rule axes.
+
+    Args:
+        item: its sides.
+        planar: its depth stays the depth: it is turned in the plane of width and height alone.
+    """
+    if not planar:
+        return sorted({(a, b, c) for a, b, c in permutations(item)})
+    width, height, depth = item
+    return sorted({(depth, width, height), (depth, height, width)})
+
+
+def pack_bins(
+    size: Vector, items: Iterable[Vector], heuristic: Heuristic, *, planar: bool = False
+) -> list[list[Space]]:
     """Pack items in their order into as many bins as it takes.
 
     A place is refused where the item would come to carry one that was packed before it, its top
@@ -168,11 +183,12 @@ def pack_bins(size: Vector, items: Iterable[Vector], heuristic: Heuristic) -> li
         size: width, height, depth of a bin [cm].
         items: width, height, depth [cm]; each fits into an empty bin.
         heuristic: the rules.
+        planar: as in :func:`orientations`.
 
     Returns:
         By bin, in the order of opening, its items as boxes along the rule axes, in packing order.
     """
-    packer = Packer(size, heuristic)
+    packer = Packer(size, heuristic, planar=planar)
     for item in items:
         packer.add(item)
     return packer.bins
@@ -181,8 +197,9 @@ def pack_bins(size: Vector, items: Iterable[Vector], heuristic: Heuristic) -> li
 class Packer:
     """Bins that are being filled by one heuristic; see :func:`pack_bins`."""
 
-    def __init__(self, size: Vector, heuristic: Heuristic) -> None:
+    def __init__(self, size: Vector, heuristic: Heuristic, *, planar: bool = False) -> None:
         self.heuristic = heuristic
+        self._planar = planar
         self.bins: list[list[Space]] = []
         self._size = sizes_by_rule_axes(size)
         self._key = space_key(heuristic.space, self._size)
@@ -210,14 +227,14 @@ class Packer:
         Raises:
             HeuristicError: it does not even fit into an empty bin.
         """
-        orientations = sorted({(a, b, c) for a, b, c in permutations(item)})
+        turned = orientations(item, planar=self._planar)
         for spaces in self._offers():
-            found = self._find(spaces, orientations)
+            found = self._find(spaces, turned)
             if found is not None:
                 self._put(*found)
                 return
         self._open()
-        found = self._find(self._ordered[-1], orientations)
+        found = self._find(self._ordered[-1], turned)
         if found is None:
             raise HeuristicError(f"an item of {item} cm; allowed: what fits a bin of {self._size}")
         self._put(*found)
@@ -258,9 +275,7 @@ class Packer:
         self._spaces[which] = left
         self._ordered[which] = sorted(entries + fresh)
 
-    def _find(
-        self, spaces: Iterable[_Entry], orientations: Sequence[_Size]
-    ) -> tuple[int, Space] | None:
+    def _find(self, spaces: Iterable[_Entry], turned: Sequence[_Size]) -> tuple[int, Space] | None:
         """Bin and box of the place that the placement rule takes, None when nothing holds it."""
         rule = self.heuristic.placement
         several = rule in (PlacementRule.BEST_FILL, PlacementRule.FAR_FROM_FRONT)
@@ -269,7 +284,7 @@ class Packer:
         for _, which, _, space in spaces:
             x0, y0, z0, x1, y1, z1 = space
             deep, wide, high = x1 - x0, y1 - y0, z1 - z0
-            fitting = [o for o in orientations if o[0] <= deep and o[1] <= wide and o[2] <= high]
+            fitting = [o for o in turned if o[0] <= deep and o[1] <= wide and o[2] <= high]
             if not fitting:
                 continue
             boxes = self._boxes(which, space, fitting)

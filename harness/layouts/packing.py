@@ -103,11 +103,20 @@ class Instance:
         class_number: a key of :data:`ITEM_CLASSES`.
         number: which instance of the class, 0 or more.
         sizes: width, height, depth of every item [cm].
+        planar: items span the bins' full depth and are turned in the plane of width and height
+            alone, so that every layout is a planar scene.
     """
 
     class_number: int
     number: int
     sizes: tuple[Vector, ...]
+    planar: bool = False
+
+    @property
+    def name(self) -> str:
+        """Names the item list: ``Class_3_Instance_0``, ``Planar_Class_3_Instance_0``."""
+        kind = "Planar_" if self.planar else ""
+        return f"{kind}Class_{self.class_number}_Instance_{self.number}"
 
     @property
     def pallet(self) -> Pallet:
@@ -130,7 +139,12 @@ class PackedLayout:
 
 
 def make_instance(
-    class_number: int, number: int, *, seed: int, item_count: int | None = None
+    class_number: int,
+    number: int,
+    *,
+    seed: int,
+    item_count: int | None = None,
+    planar: bool = False,
 ) -> Instance:
     """Draw an instance. It depends on these arguments alone, not on what else is drawn.
 
@@ -139,6 +153,8 @@ def make_instance(
         number: which instance of the class, 0 or more.
         seed: root of all instances, 0 or more.
         item_count: None takes the class's; more items begin with the same ones.
+        planar: the same widths and heights, every item stretched to the bins' full depth; see
+            :class:`Instance`.
 
     Raises:
         PackingError: no such class, number or seed, or no item.
@@ -153,7 +169,9 @@ def make_instance(
             raise PackingError(f"{what} is {value!r}; allowed: {least} or more")
     sequence = np.random.SeedSequence(seed, spawn_key=(class_number, number))
     sizes = random_item_list(item_class, count, np.random.default_rng(sequence))
-    return Instance(class_number, number, tuple(sizes))
+    if planar:
+        sizes = [(width, height, item_class.pallet.depth) for width, height, _ in sizes]
+    return Instance(class_number, number, tuple(sizes), planar)
 
 
 def pack_instance(
@@ -166,7 +184,7 @@ def pack_instance(
         named as the files of the published data set are, bins counted from 0:
         ``H1_Class_3_Instance_0_ULD_0``.
     """
-    bins = pack_bins(instance.pallet.size, instance.sizes, heuristic)
+    bins = pack_bins(instance.pallet.size, instance.sizes, heuristic, planar=instance.planar)
     return [
         _layout(source_name(heuristic, instance, which), instance, boxes, weights)
         for which, boxes in enumerate(bins)
@@ -175,8 +193,7 @@ def pack_instance(
 
 def source_name(heuristic: Heuristic, instance: Instance, which: int) -> str:
     """The name of a bin's layout; see :func:`pack_instance`."""
-    origin = f"Class_{instance.class_number}_Instance_{instance.number}"
-    return f"H{heuristic.number}_{origin}_ULD_{which}"
+    return f"H{heuristic.number}_{instance.name}_ULD_{which}"
 
 
 def generate(
@@ -220,7 +237,8 @@ def _packed(
     """The bins of every heuristic."""
     packed: dict[Heuristic, list[list[Space]]] = {}
     for space, placement in dict.fromkeys((h.space, h.placement) for h in heuristics):
-        packer = Packer(instance.pallet.size, Heuristic(BinRule.FIRST, space, placement))
+        first = Heuristic(BinRule.FIRST, space, placement)
+        packer = Packer(instance.pallet.size, first, planar=instance.planar)
         ahead = iter(instance.sizes)
         for size in ahead:
             packer.add(size)

@@ -24,7 +24,12 @@ class Scenario(StrEnum):
     S2B = "S2b"
 
 
-def apply_scenario(layout: Layout, scenario: Scenario, seed: int) -> Layout:
+_ALONG_DEPTH = 2
+
+
+def apply_scenario(
+    layout: Layout, scenario: Scenario, seed: int, *, planar: bool = False
+) -> Layout:
     """The layout with its centres of mass drawn anew.
 
     The draw depends on the seed, the scenario and the layout's geometry alone: not on names,
@@ -35,6 +40,9 @@ def apply_scenario(layout: Layout, scenario: Scenario, seed: int) -> Layout:
         layout: any layout.
         scenario: which distribution.
         seed: 0 or more; the same seed gives the same centres of mass.
+        planar: leave every centre of mass in the middle of the depth, out of the plane of width
+            and height; in the plane it lies where it would without this. A layout whose items share
+            one extent along the depth is then a planar scene in every scenario.
     """
     sides = layout.upper - layout.lower
     centred = layout.with_mass_offsets(np.zeros_like(sides))
@@ -48,4 +56,6 @@ def apply_scenario(layout: Layout, scenario: Scenario, seed: int) -> Layout:
         shares = np.clip(random.normal(0.0, _REACH / 6.0, sides.shape), -limit, limit)
     else:
         shares = random.uniform(-limit, limit, sides.shape)
+    if planar:
+        shares[:, _ALONG_DEPTH] = 0.0
     return centred.with_mass_offsets(shares * sides)

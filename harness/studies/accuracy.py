@@ -71,7 +71,7 @@ def accuracies(
         here = np.asarray(scenarios == scenario)
         parts[scenario] = _summaries(said[here], labels[here], costs, natural)
     return Accuracies(
-        part=str(about["part"]),
+        part=" ".join(str(about[key]) for key in ("set", "part") if key in about),
         cases=len(labels),
         instances=labels["instance"].nunique(),
         stable=int(labels["failing_step"].isna().sum()),

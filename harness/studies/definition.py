@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.layouts.benchmark import Part
+from harness.layouts.benchmark.dataset import SETS
 from harness.layouts.formats import read_layouts
 from harness.layouts.model import Layout
 from harness.layouts.packing import random_layouts
@@ -50,8 +51,9 @@ class StudyDefinition:
             without labels. The set has its own layouts and centres of mass: ``scenarios`` picks
             among them (empty for all) and ``limit`` counts cases a scenario, those of the first
             ranks.
-        benchmark_directory: the folder of the labelled set; None for the one that comes with the
-            package.
+        benchmark_directory: the folder of the labelled set, or a word of
+            :data:`harness.layouts.benchmark.dataset.SETS` as a text; None for the large set that
+            comes with the package.
 
     Raises:
         SpecError: no such method, engine or parameter.
@@ -71,7 +73,7 @@ class StudyDefinition:
     shard_size: int = 12
     timeout: float | None = None
     benchmark: Part | str | None = None
-    benchmark_directory: Path | None = None
+    benchmark_directory: Path | str | None = None
 
     def __post_init__(self) -> None:
         methods = tuple(str(make_method(spec).spec) for spec in self.methods)
@@ -216,9 +218,14 @@ def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
         snap_gap=float(snap_gap),
         timeout=timeout,
         benchmark=benchmark,
-        benchmark_directory=None if folder is None else (path.parent / folder).resolve(),
+        benchmark_directory=_set_of(folder, path.parent),
         **numbers,
     )
+
+
+def _set_of(folder: str | None, beside: Path) -> Path | str | None:
+    """A labelled set as a study file names it: a word of the package's, or a folder."""
+    return folder if folder is None or folder in SETS else (beside / folder).resolve()
 
 
 def _texts(content: dict[str, Any], key: str) -> list[str]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from engines.registry import installed_versions
 from harness.layouts.benchmark.build import BuildOptions, build
 from harness.layouts.benchmark.confidence import Reason
 from harness.layouts.benchmark.dataset import Benchmark, load_benchmark
-from harness.layouts.benchmark.splits import SIZES, SplitSizes, assign_splits, drawn_instances
+from harness.layouts.benchmark.splits import SplitSizes, assign_splits, drawn_instances
 from harness.layouts.benchmark.tables import (
     CASES,
     OPINIONS,
@@ -76,6 +76,16 @@ JUDGES: tuple[Judge, ...] = (
 )
 """Those that simulate anew; thresholds and times (``limits``) are read off the traces."""
 
+FEW_JUDGES = tuple(
+    judge
+    for judge in JUDGES
+    if judge.spec in (f"{LABEL}:jitter=1e-4", f"{LABEL}:friction=0.4", f"{LABEL}:friction=0.6")
+)
+"""One numerical judge and two of the model: a third of the time, and a weaker ``robust``."""
+
+PANELS: Mapping[str, tuple[Judge, ...]] = {"all": JUDGES, "few": FEW_JUDGES, "none": ()}
+"""Further judges by the name of their panel."""
+
 
 def build_set(
     options: BuildOptions,
@@ -98,6 +108,9 @@ def build_set(
         "instances": options.instances,
         "item_counts": {str(k): v for k, v in options.item_counts.items()},
         "weights": str(options.weights),
+        "planar": options.planar,
+        "fewest_items": options.fewest_items,
+        "splits": dataclasses.asdict(options.splits),
         "built_with": provenance(),
     }
     write_unlabelled(directory, layouts, cases, manifest)
@@ -135,7 +148,7 @@ def write_unlabelled(
 def label_set(
     directory: Path,
     *,
-    sizes: SplitSizes = SIZES,
+    sizes: SplitSizes | None = None,
     judges: Sequence[Judge] = JUDGES,
     workers: int = IN_THIS_PROCESS,
     progress: Callable[[str, int, int], None] = lambda what, done, total: None,
@@ -144,7 +157,7 @@ def label_set(
 
     Args:
         directory: as :func:`build_set` leaves it; labels are written into its tables.
-        sizes: of validation and test.
+        sizes: of validation and test; None for those of the manifest, :func:`split_sizes`.
         judges: the further judges.
         workers: see :func:`harness.studies.runner.run_study`.
         progress: called with what is done, cases done and cases in all.
@@ -162,7 +175,19 @@ def label_set(
     for judge in judges:
         make_method(judge.spec).prepare()
     with locked(directory):
-        _label(directory, sizes, judges, workers, progress)
+        _label(directory, sizes or split_sizes(manifest), judges, workers, progress)
+
+
+def split_sizes(manifest: Mapping[str, Any]) -> SplitSizes:
+    """What is held out of a set, by its manifest: as built, or as labelled last.
+
+    Raises:
+        BenchmarkError: the manifest's sizes cannot be.
+    """
+    try:
+        return SplitSizes(**manifest.get("splits", {}))
+    except TypeError:
+        raise BenchmarkError(f"manifest: splits is {manifest['splits']!r}") from None
 
 
 def _label(

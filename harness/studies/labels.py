@@ -95,6 +95,8 @@ def labelled_material(study: StudyDefinition) -> Material:
         "hash": hashlib.sha256(answers.encode()).hexdigest()[:16],
         "natural_stable": benchmark.natural_stable,
     }
+    if isinstance(study.benchmark_directory, str):
+        about["set"] = study.benchmark_directory
     return Material(centred, cases, labels, about)
 
 

@@ -1,10 +1,11 @@
 """The labelled benchmark: layouts, labels, how sure they are, and which split each belongs to."""
 
 from harness.layouts.benchmark.dataset import (
+    PLANAR,
     Benchmark,
     BenchmarkError,
     Part,
     load_benchmark,
 )
 
-__all__ = ["Benchmark", "BenchmarkError", "Part", "load_benchmark"]
+__all__ = ["PLANAR", "Benchmark", "BenchmarkError", "Part", "load_benchmark"]

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from harness.layouts.benchmark.dataset import row_of
+from harness.layouts.benchmark.splits import SIZES, SplitSizes
 from harness.layouts.model import Layout
 from harness.layouts.packing import ITEM_CLASSES, WeightRule, generate, make_instance
 from harness.layouts.scenarios import Scenario, apply_scenario
@@ -27,12 +28,32 @@ class BuildOptions:
         item_counts: items of an instance by class, where they are not the class's own. Class 3
             has 32 instead of 64: splits and intervals stand on item lists, and this gives more.
         weights: how heavy items are.
+        planar: every layout is a planar scene in every scenario; see
+            :class:`harness.layouts.packing.Instance` and
+            :func:`harness.layouts.scenarios.apply_scenario`.
+        fewest_items: layouts of fewer are left out, 1 or more.
+        splits: what is held out once the set is labelled.
     """
 
     seed: int = 2024
     instances: int = 17
     item_counts: Mapping[int, int] = field(default_factory=lambda: {3: 32})
     weights: WeightRule = WeightRule.PAPER
+    planar: bool = False
+    fewest_items: int = 1
+    splits: SplitSizes = SIZES
+
+
+PLANAR_OPTIONS = BuildOptions(
+    instances=10,
+    # Side by side a bin holds far fewer items than in space: these fill one, seldom two or three.
+    item_counts={1: 24, 2: 30, 3: 8},
+    planar=True,
+    # Bins of class 3 often hold one or two items, which tell judges little apart.
+    fewest_items=3,
+    splits=SplitSizes(test=300, validation=300, test_lists=4, validation_lists=4),
+)
+"""What the planar set that comes with the package is drawn from."""
 
 
 def build(
@@ -50,7 +71,13 @@ def build(
         PackingError: an option that cannot be.
     """
     instances = [
-        make_instance(number, which, seed=options.seed, item_count=options.item_counts.get(number))
+        make_instance(
+            number,
+            which,
+            seed=options.seed,
+            item_count=options.item_counts.get(number),
+            planar=options.planar,
+        )
         for which in range(options.instances)
         for number in ITEM_CLASSES
     ]
@@ -58,17 +85,19 @@ def build(
     for done, instance in enumerate(instances, start=1):
         for packed in generate([instance], weights=options.weights):
             geometry = packed.layout.geometry_hash()
-            if geometry in known:
+            if geometry in known or len(packed.layout) < options.fewest_items:
                 continue
             known.add(geometry)
-            name = f"Class_{instance.class_number}_Instance_{instance.number}"
-            rows.append(row_of(packed.layout, name, instance.class_number, packed.sources))
-            cases += [(str(s), draw_case(packed.layout, s, options.seed)) for s in Scenario]
+            rows.append(row_of(packed.layout, instance.name, instance.class_number, packed.sources))
+            cases += [
+                (str(s), draw_case(packed.layout, s, options.seed, planar=options.planar))
+                for s in Scenario
+            ]
         progress(done, len(instances))
     return pd.DataFrame(rows), cases
 
 
-def draw_case(layout: Layout, scenario: Scenario, seed: int) -> Layout:
+def draw_case(layout: Layout, scenario: Scenario, seed: int, *, planar: bool = False) -> Layout:
     """A layout in a scenario, its centres of mass rounded as they are stored."""
-    drawn = apply_scenario(layout, scenario, seed)
+    drawn = apply_scenario(layout, scenario, seed, planar=planar)
     return drawn.with_mass_offsets(np.round(drawn.mass_offsets, _OFFSET_DECIMALS) + 0.0)

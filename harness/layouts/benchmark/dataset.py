@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
@@ -23,8 +24,16 @@ KEYS = ["layout", "scenario"]
 PAPER_SIZE = 300
 """Cases a scenario in the paper's test set; the first ranks of ``test`` are such a set."""
 
-SHIPPED = Path(str(resources.files("harness.layouts.benchmark"))) / "data"
+_PACKAGE = Path(str(resources.files("harness.layouts.benchmark")))
+
+SHIPPED = _PACKAGE / "data"
 """The folder of the set that comes with the package."""
+
+PLANAR = "planar"
+"""Stands for the small set of planar layouts that comes with the package, too."""
+
+SETS: Mapping[str, Path] = {PLANAR: _PACKAGE / "data_planar"}
+"""Words that stand for further sets of the package, and their folders."""
 
 
 class Part(StrEnum):
@@ -140,12 +149,17 @@ class Benchmark:
 
 
 def load_benchmark(directory: str | Path | None = None) -> Benchmark:
-    """Read a labelled set; None reads the one that comes with the package.
+    """Read a labelled set.
+
+    Args:
+        directory: its folder, or as a text a word of :data:`SETS` (a folder of that name in the
+            working directory is ``./planar``); None reads the large set of the package.
 
     Raises:
         BenchmarkError: not such a folder, or a damaged one.
     """
-    folder = Path(directory or SHIPPED)
+    known = SETS.get(directory) if isinstance(directory, str) else None
+    folder = known or Path(directory or SHIPPED)
     layouts, cases, opinions, manifest = read_tables(folder)
     layouts = layouts.set_index("layout")
     try:
