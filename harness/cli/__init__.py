@@ -24,6 +24,7 @@ from harness.cli.terminal import (
     say,
     status_line,
 )
+from harness.cli.tune import add_tune
 from harness.cli.verify import add_verify
 from harness.layouts.benchmark import BenchmarkError
 from harness.layouts.formats import Format, read_layouts, write_layouts
@@ -39,6 +40,7 @@ from harness.studies.envelope_use import score_warnings, study_warnings
 from harness.studies.executors import WorkerDiedError
 from harness.studies.results import ResultsError, load_manifest
 from harness.studies.scoring import score_layouts
+from harness.tuning import TuningError
 
 _BAD_INPUT = (
     LayoutError,

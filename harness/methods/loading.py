@@ -99,7 +99,9 @@ class Loading:
             Scope.WIDENING: self._load_widening,
         }
         try:
-            return ways[self.parameters.scope]()
+            # What diverges may overflow on its way; that it did is found out when it is examined.
+            with np.errstate(over="ignore", invalid="ignore"):
+                return ways[self.parameters.scope]()
         finally:
             self.watch.enter(Phase.BUILD)
             self._stage.close()

@@ -20,9 +20,9 @@ from harness.methods.method import Effort
 from harness.methods.registry import make_method
 from harness.methods.simulation_parameters import SimulationParameters
 from harness.studies.executors import SinglePart, run_units
+from harness.tuning import TuningError
 from harness.tuning.cases import CaseSource, load_cases
 from harness.tuning.space import Space
-from harness.tuning import TuningError
 
 FloatArray = NDArray[np.float64]
 

@@ -12,7 +12,14 @@ from harness.tuning.judging import fitness
 from harness.tuning.ledger import Entry
 from harness.tuning.search import Search, pareto_front
 from harness.tuning.space import Genotype
-from reports.tuning_records import CostRow, GenerationRow, GeneRow, JudgedGenotype, SearchRow
+from reports.tuning_records import (
+    CostRow,
+    GenerationRow,
+    GeneRow,
+    JudgedGenotype,
+    SearchRow,
+    Tuning,
+)
 
 CHEAPEST, DEAREST = 0.3, 100.0
 """Costs [ms] between which fronts are compared."""

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from harness.tuning import TuningError
 from harness.tuning.judging import Sheet
 from harness.tuning.space import Genotype
-from harness.tuning import TuningError
 
 _FILE = "search.jsonl"
 

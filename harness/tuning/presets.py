@@ -6,11 +6,11 @@ from pathlib import Path
 
 from harness.methods.spec import parse_spec
 from harness.methods.tuned import Tuned, tuned, write_tuned
+from harness.tuning import TuningError
 from harness.tuning.cases import CaseSource
 from harness.tuning.cost import CostModel
 from harness.tuning.history import preset
 from harness.tuning.search import Search, SearchOptions
-from harness.tuning import TuningError
 
 NAME = "ps_opt"
 """Of the tuned presets."""
@@ -56,7 +56,10 @@ def options_of(spec: str) -> SearchOptions:
 def differences(spec: str, found: Tuned) -> list[str]:
     """What is not as in a preset: parameters, and what they came to; empty when all is."""
     stored = _entry(spec)
-    pairs = [(stored.parameters, found.parameters), (stored.made_by["found"], found.made_by["found"])]
+    pairs = [
+        (stored.parameters, found.parameters),
+        (stored.made_by["found"], found.made_by["found"]),
+    ]
     return [
         f"{key} is {now.get(key)!r}, was {then.get(key)!r}"
         for then, now in pairs
@@ -68,7 +71,7 @@ def differences(spec: str, found: Tuned) -> list[str]:
 def _entry(spec: str) -> Tuned:
     parsed = parse_spec(spec)
     found = tuned().get(parsed.name, {})
-    if parsed.engine not in found:
+    if parsed.engine is None or parsed.engine not in found:
         known = [f"{name}@{engine}" for name, engines in tuned().items() for engine in engines]
         raise TuningError(f"{spec}: no search found it; allowed: {', '.join(known) or 'none yet'}")
     return found[parsed.engine]

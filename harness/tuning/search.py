@@ -13,12 +13,14 @@ from typing import Any
 import numpy as np
 
 from engines.registry import engines, world_class
+from harness.layouts.benchmark import PLANAR
 from harness.methods.registry import make_method
 from harness.methods.simulation_parameters import parameters_on
 from harness.methods.spec import nearest
 from harness.studies.executors import run_units
 from harness.studies.results import judged_by, provenance
 from harness.studies.runner import locked
+from harness.tuning import TuningError
 from harness.tuning.cases import CaseSource, load_cases
 from harness.tuning.cost import CostModel, calibrate
 from harness.tuning.judging import (
@@ -36,7 +38,6 @@ from harness.tuning.judging import (
 from harness.tuning.ledger import Entry, GenerationEnd, Ledger
 from harness.tuning.proposers import ALGORITHMS
 from harness.tuning.space import DEFAULT, Gene, Genotype, Space, space_on
-from harness.tuning import TuningError
 
 GOAL = "ps3@{engine}:samples=10,rest_speed=0.01"
 """What a goal is a fifth of: PS_3, stopped at rest and looked at as often as others are."""
@@ -94,7 +95,6 @@ class SearchOptions:
                 f"algorithm {self.algorithm!r} needs the package "
                 f"{ALGORITHMS[self.algorithm].needs}: pip install 'steadyload[tuning]'"
             )
-
 
     @classmethod
     def on(cls, engine: str, *, benchmark: str | None = None, **others: Any) -> SearchOptions:

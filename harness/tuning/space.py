@@ -118,6 +118,11 @@ def space_names() -> tuple[str, ...]:
     return tuple(_spaces())
 
 
+def gene_groups() -> dict[str, tuple[str, ...]]:
+    """Genes that belong together, whatever the space, by the name of the group."""
+    return {name: tuple(genes) for name, genes in _data()["groups"].items()}
+
+
 @cache
 def space_on(engine: str, name: str = DEFAULT) -> Space:
     """A space on an engine, without the genes that play no part there.
@@ -181,6 +186,10 @@ def _listed(given: Any) -> tuple[Any, ...]:
     return tuple(round(least + k * step, 10) for k in range(count))
 
 
-@cache
 def _spaces() -> dict[str, Any]:
+    return {name: table for name, table in _data().items() if "genes" in table}
+
+
+@cache
+def _data() -> dict[str, Any]:
     return tomllib.loads(resources.files("harness.tuning").joinpath("spaces.toml").read_text())
