@@ -20,14 +20,14 @@ from __future__ import annotations
 
 import inspect
 
-from engines.checks import mechanics, protocol, refusals
+from engines.checks import mechanics, protocol, refusals, reseating
 from engines.checks.scenes import Check, NotApplicable
 
 __all__ = ["CHECKS", "Check", "NotApplicable"]
 
 CHECKS: dict[str, Check] = {
     name.removeprefix("check_"): function
-    for module in (protocol, refusals, mechanics)
+    for module in (protocol, reseating, refusals, mechanics)
     for name, function in vars(module).items()
     if name.startswith("check_") and inspect.isfunction(function)
 }

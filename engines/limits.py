@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from engines.errors import BadNumberError
 
 if TYPE_CHECKING:
-    from engines.world import Box, WorldSettings
+    from engines.capabilities import WorldSettings
+    from engines.world import Box
 
 SIZES = (1e-6, 1e6)
 """Allowed edge lengths [m]."""

@@ -6,6 +6,7 @@ import contextlib
 import math
 import os
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -58,8 +59,8 @@ _UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 # Too short to move anything; Bullet takes 2e-16 s and less for no step at all.
 _INSTANT = 1e-12
 
-# What free bodies collide with: everything, as by default, or nothing.
-_WITH_ALL, _WITH_NONE = (1, -1), (0, 0)
+# Bullet's own filters, group and mask: free bodies collide with all, fixed ones with what is free.
+_FREE, _FIXED, _ABSENT = (1, -1), (2, ~2), (0, 0)
 
 _idle_clients: list[int] = []
 """Physics clients that no world owns: connecting costs 40 ms, resetting 0.2 ms."""
@@ -93,6 +94,15 @@ def _is_exact(batch: int, length: float) -> bool:
     return native_length == length and int(length * batch / native_length) == batch
 
 
+class _Body(NamedTuple):
+    """A box of a world: its native handle, its start and offset [m] (centre of mass), its kind."""
+
+    handle: int
+    start: tuple[float, float, float]
+    offset: tuple[float, float, float]
+    fixed: bool
+
+
 def _connect() -> int:
     client = pybullet.connect(pybullet.DIRECT)
     if client < 0:
@@ -110,6 +120,7 @@ class BulletWorld(FixedStepWorld):
     capabilities = Capabilities(
         title="Bullet (pybullet)",
         dimensions=3,
+        subsets=True,
         settings=declare(
             friction=SettingSupport(
                 Support.HONOURED, "pairs multiply, so each body gets the square root"
@@ -155,9 +166,8 @@ class BulletWorld(FixedStepWorld):
             physicsClientId=self._client,
         )
         self._as_planned = True
-        self._bodies: list[int] = []
-        self._starts: list[tuple[float, float, float]] = []
-        self._offsets: list[tuple[float, float, float]] = []
+        self._bodies: list[_Body] = []
+        self._all_bodies: list[_Body] = []
         # A box, not a plane: a plane throws a grid of small cubes apart.
         floor = pybullet.createCollisionShape(
             pybullet.GEOM_BOX, halfExtents=_FLOOR_HALF, physicsClientId=self._client
@@ -213,10 +223,17 @@ class BulletWorld(FixedStepWorld):
             **margin,
             **({} if box.fixed else motion),
         )
-        self._bodies.append(body)
-        (a, b, c), (p, q, r) = box.centre, box.mass_offset
-        self._starts.append(box.centre if box.fixed else (a + p, b + q, c + r))
-        self._offsets.append((0.0, 0.0, 0.0) if box.fixed else box.mass_offset)
+        (a, b, c), (p, q, r) = box.centre, (0.0, 0.0, 0.0) if box.fixed else box.mass_offset
+        added = _Body(body, (a + p, b + q, c + r), (p, q, r), box.fixed)
+        self._bodies.append(added)
+        self._all_bodies.append(added)
+
+    def _take_part(self, chosen: list[int]) -> None:
+        self._bodies = [self._all_bodies[i] for i in chosen]
+        for index, body in enumerate(self._all_bodies):
+            if body.fixed:
+                filters = _FIXED if index in chosen else _ABSENT
+                pybullet.setCollisionFilterGroupMask(body.handle, -1, *filters, self._client)
 
     def _start_afresh(self) -> None:
         """Leave nothing of the past behind, before the boxes leave their planned poses.
@@ -224,24 +241,27 @@ class BulletWorld(FixedStepWorld):
         Placing a body drops neither its contacts, with the impulses that warm starting uses, nor
         the inertia of its last attitude. A new pair has no contacts, so all pairs are dissolved
         and formed again; only a step computes inertia, so one is done while there are no pairs.
-        New worlds take the same way: they start with an inertia of Bullet's own making.
+        New worlds take the same way: they start with an inertia of Bullet's own making. What does
+        not take part is left without pairs, and falls.
         """
         client, self._as_planned = self._client, False
-        free = [body for body, box in zip(self._bodies, self.boxes, strict=True) if not box.fixed]
-        for body in free:
-            pybullet.setCollisionFilterGroupMask(body, -1, *_WITH_NONE, client)
+        mask = pybullet.setCollisionFilterGroupMask
+        for body in self._all_bodies:
+            if not body.fixed:
+                mask(body.handle, -1, *_ABSENT, client)
         pybullet.setPhysicsEngineParameter(
             fixedTimeStep=_INSTANT, numSubSteps=0, physicsClientId=client
         )
         pybullet.stepSimulation(client)
         self._place()
-        for body in free:
-            pybullet.setCollisionFilterGroupMask(body, -1, *_WITH_ALL, client)
+        for body in self._bodies:
+            if not body.fixed:
+                mask(body.handle, -1, *_FREE, client)
 
     def _place(self) -> None:
         client, place = self._client, pybullet.resetBasePositionAndOrientation
-        for body, start in zip(self._bodies, self._starts, strict=True):
-            place(body, start, _UPRIGHT, client)  # and at rest
+        for body in self._all_bodies:
+            place(body.handle, body.start, _UPRIGHT, client)  # and at rest
 
     def _advance(self, substeps: int, length: float) -> None:
         if self._as_planned:
@@ -254,14 +274,14 @@ class BulletWorld(FixedStepWorld):
 
     def _poses(self) -> Poses:
         read, client = pybullet.getBasePositionAndOrientation, self._client
-        rows = np.array([p + q for p, q in (read(b, client) for b in self._bodies)])
+        rows = np.array([p + q for p, q in (read(b.handle, client) for b in self._bodies)])
         rows = rows.reshape(-1, 7)
         quaternions = rows[:, (6, 3, 4, 5)]
-        offsets = np.array(self._offsets).reshape(-1, 3)
+        offsets = np.array([b.offset for b in self._bodies]).reshape(-1, 3)
         return Poses(centres_from_mass_centres(rows[:, :3], quaternions, offsets), quaternions)
 
     def _velocities(self) -> Velocities:
-        rows = [pybullet.getBaseVelocity(b, self._client) for b in self._bodies]
+        rows = [pybullet.getBaseVelocity(b.handle, self._client) for b in self._bodies]
         return Velocities(
             np.array([r[0] for r in rows]).reshape(-1, 3),
             np.array([r[1] for r in rows]).reshape(-1, 3),
@@ -270,10 +290,10 @@ class BulletWorld(FixedStepWorld):
     def _set_velocities(self, velocities: Velocities) -> None:
         if self._as_planned:
             self._start_afresh()
-        rows = zip(self.boxes, self._bodies, *map(np.ndarray.tolist, velocities), strict=True)
-        for box, body, linear, angular in rows:
-            if not box.fixed:
-                pybullet.resetBaseVelocity(body, linear, angular, self._client)
+        rows = zip(self._bodies, *map(np.ndarray.tolist, velocities), strict=True)
+        for body, linear, angular in rows:
+            if not body.fixed:
+                pybullet.resetBaseVelocity(body.handle, linear, angular, self._client)
 
     def _reset(self) -> None:
         self._place()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import dartpy as dart
 import numpy as np
@@ -31,6 +32,15 @@ _MOST_CONTACTS = 1000
 _FLOOR_SIZE = (1000.0, 1000.0, 20.0)
 
 
+class _Body(NamedTuple):
+    """A box of a world; ``start`` is its coordinates as planned, None for a fixed box."""
+
+    skeleton: dart.dynamics.Skeleton
+    node: dart.dynamics.BodyNode
+    start: np.ndarray | None
+    offset: tuple[float, float, float]
+
+
 class DartWorld(FixedStepWorld):
     """A DART world.
 
@@ -41,6 +51,7 @@ class DartWorld(FixedStepWorld):
     capabilities = Capabilities(
         title="DART (dartpy)",
         dimensions=3,
+        subsets=True,
         settings=declare(
             friction=SettingSupport(Support.HONOURED, "pairs take the minimum"),
             restitution=SettingSupport(
@@ -72,12 +83,9 @@ class DartWorld(FixedStepWorld):
         sleep.mEnabled = False
         world.setDeactivationOptions(sleep)
         self._world = world
-        self._skeletons: list[dart.dynamics.Skeleton] = []
-        self._bodies: list[dart.dynamics.BodyNode] = []
-        self._starts: list[np.ndarray] = []
-        self._offsets: list[tuple[float, float, float]] = []
-        self._free: list[int] = []
-        floor = dart.dynamics.Skeleton("floor")
+        self._bodies: list[_Body] = []
+        self._all_bodies: list[_Body] = []
+        self._floor = floor = dart.dynamics.Skeleton("floor")
         _, node = floor.createWeldJointAndBodyNodePair()
         shape = self._shape(node, _FLOOR_SIZE)
         shape.setRelativeTranslation([0.0, 0.0, -_FLOOR_SIZE[2] / 2.0])
@@ -103,7 +111,7 @@ class DartWorld(FixedStepWorld):
             _, node = skeleton.createWeldJointAndBodyNodePair()
             self._box_shape(node, box).setRelativeTranslation(list(box.centre))
             skeleton.setMobile(False)
-            self._world.addSkeleton(skeleton)
+            self._enter(_Body(skeleton, node, None, (0.0, 0.0, 0.0)))
             return
         joint, node = skeleton.createFreeJointAndBodyNodePair()
         # The body frame stands at the centre of mass: then joint damping acts there too.
@@ -118,12 +126,19 @@ class DartWorld(FixedStepWorld):
         start = np.zeros(6)
         start[3:] = np.add(box.centre, box.mass_offset)
         skeleton.setPositions(start)
-        self._world.addSkeleton(skeleton)
-        self._free.append(len(self.boxes))
-        self._skeletons.append(skeleton)
-        self._bodies.append(node)
-        self._starts.append(start)
-        self._offsets.append(box.mass_offset)
+        self._enter(_Body(skeleton, node, start, box.mass_offset))
+
+    def _enter(self, body: _Body) -> None:
+        self._world.addSkeleton(body.skeleton)
+        self._bodies.append(body)
+        self._all_bodies.append(body)
+
+    def _take_part(self, chosen: list[int]) -> None:
+        self._bodies = [self._all_bodies[i] for i in chosen]
+
+    @property
+    def _free(self) -> list[int]:
+        return [i for i, body in enumerate(self._bodies) if body.start is not None]
 
     def _advance(self, substeps: int, length: float) -> None:
         if self._world.getTimeStep() != length:
@@ -138,53 +153,58 @@ class DartWorld(FixedStepWorld):
 
     def _poses(self) -> Poses:
         # A free joint's coordinates: rotation vector, then translation, of the centre of mass.
-        states = np.array([s.getPositions() for s in self._skeletons]).reshape(-1, 6)
+        free = self._free
+        moving = [self._bodies[i] for i in free]
+        states = np.array([body.skeleton.getPositions() for body in moving]).reshape(-1, 6)
         angles = np.sqrt((states[:, :3] * states[:, :3]).sum(axis=1))
         quaternions = np.empty((len(states), 4))
         quaternions[:, 0] = np.cos(0.5 * angles)
         # sin(a / 2) / a, by numpy's sin(pi x) / (pi x), which knows its limit at 0.
         quaternions[:, 1:] = (0.5 * np.sinc(angles * (0.5 / math.pi)))[:, None] * states[:, :3]
-        offsets = np.array(self._offsets).reshape(-1, 3)
+        offsets = np.array([body.offset for body in moving]).reshape(-1, 3)
         moved = centres_from_mass_centres(states[:, 3:], quaternions, offsets)
-        if len(self._free) == len(self.boxes):
+        if len(free) == len(self.boxes):
             return Poses(moved, quaternions)
         centres = np.array([b.centre for b in self.boxes])
         attitudes = np.tile((1.0, 0.0, 0.0, 0.0), (len(centres), 1))
-        centres[self._free], attitudes[self._free] = moved, quaternions
+        centres[free], attitudes[free] = moved, quaternions
         return Poses(centres, attitudes)
 
     def _velocities(self) -> Velocities:
         linear, angular = np.zeros((2, len(self.boxes), 3))
-        if self._bodies:
-            linear[self._free] = [b.getCOMLinearVelocity() for b in self._bodies]
-            angular[self._free] = [b.getAngularVelocity() for b in self._bodies]
+        for index, body in enumerate(self._bodies):
+            if body.start is not None:
+                linear[index] = body.node.getCOMLinearVelocity()
+                angular[index] = body.node.getAngularVelocity()
         return Velocities(linear, angular)
 
     def _set_velocities(self, velocities: Velocities) -> None:
-        linear, angular = velocities
-        for index, skeleton in zip(self._free, self._skeletons, strict=True):
+        for body, linear, angular in zip(self._bodies, *velocities, strict=True):
+            if body.start is None:
+                continue
             # A free joint's own coordinates are in body axes; these two take world axes. The body
             # frame stands at the centre of mass, so turning does not change the linear part.
-            joint = skeleton.getJoint(0)
-            joint.setAngularVelocity(angular[index])
-            joint.setLinearVelocity(linear[index])
+            joint = body.skeleton.getJoint(0)
+            joint.setAngularVelocity(angular)
+            joint.setLinearVelocity(linear)
 
     def _reset(self) -> None:
-        for skeleton, start in zip(self._skeletons, self._starts, strict=True):
-            skeleton.setPositions(start)
-            skeleton.resetVelocities()
-            skeleton.resetAccelerations()
-            skeleton.clearConstraintImpulses()
+        for body in self._bodies:
+            if body.start is not None:
+                body.skeleton.setPositions(body.start)
+                body.skeleton.resetVelocities()
+                body.skeleton.resetAccelerations()
+                body.skeleton.clearConstraintImpulses()
         # The collision detector keeps contact points from step to step, and an order of pairs,
         # until it is empty.
         world = self._world
-        everything = [world.getSkeleton(index) for index in range(world.getNumSkeletons())]
-        for skeleton in everything:
+        for skeleton in [world.getSkeleton(index) for index in range(world.getNumSkeletons())]:
             world.removeSkeleton(skeleton)
-        for skeleton in everything:
-            world.addSkeleton(skeleton)
+        world.addSkeleton(self._floor)
+        for body in self._bodies:
+            world.addSkeleton(body.skeleton)
 
     def _close(self) -> None:
-        self._skeletons.clear()
         self._bodies.clear()
-        del self._world
+        self._all_bodies.clear()
+        del self._floor, self._world

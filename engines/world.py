@@ -7,35 +7,31 @@ headless, owns everything it touches and shares no state with any other world.
 
 from __future__ import annotations
 
-import dataclasses
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
-from types import MappingProxyType
 from typing import ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engines.capabilities import GRAVITY as GRAVITY
+from engines.capabilities import SETTINGS as SETTINGS
+from engines.capabilities import BroadPhase as BroadPhase
+from engines.capabilities import Capabilities as Capabilities
+from engines.capabilities import FailureKind as FailureKind
+from engines.capabilities import KnownFailure as KnownFailure
+from engines.capabilities import SettingSupport as SettingSupport
+from engines.capabilities import Support as Support
+from engines.capabilities import WorldSettings as WorldSettings
+from engines.capabilities import declare as declare
 from engines.errors import BadNumberError, WorldClosedError
 from engines.errors import EngineError as EngineError
 from engines.errors import EngineNotInstalledError as EngineNotInstalledError
-from engines.limits import check_box, check_settings
+from engines.limits import check_box
 from engines.substeps import StepCount, SubstepClock
 
 FloatArray = NDArray[np.float64]
-
-GRAVITY = 9.8
-"""Gravitational acceleration [m/s2]; 980 cm/s2 in the paper's reference simulation."""
-
-
-class BroadPhase(StrEnum):
-    """Broad-phase collision detection, as in Table 3 of the paper."""
-
-    SIMPLE = "simple"
-    DBVT = "dbvt"
-    SWEEP = "sweep"
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,141 +62,6 @@ class Box:
         x, y, z = self.size
         twelfth = self.mass / 12.0
         return (twelfth * (y * y + z * z), twelfth * (x * x + z * z), twelfth * (x * x + y * y))
-
-
-@dataclass(frozen=True, slots=True)
-class WorldSettings:
-    """What a world is asked to be. Every value is that of the *contact* or the *body*, in SI.
-
-    Each engine declares which of these it honours, emulates or ignores (:class:`Capabilities`).
-
-    Args:
-        friction: Coulomb coefficient of every contact, >= 0.
-        restitution: coefficient of every contact, 0 to 1.
-        linear_damping: share of linear velocity lost per second, 0 to < 1.
-        angular_damping: share of angular velocity lost per second, 0 to < 1.
-        margin: collision margin [m], >= 0.
-        broad_phase: None leaves the choice to the engine.
-        solver_iterations: None leaves the choice to the adapter.
-        gravity: acceleration vector [m/s2]; tilting it is the same as tilting the floor.
-        emulate: settings that the engine lacks and that it shall imitate where it can do so only
-            at a price (see the engine's notes). Nothing is imitated at a price unasked.
-        options: what only this engine can be asked (its ``options`` in the registry); None leaves
-            all of it at its defaults.
-
-    Raises:
-        BadNumberError: a number is not finite, or not in its range.
-    """
-
-    friction: float = 0.5
-    restitution: float = 0.0
-    linear_damping: float = 0.0
-    angular_damping: float = 0.0
-    margin: float = 0.0
-    broad_phase: BroadPhase | None = None
-    solver_iterations: int | None = None
-    gravity: tuple[float, float, float] = (0.0, 0.0, -GRAVITY)
-    emulate: frozenset[str] = frozenset()
-    options: object | None = None
-
-    def __post_init__(self) -> None:
-        check_settings(self)
-
-    def requested(self) -> tuple[str, ...]:
-        """Names of the settings that ask for something, that is: differ from "nothing special"."""
-        neutral = WorldSettings(friction=0.0)
-        return tuple(n for n in SETTINGS if getattr(self, n) != getattr(neutral, n))
-
-
-SETTINGS: tuple[str, ...] = tuple(
-    f.name
-    for f in dataclasses.fields(WorldSettings)
-    if f.name not in ("emulate", "gravity", "options")
-)
-"""Names of the settings that an engine may honour, emulate or ignore."""
-
-
-class Support(StrEnum):
-    """How an engine meets a setting."""
-
-    HONOURED = "honoured"
-    EMULATED = "emulated"
-    ON_REQUEST = "emulated on request"
-    IGNORED = "ignored"
-
-
-@dataclass(frozen=True, slots=True)
-class SettingSupport:
-    """One engine's answer to one setting.
-
-    ``values`` limits the answer to some of the values; any other value counts as ignored.
-    """
-
-    support: Support
-    note: str = ""
-    values: tuple[object, ...] | None = None
-
-
-class FailureKind(StrEnum):
-    """Whose a known failure is."""
-
-    NOT_YET_WRITTEN = "not yet written"
-    NOT_YET_UPSTREAM = "not yet upstream"
-    NEVER = "never"
-
-
-@dataclass(frozen=True, slots=True)
-class KnownFailure:
-    """A conformance check that an engine is known to fail: strict, so it goes when it passes.
-
-    ``check`` is the check's name, ``evidence`` the smallest case with what was measured.
-    """
-
-    check: str
-    kind: FailureKind
-    reason: str
-    evidence: str
-
-
-@dataclass(frozen=True)
-class Capabilities:
-    """Facts about an engine, as data: tables, warnings and tests are made from them.
-
-    ``error_controlled``: it chooses its own steps; a substep decides only when one can look at it.
-    ``compliant``: contacts give way in proportion to their load, so that masses matter.
-    """
-
-    title: str
-    dimensions: int
-    settings: Mapping[str, SettingSupport]
-    deterministic: bool = True
-    notes: str = ""
-    known_failures: tuple[KnownFailure, ...] = ()
-    error_controlled: bool = False
-    compliant: bool = False
-
-    def support(self, name: str, settings: WorldSettings) -> Support:
-        """How the setting ``name`` is met under ``settings``: honoured, emulated or ignored."""
-        declared = self.settings[name]
-        if declared.values is not None and getattr(settings, name) not in declared.values:
-            return Support.IGNORED
-        if declared.support is Support.ON_REQUEST:
-            return Support.EMULATED if name in settings.emulate else Support.IGNORED
-        return declared.support
-
-    def ignored(self, settings: WorldSettings) -> tuple[str, ...]:
-        """Names of requested settings that have no effect on this engine."""
-        return tuple(
-            name for name in settings.requested() if self.support(name, settings) is Support.IGNORED
-        )
-
-    def emulated(self, settings: WorldSettings) -> tuple[str, ...]:
-        """Names of requested settings that this engine imitates by other means."""
-        return tuple(
-            name
-            for name in settings.requested()
-            if self.support(name, settings) is Support.EMULATED
-        )
 
 
 class Poses(NamedTuple):
@@ -264,8 +125,18 @@ class World(Protocol):
         """
         ...
 
-    def reset_poses(self) -> None:
-        """Put every box back to its planned pose, at rest ("reseat"), as in a world made anew."""
+    def reset_poses(self, only: Sequence[int] | None = None) -> None:
+        """Put every box back to its planned pose, at rest ("reseat"), as in a world made anew.
+
+        Args:
+            only: ascending indices of the boxes that take part from now on, and any that is added
+                later. The others are as if they had never been added: they touch nothing and have
+                no row in poses and velocities. None: all take part.
+
+        Raises:
+            BadNumberError: not ascending indices of boxes.
+            EngineError: boxes would be left out, and the engine declares no ``subsets``.
+        """
         ...
 
     def close(self) -> None:
@@ -277,6 +148,7 @@ class FixedStepWorld(ABC):
     """Base of every engine: the protocol's bookkeeping, so that an adapter is only native calls.
 
     A subclass declares :attr:`capabilities` and implements the underscored operations.
+    :attr:`boxes` are those that take part.
     """
 
     capabilities: ClassVar[Capabilities]
@@ -284,16 +156,18 @@ class FixedStepWorld(ABC):
     def __init__(self, settings: WorldSettings) -> None:
         self.settings = settings
         self.boxes: list[Box] = []
+        self._all_boxes: list[Box] = []
         self._clock = SubstepClock()
         self._closed = False
 
     def add_box(self, box: Box) -> int:
         """See :meth:`World.add_box`."""
         self._check_open()
-        check_box(box, len(self.boxes))
+        check_box(box, len(self._all_boxes))
         self._add(box)
+        self._all_boxes.append(box)
         self.boxes.append(box)
-        return len(self.boxes) - 1
+        return len(self._all_boxes) - 1
 
     def prepare(self) -> None:
         """See :meth:`World.prepare`."""
@@ -342,9 +216,17 @@ class FixedStepWorld(ABC):
             part[~moving] = 0.0
         self._set_velocities(checked)
 
-    def reset_poses(self) -> None:
+    def reset_poses(self, only: Sequence[int] | None = None) -> None:
         """See :meth:`World.reset_poses`. Also drops the clock's remainder."""
         self._check_open()
+        everything = range(len(self._all_boxes))
+        chosen = list(everything if only is None else only)
+        if any(i not in everything for i in chosen) or chosen != sorted(set(chosen)):
+            allowed = f"ascending, from 0 to less than {len(everything)}"
+            raise BadNumberError(f"boxes {chosen}; allowed: {allowed}")
+        if len(chosen) < len(everything) or len(self.boxes) < len(everything):
+            self._take_part(chosen)
+            self.boxes = [self._all_boxes[i] for i in chosen]
         self._clock = SubstepClock()
         self._reset()
 
@@ -366,6 +248,10 @@ class FixedStepWorld(ABC):
 
     def _prepare(self) -> None:
         """Nothing to do, unless an engine puts something off."""
+
+    def _take_part(self, chosen: list[int]) -> None:
+        """From the reset that follows on, only these of all boxes take part."""
+        raise EngineError(f"{self.capabilities.title} cannot leave out boxes of a world")
 
     @abstractmethod
     def _add(self, box: Box) -> None: ...
@@ -389,14 +275,3 @@ class FixedStepWorld(ABC):
 
     @abstractmethod
     def _close(self) -> None: ...
-
-
-def declare(**settings: SettingSupport) -> Mapping[str, SettingSupport]:
-    """The settings part of a :class:`Capabilities`, checked to answer for every setting.
-
-    Raises:
-        ValueError: a setting of :class:`WorldSettings` has no answer, or an answer no setting.
-    """
-    if set(SETTINGS) != set(settings):
-        raise ValueError(f"declare exactly {sorted(SETTINGS)}, got {sorted(settings)}")
-    return MappingProxyType(dict(settings))

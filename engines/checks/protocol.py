@@ -135,44 +135,6 @@ def check_repeat_in_a_fresh_process(world_class: WorldClass) -> None:
         _same_bits(pool.submit(_tumble, world_class).result(), expected)
 
 
-def check_reseat_equals_a_fresh_world(world_class: WorldClass) -> None:
-    """After ``reset_poses`` all boxes, later ones too, move as in a new world, to within 1e-9 m.
-
-    Among them a flat pile, in which many forces balance, and boxes that slide and topple: what
-    survives of forces, contacts or attitudes grows in them to 1e-4 m.
-    """
-    plank, bar = (0.2, 0.1, 0.02), (0.16, 0.1, 0.02)
-    scene = [
-        *(Box(bar, 0.1, (1.0 + 0.01 * (k % 3), 0.0, 0.01 + 0.02 * k)) for k in range(6)),
-        *two_cubes(0.05),
-        Box(plank, 0.1, (0.3, 0.0, 0.3), fixed=True),
-        Box((0.06, 0.1, 0.2), 0.7, (0.38, 0.0, 0.41), (0.01, 0.0, 0.05)),
-        Box(plank, 0.5, (0.06, 0.0, 0.21), (0.02, 0.0, 0.0)),
-    ]
-    planned = np.array([b.centre for b in scene])
-    with world_class(WorldSettings()) as world:
-        fill(world, scene)
-        world.stepSimulation(0.3, 1000, 1.0 / 240.0)
-        expected = world.poses()
-    assert np.abs(expected.centres - planned).max() > 1e-3, "something should topple"
-    with world_class(WorldSettings()) as world:
-        for part in (scene[:9], scene[9:], []):
-            fill(world, part)
-            world.stepSimulation(0.3, 1000, 1.0 / 240.0)
-            again = world.poses()
-            world.stepSimulation(0.5 / 240.0, 1000, 1.0 / 240.0)
-            world.reset_poses()
-            count = world.stepSimulation(0.5 / 240.0, 1000, 1.0 / 240.0)
-            assert count == StepCount(0, 0, 0), "half a substep survived the reset"
-            world.reset_poses()
-            moved = np.abs(world.poses().centres - planned[: len(world.boxes)]).max()
-            assert moved < 1e-12, "not at the planned poses"
-            assert not any(v.any() for v in world.velocities()), "not at rest"
-            if len(again.centres) == len(scene):
-                expect(again.centres, expected.centres, 1e-9, "centres after reseating")
-                expect(again.quaternions, expected.quaternions, 1e-8, "attitudes after reseating")
-
-
 def check_velocities_can_be_set(world_class: WorldClass) -> None:
     """What is set is read back, then m (v0 + g t) and attitudes follow; a reset ends it.
 

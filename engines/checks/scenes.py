@@ -39,6 +39,12 @@ def require(world_class: WorldClass, setting: str) -> None:
         raise NotApplicable(f"{world_class.__name__} declares that it ignores {setting}")
 
 
+def require_subsets(world_class: WorldClass) -> None:
+    """Leave a check of boxes that are left out to engines that can do it."""
+    if not world_class.capabilities.subsets:
+        raise NotApplicable(f"{world_class.__name__} declares no subsets")
+
+
 def fill(world: FixedStepWorld, scene: Sequence[Box]) -> None:
     """Add all boxes of a scene."""
     for box in scene:

@@ -72,7 +72,10 @@ class Loading:
             self.items, parameters.criterion, parameters.eps_t, parameters.eps_r
         )
         reseat = parameters.between_steps is BetweenSteps.RESEAT
-        self._stage = _Stage(engine, parameters.world_settings(), self.items, reseat=reseat)
+        subsets = parameters.scope is Scope.WIDENING and world_class(engine).capabilities.subsets
+        self._stage = _Stage(
+            engine, parameters.world_settings(), self.items, reseat=reseat, subsets=subsets
+        )
         self._substeps = self._body_substeps = self._looks = 0
         # Whatever is going to move needs some time to become faster than the speed of rest.
         fall = _PATIENCE * parameters.rest_speed / parameters.gravity if parameters.gravity else 0.0
@@ -224,13 +227,14 @@ class _Stage:
         settings: of every world.
         items: all items of the layout.
         reseat: put those that stay back to their planned poses.
+        subsets: keep one world, with items that do not take part; needs ``reseat``.
     """
 
     def __init__(
-        self, engine: str, settings: WorldSettings, items: list[Box], *, reseat: bool
+        self, engine: str, settings: WorldSettings, items: list[Box], *, reseat: bool, subsets: bool
     ) -> None:
         self._engine, self._settings, self._items = engine, settings, items
-        self._reseat = reseat
+        self._reseat, self._subsets = reseat, subsets
         self._world: FixedStepWorld | None = None
         self._held: list[int] = []
         self.worlds = self.boxes = 0
@@ -240,20 +244,24 @@ class _Stage:
 
         Without ``reseat``, items that are in it already are where they have come to.
         """
+        # In the order of all items whichever is asked for first, as engines take them in order.
+        wanted = list(range(free[-1] + 1)) if self._subsets else free
         held = self._held
-        if self._world is None or fixed or free[: len(held)] != held:
+        if self._world is None or fixed or wanted[: len(held)] != held:
             self.close()
             self._world = open_world(self._engine, self._settings)
             self.worlds += 1
         elif self._reseat and held:
             self._world.reset_poses()
-        for index in free[len(self._held) :]:
+        for index in wanted[len(self._held) :]:
             self._world.add_box(self._items[index])
         for index in fixed:
             self._world.add_box(as_fixed(self._items[index]))
-        self.boxes += len(free) - len(self._held) + len(fixed)
+        self.boxes += len(wanted) - len(self._held) + len(fixed)
         # Fixed boxes come last, and nothing can be added before them.
-        self._held = free + [_FIXED] * len(fixed)
+        self._held = wanted + [_FIXED] * len(fixed)
+        if len(free) < len(wanted):
+            self._world.reset_poses(only=free)
         self._world.prepare()
         return self._world
 

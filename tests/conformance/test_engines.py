@@ -2,8 +2,10 @@
 
 import pytest
 
+from engines.checks.scenes import fill, two_cubes
 from engines.conformance import CHECKS, NotApplicable
 from engines.registry import world_class
+from engines.world import EngineError, WorldSettings
 
 
 @pytest.mark.parametrize("name", CHECKS)
@@ -19,6 +21,20 @@ def test_conformance(any_engine, name):
             raise
         pytest.xfail(f"{known[name].kind}: {known[name].reason} ({error})")
     assert name not in known, "a known failure passes: take it from the adapter's list"
+
+
+def test_boxes_are_left_out_only_where_declared(any_engine):
+    engine = world_class(any_engine)
+    with engine(WorldSettings()) as world:
+        fill(world, two_cubes(0.01))
+        world.reset_poses(only=[0, 1])
+        if engine.capabilities.subsets:
+            world.reset_poses(only=[1])
+            assert len(world.poses().centres) == 1
+        else:
+            with pytest.raises(EngineError, match="cannot leave out boxes"):
+                world.reset_poses(only=[1])
+            assert len(world.poses().centres) == 2
 
 
 def test_known_failures_are_few_and_explained(any_engine):
@@ -44,4 +60,5 @@ def test_an_engine_skips_only_what_it_declares_to_ignore(any_engine):
     allowed = {name for name, answer in facts.settings.items() if answer.support == "ignored"}
     allowed |= {"solver_iterations_count"} if "solver_iterations" in allowed else set()
     allowed |= {"tipping_about_the_other_axis"} if facts.dimensions == 2 else set()
+    allowed |= set() if facts.subsets else {"a_subset_equals_a_world_of_its_own"}
     assert set(skipped) <= allowed

@@ -1,0 +1,170 @@
+"""What a world can be asked to be, and how an engine answers, as data."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from types import MappingProxyType
+
+from engines.limits import check_settings
+
+GRAVITY = 9.8
+"""Gravitational acceleration [m/s2]; 980 cm/s2 in the paper's reference simulation."""
+
+
+class BroadPhase(StrEnum):
+    """Broad-phase collision detection, as in Table 3 of the paper."""
+
+    SIMPLE = "simple"
+    DBVT = "dbvt"
+    SWEEP = "sweep"
+
+
+@dataclass(frozen=True, slots=True)
+class WorldSettings:
+    """What a world is asked to be. Every value is that of the *contact* or the *body*, in SI.
+
+    Each engine declares which of these it honours, emulates or ignores (:class:`Capabilities`).
+
+    Args:
+        friction: Coulomb coefficient of every contact, >= 0.
+        restitution: coefficient of every contact, 0 to 1.
+        linear_damping: share of linear velocity lost per second, 0 to < 1.
+        angular_damping: share of angular velocity lost per second, 0 to < 1.
+        margin: collision margin [m], >= 0.
+        broad_phase: None leaves the choice to the engine.
+        solver_iterations: None leaves the choice to the adapter.
+        gravity: acceleration vector [m/s2]; tilting it is the same as tilting the floor.
+        emulate: settings that the engine lacks and that it shall imitate where it can do so only
+            at a price (see the engine's notes). Nothing is imitated at a price unasked.
+        options: what only this engine can be asked (its ``options`` in the registry); None leaves
+            all of it at its defaults.
+
+    Raises:
+        BadNumberError: a number is not finite, or not in its range.
+    """
+
+    friction: float = 0.5
+    restitution: float = 0.0
+    linear_damping: float = 0.0
+    angular_damping: float = 0.0
+    margin: float = 0.0
+    broad_phase: BroadPhase | None = None
+    solver_iterations: int | None = None
+    gravity: tuple[float, float, float] = (0.0, 0.0, -GRAVITY)
+    emulate: frozenset[str] = frozenset()
+    options: object | None = None
+
+    def __post_init__(self) -> None:
+        check_settings(self)
+
+    def requested(self) -> tuple[str, ...]:
+        """Names of the settings that ask for something, that is: differ from "nothing special"."""
+        neutral = WorldSettings(friction=0.0)
+        return tuple(n for n in SETTINGS if getattr(self, n) != getattr(neutral, n))
+
+
+SETTINGS: tuple[str, ...] = tuple(
+    f.name
+    for f in dataclasses.fields(WorldSettings)
+    if f.name not in ("emulate", "gravity", "options")
+)
+"""Names of the settings that an engine may honour, emulate or ignore."""
+
+
+class Support(StrEnum):
+    """How an engine meets a setting."""
+
+    HONOURED = "honoured"
+    EMULATED = "emulated"
+    ON_REQUEST = "emulated on request"
+    IGNORED = "ignored"
+
+
+@dataclass(frozen=True, slots=True)
+class SettingSupport:
+    """One engine's answer to one setting.
+
+    ``values`` limits the answer to some of the values; any other value counts as ignored.
+    """
+
+    support: Support
+    note: str = ""
+    values: tuple[object, ...] | None = None
+
+
+class FailureKind(StrEnum):
+    """Whose a known failure is."""
+
+    NOT_YET_WRITTEN = "not yet written"
+    NOT_YET_UPSTREAM = "not yet upstream"
+    NEVER = "never"
+
+
+@dataclass(frozen=True, slots=True)
+class KnownFailure:
+    """A conformance check that an engine is known to fail: strict, so it goes when it passes.
+
+    ``check`` is the check's name, ``evidence`` the smallest case with what was measured.
+    """
+
+    check: str
+    kind: FailureKind
+    reason: str
+    evidence: str
+
+
+@dataclass(frozen=True)
+class Capabilities:
+    """Facts about an engine, as data: tables, warnings and tests are made from them.
+
+    ``error_controlled``: it chooses its own steps; a substep decides only when one can look at it.
+    ``compliant``: contacts give way in proportion to their load, so that masses matter.
+    ``subsets``: a world can leave out some of its boxes and take them in again.
+    """
+
+    title: str
+    dimensions: int
+    settings: Mapping[str, SettingSupport]
+    deterministic: bool = True
+    notes: str = ""
+    known_failures: tuple[KnownFailure, ...] = ()
+    error_controlled: bool = False
+    compliant: bool = False
+    subsets: bool = False
+
+    def support(self, name: str, settings: WorldSettings) -> Support:
+        """How the setting ``name`` is met under ``settings``: honoured, emulated or ignored."""
+        declared = self.settings[name]
+        if declared.values is not None and getattr(settings, name) not in declared.values:
+            return Support.IGNORED
+        if declared.support is Support.ON_REQUEST:
+            return Support.EMULATED if name in settings.emulate else Support.IGNORED
+        return declared.support
+
+    def ignored(self, settings: WorldSettings) -> tuple[str, ...]:
+        """Names of requested settings that have no effect on this engine."""
+        return tuple(
+            name for name in settings.requested() if self.support(name, settings) is Support.IGNORED
+        )
+
+    def emulated(self, settings: WorldSettings) -> tuple[str, ...]:
+        """Names of requested settings that this engine imitates by other means."""
+        return tuple(
+            name
+            for name in settings.requested()
+            if self.support(name, settings) is Support.EMULATED
+        )
+
+
+def declare(**settings: SettingSupport) -> Mapping[str, SettingSupport]:
+    """The settings part of a :class:`Capabilities`, checked to answer for every setting.
+
+    Raises:
+        ValueError: a setting of :class:`WorldSettings` has no answer, or an answer no setting.
+    """
+    if set(SETTINGS) != set(settings):
+        raise ValueError(f"declare exactly {sorted(SETTINGS)}, got {sorted(settings)}")
+    return MappingProxyType(dict(settings))
