@@ -198,7 +198,7 @@ class Loading:
         for _ in range(parts):
             executed = world.stepSimulation(duration / parts, limit, length).executed
             self._substeps += executed
-            self._body_substeps += executed * len(world.boxes)
+            self._body_substeps += executed * self._stage.taking_part
             self.watch.check()
         return self._substeps - before
 
@@ -237,7 +237,7 @@ class _Stage:
         self._reseat, self._subsets = reseat, subsets
         self._world: FixedStepWorld | None = None
         self._held: list[int] = []
-        self.worlds = self.boxes = 0
+        self.worlds = self.boxes = self.taking_part = 0
 
     def hold(self, free: list[int], fixed: list[int]) -> FixedStepWorld:
         """A world with these items in this order, as planned and ready to be stepped.
@@ -260,6 +260,7 @@ class _Stage:
         self.boxes += len(wanted) - len(self._held) + len(fixed)
         # Fixed boxes come last, and nothing can be added before them.
         self._held = wanted + [_FIXED] * len(fixed)
+        self.taking_part = len(free) + len(fixed)
         if len(free) < len(wanted):
             self._world.reset_poses(only=free)
         self._world.prepare()
