@@ -215,9 +215,9 @@ def test_effort_counts_boxes_looks_and_substeps():
     base = "simulation@mujoco:frequency=120,between_steps=reseat,criterion=adams,samples=3"
     whole = make_method(base).judge(stands).effort
     # One box, then one more; all 36 substeps with 1 box, then with 2; one look at the end of each.
-    assert whole == Effort(boxes=2, looks=2, substeps=72, body_substeps=36 + 72)
+    assert whole == Effort(worlds=1, boxes=2, looks=2, substeps=72, body_substeps=36 + 72)
     rested = make_method(f"{base},rest_speed=0.01").judge(stands).effort
-    assert rested == Effort(boxes=2, looks=6, substeps=48, body_substeps=24 + 48)
+    assert rested == Effort(worlds=1, boxes=2, looks=6, substeps=48, body_substeps=24 + 48)
     # Two stacks side by side. Item 0 and 1 are alone on the floor. 2 comes to stand on 0 and 3 on
     # 1: two boxes each, in a world of their own.
     pair = layout(
@@ -227,7 +227,7 @@ def test_effort_counts_boxes_looks_and_substeps():
         ((50, 10, 0), (10, 10, 10)),
     )
     widening = make_method(f"{base},rest_speed=0.01,scope=widening").judge(pair).effort
-    assert widening == Effort(boxes=4, looks=6, substeps=48, body_substeps=96)
+    assert widening == Effort(worlds=2, boxes=4, looks=6, substeps=48, body_substeps=96)
 
 
 @pytest.mark.parametrize("engine", engine_names())
