@@ -24,7 +24,7 @@ from harness.cli.terminal import (
     say,
     status_line,
 )
-from harness.cli.tune import add_tune
+from harness.cli.tune import add_tune, add_tuned
 from harness.cli.verify import add_verify
 from harness.layouts.benchmark import BenchmarkError
 from harness.layouts.formats import Format, read_layouts, write_layouts
@@ -202,6 +202,7 @@ def _parser() -> argparse.ArgumentParser:
     add_verify(commands)
     add_extremes(commands)
     add_tune(commands)
+    add_tuned(commands)
     add_benchmark(commands)
     add_properties(commands)
 

@@ -108,3 +108,49 @@ def _tune(options: argparse.Namespace) -> int:
         return 1 if unlike else 0
     say(f"{NAME}@{chosen.engine} would be {search.space.spec(search.fittest().genotype)}")
     return 0
+
+
+def add_tuned(commands: Any) -> None:
+    """Add the command to the parser's commands."""
+    study = commands.add_parser(
+        "tuned", help="hold the tuned presets against others on test, and write the page of tuning"
+    )
+    study.add_argument(
+        "searches", nargs="+", type=Path, metavar="DIR",
+        help="folders of searches; of an engine the one that found its preset first",
+    )  # fmt: skip
+    study.add_argument(
+        "--work", type=Path, metavar="DIR", default=Path("runs/tuned"),
+        help="folder of what is judged; an interrupted run goes on (default: runs/tuned)",
+    )  # fmt: skip
+    study.add_argument(
+        "--output", "-o", type=Path, metavar="DIR", help="folder of the page (default: --work)"
+    )
+    study.add_argument(
+        "--limit", type=at_least(2), metavar="N", help="only the first N cases a scenario"
+    )
+    study.add_argument(
+        "--workers", "-j", type=at_least(1), default=os.cpu_count() or 1, help="default: all cores"
+    )
+    study.set_defaults(run=_tuned)
+
+
+def _tuned(options: argparse.Namespace) -> None:
+    from harness.studies.results import provenance_lines
+    from harness.tuning.study import tuning_study
+    from reports.pages import write_page
+    from reports.tuning_page import tuning_page
+
+    try:
+        with progress_bar("judging") as advance:
+            record = tuning_study(
+                options.searches,
+                options.work,
+                workers=options.workers,
+                limit=options.limit,
+                progress=advance,
+            )
+    except KeyboardInterrupt:
+        say(f"What is finished stays in {options.work}; run the same command to go on.")
+        raise
+    print(write_page(tuning_page(record, provenance_lines()), options.output or options.work))

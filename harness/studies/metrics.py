@@ -58,6 +58,24 @@ def mean(values: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
     return Estimate(float(array.mean()), float(low), float(high), len(array))
 
 
+def ratio(above: ArrayLike, below: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
+    """The ratio of two means over the same cases, with a 95 % percentile-bootstrap interval.
+
+    Args:
+        above: a number for each case.
+        below: another, of a mean above 0.
+        clusters: a label for each case; cases with equal labels are drawn together.
+    """
+    over, under = np.asarray(above, dtype=float), np.asarray(below, dtype=float)
+    if len(over) == 0:
+        return _NOTHING
+    top, _ = _cluster_sums(over, clusters)
+    bottom, _ = _cluster_sums(under, clusters)
+    drawn_ratios = [top[d].sum(axis=1) / bottom[d].sum(axis=1) for d in _draws(len(top))]
+    low, high = np.quantile(np.concatenate(drawn_ratios), (0.025, 0.975))
+    return Estimate(float(over.sum() / under.sum()), float(low), float(high), len(over))
+
+
 def weighted_share(
     hits: ArrayLike,
     strata: ArrayLike,

@@ -11,7 +11,7 @@ import numpy as np
 
 from harness.tuning.space import Genotype, Space
 
-_WHEEL = 50
+_WHEEL = 150
 """The roulette wheel turns on this power of the fitness: fitnesses lie within a few per cent of
 each other, and on the first power every genotype would have almost the same chance."""
 

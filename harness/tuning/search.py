@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
+import inspect
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -20,7 +22,7 @@ from harness.methods.spec import nearest
 from harness.studies.executors import run_units
 from harness.studies.results import judged_by, provenance
 from harness.studies.runner import locked
-from harness.tuning import TuningError
+from harness.tuning import TuningError, cases, cost, judging, proposers
 from harness.tuning.cases import CaseSource, load_cases
 from harness.tuning.cost import CostModel, calibrate
 from harness.tuning.judging import (
@@ -356,4 +358,13 @@ def identity(options: SearchOptions, space: Space) -> dict[str, Any]:
         "population": options.population,
         "source": dataclasses.asdict(options.source),
         "code": judged_by(method)[:16],
+        "search": _search_code(),
     }
+
+
+def _search_code() -> str:
+    """Hash of the code that decides what is proposed and what is given up."""
+    digest = hashlib.sha256()
+    for module in (cases, cost, judging, proposers):
+        digest.update(inspect.getsource(module).encode())
+    return digest.hexdigest()[:16]

@@ -1,0 +1,289 @@
+"""What tuning brought, on cases that nothing was tuned on; fills the page of tuning."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from engines.registry import capabilities
+from harness.layouts.benchmark import PLANAR
+from harness.methods.registry import make_method
+from harness.methods.tuned import tuned
+from harness.studies.comparison import method_key
+from harness.tuning import TuningError
+from harness.tuning.history import tuning_of
+from harness.tuning.judging import fitness
+from harness.tuning.ledger import Entry
+from harness.tuning.outcomes import PART, Outcomes, canonical_spec, judge_all
+from harness.tuning.presets import NAME
+from harness.tuning.search import Search, pareto_front
+from harness.tuning.variants import (
+    Change,
+    carried_over,
+    physical,
+    tuned_values,
+    without_gains,
+)
+from reports.records import MethodKey
+from reports.tuning_records import (
+    OutcomeTable,
+    PricePoint,
+    SeedRow,
+    TransferCell,
+    TransferTable,
+    Tuning,
+    Variant,
+    VariantTable,
+)
+
+BUDGETS = (1.0, 3.0, 10.0, 30.0)
+"""ms a layout of the table of prices."""
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass
+class _Engine:
+    """One engine's part of the study: the specs that are to be judged, by what they are for."""
+
+    name: str
+    searches: list[Search]
+    tuned: str
+    others: dict[str, MethodKey]
+    left_out: list[Change]
+    physical: list[Change]
+    carried: dict[str, tuple[str, tuple[str, ...]]]
+    seeds: list[tuple[Search, str]]
+    prices: list[tuple[float, Entry | None, str]] = field(default_factory=list)
+
+    def specs(self) -> list[str]:
+        """All of them."""
+        changed = [change.spec for change in (*self.left_out, *self.physical)]
+        elsewhere = [spec for spec, _ in self.carried.values()]
+        priced = [spec for _, _, spec in self.prices if spec]
+        seeded = [spec for _, spec in self.seeds]
+        return [self.tuned, *self.others, *changed, *elsewhere, *seeded, *priced]
+
+
+def tuning_study(
+    folders: Sequence[Path],
+    work: Path,
+    *,
+    workers: int,
+    limit: int | None = None,
+    progress: Progress = lambda done, total: None,
+) -> Tuning:
+    """Hold the tuned presets against others on the test part, and take apart what they gained.
+
+    Engines of two dimensions are judged on the planar set, on which the others are judged, too,
+    where parameters are carried over.
+
+    Args:
+        folders: of searches; presets are held against them, fronts and seeds are theirs.
+        work: run folders of what is judged; an interrupted study goes on from there.
+        workers: processes beside this one.
+        limit: only so many cases a scenario.
+        progress: called with rows done and rows in all, for each labelled set.
+
+    Raises:
+        TuningError: a folder holds no search, or none of the searched engines has a preset.
+        as :func:`harness.studies.runner.run_study`.
+    """
+    searches = [Search.of(folder) for folder in folders]
+    names = [e for e in dict.fromkeys(s.options.engine for s in searches) if e in tuned()[NAME]]
+    if not names:
+        raise TuningError("none of these engines has a preset; steadyload tune --write-preset")
+    sets: dict[str | None, list[str]] = {}
+    for name in names:
+        sets.setdefault(_set_of(name), []).append(name)
+    tables = []
+    for benchmark, on_it in sets.items():
+        others = names if benchmark == PLANAR else on_it
+        engines = [_engine(name, searches, others) for name in on_it]
+        # Engines of three dimensions take part on the planar set with what they are on their own.
+        guests = [n for n in others if n not in on_it]
+        specs = [spec for engine in engines for spec in engine.specs()]
+        specs += [_carried(a, b)[0] for b in guests for a in others]
+        outcomes = judge_all(
+            specs,
+            work / (benchmark or "shipped"),
+            benchmark=benchmark,
+            workers=workers,
+            limit=limit,
+            progress=progress,
+        )
+        tables.append((benchmark, engines, others, outcomes))
+    return _assembled(searches, tables)
+
+
+_Judged = tuple[str | None, list[_Engine], list[str], Outcomes]
+
+
+def _assembled(searches: Sequence[Search], tables: Iterable[_Judged]) -> Tuning:
+    tables = list(tables)
+    parts = [(engine, outcomes, _part(benchmark)) for benchmark, engines, _, outcomes in tables
+             for engine in engines]  # fmt: skip
+    return dataclasses.replace(
+        tuning_of(searches),
+        tests=tuple(_held_against(engine, part, found) for engine, found, part in parts),
+        seeds=tuple(row for engine, found, _ in parts for row in _seed_rows(engine, found)),
+        left_out=tuple(_changed(e, part, found, e.left_out) for e, found, part in parts),
+        plausibility=tuple(_changed(e, part, found, e.physical) for e, found, part in parts),
+        transfer=tuple(
+            _transfer(_part(benchmark), names, found)
+            for benchmark, _, names, found in tables
+            if len(names) > 1
+        ),
+        prices=tuple(row for engine, found, _ in parts for row in _price_rows(engine, found)),
+    )
+
+
+def _set_of(engine: str) -> str | None:
+    return PLANAR if capabilities(engine).dimensions == 2 else None
+
+
+def _part(benchmark: str | None) -> str:
+    return f"{PART}, {benchmark}" if benchmark else PART
+
+
+def _engine(name: str, searches: Sequence[Search], others: Sequence[str]) -> _Engine:
+    own = [search for search in searches if search.options.engine == name]
+    values = tuned_values(name, NAME)
+    spec = canonical_spec(f"{NAME}@{name}")
+    main = own[0]
+    stopped = f"samples={values['samples']},rest_speed={values['rest_speed']}"
+    rivals = {
+        canonical_spec(f"{preset}@{name}:{stopped}"): MethodKey(
+            f"{title} @ {name}", "", preset, name
+        )
+        for preset, title in (("ps3", "PS_3"), ("ps5", "PS_5"))
+    }
+    rivals[canonical_spec(f"ps3@{name}:{stopped},scope=widening")] = MethodKey(
+        f"PS_3, widening scope @ {name}", "", "simulation", name
+    )
+    rivals[canonical_spec(f"ps_opt-paper@{name}:rest_speed={values['rest_speed']}")] = MethodKey(
+        f"PS_opt, paper @ {name}", "", "ps_opt-paper", name
+    )
+    rivals[canonical_spec(main.space.spec(main.space.start))] = MethodKey(
+        f"start of the search @ {name}", "", "label", name
+    )
+    return _Engine(
+        name=name,
+        searches=own,
+        tuned=spec,
+        others={s: dataclasses.replace(key, spec=s) for s, key in rivals.items()},
+        left_out=without_gains(main.space, values),
+        physical=physical(name, values),
+        carried={other: _carried(other, name) for other in others},
+        seeds=_seeds(own),
+        prices=[_price(own, budget) for budget in BUDGETS],
+    )
+
+
+def _carried(here: str, there: str) -> tuple[str, tuple[str, ...]]:
+    """What was tuned on one engine, as a spec on another, and what has no effect there."""
+    if here == there:
+        return canonical_spec(f"{NAME}@{here}"), ()
+    return carried_over(tuned_values(here, NAME), there)
+
+
+def _seeds(searches: Sequence[Search]) -> list[tuple[Search, str]]:
+    """Searches that differ from the first one in their seed alone, where there are such."""
+    first = searches[0].options
+    alike = [
+        s for s in searches
+        if (s.options.algorithm, s.options.space) == (first.algorithm, first.space)
+    ]  # fmt: skip
+    if len(alike) < 2:
+        return []
+    return [(s, canonical_spec(s.space.spec(s.fittest().genotype))) for s in alike]
+
+
+def _price(searches: Sequence[Search], budget: float) -> tuple[float, Entry | None, str]:
+    """The most accurate genotype of all searches that costs no more than a budget."""
+    seen = [(entry, search) for search in searches for entry in search.whole()]
+    owners = {id(entry): search for entry, search in seen}
+    front = [e for e in pareto_front([entry for entry, _ in seen]) if e.sheet.mean_cost <= budget]
+    if not front:
+        return budget, None, ""
+    best = front[-1]
+    return budget, best, canonical_spec(owners[id(best)].space.spec(best.genotype))
+
+
+def _held_against(engine: _Engine, part: str, found: Outcomes) -> OutcomeTable:
+    return OutcomeTable(
+        engine=engine.name,
+        part=part,
+        tuned=found.of(engine.tuned),
+        others=tuple(found.of(spec, engine.tuned, key) for spec, key in engine.others.items()),
+        cpu_ratio={spec: found.cpu_ratio(engine.tuned, spec) for spec in engine.others},
+    )
+
+
+def _changed(
+    engine: _Engine, part: str, found: Outcomes, changes: Sequence[Change]
+) -> VariantTable:
+    return VariantTable(
+        engine.name,
+        part,
+        tuple(
+            Variant(
+                change=change.name,
+                values=change.values,
+                accuracy=found.of(change.spec).accuracy,
+                accuracy_change=found.difference(change.spec, engine.tuned),
+                cost=found.of(change.spec).cpu.value,
+                cost_change=found.cpu_ratio(change.spec, engine.tuned).value,
+            )
+            for change in changes
+        ),
+    )
+
+
+def _transfer(part: str, names: Sequence[str], found: Outcomes) -> TransferTable:
+    cells, ignored = [], {}
+    for there in names:
+        own, _ = _carried(there, there)
+        for here in names:
+            spec, lost = _carried(here, there)
+            ignored[here, there] = lost
+            against = None if here == there else own
+            key = dataclasses.replace(
+                method_key(make_method(f"{NAME}@{here}")), title=f"PS_opt of {here} @ {there}"
+            )
+            cells.append(TransferCell(here, there, found.of(spec, against, key)))
+    return TransferTable(part, tuple(names), tuple(cells), ignored)
+
+
+def _seed_rows(engine: _Engine, found: Outcomes) -> list[SeedRow]:
+    rows = []
+    for search, spec in engine.seeds:
+        best = search.fittest()
+        values: Mapping[str, object] = search.space.values(best.genotype)
+        rows.append(
+            SeedRow(
+                engine.name,
+                search.options.seed,
+                fitness(best.sheet, search.goal),
+                best.sheet.accuracy,
+                found.of(spec, engine.tuned),
+                {name: f"{value}" for name, value in values.items()},
+            )
+        )
+    return rows
+
+
+def _price_rows(engine: _Engine, found: Outcomes) -> list[PricePoint]:
+    rows = []
+    for budget, entry, spec in engine.prices:
+        if entry is None:
+            rows.append(PricePoint(engine.name, budget, "", 0.0, None))
+            continue
+        values = spec.partition(":")[2]
+        key = MethodKey(f"{budget:g} ms @ {engine.name}", spec, "simulation", engine.name)
+        rows.append(
+            PricePoint(engine.name, budget, values, entry.sheet.accuracy, found.of(spec, None, key))
+        )
+    return rows

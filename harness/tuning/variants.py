@@ -1,0 +1,89 @@
+"""Parameter sets made from a tuned one: without some gains, at physical values, elsewhere."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from engines.registry import capabilities
+from harness.methods.registry import make_method
+from harness.methods.simulation_parameters import parameters_on
+from harness.methods.spec import as_plain, bind
+from harness.tuning.space import Space, gene_groups, spec_of
+
+Values = Mapping[str, Any]
+
+_PHYSICAL: Mapping[str, Values] = {
+    "friction": {"friction": 0.5},
+    "restitution": {"restitution": 0.0},
+    "friction and restitution": {"friction": 0.5, "restitution": 0.0},
+    "damping": {"linear_damping": 0.0, "angular_damping": 0.0},
+    "margin": {"margin": 0.0},
+    "thresholds and time": {"eps_t": 10.0, "eps_r": 10.0, "t_max": 0.3},
+}
+"""What the reference simulation that makes the labels has, by what is set to it."""
+
+_EVERYTHING_PHYSICAL = "all of these"
+_EVERYTHING = "everything"
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A tuned parameter set with some values changed.
+
+    Attributes:
+        name: of what was changed.
+        values: to what, for people.
+        spec: of the changed set.
+    """
+
+    name: str
+    values: str
+    spec: str
+
+
+def tuned_values(engine: str, preset: str) -> dict[str, Any]:
+    """All parameters of a tuned preset on its engine."""
+    return as_plain(make_method(f"{preset}@{engine}").parameters)
+
+
+def without_gains(space: Space, tuned: Values) -> list[Change]:
+    """One change for every group of genes that goes back to where the search started; and all."""
+    start = space.values(space.start)
+    groups = {
+        name: {gene: start[gene] for gene in genes if gene in start}
+        for name, genes in gene_groups().items()
+    }
+    return _changes(space.engine, tuned, {**groups, _EVERYTHING: start})
+
+
+def physical(engine: str, tuned: Values) -> list[Change]:
+    """One change for every quantity that goes back to the value of the reference simulation."""
+    everything = {name: value for values in _PHYSICAL.values() for name, value in values.items()}
+    return _changes(engine, tuned, {**_PHYSICAL, _EVERYTHING_PHYSICAL: everything})
+
+
+def _changes(engine: str, tuned: Values, groups: Mapping[str, Values]) -> list[Change]:
+    found = []
+    for name, values in groups.items():
+        different = {k: v for k, v in values.items() if k in tuned and tuned[k] != v}
+        if different:
+            text = ", ".join(f"{key} {value}" for key, value in different.items())
+            found.append(Change(name, text, _spec(engine, {**tuned, **different})))
+    return found
+
+
+def carried_over(tuned: Values, engine: str) -> tuple[str, tuple[str, ...]]:
+    """A parameter set on another engine: its spec there, and what has no effect there."""
+    known = {field.name for field in dataclasses.fields(parameters_on(engine))}
+    kept = {name: value for name, value in tuned.items() if name in known}
+    bound = bind(parameters_on(engine), kept, where=engine)
+    ignored = capabilities(engine).ignored(bound.world_settings())
+    own = tuple(name for name in tuned if name not in known)
+    return spec_of(engine, bound), (*ignored, *own)
+
+
+def _spec(engine: str, values: Values) -> str:
+    return spec_of(engine, bind(parameters_on(engine), values, where=engine))
