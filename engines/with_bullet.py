@@ -10,13 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engines.attitudes import centres_from_mass_centres
+from engines.attitudes import centres_from_mass_centres, lengths
 from engines.world import (
     Box,
     BroadPhase,
     Capabilities,
     EngineError,
     FixedStepWorld,
+    FloatArray,
     Poses,
     SettingSupport,
     Support,
@@ -281,11 +282,15 @@ class BulletWorld(FixedStepWorld):
         return Poses(centres_from_mass_centres(rows[:, :3], quaternions, offsets), quaternions)
 
     def _velocities(self) -> Velocities:
-        rows = [pybullet.getBaseVelocity(b.handle, self._client) for b in self._bodies]
-        return Velocities(
-            np.array([r[0] for r in rows]).reshape(-1, 3),
-            np.array([r[1] for r in rows]).reshape(-1, 3),
-        )
+        rows = self._velocity_rows()
+        return Velocities(rows[:, 0].copy(), rows[:, 1].copy())
+
+    def _speeds(self) -> FloatArray:
+        return lengths(self._velocity_rows())
+
+    def _velocity_rows(self) -> FloatArray:
+        read, client = pybullet.getBaseVelocity, self._client
+        return np.array([read(b.handle, client) for b in self._bodies]).reshape(-1, 2, 3)
 
     def _set_velocities(self, velocities: Velocities) -> None:
         if self._as_planned:

@@ -166,6 +166,8 @@ def check_velocities_can_be_set(world_class: WorldClass) -> None:
         for one, wanted in zip(found, given, strict=True):
             expect(one[moving], wanted[moving], 1e-9, "velocities read back")
             expect(one[1], 0.0, 0.0, "velocity of a fixed box")
+        norms = [np.linalg.norm(part, axis=1) for part in found]
+        expect(world.speeds(), np.stack(norms, axis=1), 1e-12, "speeds")
         world.stepSimulation(t, 10**6, h)
         flown = given.linear[moving] + (0.0, 0.0, -GRAVITY * t)
         expect(world.velocities().linear[moving], flown, 1e-9, "velocities in flight")
@@ -242,6 +244,7 @@ def check_closing(world_class: WorldClass) -> None:
     operations: dict[str, Callable[[], object]] = {
         "poses": world.poses,
         "velocities": world.velocities,
+        "speeds": world.speeds,
         "set_velocities": lambda: world.set_velocities(still),
         "reset_poses": world.reset_poses,
         "prepare": world.prepare,
