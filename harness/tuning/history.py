@@ -46,7 +46,8 @@ def search_row(search: Search) -> SearchRow:
     entries = list(ledger.entries.values())
     start = ledger.entries[search.space.start]
     front = {entry.genotype for entry in search.front()}
-    asked = sum(end.asked for end in ledger.ends)
+    asked = 1 + sum(end.asked for end in ledger.ends)
+    finished = sum(entry.generation < len(ledger.ends) for entry in entries)
     return SearchRow(
         engine=options.engine,
         algorithm=options.algorithm,
@@ -56,7 +57,7 @@ def search_row(search: Search) -> SearchRow:
         generations=len(ledger.ends),
         genotypes=len(entries),
         whole=len(search.whole()),
-        repeats=asked + 1 - len(entries),
+        repeats=asked - finished,
         cpu=sum(entry.sheet.cpu for entry in entries),
         wall=search.wall,
         start=_values(search, start),
