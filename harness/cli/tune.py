@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import os
 import re
 from pathlib import Path
 from typing import Any
 
 from harness.cli.terminal import at_least, progress_bar, say
+
+_WORK = Path("runs/tune")
 
 _SECONDS = {"s": 1.0, "m": 60.0, "h": 3600.0}
 
@@ -55,6 +58,11 @@ def add_tune(commands: Any) -> None:
         help="labelled set to tune on (default: the shipped one; for a 2-D engine the planar one)",
     )  # fmt: skip
     tune.add_argument(
+        "--cost", type=Path, metavar="FILE",
+        help="what judging costs on the engine; measured when it is not there, while nothing else "
+        "should run (default: runs/tune/cost-ENGINE.json)",
+    )  # fmt: skip
+    tune.add_argument(
         "--output", "-o", type=Path, metavar="DIR",
         help="folder of the search; an interrupted one goes on (default: runs/tune/ENGINE-...)",
     )  # fmt: skip
@@ -88,8 +96,10 @@ def _tune(options: argparse.Namespace) -> int:
             generations=options.generations,
             budget=options.budget,
         )
+    if chosen.model is None:
+        chosen = dataclasses.replace(chosen, model=_cost_model(chosen, options))
     name = f"{chosen.engine}-{chosen.algorithm}-{chosen.space}-{chosen.seed}"
-    directory = options.output or Path("runs/tune") / name
+    directory = options.output or _WORK / name
     search = Search(directory, chosen)
     try:
         with progress_bar("searching") as advance:
@@ -108,6 +118,17 @@ def _tune(options: argparse.Namespace) -> int:
         return 1 if unlike else 0
     say(f"{NAME}@{chosen.engine} would be {search.space.spec(search.fittest().genotype)}")
     return 0
+
+
+def _cost_model(chosen: Any, options: argparse.Namespace) -> Any:
+    from harness.tuning.cost import kept_model
+    from harness.tuning.space import space_on
+
+    file = options.cost or _WORK / f"cost-{chosen.engine}.json"
+    if not file.exists():
+        say(f"measuring what judging costs on {chosen.engine}; kept in {file}")
+    space = space_on(chosen.engine)
+    return kept_model(file, space, chosen.source, workers=options.workers)
 
 
 def add_tuned(commands: Any) -> None:

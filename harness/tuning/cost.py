@@ -7,8 +7,11 @@ genotypes best.
 
 from __future__ import annotations
 
+import dataclasses
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +19,12 @@ from scipy.optimize import nnls
 from scipy.stats import spearmanr
 
 from engines.world import BroadPhase
+from harness.atomic import write_atomically
 from harness.methods.method import Effort
 from harness.methods.registry import make_method
 from harness.methods.simulation_parameters import SimulationParameters
 from harness.studies.executors import SinglePart, run_units
+from harness.studies.results import judged_by
 from harness.tuning import TuningError
 from harness.tuning.cases import CaseSource, load_cases
 from harness.tuning.space import Space
@@ -118,6 +123,36 @@ def calibrate(space: Space, source: CaseSource, *, workers: int, seed: int = 0) 
         float(spearmanr(modelled, times).statistic),
         float(np.median(np.abs(modelled / times - 1.0))),
     )
+
+
+def kept_model(path: Path, space: Space, source: CaseSource, *, workers: int) -> CostModel:
+    """The cost model of an engine, measured once and kept in a file.
+
+    Measured again when the engine's code has changed since. Measure it while nothing else runs.
+
+    Args:
+        path: of the file.
+        space, source, workers: see :func:`calibrate`.
+
+    Raises:
+        TuningError: the file holds something else.
+    """
+    about = {"engine": space.engine, "code": judged_by(make_method(f"simulation@{space.engine}"))}
+    if path.exists():
+        try:
+            kept = json.loads(path.read_text())
+            if kept["about"] == about:
+                return CostModel(**kept["model"])
+            engine = kept["about"]["engine"]
+        except (ValueError, KeyError, TypeError):
+            raise TuningError(f"{path}: holds no cost model; name another file") from None
+        if engine != space.engine:
+            raise TuningError(f"{path}: is of engine {engine!r}; name another file")
+    model = calibrate(space, source, workers=workers)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    kept = {"about": about, "model": dataclasses.asdict(model)}
+    write_atomically(path, json.dumps(kept, indent=1) + "\n")
+    return model
 
 
 @dataclass(frozen=True, slots=True)
