@@ -132,7 +132,9 @@ def kept_model(path: Path, space: Space, source: CaseSource, *, workers: int) ->
 
     Args:
         path: of the file.
-        space, source, workers: see :func:`calibrate`.
+        space: of the engine.
+        source: where the layouts are from.
+        workers: processes beside this one.
 
     Raises:
         TuningError: the file holds something else.

@@ -195,8 +195,10 @@ class Search:
             try:
                 number = 0
                 while not self._finished(number):
-                    self._generation(number, proposer.ask(), workers)
-                    proposer.tell([self._worth(g, number) for g in self._proposed])
+                    proposed = proposer.ask()
+                    if number == len(self.ledger.ends):
+                        self._generation(number, proposed, workers)
+                    proposer.tell([self._worth(genotype, number) for genotype in proposed])
                     number += 1
                     self._tell(number, progress, report)
             finally:
@@ -256,9 +258,6 @@ class Search:
         return sum(end.wall for end in self.ledger.ends)
 
     def _generation(self, number: int, proposed: list[Genotype], workers: int) -> None:
-        self._proposed = proposed
-        if number < len(self.ledger.ends):
-            return
         started = time.perf_counter()
         missing = {
             genotype: spec
