@@ -56,7 +56,8 @@ def add_tune(commands: Any) -> None:
     )  # fmt: skip
     tune.add_argument(
         "--output", "-o", type=Path, metavar="DIR",
-        help="folder of the search; an interrupted one goes on (default: runs/tune/ENGINE-...)",
+        help="folder of the search; an interrupted one goes on (default: runs/tune/ENGINE-..., "
+        "or runs/remade/ENGINE-...)",
     )  # fmt: skip
     tune.add_argument(
         "--workers", "-j", type=at_least(1), default=os.cpu_count() or 1, help="default: all cores"
@@ -68,9 +69,15 @@ def add_tune(commands: Any) -> None:
 
 
 def _tune(options: argparse.Namespace) -> int:
-    from harness.studies.results import provenance_lines
+    from harness.studies.results import provenance, provenance_lines
     from harness.tuning.history import preset, tuning_of
-    from harness.tuning.presets import NAME, differences, options_of, write_preset
+    from harness.tuning.presets import (
+        NAME,
+        check_remakable,
+        differences,
+        options_of,
+        write_preset,
+    )
     from harness.tuning.search import Search, SearchOptions
     from reports.pages import write_page
     from reports.tuning_page import tuning_page
@@ -89,8 +96,11 @@ def _tune(options: argparse.Namespace) -> int:
             budget=options.budget,
         )
     name = f"{chosen.engine}-{chosen.algorithm}-{chosen.space}-{chosen.seed}"
-    directory = options.output or Path("runs/tune") / name
+    # What is remade must not find what was judged the first time.
+    directory = options.output or Path("runs/remade" if options.remake else "runs/tune") / name
     search = Search(directory, chosen)
+    if options.write_preset:  # said before hours are spent
+        check_remakable(search.ledger.facts.get("made_by") or provenance())
     try:
         with progress_bar("searching") as advance:
             search.run(workers=options.workers, progress=advance, report=say)
