@@ -11,7 +11,7 @@ from typing import Any
 
 from harness.cli.terminal import at_least, progress_bar, say
 
-_WORK = Path("runs/tune")
+_WORK, _REMADE = Path("runs/tune"), Path("runs/remade")
 
 _SECONDS = {"s": 1.0, "m": 60.0, "h": 3600.0}
 
@@ -64,7 +64,8 @@ def add_tune(commands: Any) -> None:
     )  # fmt: skip
     tune.add_argument(
         "--output", "-o", type=Path, metavar="DIR",
-        help="folder of the search; an interrupted one goes on (default: runs/tune/ENGINE-...)",
+        help="folder of the search; an interrupted one goes on (default: runs/tune/ENGINE-..., "
+        "or runs/remade/ENGINE-...)",
     )  # fmt: skip
     tune.add_argument(
         "--workers", "-j", type=at_least(1), default=os.cpu_count() or 1, help="default: all cores"
@@ -76,9 +77,15 @@ def add_tune(commands: Any) -> None:
 
 
 def _tune(options: argparse.Namespace) -> int:
-    from harness.studies.results import provenance_lines
+    from harness.studies.results import provenance, provenance_lines
     from harness.tuning.history import preset, tuning_of
-    from harness.tuning.presets import NAME, differences, options_of, write_preset
+    from harness.tuning.presets import (
+        NAME,
+        check_remakable,
+        differences,
+        options_of,
+        write_preset,
+    )
     from harness.tuning.search import Search, SearchOptions
     from reports.pages import write_page
     from reports.tuning_page import tuning_page
@@ -96,12 +103,15 @@ def _tune(options: argparse.Namespace) -> int:
             generations=options.generations,
             budget=options.budget,
         )
-    if chosen.model is None:
-        chosen = dataclasses.replace(chosen, model=_cost_model(chosen, options))
     name = f"{chosen.engine}-{chosen.algorithm}-{chosen.space}-{chosen.seed}"
-    directory = options.output or _WORK / name
+    # What is remade must not find what was judged the first time.
+    directory = options.output or (_REMADE if options.remake else _WORK) / name
     search = Search(directory, chosen)
+    if options.write_preset:  # said before hours are spent
+        check_remakable(search.ledger.facts.get("made_by") or provenance())
     try:
+        if chosen.model is None and "model" not in search.ledger.facts:
+            search.options = dataclasses.replace(chosen, model=_cost_model(chosen, options))
         with progress_bar("searching") as advance:
             search.run(workers=options.workers, progress=advance, report=say)
     except KeyboardInterrupt:

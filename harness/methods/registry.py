@@ -12,12 +12,12 @@ import importlib
 import importlib.metadata
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from typing import Any
 
-from engines.registry import engines
+from engines.registry import capabilities, engines
 from harness.methods.method import Method
 from harness.methods.spec import (
     MethodSpec,
@@ -43,7 +43,7 @@ METHODS: dict[str, str] = {
 class Preset:
     """A method with stored parameters: ``title`` for tables, ``source`` for where they are from.
 
-    One that was tuned has other parameters on every engine, ``by_engine``, and exists on no other.
+    One that is tuned has other parameters on every engine, ``by_engine``, and exists on no other.
     """
 
     name: str
@@ -51,33 +51,44 @@ class Preset:
     title: str
     source: str
     parameters: Mapping[str, Any]
-    by_engine: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    by_engine: Mapping[str, Mapping[str, Any]] | None = None
 
     def parameters_on(self, engine: str | None) -> Mapping[str, Any]:
         """The stored parameters on an engine.
 
         Raises:
-            SpecError: the preset was tuned, and not on this engine.
+            SpecError: the preset is tuned, and was not on this engine.
         """
-        if not self.by_engine:
+        if self.by_engine is None:
             return self.parameters
         if engine is None or engine not in self.by_engine:
-            raise SpecError(
-                f"{self.name}@{engine}: {self.name} was tuned for {', '.join(self.by_engine)}; for "
-                f"another engine run steadyload tune --engine {engine}"
-            )
+            raise SpecError(f"{self.name}@{engine}: {self._missing_on(engine)}")
         return self.by_engine[engine]
+
+    def _missing_on(self, engine: str | None) -> str:
+        there = f"was tuned for {', '.join(self.by_engine or ()) or 'no engine yet'}"
+        if engine is not None and capabilities(engine).error_controlled:
+            return f"{engine} chooses its own steps, there is nothing to tune; {self.name} {there}"
+        command = f"steadyload tune --engine {engine or 'NAME'} --budget 20m --write-preset"
+        return f"{self.name} {there}; to tune it run {command}"
+
+
+def presets() -> Mapping[str, Preset]:
+    """All presets by name."""
+    return _stated() | _tuned()
 
 
 @cache
-def presets() -> Mapping[str, Preset]:
-    """All presets by name."""
+def _stated() -> dict[str, Preset]:
     text = resources.files("harness.methods").joinpath("presets.toml").read_text()
-    stated = {
+    return {
         name: Preset(name, t["method"], t["title"], t["source"], t.get("parameters", {}))
         for name, t in tomllib.loads(text).items()
     }
-    return stated | {
+
+
+def _tuned() -> dict[str, Preset]:
+    return {
         name: Preset(
             name,
             "simulation",
@@ -171,10 +182,11 @@ def method_listing(engine: str | None = None) -> list[MethodEntry]:
         method = _load(method_classes()[preset.method])
         about = f"{preset.title}: {preset.method} with the values of {preset.source}"
         parameters: tuple[ParameterEntry, ...] = ()
-        if not preset.by_engine or engine in preset.by_engine:
+        if preset.by_engine is None or engine in preset.by_engine:
             parameters = _parameters(method, engine, preset.parameters_on(engine))
         else:
-            about += f" ({', '.join(preset.by_engine)}): name one with --engine to see its values"
+            there = ", ".join(f"{preset.name}@{name}" for name in preset.by_engine)
+            about += f" ({there or 'none yet: steadyload tune'})"
         entries.append(MethodEntry(preset.name, method.needs_engine, about, parameters))
     return entries
 

@@ -16,7 +16,11 @@ from typing import Any
 
 from harness.atomic import write_atomically
 
-_FILE = "tuned.json"
+TUNED = "ps_opt"
+"""Name of the tuned preset; it exists before anything was tuned, and then on no engine."""
+
+FILE = Path(str(resources.files("harness.methods"))) / "tuned.json"
+"""Where searches write to, and presets are read from."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,29 +36,26 @@ class Tuned:
     made_by: Mapping[str, Any]
 
 
-@cache
 def tuned() -> Mapping[str, Mapping[str, Tuned]]:
     """What was found, by name of the preset and by engine."""
-    file = resources.files("harness.methods").joinpath(_FILE)
-    if not file.is_file():
-        return {}
-    return {
-        name: {engine: Tuned(**entry) for engine, entry in entries.items()}
-        for name, entries in json.loads(file.read_text()).items()
+    return _read(FILE)
+
+
+@cache
+def _read(file: Path) -> Mapping[str, Mapping[str, Tuned]]:
+    entries = json.loads(file.read_text()) if file.exists() else {}
+    return {TUNED: {}} | {
+        name: {engine: Tuned(**entry) for engine, entry in engines.items()}
+        for name, engines in entries.items()
     }
 
 
 def write_tuned(name: str, engine: str, found: Tuned) -> Path:
-    """Put what was found on an engine in the place of what was there.
-
-    Returns:
-        The file, beside this module.
-    """
-    path = Path(str(resources.files("harness.methods"))) / _FILE
-    entries = json.loads(path.read_text()) if path.exists() else {}
+    """Put what was found on an engine in the place of what was there; returns :data:`FILE`."""
+    entries = json.loads(FILE.read_text()) if FILE.exists() else {}
     entry = {"parameters": dict(found.parameters), "made_by": dict(found.made_by)}
     entries.setdefault(name, {})[engine] = entry
     ordered = {n: dict(sorted(engines.items())) for n, engines in sorted(entries.items())}
-    write_atomically(path, json.dumps(ordered, indent=1) + "\n")
-    tuned.cache_clear()
-    return path
+    write_atomically(FILE, json.dumps(ordered, indent=1) + "\n")
+    _read.cache_clear()
+    return FILE

@@ -10,7 +10,7 @@ from harness.methods.spec import as_plain, canonical
 from harness.methods.tuned import Tuned
 from harness.tuning.judging import fitness
 from harness.tuning.ledger import Entry
-from harness.tuning.search import Search, pareto_front
+from harness.tuning.search import Search
 from harness.tuning.space import Genotype
 from reports.tuning_records import (
     CostRow,
@@ -43,11 +43,10 @@ def hypervolume(front: Iterable[Entry]) -> float:
 def search_row(search: Search) -> SearchRow:
     """A search as a page shows it."""
     options, ledger = search.options, search.ledger
-    entries = list(ledger.entries.values())
+    entries = search.judged()
     start = ledger.entries[search.space.start]
     front = {entry.genotype for entry in search.front()}
     asked = 1 + sum(end.asked for end in ledger.ends)
-    finished = sum(entry.generation < len(ledger.ends) for entry in entries)
     return SearchRow(
         engine=options.engine,
         algorithm=options.algorithm,
@@ -57,7 +56,7 @@ def search_row(search: Search) -> SearchRow:
         generations=len(ledger.ends),
         genotypes=len(entries),
         whole=len(search.whole()),
-        repeats=asked - finished,
+        repeats=asked - len(entries),
         cpu=sum(entry.sheet.cpu for entry in entries),
         wall=search.wall,
         start=_values(search, start),
@@ -72,12 +71,10 @@ def search_row(search: Search) -> SearchRow:
 
 
 def _generation(search: Search, number: int, median: float) -> GenerationRow:
-    known = [e for e in search.ledger.entries.values() if e.generation <= number]
-    whole = search.whole(number + 1)
+    known = search.judged(number + 1)
+    front = search.front(number + 1)
     best, accuracy, cost = _values(search, search.fittest(number + 1))
-    return GenerationRow(
-        number, best, median, accuracy, cost, len(known), hypervolume(pareto_front(whole))
-    )
+    return GenerationRow(number, best, median, accuracy, cost, len(known), hypervolume(front))
 
 
 def _values(search: Search, entry: Entry) -> tuple[float, float, float]:
@@ -136,7 +133,7 @@ def preset(search: Search) -> Tuned:
                 "cost_ms": round(cost, 4),
                 "goal_ms": round(float(search.goal.mean()), 4),
                 "cases": len(search.cases),
-                "genotypes": len(search.ledger.entries),
+                "genotypes": len(search.judged()),
                 "wall_seconds": round(search.wall),
             },
             **search.made_by,

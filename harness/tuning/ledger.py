@@ -7,6 +7,7 @@ in the same order, finds those that were judged, and goes on where it was interr
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,7 +42,7 @@ class GenerationEnd:
 
 
 class Ledger:
-    """The file of a search.
+    """The file of a search. Reading it changes nothing: a search may be writing to it.
 
     Args:
         directory: of the search; made when it does not exist.
@@ -57,9 +58,9 @@ class Ledger:
         self.facts: dict[str, Any] = {}
         self.entries: dict[Genotype, Entry] = {}
         self.ends: list[GenerationEnd] = []
-        if self._path.exists():
-            self._read(dict(identity))
-        else:
+        self._cut: int | None = None
+        """Bytes to keep before writing on, where a line was cut off."""
+        if not (self._path.exists() and self._read(dict(identity))):
             self._write({"search": dict(identity)})
 
     @classmethod
@@ -72,10 +73,8 @@ class Ledger:
         path = directory / _FILE
         if not path.exists():
             raise TuningError(f"{directory}: holds no search")
-        with path.open() as file:
-            identity = _parse(file.readline(), path).get("search")
-        if identity is None:
-            raise TuningError(f"{path}: is not the file of a search")
+        with path.open("rb") as file:
+            identity = _identity(_parse(file.readline(), path), path)
         return identity, cls(directory, identity)
 
     def state(self, name: str, value: Any) -> None:
@@ -105,41 +104,63 @@ class Ledger:
         self._write({"end": end.number, "asked": end.asked, "median": end.median, "wall": end.wall})
 
     def _write(self, line: Mapping[str, Any]) -> None:
+        if self._cut is not None:
+            os.truncate(self._path, self._cut)
+            self._cut = None
         with self._path.open("a") as file:
             file.write(json.dumps(line) + "\n")
 
-    def _read(self, identity: dict[str, Any]) -> None:
-        text = self._path.read_text()
-        whole = text[: text.rfind("\n") + 1]
-        if whole != text:  # the line in writing when the search was interrupted
-            self._path.write_text(whole)
-        lines = [_parse(line, self._path) for line in whole.splitlines()]
-        found = lines[0].get("search") if lines else None
+    def _read(self, identity: dict[str, Any]) -> bool:
+        """Take in the file; returns whether it held a whole line."""
+        content = self._path.read_bytes()
+        end = content.rfind(b"\n") + 1
+        if end < len(content):  # the line in writing when the search was interrupted
+            self._cut = end
+        if not end:
+            return False
+        first, *lines = [_parse(line, self._path) for line in content[:end].splitlines()]
+        found = _identity(first, self._path)
         if found != identity:
-            differs = sorted(
-                k for k in {*(found or {}), *identity} if (found or {}).get(k) != identity.get(k)
-            )
+            differs = sorted(k for k in {*found, *identity} if found.get(k) != identity.get(k))
             raise TuningError(
                 f"{self._path}: holds another search ({', '.join(differs)} differ); choose another "
                 "folder, or remove it"
             )
-        for line in lines[1:]:
-            if "fact" in line:
-                self.facts[line["fact"]] = line["value"]
-            elif "end" in line:
-                self.ends.append(
-                    GenerationEnd(line["end"], line["asked"], line["median"], line["wall"])
-                )
-            else:
-                entry = _entry(line)
-                self.entries[entry.genotype] = entry
+        for line in lines:
+            try:
+                self._take(line)
+            except (KeyError, TypeError, ValueError):
+                raise _damaged(self._path) from None
+        return True
+
+    def _take(self, line: Mapping[str, Any]) -> None:
+        if "fact" in line:
+            self.facts[line["fact"]] = line["value"]
+        elif "end" in line:
+            self.ends.append(
+                GenerationEnd(line["end"], line["asked"], line["median"], line["wall"])
+            )
+        else:
+            entry = _entry(line)
+            self.entries[entry.genotype] = entry
 
 
-def _parse(line: str, path: Path) -> dict[str, Any]:
+def _parse(line: bytes, path: Path) -> dict[str, Any]:
     try:
-        return json.loads(line)
-    except ValueError:
-        raise TuningError(f"{path}: is damaged; remove it to start anew") from None
+        return dict(json.loads(line))
+    except (TypeError, ValueError):
+        raise _damaged(path) from None
+
+
+def _identity(first: Mapping[str, Any], path: Path) -> dict[str, Any]:
+    found = first.get("search")
+    if not isinstance(found, dict):
+        raise TuningError(f"{path}: is not the file of a search")
+    return found
+
+
+def _damaged(path: Path) -> TuningError:
+    return TuningError(f"{path}: is damaged; remove it to start anew")
 
 
 def _entry(line: Mapping[str, Any]) -> Entry:

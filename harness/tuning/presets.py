@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from harness.methods.spec import parse_spec
-from harness.methods.tuned import Tuned, tuned, write_tuned
+from harness.methods.tuned import TUNED, Tuned, tuned, write_tuned
 from harness.tuning import TuningError
 from harness.tuning.cases import CaseSource
 from harness.tuning.cost import CostModel
 from harness.tuning.history import preset
 from harness.tuning.search import Search, SearchOptions
 
-NAME = "ps_opt"
+NAME = TUNED
 """Of the tuned presets."""
 
 
@@ -20,15 +22,26 @@ def write_preset(search: Search) -> Path:
     """Make the fittest genotype of a search the preset on its engine; returns the file.
 
     Raises:
-        TuningError: the search was made by other code than is here, or by code that is in no
-            commit: nobody could make the preset again.
+        TuningError: see :func:`check_remakable`.
     """
-    made_by = search.made_by
+    check_remakable(search.made_by)
+    return write_tuned(NAME, search.options.engine, preset(search))
+
+
+def check_remakable(made_by: Mapping[str, Any]) -> None:
+    """Ask whether what a search finds may be a preset.
+
+    Args:
+        made_by: provenance of the search.
+
+    Raises:
+        TuningError: it is made by code that is in no commit: nobody could make the preset again.
+    """
     if "dirty" in str(made_by["git"]):
         raise TuningError(
-            f"the search was made by {made_by['git']}, which is in no commit; commit, search again"
+            f"the search is made by {made_by['git']}, which is in no commit: nobody could make its "
+            "preset again; commit, then search in another folder"
         )
-    return write_tuned(NAME, search.options.engine, preset(search))
 
 
 def options_of(spec: str) -> SearchOptions:

@@ -8,6 +8,7 @@ import inspect
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -129,7 +130,8 @@ class Search:
         self.options = options
         self.space = space_on(options.engine, options.space)
         self.cases = load_cases(options.source)
-        self.ledger = Ledger(directory, identity(options, self.space))
+        self._identity = identity(options, self.space)
+        self.ledger = Ledger(directory, self._identity)
         self._directory = directory
 
     @classmethod
@@ -137,12 +139,14 @@ class Search:
         """The search that a folder holds, to be read: spaces and code may have changed since.
 
         Raises:
-            TuningError: it holds none.
+            TuningError: it holds none, or one that has not judged its start yet.
         """
         found, ledger = Ledger.of(directory)
         search = cls.__new__(cls)
-        search.ledger, search._directory = ledger, directory
+        search.ledger, search._directory, search._identity = ledger, directory, found
         search.space = space_of(found)
+        if search.space.start not in ledger.entries:
+            raise TuningError(f"{directory}: the search has not judged its start yet; let it go on")
         search.options = SearchOptions(
             engine=found["engine"],
             algorithm=found["algorithm"],
@@ -189,6 +193,8 @@ class Search:
             WorkerDiedError: see :func:`harness.studies.executors.run_units`.
         """
         with locked(self._directory):
+            # Another run may have been at work until now.
+            self.ledger = Ledger(self._directory, self._identity)
             self._prepare(workers, report)
             options = self.options
             proposer = ALGORITHMS[options.algorithm](self.space, options.population, options.seed)
@@ -198,7 +204,7 @@ class Search:
                     proposed = proposer.ask()
                     if number == len(self.ledger.ends):
                         self._generation(number, proposed, workers)
-                    proposer.tell([self._worth(genotype, number) for genotype in proposed])
+                    proposer.tell(self._worth(proposed, number))
                     number += 1
                     self._tell(number, progress, report)
             finally:
@@ -209,17 +215,26 @@ class Search:
         """The fittest genotype that was judged on all cases; the first of equals.
 
         Args:
-            before: only from generations with smaller numbers; the start always counts.
+            before: only from generations with smaller numbers; the start always counts. None for
+                all finished generations.
         """
         return max(self.whole(before), key=lambda entry: fitness(entry.sheet, self.goal))
 
+    def judged(self, before: int | None = None) -> list[Entry]:
+        """All genotypes of finished generations, in an order that any run of the search has.
+
+        The order in which they were judged is another one with every number of workers.
+
+        Args:
+            before: see :meth:`fittest`; None for all finished generations.
+        """
+        end = len(self.ledger.ends) if before is None else before
+        found = [entry for entry in self.ledger.entries.values() if entry.generation < end]
+        return sorted(found, key=lambda entry: (entry.generation, entry.genotype))
+
     def whole(self, before: int | None = None) -> list[Entry]:
-        """All genotypes judged on all cases, in the order in which they were proposed."""
-        return [
-            entry
-            for entry in self.ledger.entries.values()
-            if len(entry.sheet) == len(self.cases) and (before is None or entry.generation < before)
-        ]
+        """Those of :meth:`judged` that were judged on all cases."""
+        return [e for e in self.judged(before) if len(e.sheet) == len(self.cases)]
 
     def front(self, before: int | None = None) -> list[Entry]:
         """Genotypes judged on all cases that no other is as accurate as at a lower cost."""
@@ -229,7 +244,9 @@ class Search:
         """Measure what judging costs, what PS_3 costs, and what the start is worth."""
         options, facts = self.options, self.ledger.facts
         if "made_by" not in facts:
-            self.ledger.state("made_by", provenance())
+            made_by, package = provenance(), ALGORITHMS[options.algorithm].needs
+            made_by["versions"][package] = metadata.version(package)
+            self.ledger.state("made_by", made_by)
         if "model" not in facts:
             report("measuring what judging costs")
             model = options.model or calibrate(self.space, options.source, workers=workers)
@@ -265,7 +282,7 @@ class Search:
             if genotype not in self.ledger.entries and (spec := self._spec(genotype, number))
         }
         self._judge(missing, self._race(number), workers, number)
-        values = [self._worth(genotype, number)[0] for genotype in proposed]
+        values = [worth for worth, _, _ in self._worth(proposed, number)]
         wall = round(time.perf_counter() - started, 3)
         self.ledger.end(GenerationEnd(number, len(proposed), float(np.median(values)), wall))
 
@@ -298,17 +315,22 @@ class Search:
                 self.ledger.add(Entry(keys[unit.spec], number, sheet))
         return found
 
-    def _worth(self, genotype: Genotype, number: int) -> tuple[float, float, float]:
-        """Fitness, accuracy and cost of a genotype, as a proposer is told.
+    def _worth(self, proposed: list[Genotype], number: int) -> list[tuple[float, float, float]]:
+        """Fitness, accuracy and cost of genotypes, as a proposer is told.
 
         What was given up is told as far behind the fittest as it was when it was given up.
         """
-        sheet = self.ledger.entries[genotype].sheet
-        if not len(sheet):
-            return 0.0, 0.0, _WORST_COST
-        if len(sheet) == len(self.cases):
-            return fitness(sheet, self.goal), sheet.accuracy, sheet.mean_cost
-        return estimated(sheet, self.fittest(number).sheet, self.goal)
+        rival = self.fittest(number).sheet
+        found = []
+        for genotype in proposed:
+            sheet = self.ledger.entries[genotype].sheet
+            if not len(sheet):
+                found.append((0.0, 0.0, _WORST_COST))
+            elif len(sheet) == len(self.cases):
+                found.append((fitness(sheet, self.goal), sheet.accuracy, sheet.mean_cost))
+            else:
+                found.append(estimated(sheet, rival, self.goal))
+        return found
 
     def _tell(self, number: int, progress: Progress, report: Report) -> None:
         options = self.options
