@@ -248,8 +248,10 @@ class Search:
             made_by["versions"][package] = metadata.version(package)
             self.ledger.state("made_by", made_by)
         if "model" not in facts:
-            report("measuring what judging costs")
-            model = options.model or calibrate(self.space, options.source, workers=workers)
+            model = options.model
+            if model is None:
+                report("measuring what judging costs")
+                model = calibrate(self.space, options.source, workers=workers)
             self.ledger.state("model", dataclasses.asdict(model))
         if "goal" not in facts:
             spec = GOAL.format(engine=options.engine)
