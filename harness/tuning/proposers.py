@@ -118,7 +118,7 @@ def _evolve(line: Connection, first: list[Genotype], sizes: list[int], seed: int
     )
     try:
         algorithm.run()
-    except (EOFError, BrokenPipeError):
+    except (EOFError, OSError):
         return
 
 
