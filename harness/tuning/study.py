@@ -129,8 +129,12 @@ def _assembled(searches: Sequence[Search], tables: Iterable[_Judged]) -> Tuning:
         tuning_of(searches),
         tests=tuple(_held_against(engine, part, found) for engine, found, part in parts),
         seeds=tuple(row for engine, found, _ in parts for row in _seed_rows(engine, found)),
-        left_out=tuple(_changed(e, part, found, e.left_out) for e, found, part in parts),
-        plausibility=tuple(_changed(e, part, found, e.physical) for e, found, part in parts),
+        left_out=tuple(
+            _changed(e, part, found, e.left_out) for e, found, part in parts if e.left_out
+        ),
+        plausibility=tuple(
+            _changed(e, part, found, e.physical) for e, found, part in parts if e.physical
+        ),
         transfer=tuple(
             _transfer(_part(benchmark), names, found)
             for benchmark, _, names, found in tables
