@@ -51,7 +51,7 @@ benchmark: $(READY) ## remake the labelled set (hours) and its page; goes on whe
 
 planar: $(READY) ## remake the planar labelled set (a quarter of an hour); goes on where it was
 	test -e runs/planar/manifest.json || $(BIN)/steadyload benchmark build --planar -o runs/planar
-	$(BIN)/steadyload benchmark label runs/planar --judges few
+	$(BIN)/steadyload benchmark label runs/planar --judges none
 
 accuracy: $(READY) ## remake the accuracies on the whole test split (ten minutes)
 	$(BIN)/steadyload study run reports/published/accuracy/study.toml -o runs/accuracy

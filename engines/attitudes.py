@@ -21,6 +21,11 @@ def centres_from_mass_centres(
     return mass_centres - rotate(quaternions, offsets) if offsets.any() else mass_centres
 
 
+def lengths(vectors: FloatArray) -> FloatArray:
+    """Euclidean lengths of vectors along the last axis."""
+    return np.sqrt((vectors * vectors).sum(axis=-1))
+
+
 def rotate(quaternions: FloatArray, vectors: FloatArray) -> FloatArray:
     """Vectors (n, 3) turned by unit quaternions (n, 4; w, x, y, z)."""
     w, x, y, z = quaternions.T

@@ -13,7 +13,7 @@ import math
 import mujoco
 import numpy as np
 
-from engines.attitudes import rotate
+from engines.attitudes import lengths, rotate
 from engines.mujoco_options import MujocoOptions
 from engines.world import (
     Box,
@@ -332,6 +332,15 @@ class MujocoWorld(FixedStepWorld):
         # A free joint's rotational velocity is expressed in the body's own axes.
         angular[self._free] = rotate(rung.position[:, 3:], rung.velocity[:, 3:])
         return Velocities(linear, angular)
+
+    def _speeds(self) -> FloatArray:
+        rung = self._climb()
+        moving = lengths(rung.velocity.reshape(-1, 2, 3))
+        if not self._fixed:
+            return moving
+        speeds = np.zeros((len(self.boxes), 2))
+        speeds[self._free] = moving
+        return speeds
 
     def _set_velocities(self, velocities: Velocities) -> None:
         rung = self._climb()

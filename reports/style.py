@@ -44,7 +44,7 @@ _ENGINE_COLOURS = {
     "chipmunk": "#9467bd",
     "reference": "#000000",
 }
-_ALGORITHM_COLOURS = {"genetic": "#08519c", "multi-objective": "#e6550d"}
+_ALGORITHM_COLOURS = {"genetic": "#08519c", "nsga2": "#e6550d"}
 _SPARE_COLOURS = ("#393b79", "#637939", "#843c39", "#7b4173", "#3182bd", "#e6550d")
 _SPARE_MARKERS = ("P", "X", "h", "<", ">", "p")
 

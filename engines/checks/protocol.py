@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import inspect
 import multiprocessing
@@ -90,7 +91,7 @@ def check_two_worlds_do_not_mix(world_class: WorldClass) -> None:
 
 
 def check_nothing_leaks_to_the_next_world(world_class: WorldClass) -> None:
-    """A world gives the same bits before and after one whose every setting differs."""
+    """A world gives the same bits after one whose every setting differs, and one that overflows."""
     expected = _tumble(world_class)
     other = WorldSettings(
         friction=0.05,
@@ -105,6 +106,11 @@ def check_nothing_leaks_to_the_next_world(world_class: WorldClass) -> None:
         world.add_box(Box((0.3, 0.1, 0.1), 9.0, (0.1, 0.0, 0.2), fixed=True))
         fill(world, two_cubes(0.06))
         world.stepSimulation(0.5, 1000, 1.0 / 50.0)
+    _same_bits(_tumble(world_class), expected)
+    with world_class(WorldSettings(gravity=(0.0, 0.0, 1e306))) as world:
+        fill(world, two_cubes(0.0))
+        with contextlib.suppress(EngineError):
+            world.stepSimulation(1000.0, 1000, 1.0)
     _same_bits(_tumble(world_class), expected)
 
 
@@ -166,6 +172,8 @@ def check_velocities_can_be_set(world_class: WorldClass) -> None:
         for one, wanted in zip(found, given, strict=True):
             expect(one[moving], wanted[moving], 1e-9, "velocities read back")
             expect(one[1], 0.0, 0.0, "velocity of a fixed box")
+        norms = [np.linalg.norm(part, axis=1) for part in found]
+        expect(world.speeds(), np.stack(norms, axis=1), 1e-12, "speeds")
         world.stepSimulation(t, 10**6, h)
         flown = given.linear[moving] + (0.0, 0.0, -GRAVITY * t)
         expect(world.velocities().linear[moving], flown, 1e-9, "velocities in flight")
@@ -242,6 +250,7 @@ def check_closing(world_class: WorldClass) -> None:
     operations: dict[str, Callable[[], object]] = {
         "poses": world.poses,
         "velocities": world.velocities,
+        "speeds": world.speeds,
         "set_velocities": lambda: world.set_velocities(still),
         "reset_poses": world.reset_poses,
         "prepare": world.prepare,

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import os
 import re
 from pathlib import Path
 from typing import Any
 
 from harness.cli.terminal import at_least, progress_bar, say
+
+_WORK, _REMADE = Path("runs/tune"), Path("runs/remade")
 
 _SECONDS = {"s": 1.0, "m": 60.0, "h": 3600.0}
 
@@ -55,6 +58,11 @@ def add_tune(commands: Any) -> None:
         help="labelled set to tune on (default: the shipped one; for a 2-D engine the planar one)",
     )  # fmt: skip
     tune.add_argument(
+        "--cost", type=Path, metavar="FILE",
+        help="what judging costs on the engine; measured when it is not there, while nothing else "
+        "should run (default: runs/tune/cost-ENGINE.json)",
+    )  # fmt: skip
+    tune.add_argument(
         "--output", "-o", type=Path, metavar="DIR",
         help="folder of the search; an interrupted one goes on (default: runs/tune/ENGINE-..., "
         "or runs/remade/ENGINE-...)",
@@ -97,11 +105,13 @@ def _tune(options: argparse.Namespace) -> int:
         )
     name = f"{chosen.engine}-{chosen.algorithm}-{chosen.space}-{chosen.seed}"
     # What is remade must not find what was judged the first time.
-    directory = options.output or Path("runs/remade" if options.remake else "runs/tune") / name
+    directory = options.output or (_REMADE if options.remake else _WORK) / name
     search = Search(directory, chosen)
     if options.write_preset:  # said before hours are spent
         check_remakable(search.ledger.facts.get("made_by") or provenance())
     try:
+        if chosen.model is None and "model" not in search.ledger.facts:
+            search.options = dataclasses.replace(chosen, model=_cost_model(chosen, options))
         with progress_bar("searching") as advance:
             search.run(workers=options.workers, progress=advance, report=say)
     except KeyboardInterrupt:
@@ -118,6 +128,17 @@ def _tune(options: argparse.Namespace) -> int:
         return 1 if unlike else 0
     say(f"{NAME}@{chosen.engine} would be {search.space.spec(search.fittest().genotype)}")
     return 0
+
+
+def _cost_model(chosen: Any, options: argparse.Namespace) -> Any:
+    from harness.tuning.cost import kept_model
+    from harness.tuning.space import space_on
+
+    file = options.cost or _WORK / f"cost-{chosen.engine}.json"
+    if not file.exists():
+        say(f"measuring what judging costs on {chosen.engine}; kept in {file}")
+    space = space_on(chosen.engine)
+    return kept_model(file, space, chosen.source, workers=options.workers)
 
 
 def add_tuned(commands: Any) -> None:

@@ -213,10 +213,8 @@ class Loading:
         """The largest speed of any item [m/s]: of its centre of mass, or a point 10 cm from it."""
         self.watch.enter(Phase.READ)
         self._looks += 1
-        linear, angular = world.velocities()
-        speeds = np.sqrt((linear * linear).sum(axis=1))
-        speeds += 0.1 * np.sqrt((angular * angular).sum(axis=1))
-        return float(speeds.max())
+        linear, angular = world.speeds().T
+        return float((linear + 0.1 * angular).max())
 
 
 class _Stage:

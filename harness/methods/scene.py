@@ -123,14 +123,21 @@ def joined_groups(contacts: Contacts) -> list[NDArray[np.intp]]:
     Args:
         contacts: of the whole layout.
     """
-    touches = contacts.carries | contacts.carries.T
-    group = np.arange(len(touches))
+    touches = np.tril(contacts.carries | contacts.carries.T)
+    others: list[list[int]] = [[] for _ in touches]
+    for step, other in zip(*(side.tolist() for side in touches.nonzero()), strict=True):
+        others[step].append(other)
+    groups: list[list[int]] = []  # by item; those of one group share one list
     found = []
-    for step in range(len(touches)):
-        reached = group[:step][touches[step, :step]]
-        if len(reached):
-            group[: step + 1][np.isin(group[: step + 1], reached)] = step
-        found.append(np.flatnonzero(group[: step + 1] == step))
+    for step, touched in enumerate(others):
+        groups.append([step])
+        for other in touched:
+            if groups[other] is not groups[step]:
+                merged = groups[other] + groups[step]
+                for item in merged:
+                    groups[item] = merged
+        groups[step].sort()
+        found.append(np.array(groups[step]))
     return found
 
 

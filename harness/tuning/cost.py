@@ -7,9 +7,12 @@ genotypes best.
 
 from __future__ import annotations
 
+import dataclasses
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +20,13 @@ from scipy.optimize import nnls
 from scipy.stats import spearmanr
 
 from engines.world import BroadPhase
+from harness.atomic import write_atomically
 from harness.methods.method import Effort
 from harness.methods.registry import make_method
 from harness.methods.simulation_parameters import SimulationParameters
 from harness.methods.spec import SpecError
 from harness.studies.executors import SinglePart, run_units
+from harness.studies.results import judged_by
 from harness.tuning import TuningError
 from harness.tuning.cases import CaseSource, load_cases
 from harness.tuning.space import Space
@@ -36,9 +41,14 @@ TERMS = (
     "look",
     "substep",
     "body and substep",
+    "body and substep, neighbours close",
     "body, substep and iteration",
 )
-"""What is counted. Bodies and iterations count by what is asked for: an engine may do with less."""
+"""What is counted. Bodies and iterations count by what is asked for: an engine may do with less.
+Neighbours touch, or come to touch, all the more the less their side faces are drawn in."""
+
+_CLOSE = 1e-4
+"""[m]; neighbours drawn in by this are half as close."""
 
 _USUAL_ITERATIONS = 50
 """Of an engine that was not told."""
@@ -72,11 +82,13 @@ class CostModel:
 def counts(effort: Effort, parameters: SimulationParameters) -> FloatArray:
     """How often each of :data:`TERMS` occurred in the judgement of one layout."""
     iterations = parameters.solver_iterations or _USUAL_ITERATIONS
+    closeness = 1.0 / (1.0 + parameters.shrink / _CLOSE)
     simple = effort.worlds if parameters.broad_phase is BroadPhase.SIMPLE else 0
     return np.array(
         [
             1.0, effort.worlds, simple, effort.boxes, effort.looks, effort.substeps,
-            effort.body_substeps, effort.body_substeps * iterations,
+            effort.body_substeps, effort.body_substeps * closeness,
+            effort.body_substeps * iterations,
         ]
     )  # fmt: skip
 
@@ -87,7 +99,7 @@ def calibrate(
     *,
     workers: int,
     seed: int = 0,
-    parameter_sets: int = 24,
+    parameter_sets: int = 32,
     cases: int = 36,
     repeats: int = 3,
 ) -> CostModel:
@@ -132,6 +144,38 @@ def calibrate(
         float(spearmanr(modelled, times).statistic),
         float(np.median(np.abs(modelled / times - 1.0))),
     )
+
+
+def kept_model(path: Path, space: Space, source: CaseSource, *, workers: int) -> CostModel:
+    """The cost model of an engine, measured once and kept in a file.
+
+    Measured again when the engine's code has changed since. Measure it while nothing else runs.
+
+    Args:
+        path: of the file.
+        space: of the engine.
+        source: where the layouts are from.
+        workers: processes beside this one.
+
+    Raises:
+        TuningError: the file holds something else.
+    """
+    about = {"engine": space.engine, "code": judged_by(make_method(f"simulation@{space.engine}"))}
+    if path.exists():
+        try:
+            kept = json.loads(path.read_text())
+            if kept["about"] == about:
+                return CostModel(**kept["model"])
+            engine = kept["about"]["engine"]
+        except (ValueError, KeyError, TypeError):
+            raise TuningError(f"{path}: holds no cost model; name another file") from None
+        if engine != space.engine:
+            raise TuningError(f"{path}: is of engine {engine!r}; name another file")
+    model = calibrate(space, source, workers=workers)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    kept = {"about": about, "model": dataclasses.asdict(model)}
+    write_atomically(path, json.dumps(kept, indent=1) + "\n")
+    return model
 
 
 @dataclass(frozen=True, slots=True)

@@ -46,7 +46,7 @@ def search_row(search: Search) -> SearchRow:
     entries = search.judged()
     start = ledger.entries[search.space.start]
     front = {entry.genotype for entry in search.front()}
-    asked = sum(end.asked for end in ledger.ends)
+    asked = 1 + sum(end.asked for end in ledger.ends)
     return SearchRow(
         engine=options.engine,
         algorithm=options.algorithm,
@@ -56,7 +56,7 @@ def search_row(search: Search) -> SearchRow:
         generations=len(ledger.ends),
         genotypes=len(entries),
         whole=len(search.whole()),
-        repeats=asked + 1 - len(entries),
+        repeats=asked - len(entries),
         cpu=sum(entry.sheet.cpu for entry in entries),
         wall=search.wall,
         start=_values(search, start),

@@ -201,8 +201,10 @@ class Search:
             try:
                 number = 0
                 while not self._finished(number):
-                    self._generation(number, proposer.ask(), workers)
-                    proposer.tell([self._worth(g, number) for g in self._proposed])
+                    proposed = proposer.ask()
+                    if number == len(self.ledger.ends):
+                        self._generation(number, proposed, workers)
+                    proposer.tell(self._worth(proposed, number))
                     number += 1
                     self._tell(number, progress, report)
             finally:
@@ -246,8 +248,10 @@ class Search:
             made_by["versions"][package] = metadata.version(package)
             self.ledger.state("made_by", made_by)
         if "model" not in facts:
-            report("measuring what judging costs")
-            model = options.model or calibrate(self.space, options.source, workers=workers)
+            model = options.model
+            if model is None:
+                report("measuring what judging costs")
+                model = calibrate(self.space, options.source, workers=workers)
             self.ledger.state("model", dataclasses.asdict(model))
         if "goal" not in facts:
             spec = GOAL.format(engine=options.engine)
@@ -273,9 +277,6 @@ class Search:
         return sum(end.wall for end in self.ledger.ends)
 
     def _generation(self, number: int, proposed: list[Genotype], workers: int) -> None:
-        self._proposed = proposed
-        if number < len(self.ledger.ends):
-            return
         started = time.perf_counter()
         missing = {
             genotype: spec
@@ -283,7 +284,7 @@ class Search:
             if genotype not in self.ledger.entries and (spec := self._spec(genotype, number))
         }
         self._judge(missing, self._race(number), workers, number)
-        values = [self._worth(genotype, number)[0] for genotype in proposed]
+        values = [worth for worth, _, _ in self._worth(proposed, number)]
         wall = round(time.perf_counter() - started, 3)
         self.ledger.end(GenerationEnd(number, len(proposed), float(np.median(values)), wall))
 
@@ -316,17 +317,22 @@ class Search:
                 self.ledger.add(Entry(keys[unit.spec], number, sheet))
         return found
 
-    def _worth(self, genotype: Genotype, number: int) -> tuple[float, float, float]:
-        """Fitness, accuracy and cost of a genotype, as a proposer is told.
+    def _worth(self, proposed: list[Genotype], number: int) -> list[tuple[float, float, float]]:
+        """Fitness, accuracy and cost of genotypes, as a proposer is told.
 
         What was given up is told as far behind the fittest as it was when it was given up.
         """
-        sheet = self.ledger.entries[genotype].sheet
-        if not len(sheet):
-            return 0.0, 0.0, _WORST_COST
-        if len(sheet) == len(self.cases):
-            return fitness(sheet, self.goal), sheet.accuracy, sheet.mean_cost
-        return estimated(sheet, self.fittest(number).sheet, self.goal)
+        rival = self.fittest(number).sheet
+        found = []
+        for genotype in proposed:
+            sheet = self.ledger.entries[genotype].sheet
+            if not len(sheet):
+                found.append((0.0, 0.0, _WORST_COST))
+            elif len(sheet) == len(self.cases):
+                found.append((fitness(sheet, self.goal), sheet.accuracy, sheet.mean_cost))
+            else:
+                found.append(estimated(sheet, rival, self.goal))
+        return found
 
     def _tell(self, number: int, progress: Progress, report: Report) -> None:
         options = self.options

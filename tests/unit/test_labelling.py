@@ -1,5 +1,6 @@
 """Labelling a folder: shards, splits, further judges."""
 
+import dataclasses
 import multiprocessing
 import os
 import shutil
@@ -20,7 +21,13 @@ from harness.layouts.scenarios import Scenario
 from harness.methods.registry import make_method
 from harness.studies import labelling
 from harness.studies.label_rows import LABEL, TRACES, TraceUnit, crashed_row
-from harness.studies.labelling import Judge, build_set, label_set, write_unlabelled
+from harness.studies.labelling import (
+    Judge,
+    build_set,
+    label_set,
+    split_sizes,
+    write_unlabelled,
+)
 
 SIZES = SplitSizes(test=4, validation=2, test_lists=2, validation_lists=1)
 JUDGES = (
@@ -31,18 +38,19 @@ JUDGES = (
 
 @pytest.fixture
 def folder(tmp_path):
-    """Unlabelled: 24 layouts of at most six items, two an item list."""
+    """Unlabelled: 24 layouts of at most six items, two an item list, with sizes of splits."""
     layouts = [lay.first(6) for lay in random_layouts(24, seed=5, scenario=Scenario.S1)]
     rows = [
         row_of(lay, f"Class_1_Instance_{k // 2}", 1, (lay.name,)) for k, lay in enumerate(layouts)
     ]
     cases = [("S1", lay) for lay in layouts]
-    write_unlabelled(tmp_path / "set", pd.DataFrame(rows), cases, {"seed": 1})
+    manifest = {"seed": 1, "splits": dataclasses.asdict(SIZES)}
+    write_unlabelled(tmp_path / "set", pd.DataFrame(rows), cases, manifest)
     return tmp_path / "set"
 
 
 def label(folder, judges=JUDGES, **options):
-    label_set(folder, sizes=SIZES, judges=judges, **options)
+    label_set(folder, judges=judges, **options)
     return load_benchmark(folder)
 
 
@@ -116,6 +124,18 @@ def test_killed_workers_change_no_label(folder, monkeypatch):
     shutil.rmtree(folder / "traces")
     calm = label(folder, judges=())
     pd.testing.assert_frame_equal(disturbed.cases, calm.cases)
+
+
+def test_sizes_of_splits_are_those_asked_for_then_those_of_the_manifest(folder):
+    asked = SplitSizes(test=2, validation=2, test_lists=1, validation_lists=1)
+    for sizes, expected in ((None, SIZES), (asked, asked), (None, asked)):
+        found = label(folder, judges=(), sizes=sizes)
+        counts = found.cases["split"].value_counts()
+        assert (counts["test"], counts["validation"]) == (expected.test, expected.validation)
+        assert split_sizes(found.manifest) == expected
+    assert split_sizes({}) == SplitSizes()
+    with pytest.raises(BenchmarkError, match=r"splits is .'tset': 4"):
+        split_sizes({"splits": {"tset": 4}})
 
 
 def test_a_case_that_crashes_has_no_label(tmp_path):

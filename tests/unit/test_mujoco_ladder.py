@@ -104,3 +104,11 @@ def test_options_of_another_engine_are_refused():
 
     with pytest.raises(TypeError, match="options are 'soft'; allowed: MujocoOptions"):
         MujocoWorld(WorldSettings(options="soft"))
+
+
+@pytest.mark.parametrize("value", [0.0, 1.0, float("nan")])
+def test_options_are_checked_wherever_they_come_from(value):
+    from engines.mujoco_options import MujocoOptions
+
+    with pytest.raises(ValueError, match=r"impedance_deep is .*; allowed: 0.0001 to 0.9999"):
+        MujocoOptions(impedance_deep=value)

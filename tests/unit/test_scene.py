@@ -142,10 +142,13 @@ def test_items_are_joined_by_standing_on_each_other_and_by_bridges():
         ((20, 20, 0), (20, 5, 10)),  # a bridge over 3 and 4
         ((0, 10, 0), (10, 10, 10)),  # on item 0
         ((35, 25, 0), (5, 5, 5)),  # on the bridge
+        ((15, 20, 0), (5, 5, 10)),  # on item 4, which the bridge joined to others
+        ((15, 25, 0), (15, 5, 10)),  # on items 6 and 9, which are joined already
     )
+    whole = [1, 2, 3, 4, 6, 8, 9, 10]
     groups = [group.tolist() for group in joined_groups(find_contacts(lay))]
     assert groups == [
-        [0], [1], [2], [2, 3], [1, 4], [5], [1, 2, 3, 4, 6], [0, 7], [1, 2, 3, 4, 6, 8],
+        [0], [1], [2], [2, 3], [1, 4], [5], [1, 2, 3, 4, 6], [0, 7], whole[:6], whole[:7], whole,
     ]  # fmt: skip
 
 

@@ -37,6 +37,7 @@ def small_set(tmp_path_factory):
 def command(small_set):
     return [
         "tune", "--engine", "mujoco", "--benchmark", str(small_set), "--population", "4", "-j", "1",
+        "--cost", str(small_set / "cost.json"),
     ]  # fmt: skip
 
 
@@ -91,7 +92,7 @@ def test_wrong_arguments_end_with_status_2(tmp_path, monkeypatch, capfd, argumen
     assert not list(tmp_path.iterdir())
 
 
-def test_a_search_writes_its_page_and_is_done_once(command, tuned_folder, capfd):
+def test_a_search_writes_its_page_and_is_done_once(command, tuned_folder, small_set, capfd):
     ledger = tuned_folder / "search.jsonl"
     before = ledger.read_bytes()
     assert main([*command, "--generations", "1", "-o", str(tuned_folder)]) == 0
@@ -107,7 +108,26 @@ def test_a_search_writes_its_page_and_is_done_once(command, tuned_folder, capfd)
     _, found = Ledger.of(tuned_folder)
     assert len(found.ends) == 1
     assert all(len(e.sheet) == 3 * CASES for e in found.entries.values())
-    assert found.facts["model"]["parameter_sets"] == 24
+    kept = json.loads((small_set / "cost.json").read_text())
+    assert kept["about"]["engine"] == "mujoco"
+    assert kept["model"] == found.facts["model"]
+
+
+def test_what_judging_costs_is_measured_once(command, tuned_folder, small_set, tmp_path, capfd):
+    again = [*command, "--generations", "1", "--seed", "5", "-o", str(tmp_path / "run")]
+    assert main(again) == 0
+    assert "measuring" not in capfd.readouterr().err
+    models = [Ledger.of(run)[1].facts["model"] for run in (tuned_folder, tmp_path / "run")]
+    assert models[0] == models[1]
+    text = (small_set / "cost.json").read_text()
+    for content, message in (
+        (text.replace('"mujoco"', '"bullet"'), "is of engine 'bullet'; name another file"),
+        (text[:40], "holds no cost model; name another file"),
+    ):
+        (tmp_path / "cost.json").write_text(content)
+        arguments = ["--cost", str(tmp_path / "cost.json"), "-o", str(tmp_path / "other")]
+        assert main([*command, "--generations", "1", *arguments]) == 2
+        assert message in capfd.readouterr().err
 
 
 def test_another_search_in_the_folder_is_refused(command, tuned_folder, capfd):

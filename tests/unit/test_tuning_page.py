@@ -105,7 +105,7 @@ PAIR = ("bullet", "dart")
 FULL = replace(
     EMPTY,
     costs=(CostRow("bullet", {"substep": 3.14}, 60, 0.987, 0.061),),
-    searches=(search("bullet", "genetic", 1, 0.81), search("bullet", "multi-objective", 1, 0.84)),
+    searches=(search("bullet", "genetic", 1, 0.81), search("bullet", "nsga2", 1, 0.84)),
     parameters={
         "bullet": (
             GeneRow("frequency", "Hz", "30 to 480 by 10", "60", "170"),
@@ -244,9 +244,7 @@ def test_searches_and_parameters_in_their_tables():
     assert cells(genes.tables[0], "frequency", "Hz") == ["30 to 480 by 10", "60", "170"]
     assert "- bullet: 2 of 3 parameters left" in genes.text
     assert genes.text.endswith("; friction stayed.")
-    assert "multi-objective, 0.840 against 0.810 (genetic)" in (
-        found["Genetic against multi-objective"].text
-    )
+    assert "nsga2, 0.840 against 0.810 (genetic)" in (found["Genetic against multi-objective"].text)
     assert cells(found["How cost is modelled"].tables[0], "bullet") == [
         "60", "0.987", "6.1", "3.14",
     ]  # fmt: skip
@@ -334,7 +332,7 @@ def test_an_inaccurate_and_a_dear_method_are_in_sight():
 
 def test_seeds_that_cross_are_no_rank():
     def rows(*volumes):
-        found = ("genetic", "genetic", "multi-objective", "multi-objective")
+        found = ("genetic", "genetic", "nsga2", "nsga2")
         pairs = zip(found, volumes, strict=True)
         return tuple(search("bullet", a, k, v) for k, (a, v) in enumerate(pairs))
 
@@ -342,9 +340,9 @@ def test_seeds_that_cross_are_no_rank():
         found = sections(replace(EMPTY, searches=rows(*volumes)))
         return found["Genetic against multi-objective"].text
 
-    assert "that of multi-objective, 0.850 against 0.815 (genetic);" in text(0.81, 0.82, 0.83, 0.87)
+    assert "that of nsga2, 0.850 against 0.815 (genetic);" in text(0.81, 0.82, 0.83, 0.87)
     crossed = text(0.81, 0.84, 0.83, 0.87)
-    assert "that of multi-objective, 0.850 against 0.825 (genetic), not with every seed" in crossed
+    assert "that of nsga2, 0.850 against 0.825 (genetic), not with every seed" in crossed
     assert "the same fitness (0.9731)" in crossed
 
 

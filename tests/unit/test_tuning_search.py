@@ -26,7 +26,8 @@ from harness.tuning.space import space_on
 MODEL = CostModel(
     {
         "layout": 100.0, "world": 200.0, "world with the simple broad phase": 0.0,
-        "box placed": 10.0, "look": 10.0, "substep": 20.0, "body and substep": 2.0,
+        "box placed": 10.0, "look": 10.0, "substep": 20.0, "body and substep": 1.0,
+        "body and substep, neighbours close": 1.0,
         "body, substep and iteration": 0.05,
     }
 )  # fmt: skip

@@ -1,0 +1,212 @@
+"""The planar labelled set: how it is drawn, and the one that comes with the package."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from harness.cli import main
+from harness.layouts.benchmark import PLANAR, load_benchmark
+from harness.layouts.benchmark.build import PLANAR_OPTIONS, BuildOptions, build, draw_case
+from harness.layouts.benchmark.dataset import SETS
+from harness.layouts.benchmark.overview import overview
+from harness.layouts.benchmark.splits import assign_splits
+from harness.layouts.heuristics import HEURISTICS
+from harness.layouts.packing import ITEM_CLASSES, MOST_ITEMS, generate, make_instance, pack_instance
+from harness.layouts.scenarios import Scenario, apply_scenario
+from harness.methods.method import Status
+from harness.methods.registry import make_method
+from harness.methods.scene import planar_scene
+from harness.studies.definition import load_study
+from harness.studies.label_rows import LABEL, LIMITS
+from harness.studies.labelling import build_set, split_sizes
+from harness.studies.labels import load_labels
+from harness.studies.results import load_manifest
+from harness.studies.runner import run_study
+
+SCENARIOS = [str(s) for s in Scenario]
+SAMPLE = 60
+
+
+@pytest.fixture(scope="module")
+def benchmark():
+    return load_benchmark(PLANAR)
+
+
+# --- how it is drawn -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("number", ITEM_CLASSES)
+def test_planar_items_keep_the_depth_and_are_turned_in_the_plane(number):
+    instance = make_instance(number, 1, seed=3, item_count=20, planar=True)
+    wide = make_instance(number, 1, seed=3, item_count=20)
+    pallet = ITEM_CLASSES[number].pallet
+    assert [size[:2] for size in instance.sizes] == [size[:2] for size in wide.sizes]
+    packed = generate([instance])
+    assert len(packed) > 10
+    turned = set()
+    for layout in (found.layout for found in packed):
+        assert not layout.lower[:, 2].any()
+        assert (layout.upper[:, 2] == pallet.depth).all()
+        sides = {tuple(sorted(size[:2])) for size in instance.sizes}
+        assert {tuple(sorted(item.size[:2])) for item in layout.items} <= sides
+        turned |= {item.size[:2] not in {s[:2] for s in instance.sizes} for item in layout.items}
+        assert len(layout) <= MOST_ITEMS
+        volumes = (layout.upper - layout.lower).prod(axis=1)
+        assert layout.weights == pytest.approx(250e-6 * volumes)
+    assert turned == {True, False}
+
+
+def test_planar_draws_leave_the_plane_alone_and_stay_in_it():
+    (layout, *_) = pack_instance(make_instance(2, 0, seed=3, planar=True), HEURISTICS[0])
+    for scenario in Scenario:
+        free = apply_scenario(layout, scenario, 5).mass_offsets
+        drawn = apply_scenario(layout, scenario, 5, planar=True)
+        assert (drawn.mass_offsets[:, :2] == free[:, :2]).all()
+        assert not drawn.mass_offsets[:, 2].any()
+        assert free[:, 2].any() == (scenario is not Scenario.S1)
+        assert planar_scene(drawn).across == "depth"
+
+
+def test_small_layouts_can_be_left_out():
+    options = dataclasses.replace(PLANAR_OPTIONS, instances=1, item_counts={1: 3, 2: 3, 3: 8})
+    layouts, cases = build(options)
+    everything, _ = build(dataclasses.replace(options, fewest_items=1))
+    counts = everything["weights"].map(len)
+    assert counts.min() < 3
+    assert set(layouts["layout"]) == set(everything["layout"][counts >= 3])
+    assert min(len(layout) for _, layout in cases) == 3
+
+
+def test_the_command_builds_a_planar_set(tmp_path, capsys):
+    out = str(tmp_path / "set")
+    assert main(["benchmark", "build", "--planar", "--instances", "1", "-o", out]) == 0
+    assert "next: steadyload benchmark label" in capsys.readouterr().out
+    manifest = load_benchmark(out).manifest
+    assert (manifest["planar"], manifest["instances"]) == (True, 1)
+    assert split_sizes(manifest) == PLANAR_OPTIONS.splits
+
+
+# --- the one that comes with the package ---------------------------------------------------------
+
+
+def test_every_case_is_planar_and_every_geometry_there_once(benchmark):
+    assert len(benchmark.layouts) > 900
+    assert len(benchmark.cases) == 3 * len(benchmark.layouts)
+    geometries = set()
+    for name, scenario in zip(benchmark.cases["layout"], benchmark.cases["scenario"], strict=True):
+        layout = benchmark.layout(name, scenario)
+        assert planar_scene(layout).across == "depth", (name, scenario)
+        assert PLANAR_OPTIONS.fewest_items <= len(layout) <= MOST_ITEMS
+        assert (scenario == "S1") == (not layout.mass_offsets.any())
+        geometries.add(layout.geometry_hash())
+    assert len(geometries) == len(benchmark.layouts)
+    assert set(benchmark.layouts["item_class"]) == set(ITEM_CLASSES)
+    assert (benchmark.cases["status"] == Status.DONE).mean() > 0.999
+    assert sum(file.stat().st_size for file in SETS[PLANAR].iterdir()) < 500e3
+
+
+def test_no_item_list_lies_in_two_splits(benchmark):
+    held = benchmark.cases.dropna(subset=["split"]).groupby("split")["instance"].agg(set)
+    assert set(held.index) == {"train", "validation", "test"}
+    assert sum(map(len, held)) == len(set.union(*held)) == benchmark.layouts["instance"].nunique()
+    for part in held:
+        assert {name.split("_Instance")[0][-1] for name in part} == {"1", "2", "3"}
+    left_over = set(benchmark.cases[benchmark.cases["split"].isna()]["instance"])
+    assert not left_over & held["train"]
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS)
+@pytest.mark.parametrize("part", ["validation", "test", "test-300"])
+def test_held_out_parts_are_half_stable(benchmark, part, scenario):
+    cases = benchmark.select(part, scenarios=(scenario,))
+    assert len(cases) == 300
+    assert cases["failing_step"].isna().sum() == 150
+
+
+def test_splits_follow_from_the_labels(benchmark):
+    cases = benchmark.cases.join(benchmark.layouts["item_class"], on="layout")
+    sizes = PLANAR_OPTIONS.splits
+    assert benchmark.manifest["splits"] == dataclasses.asdict(sizes)
+    again = assign_splits(cases, seed=benchmark.manifest["seed"], sizes=sizes)
+    assert (again["split"].fillna("") == cases["split"].fillna("")).all()
+    assert (again["rank"].fillna(-1) == cases["rank"].fillna(-1)).all()
+
+
+def test_a_random_sample_is_remade_from_scratch(benchmark):
+    options, method = PLANAR_OPTIONS, make_method(LABEL)
+    assert benchmark.manifest["instances"] == options.instances
+    assert benchmark.manifest["seed"] == options.seed
+    for case in benchmark.cases.sample(8, random_state=2).itertuples():
+        heuristic, _, _, number, _, which, _, bin_number = case.layout[1:].split("_")
+        items = options.item_counts[int(number)]
+        instance = make_instance(
+            int(number), int(which), seed=options.seed, item_count=items, planar=True
+        )
+        packed = pack_instance(instance, HEURISTICS[int(heuristic) - 1])[int(bin_number)]
+        layout = draw_case(packed, Scenario(case.scenario), options.seed, planar=True)
+        assert packed.name == case.layout
+        assert layout.content_hash() == benchmark.layout(case.layout, case.scenario).content_hash()
+        said = method.judge(layout).failing_step
+        assert (said is None) if pd.isna(case.failing_step) else said == case.failing_step
+
+
+@pytest.mark.parametrize("engine", ["chipmunk", "mujoco"])
+def test_engines_in_the_plane_and_in_space_agree_with_the_labels(benchmark, engine):
+    """Of the whole validation split Chipmunk names 98.3 % of the labels, MuJoCo 98.1 %."""
+    method = make_method(f"label@{engine}:frequency=480")
+    same = []
+    for case in benchmark.select("validation", limit=SAMPLE // 3).itertuples():
+        said = method.judge(benchmark.layout(case.layout, case.scenario)).failing_step
+        same.append(said is None if pd.isna(case.failing_step) else said == case.failing_step)
+    assert len(same) == SAMPLE
+    assert np.mean(same) > 0.9
+
+
+def test_other_limits_are_asked_of_all_held_out_cases(benchmark):
+    held_out = benchmark.cases[benchmark.cases["split"].isin(("validation", "test"))]
+    needed = set(zip(held_out["layout"], held_out["scenario"], strict=True))
+    assert set(benchmark.opinions["judge"]) == {str(make_method(spec).spec) for spec in LIMITS}
+    for judge, own in benchmark.opinions.groupby("judge"):
+        assert len(own) == len(needed), judge
+        assert set(zip(own["layout"], own["scenario"], strict=True)) == needed
+
+
+def test_the_manifest_names_clean_commits():
+    manifest = json.loads((SETS[PLANAR] / "manifest.json").read_text())
+    for step in ("built_with", "labelled_with"):
+        assert manifest[step]["git"]
+        assert "dirty" not in manifest[step]["git"]
+
+
+# --- how it is named -----------------------------------------------------------------------------
+
+
+def test_a_study_and_the_command_name_it_by_a_word(benchmark, tmp_path, capsys):
+    (tmp_path / "s.toml").write_text(
+        'benchmark = "validation"\nbenchmark_directory = "planar"\nmethods = ["sme"]\nlimit = 2\n'
+    )
+    run_study(load_study(tmp_path / "s.toml"), tmp_path / "run")
+    chosen = benchmark.select("validation", limit=2)
+    labels = load_labels(tmp_path / "run")
+    assert labels.index.tolist() == list(zip(chosen["layout"], chosen["scenario"], strict=True))
+    assert load_manifest(tmp_path / "run")["labels"]["set"] == "planar"
+    assert main(["report", str(tmp_path / "run")]) == 0
+    assert "Part `planar validation`" in (tmp_path / "run" / "report.md").read_text()
+    capsys.readouterr()
+    assert main(["benchmark", "info", "planar", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == overview(benchmark)
+
+
+def test_a_folder_of_that_name_is_told_from_the_word(tmp_path, monkeypatch):
+    options = BuildOptions(instances=1, item_counts={1: 3, 2: 3, 3: 3})
+    build_set(options, tmp_path / "planar")
+    monkeypatch.chdir(tmp_path)
+    own = load_benchmark("./planar")
+    assert len(own.layouts) < len(load_benchmark("planar").layouts)
+    (tmp_path / "s.toml").write_text(
+        'benchmark = "all"\nbenchmark_directory = "./planar"\nmethods = ["sme"]\n'
+    )
+    assert load_study(tmp_path / "s.toml").benchmark_directory == tmp_path / "planar"
