@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from harness.atomic import write_atomically
 from harness.methods.method import Effort
 from harness.methods.registry import make_method
 from harness.methods.simulation_parameters import SimulationParameters
+from harness.methods.spec import SpecError
 from harness.studies.executors import SinglePart, run_units
 from harness.studies.results import judged_by
 from harness.tuning import TuningError
@@ -50,10 +52,6 @@ _CLOSE = 1e-4
 
 _USUAL_ITERATIONS = 50
 """Of an engine that was not told."""
-
-_CASES = 36
-_PARAMETER_SETS = 32
-_REPEATS = 3
 
 
 @dataclass(frozen=True)
@@ -95,22 +93,38 @@ def counts(effort: Effort, parameters: SimulationParameters) -> FloatArray:
     )  # fmt: skip
 
 
-def calibrate(space: Space, source: CaseSource, *, workers: int, seed: int = 0) -> CostModel:
-    """Measure random genotypes of a space and fit the model to them.
+def calibrate(
+    space: Space,
+    source: CaseSource,
+    *,
+    workers: int,
+    seed: int = 0,
+    parameter_sets: int = 32,
+    cases: int = 36,
+    repeats: int = 3,
+) -> CostModel:
+    """Measure random genotypes of a space, and its start, and fit the model to them.
 
     Args:
         space: of the engine.
-        source: where the layouts are from; the first few are used.
+        source: where the layouts are from.
         workers: processes beside this one; 0 measures here.
         seed: of the genotypes.
+        parameter_sets: how many genotypes; those that cannot be are left out.
+        cases: each is measured on so many of the first ones.
+        repeats: each case is judged so often; the median counts.
 
     Raises:
         TuningError: not one of them could be measured.
     """
     random = np.random.default_rng(seed)
     sizes = [len(gene.values) for gene in space.genes]
-    genotypes = [space.start, *(tuple(random.integers(sizes)) for _ in range(_PARAMETER_SETS - 1))]
-    units = [_Measurement(space.spec(genotype), source) for genotype in genotypes]
+    genotypes = [space.start, *(tuple(random.integers(sizes)) for _ in range(parameter_sets - 1))]
+    specs = []
+    for genotype in genotypes:
+        with suppress(SpecError):
+            specs.append(space.spec(genotype))
+    units = [_Measurement(spec, source, cases, repeats) for spec in specs]
     found = [
         answer
         for _, answers in run_units(_measure, units, workers=workers, crashed=_crashed)
@@ -170,9 +184,11 @@ class _Measurement(SinglePart):
 
     spec: str
     source: CaseSource
+    cases: int
+    repeats: int
 
     def describe(self, part: int) -> str:
-        return f"{self.spec} on the first {_CASES} cases"
+        return f"{self.spec} on the first {self.cases} cases"
 
 
 _Counted = tuple[Sequence[float], float]
@@ -181,10 +197,10 @@ _Counted = tuple[Sequence[float], float]
 def _measure(unit: _Measurement) -> Iterator[_Counted]:
     """Mean counts and mean CPU time [ms] a layout."""
     method = make_method(unit.spec)
-    layouts = [case.layout for case in load_cases(unit.source)[:_CASES]]
+    layouts = [case.layout for case in load_cases(unit.source)[: unit.cases]]
     method.prepare(max(map(len, layouts)))
     method.judge(layouts[0])
-    verdicts = [[method.judge(layout) for layout in layouts] for _ in range(_REPEATS)]
+    verdicts = [[method.judge(layout) for layout in layouts] for _ in range(unit.repeats)]
     row = np.mean([counts(v.effort, method.parameters) for v in verdicts[0]], axis=0)
     cpu = np.median([[v.cpu.total for v in repeat] for repeat in verdicts], axis=0)
     yield row.tolist(), 1e3 * float(cpu.mean())

@@ -244,9 +244,7 @@ def test_searches_and_parameters_in_their_tables():
     assert cells(genes.tables[0], "frequency", "Hz") == ["30 to 480 by 10", "60", "170"]
     assert "- bullet: 2 of 3 parameters left" in genes.text
     assert genes.text.endswith("; friction stayed.")
-    assert "nsga2, 0.840 against 0.810 (genetic)" in (
-        found["Genetic against multi-objective"].text
-    )
+    assert "nsga2, 0.840 against 0.810 (genetic)" in (found["Genetic against multi-objective"].text)
     assert cells(found["How cost is modelled"].tables[0], "bullet") == [
         "60", "0.987", "6.1", "3.14",
     ]  # fmt: skip

@@ -1,0 +1,125 @@
+"""Presets that a search has found: before there are any, written, and made again."""
+
+import dataclasses
+import json
+
+import pytest
+
+from harness.methods import registry, tuned
+from harness.methods.registry import make_method, method_listing
+from harness.methods.spec import SpecError, as_plain
+from harness.methods.tuned import Tuned, write_tuned
+from harness.tuning import TuningError
+from harness.tuning.cases import CaseSource
+from harness.tuning.cost import TERMS, CostModel
+from harness.tuning.history import preset
+from harness.tuning.presets import differences, options_of, write_preset
+from harness.tuning.search import Search, SearchOptions
+from harness.tuning.study import tuning_study
+
+MODEL = CostModel(dict.fromkeys(TERMS, 0.0) | {"layout": 500.0, "substep": 20.0}, 24, 0.9, 0.1)
+
+OPTIONS = SearchOptions(
+    "mujoco", population=4, generations=2, seed=1, source=CaseSource(limit=2), model=MODEL
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Of a finished search."""
+    folder = tmp_path_factory.mktemp("search")
+    Search(folder, OPTIONS).run(workers=0)
+    return folder
+
+
+@pytest.fixture
+def search(folder):
+    """As if its code were in a commit, whatever this tree is."""
+    search = Search.of(folder)
+    search.ledger.facts["made_by"] = {**search.made_by, "git": "0123456789ab"}
+    return search
+
+
+@pytest.fixture(autouse=True)
+def presets_file(tmp_path, monkeypatch):
+    """As before the first search; the file that presets are written to."""
+    monkeypatch.setattr(tuned, "FILE", tmp_path / "tuned.json")
+    return tuned.FILE
+
+
+@pytest.mark.parametrize(
+    ("spec", "message"),
+    [
+        ("ps_opt@mujoco", "no engine yet; to tune it run steadyload tune --engine mujoco"),
+        ("ps_opt@reference", "reference chooses its own steps, there is nothing to tune"),
+        ("ps_opt", "ps_opt needs an engine, for example ps_opt@mujoco"),
+        ("ps_opt@mojuco", "unknown engine 'mojuco'; did you mean 'mujoco'?"),
+    ],
+)
+def test_a_preset_that_is_not_there_says_what_to_do(spec, message):
+    with pytest.raises(SpecError) as caught:
+        make_method(spec)
+    assert message in str(caught.value)
+
+
+def test_before_anything_was_tuned(folder, tmp_path):
+    [entry] = [m for m in method_listing("mujoco") if m.name == "ps_opt"]
+    assert "none yet: steadyload tune" in entry.about
+    assert entry.parameters == ()
+    with pytest.raises(TuningError, match="no search found it; allowed: none yet"):
+        options_of("ps_opt@mujoco")
+    with pytest.raises(TuningError, match="none of these engines has a preset"):
+        tuning_study([folder], tmp_path / "work", workers=0)
+    assert not (tmp_path / "work").exists()
+
+
+def test_a_preset_is_what_was_found(search, presets_file):
+    assert write_preset(search) == presets_file
+    method = make_method("ps_opt@mujoco")
+    best = search.fittest()
+    assert method.parameters == search.space.parameters(best.genotype)
+    assert str(method.spec) == "ps_opt@mujoco"
+    other = make_method("ps_opt@mujoco:eps_t=3").parameters
+    assert other == dataclasses.replace(method.parameters, eps_t=3.0)
+    with pytest.raises(SpecError, match=r"ps_opt was tuned for mujoco; to tune it run .* bullet "):
+        make_method("ps_opt@bullet")
+    with pytest.raises(SpecError, match=r"nothing to tune; ps_opt was tuned for mujoco$"):
+        make_method("ps_opt@reference")
+    listed = {m.name: m for m in method_listing("mujoco")}["ps_opt"]
+    shown = {p.name: p.value for p in listed.parameters}
+    plain = as_plain(method.parameters)
+    for name, value in search.space.values(best.genotype).items():
+        assert plain[name] == value
+        assert shown[name] == str(value) or float(shown[name]) == value
+    assert "ps_opt@mujoco" in {m.name: m for m in method_listing("bullet")}["ps_opt"].about
+    assert registry.presets()["ps_opt"].title == "PS_opt"
+
+
+def test_a_preset_of_another_engine_stays(search, presets_file):
+    write_tuned("ps_opt", "bullet", Tuned({"eps_t": 12}, {}))
+    write_preset(search)
+    assert make_method("ps_opt@bullet").parameters.eps_t == 12
+    assert list(json.loads(presets_file.read_text())["ps_opt"]) == ["bullet", "mujoco"]
+
+
+def test_a_preset_is_found_again(search, presets_file, tmp_path):
+    """From the file alone, in another folder."""
+    write_preset(search)
+    options = options_of("ps_opt@mujoco")
+    assert options == OPTIONS
+    again = Search(tmp_path / "again", options)
+    again.run(workers=0)
+    assert len(again.ledger.entries) == len(search.ledger.entries)
+    assert differences("ps_opt@mujoco", preset(again)) == []
+    found = preset(search)
+    write_tuned("ps_opt", "mujoco", dataclasses.replace(
+        found, parameters={**found.parameters, "eps_t": 99}))  # fmt: skip
+    [unlike] = differences("ps_opt@mujoco", preset(again))
+    assert unlike == f"eps_t is {found.parameters['eps_t']!r}, was 99"
+
+
+def test_what_nobody_could_make_again_is_no_preset(search, presets_file):
+    search.ledger.facts["made_by"] = {**search.made_by, "git": "0123456789ab-dirty"}
+    with pytest.raises(TuningError, match="0123456789ab-dirty, which is in no commit"):
+        write_preset(search)
+    assert not presets_file.exists()

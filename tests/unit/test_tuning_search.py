@@ -1,0 +1,282 @@
+"""Proposers, whole searches on an engine, and the presets that come of them."""
+
+import dataclasses
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from harness.methods import tuned
+from harness.methods.registry import make_method
+from harness.tuning import TuningError
+from harness.tuning.cases import CaseSource
+from harness.tuning.cost import CostModel
+from harness.tuning.history import search_row, tuning_of
+from harness.tuning.judging import fitness
+from harness.tuning.ledger import Ledger
+from harness.tuning.proposers import ALGORITHMS
+from harness.tuning.search import Search, SearchOptions
+from harness.tuning.space import space_on
+
+MODEL = CostModel(
+    {
+        "layout": 100.0, "world": 200.0, "world with the simple broad phase": 0.0,
+        "box placed": 10.0, "look": 10.0, "substep": 20.0, "body and substep": 1.0,
+        "body and substep, neighbours close": 1.0,
+        "body, substep and iteration": 0.05,
+    }
+)  # fmt: skip
+"""Stated, so that costs are the same in every run: measured ones never are."""
+
+OPTIONS = SearchOptions(
+    "mujoco", population=6, generations=3, seed=3, source=CaseSource(limit=12), model=MODEL
+)
+CASES = 36
+
+
+def searched(folder, algorithm):
+    search = Search(folder, dataclasses.replace(OPTIONS, algorithm=algorithm))
+    search.run(workers=0)
+    return search, folder
+
+
+@pytest.fixture(scope="module")
+def genetic(tmp_path_factory):
+    """A search that nothing interrupted, judged in this process, and its folder."""
+    return searched(tmp_path_factory.mktemp("genetic"), "genetic")
+
+
+@pytest.fixture(scope="module")
+def multi_objective(tmp_path_factory):
+    """The same by the other algorithm."""
+    return searched(tmp_path_factory.mktemp("nsga2"), "nsga2")
+
+
+@pytest.fixture(params=["genetic", "multi_objective"])
+def finished(request):
+    """A finished search and its folder, for either algorithm."""
+    return request.getfixturevalue(request.param)
+
+
+@pytest.fixture
+def nothing_tuned(tmp_path, monkeypatch):
+    """As before the first search, and the file that presets would be written to."""
+    monkeypatch.setattr(tuned, "FILE", tmp_path / "tuned.json")
+    return tuned.FILE
+
+
+def verdicts(folder):
+    ledger = Ledger.of(folder)[1]
+    entries = {
+        g: (e.generation, e.sheet.right.tolist(), e.sheet.cost.tolist(), e.sheet.reason)
+        for g, e in ledger.entries.items()
+    }
+    return entries, [(end.number, end.asked, end.median) for end in ledger.ends]
+
+
+# --- proposers ----------------------------------------------------------------------------------
+
+
+def proposals(name, seed, generations=3):
+    """What is proposed when it is told what could have been found."""
+    space = space_on("mujoco")
+    proposer = ALGORITHMS[name](space, 8, seed)
+    found = []
+    try:
+        for _ in range(generations):
+            found.append(proposer.ask())
+            shares = [np.mean(np.divide(g, [len(x.values) for x in space.genes]))
+                      for g in found[-1]]  # fmt: skip
+            proposer.tell([(0.5 + share / 2, 1 - share, 1 + 5 * share) for share in shares])
+    finally:
+        proposer.close()
+    return space, found
+
+
+@pytest.mark.parametrize("name", sorted(ALGORITHMS))
+def test_proposals_are_fixed_by_the_seed(name):
+    space, found = proposals(name, seed=1)
+    assert space.start in found[0]
+    assert len(found[0]) == 8
+    for genotype in (g for generation in found for g in generation):
+        assert len(genotype) == len(space.genes)
+        for gene, at in zip(space.genes, genotype, strict=True):
+            assert type(at) is int
+            assert 0 <= at < len(gene.values)
+    assert len({g for generation in found for g in generation}) > 12
+    assert proposals(name, seed=1)[1] == found
+    other = proposals(name, seed=2, generations=1)[1]
+    assert set(other[0]) & set(found[0]) == {space.start}
+
+
+# --- a search -----------------------------------------------------------------------------------
+
+
+def test_a_search_never_ends_below_its_start_nor_falls(finished):
+    search, _ = finished
+    start = search.ledger.entries[search.space.start]
+    assert len(start.sheet) == len(search.cases) == CASES
+    assert start.sheet.accuracy < 1, "nothing to gain"
+    best = [fitness(search.fittest(n).sheet, search.goal) for n in range(4)]
+    assert best[0] == fitness(start.sheet, search.goal)
+    assert best == sorted(best)
+    assert search.fittest() == search.fittest(3)
+    assert all(fitness(e.sheet, search.goal) <= best[-1] for e in search.whole())
+    row = search_row(search)
+    assert [g.best for g in row.history] == best[1:]
+    volumes = [g.hypervolume for g in row.history]
+    assert volumes == sorted(volumes)
+    assert row.hypervolume == volumes[-1]
+
+
+def test_every_genotype_is_judged_once_and_as_its_spec_says(finished):
+    search, folder = finished
+    lines = [json.loads(line) for line in (folder / "search.jsonl").read_text().splitlines()]
+    written = [tuple(line["genotype"]) for line in lines if "genotype" in line]
+    assert len(written) == len(set(written)) == len(search.ledger.entries)
+    row = search_row(search)
+    asked = sum(end.asked for end in search.ledger.ends)
+    assert row.genotypes + row.repeats == asked + 1, "the start is judged unasked, then proposed"
+    assert row.repeats >= 1
+    assert {len(e.sheet) for e in search.judged()} <= {30, CASES}
+    best = search.fittest()
+    method = make_method(search.space.spec(best.genotype))
+    said = [method.judge(case.layout) for case in search.cases]
+    safe = [v.item_count if v.failing_step is None else v.failing_step for v in said]
+    right = [s == case.safe for s, case in zip(safe, search.cases, strict=True)]
+    assert right == best.sheet.right.tolist()
+    costs = [MODEL.milliseconds(v.effort, method.parameters) for v in said]
+    np.testing.assert_allclose(best.sheet.cost, costs, atol=1e-4)
+
+
+SCRIPT = """
+import sys
+from pathlib import Path
+from harness.tuning.cases import CaseSource
+from harness.tuning.cost import CostModel
+from harness.tuning.search import Search, SearchOptions
+
+if __name__ == "__main__":
+    options = SearchOptions(
+        "mujoco", population=6, generations=3, seed=3,
+        source=CaseSource(limit=12), model=CostModel({model}),
+    )
+    Search(Path(sys.argv[1]), options).run(workers=int(sys.argv[2]))
+"""
+
+
+def test_a_killed_search_ends_as_if_nothing_had_been(tmp_path, genetic):
+    """SIGKILL in the second generation; then over two processes, in whatever order they answer."""
+    search, folder = genetic
+    script, run = tmp_path / "script.py", tmp_path / "run"
+    script.write_text(SCRIPT.replace("{model}", repr(MODEL.microseconds)))
+    command = [sys.executable, str(script), str(run)]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    process = subprocess.Popen([*command, "0"], env=environment, start_new_session=True)
+    file = run / "search.jsonl"
+    while process.poll() is None and not (file.exists() and b'"end": 0' in file.read_bytes()):
+        time.sleep(0.002)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    entries, ends = verdicts(run)
+    assert 1 <= len(ends) < 3, "killed too early or too late to tell"
+    assert len(entries) < len(search.ledger.entries)
+    while processes_of(process.pid):  # whoever proposes ends by itself
+        time.sleep(0.02)
+    subprocess.run([*command, "2"], env=environment, check=True)
+    assert verdicts(run) == verdicts(folder)
+    assert Search.of(run).fittest().genotype == search.fittest().genotype
+
+
+def processes_of(session):
+    """The processes of a session, without those that have ended."""
+    found = subprocess.run(["ps", "-eo", "sid=,stat="], capture_output=True, text=True, check=True)
+    rows = [line.split() for line in found.stdout.splitlines()]
+    return [stat for sid, stat in rows if sid == str(session) and not stat.startswith("Z")]
+
+
+def test_a_search_goes_on_from_any_line(finished, tmp_path):
+    """Cut off in the middle of a line of the second generation, and gone on with here."""
+    search, folder = finished
+    whole = (folder / "search.jsonl").read_bytes()
+    lines = whole.splitlines(keepends=True)
+    at = next(k for k, line in enumerate(lines) if b'"generation": 1' in line)
+    (tmp_path / "search.jsonl").write_bytes(b"".join(lines[: at + 1]) + lines[at + 1][:20])
+    Search(tmp_path, search.options).run(workers=0)
+    assert verdicts(tmp_path) == verdicts(folder)
+    again = (tmp_path / "search.jsonl").read_bytes().splitlines()
+    assert len(again) == len(lines), "nothing is judged twice"
+
+
+def test_what_an_unfinished_generation_found_does_not_count(finished, tmp_path):
+    """The best genotype again, as if its generation had been interrupted."""
+    search, folder = finished
+    lines = (folder / "search.jsonl").read_text().splitlines(keepends=True)
+    (tmp_path / "search.jsonl").write_text("".join(lines[:-1]))
+    cut = Search.of(tmp_path)
+    assert max(e.generation for e in cut.judged()) == 1
+    assert search_row(cut).generations == 2
+    assert search_row(cut).repeats >= 1
+    assert len(cut.judged()) < len(cut.ledger.entries) == len(search.ledger.entries)
+
+
+def test_the_order_of_answers_decides_nothing(finished, tmp_path):
+    search, folder = finished
+    lines = (folder / "search.jsonl").read_text().splitlines(keepends=True)
+    judged = [line for line in lines if '"genotype"' in line]
+    others = [line for line in lines if '"genotype"' not in line]
+    (tmp_path / "search.jsonl").write_text("".join([*others, *reversed(judged)]))
+    turned = Search.of(tmp_path)
+    assert [e.genotype for e in turned.judged()] == [e.genotype for e in search.judged()]
+    assert turned.fittest().genotype == search.fittest().genotype
+
+
+def test_a_budget_ends_a_search_over_all_its_starts(tmp_path):
+    options = dataclasses.replace(OPTIONS, generations=None, budget=1e-3, population=4)
+    search = Search(tmp_path, options)
+    search.run(workers=0)
+    assert len(search.ledger.ends) == 1, "one generation is always judged"
+    before = verdicts(tmp_path)
+    Search(tmp_path, options).run(workers=0)
+    assert verdicts(tmp_path) == before
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"algorithm": "genetics"}, "unknown algorithm 'genetics'; did you mean 'genetic'?"),
+        ({"population": 3}, "population is 3; allowed: 4 or more"),
+        ({"generations": None}, "needs a number of generations or a budget"),
+    ],
+)
+def test_wrong_options_are_refused(change, message):
+    with pytest.raises(TuningError) as caught:
+        dataclasses.replace(OPTIONS, **change)
+    assert message in str(caught.value)
+
+
+def test_a_search_without_its_start_is_no_record(finished, tmp_path):
+    _, folder = finished
+    first = (folder / "search.jsonl").read_text().splitlines(keepends=True)[0]
+    (tmp_path / "search.jsonl").write_text(first)
+    with pytest.raises(TuningError, match="has not judged its start yet"):
+        Search.of(tmp_path)
+
+
+def test_a_record_of_searches_holds_what_they_found(finished):
+    search, _ = finished
+    record = tuning_of([search])
+    assert (record.part, record.cases) == ("validation", CASES)
+    assert record.goal == {"mujoco": float(search.goal.mean())}
+    best = search.space.values(search.fittest().genotype)
+    rows = record.parameters["mujoco"]
+    assert {row.name: float(row.found) for row in rows} == pytest.approx(best)
+    assert {row.name: float(row.start) for row in rows} == pytest.approx(
+        search.space.values(search.space.start)
+    )
+    assert search.made_by["versions"][ALGORITHMS[search.options.algorithm].needs]
