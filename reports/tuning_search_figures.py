@@ -116,7 +116,9 @@ def plot_histories(searches: Sequence[SearchRow]) -> Figure:
             line = _SPACE_LINES[spaces.index(search.space) % len(_SPACE_LINES)]
             shade = algorithm_colour(search.algorithm)
             judged = [g.judged for g in search.history]
-            axes.plot(judged, [g.best for g in search.history], line, color=shade, linewidth=1.4)
+            best = [g.best for g in search.history]
+            point = "o" if len(best) == 1 else None  # a line of one point is none
+            axes.plot(judged, best, line, color=shade, linewidth=1.4, marker=point)
             medians = [g.median for g in search.history]
             axes.plot(judged, medians, line, color=shade, linewidth=0.7, alpha=0.5)
         _set_fitness(axes, mine)
