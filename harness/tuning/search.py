@@ -8,6 +8,7 @@ import inspect
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
@@ -165,12 +166,12 @@ class Search:
         """Versions, source revision and kind of machine at the start of the search."""
         return self.ledger.facts["made_by"]
 
-    @property
+    @cached_property
     def goal(self) -> FloatArray:
         """The cost [ms] that counts as fast, by case."""
         return GOAL_SHARE * np.array(self.ledger.facts["goal"])
 
-    @property
+    @cached_property
     def model(self) -> CostModel:
         """What judging costs on the engine."""
         return CostModel(**self.ledger.facts["model"])
