@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
+import signal
 from collections.abc import Sequence
 from multiprocessing.connection import Connection
 from typing import ClassVar, Protocol
 
 import numpy as np
 
+from harness.studies.workers import interrupts_ignored
 from harness.tuning.space import Genotype, Space
 
 _WHEEL = 150
@@ -74,7 +77,8 @@ class Genetic:
         self._process = context.Process(
             target=_evolve, args=(theirs, first, sizes, seed), daemon=True
         )
-        self._process.start()
+        with interrupts_ignored():
+            self._process.start()
         theirs.close()
 
     def ask(self) -> list[Genotype]:
@@ -94,11 +98,15 @@ class Genetic:
 
 def _evolve(line: Connection, first: list[Genotype], sizes: list[int], seed: int) -> None:
     """Run PyGAD until nobody is at the other end of the line."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     import pygad
 
     def worth(_: object, genotypes: np.ndarray, __: object) -> list[float]:
-        line.send([tuple(map(int, genotype)) for genotype in genotypes])
-        return line.recv()
+        try:
+            line.send([tuple(map(int, genotype)) for genotype in genotypes])
+            return line.recv()
+        except (EOFError, BrokenPipeError, ConnectionResetError):
+            os._exit(0)  # PyGAD would print a traceback of any exception
 
     algorithm = pygad.GA(
         num_generations=1_000_000,
@@ -116,10 +124,7 @@ def _evolve(line: Connection, first: list[Genotype], sizes: list[int], seed: int
         random_seed=seed,
         suppress_warnings=True,
     )
-    try:
-        algorithm.run()
-    except (EOFError, OSError):
-        return
+    algorithm.run()
 
 
 class MultiObjective:
