@@ -148,7 +148,11 @@ def add_tuned(commands: Any) -> None:
     )
     study.add_argument(
         "searches", nargs="+", type=Path, metavar="DIR",
-        help="folders of searches; of an engine the one that found its preset first",
+        help="folders of searches",
+    )  # fmt: skip
+    study.add_argument(
+        "--write-presets", action="store_true",
+        help="first make the fittest genotype of all searches on an engine its preset",
     )  # fmt: skip
     study.add_argument(
         "--work", type=Path, metavar="DIR", default=Path("runs/tuned"),
@@ -168,10 +172,16 @@ def add_tuned(commands: Any) -> None:
 
 def _tuned(options: argparse.Namespace) -> None:
     from harness.studies.results import provenance_lines
+    from harness.tuning.presets import by_worth, write_preset
+    from harness.tuning.search import Search
     from harness.tuning.study import tuning_study
     from reports.pages import write_page
     from reports.tuning_page import tuning_page
 
+    if options.write_presets:
+        searches = [Search.of(folder) for folder in options.searches]
+        for best, *_ in by_worth(searches).values():
+            print(write_preset(best))
     try:
         with progress_bar("judging") as advance:
             record = tuning_study(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ from harness.tuning import TuningError
 from harness.tuning.cases import CaseSource
 from harness.tuning.cost import CostModel
 from harness.tuning.history import preset
+from harness.tuning.judging import fitness
 from harness.tuning.search import Search, SearchOptions
 
 NAME = TUNED
@@ -26,6 +27,18 @@ def write_preset(search: Search) -> Path:
     """
     check_remakable(search.made_by)
     return write_tuned(NAME, search.options.engine, preset(search))
+
+
+def by_worth(searches: Iterable[Search]) -> dict[str, list[Search]]:
+    """Searches by engine, the one that found the fittest genotype first."""
+    found: dict[str, list[Search]] = {}
+    for search in searches:
+        found.setdefault(search.options.engine, []).append(search)
+    return {engine: sorted(own, key=_worth, reverse=True) for engine, own in found.items()}
+
+
+def _worth(search: Search) -> float:
+    return fitness(search.fittest().sheet, search.goal)
 
 
 def check_remakable(made_by: Mapping[str, Any]) -> None:

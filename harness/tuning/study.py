@@ -17,7 +17,7 @@ from harness.tuning.history import tuning_of
 from harness.tuning.judging import fitness
 from harness.tuning.ledger import Entry
 from harness.tuning.outcomes import PART, Outcomes, canonical_spec, judge_all
-from harness.tuning.presets import NAME
+from harness.tuning.presets import NAME, by_worth
 from harness.tuning.search import Search, pareto_front
 from harness.tuning.variants import (
     Change,
@@ -91,7 +91,8 @@ def tuning_study(
         TuningError: a folder holds no search, or none of the searched engines has a preset.
         as :func:`harness.studies.runner.run_study`.
     """
-    searches = [Search.of(folder) for folder in folders]
+    ranked = by_worth(Search.of(folder) for folder in folders)
+    searches = [search for own in ranked.values() for search in own]
     names = [e for e in dict.fromkeys(s.options.engine for s in searches) if e in tuned()[NAME]]
     if not names:
         raise TuningError("none of these engines has a preset; steadyload tune --write-preset")
@@ -194,7 +195,7 @@ def _carried(here: str, there: str) -> tuple[str, tuple[str, ...]]:
 
 
 def _seeds(searches: Sequence[Search]) -> list[tuple[Search, str]]:
-    """Searches that differ from the first one in their seed alone, where there are such."""
+    """Searches that differ from the best one in their seed alone, where there are such."""
     first = searches[0].options
     alike = [
         s for s in searches
@@ -202,6 +203,7 @@ def _seeds(searches: Sequence[Search]) -> list[tuple[Search, str]]:
     ]  # fmt: skip
     if len(alike) < 2:
         return []
+    alike.sort(key=lambda s: s.options.seed)
     return [(s, canonical_spec(s.space.spec(s.fittest().genotype))) for s in alike]
 
 
