@@ -50,8 +50,8 @@ def add_tune(commands: Any) -> None:
     )  # fmt: skip
     tune.add_argument("--seed", type=at_least(0), default=0, help="default: 0")
     tune.add_argument(
-        "--population", type=at_least(4), default=40, metavar="N",
-        help="genotypes a generation (default: 40; the paper has 1000)",
+        "--population", type=at_least(4), default=60, metavar="N",
+        help="genotypes a generation (default: 60; the paper has 1000)",
     )  # fmt: skip
     tune.add_argument(
         "--benchmark", metavar="SET",

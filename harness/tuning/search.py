@@ -80,7 +80,7 @@ class SearchOptions:
     algorithm: str = "genetic"
     space: str = DEFAULT
     seed: int = 0
-    population: int = 40
+    population: int = 60
     generations: int | None = None
     budget: float | None = None
     source: CaseSource = field(default_factory=CaseSource)
