@@ -322,9 +322,10 @@ class Search:
     def _worth(self, proposed: list[Genotype], number: int) -> list[tuple[float, float, float]]:
         """Fitness, accuracy and cost of genotypes, as a proposer is told.
 
-        What was given up is told as far behind the fittest as it was when it was given up.
+        What was given up is told as far behind as it was on the cases that it was judged on: behind
+        the fittest, or behind one of the front that costs no more.
         """
-        rival = self.fittest(number).sheet
+        race, fittest = self._race(number), self.fittest(number).sheet
         found = []
         for genotype in proposed:
             sheet = self.ledger.entries[genotype].sheet
@@ -333,7 +334,7 @@ class Search:
             elif len(sheet) == len(self.cases):
                 found.append((fitness(sheet, self.goal), sheet.accuracy, sheet.mean_cost))
             else:
-                found.append(estimated(sheet, rival, self.goal))
+                found.append(estimated(sheet, race.ahead(sheet) or fittest, self.goal))
         return found
 
     def _tell(self, number: int, progress: Progress, report: Report) -> None:
