@@ -93,7 +93,7 @@ class Worker:
         self.connection, theirs = context.Pipe()
         self._process = context.Process(target=_serve, args=(theirs, work))
         try:
-            with _one_thread(), _interrupts_ignored():
+            with _one_thread(), interrupts_ignored():
                 self._process.start()
         except (pickle.PicklingError, AttributeError, TypeError) as error:
             self.connection.close()
@@ -204,10 +204,11 @@ def _one_thread() -> Iterator[None]:
 
 
 @contextmanager
-def _interrupts_ignored() -> Iterator[None]:
-    """A worker inherits this: Ctrl-C reaches the whole process group, and only the parent answers.
+def interrupts_ignored() -> Iterator[None]:
+    """A process that is started meanwhile inherits this.
 
-    It says so itself, too, but only once it has started.
+    Ctrl-C reaches the whole process group, and only the parent answers. A worker says so itself,
+    too, but only once it has started.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -9,6 +9,7 @@ from typing import ClassVar, Protocol
 
 import numpy as np
 
+from harness.studies.workers import interrupts_ignored
 from harness.tuning.space import Genotype, Space
 
 _WHEEL = 150
@@ -74,7 +75,8 @@ class Genetic:
         self._process = context.Process(
             target=_evolve, args=(theirs, first, sizes, seed), daemon=True
         )
-        self._process.start()
+        with interrupts_ignored():
+            self._process.start()
         theirs.close()
 
     def ask(self) -> list[Genotype]:
