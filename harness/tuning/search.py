@@ -193,6 +193,8 @@ class Search:
         Raises:
             ResultsError: another search is at work in the folder.
             WorkerDiedError: see :func:`harness.studies.executors.run_units`.
+            TuningError: the search was begun with another model of cost, or its generations would
+                be other ones now.
         """
         with locked(self._directory):
             # Another run may have been at work until now.
@@ -206,6 +208,7 @@ class Search:
                     proposed = proposer.ask()
                     if number == len(self.ledger.ends):
                         self._generation(number, proposed, workers)
+                    self._check_judged(proposed, number)
                     proposer.tell(self._worth(proposed, number))
                     number += 1
                     self._tell(number, progress, report)
@@ -255,6 +258,11 @@ class Search:
                 report("measuring what judging costs")
                 model = calibrate(self.space, options.source, workers=workers)
             self.ledger.state("model", dataclasses.asdict(model))
+        elif options.model is not None and options.model.microseconds != self.model.microseconds:
+            raise TuningError(
+                f"{self._directory}: holds a search with another model of cost; choose another "
+                "folder, or remove it"
+            )
         if "goal" not in facts:
             spec = GOAL.format(engine=options.engine)
             sheet = self._judge({spec: spec}, FrontRace(), workers)[spec]
@@ -289,6 +297,16 @@ class Search:
         values = [worth for worth, _, _ in self._worth(proposed, number)]
         wall = round(time.perf_counter() - started, 3)
         self.ledger.end(GenerationEnd(number, len(proposed), float(np.median(values)), wall))
+
+    def _check_judged(self, proposed: list[Genotype], number: int) -> None:
+        """A finished generation that is proposed again must be the same."""
+        if any(genotype not in self.ledger.entries for genotype in proposed):
+            package = ALGORITHMS[self.options.algorithm].needs
+            version = self.made_by["versions"][package]
+            raise TuningError(
+                f"{self._directory}: generation {number} would be another one now; the search was "
+                f"begun with {package} {version}, go on with that or search in another folder"
+            )
 
     def _spec(self, genotype: Genotype, number: int) -> str | None:
         """A genotype's spec; what cannot be a method is put down as judged, for nothing."""
