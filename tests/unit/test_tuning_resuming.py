@@ -13,7 +13,8 @@ from harness.methods import tuned
 from harness.methods.tuned import write_tuned
 from harness.studies import results
 from harness.tuning import TuningError
-from harness.tuning.cases import CaseSource
+from harness.tuning import search as searching
+from harness.tuning.cases import CaseSource, load_cases
 from harness.tuning.cost import TERMS, CostModel
 from harness.tuning.history import preset
 from harness.tuning.proposers import Genetic
@@ -51,6 +52,25 @@ def test_another_model_of_cost_is_another_search(searched, tmp_path):
         Search(tmp_path, dataclasses.replace(OPTIONS, model=dearer)).run(workers=0)
     Search(tmp_path, OPTIONS).run(workers=0)
     assert (tmp_path / "search.jsonl").read_text() == searched
+
+
+def test_a_labelled_set_that_has_changed_is_refused(searched, tmp_path, monkeypatch):
+    """One label is another one now."""
+    (tmp_path / "search.jsonl").write_text(searched)
+    first, *others = load_cases(OPTIONS.source)
+    relabelled = (dataclasses.replace(first, safe=first.safe - 1), *others)
+    search = Search(tmp_path, OPTIONS)
+    monkeypatch.setattr(search, "cases", relabelled)
+    with pytest.raises(TuningError, match="the labelled set has changed"):
+        search.run(workers=0)
+
+
+def test_a_search_keeps_its_goal(searched, tmp_path, monkeypatch):
+    """Whatever share of PS_3's cost later searches go for."""
+    (tmp_path / "search.jsonl").write_text(searched)
+    goal = Search.of(tmp_path).goal.tolist()
+    monkeypatch.setattr(searching, "GOAL_SHARE", 0.5)
+    assert Search.of(tmp_path).goal.tolist() == goal
 
 
 def test_what_is_remade_is_compared_before_it_is_written(searched, tmp_path, monkeypatch, capfd):
