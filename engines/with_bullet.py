@@ -346,5 +346,7 @@ class BulletWorld(FixedStepWorld):
             owned.flags = None  # what overflowed may have left its mark: reset
         for body in self._all_bodies:
             pybullet.removeBody(body.handle, client)
+        if pybullet.getNumBodies(client) != 1:
+            owned.flags = None  # adding a box was interrupted half-way: one more than the floor
         owned.bodies += len(self._all_bodies)
         _idle_clients.append(owned)

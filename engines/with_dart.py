@@ -106,7 +106,7 @@ class DartWorld(FixedStepWorld):
         return self._shape(node, (x - shrink, y - shrink, z))
 
     def _add(self, box: Box) -> None:
-        skeleton = dart.dynamics.Skeleton(f"box{len(self.boxes)}")
+        skeleton = dart.dynamics.Skeleton(f"box{len(self._all_bodies)}")
         if box.fixed:
             _, node = skeleton.createWeldJointAndBodyNodePair()
             self._box_shape(node, box).setRelativeTranslation(list(box.centre))

@@ -119,11 +119,11 @@ def _tune(options: argparse.Namespace) -> int:
         raise
     record = tuning_of([search])
     print(write_page(tuning_page(record, provenance_lines(search.made_by)), directory))
-    found = preset(search)
+    # Compared before it takes the place of what it is compared with.
+    unlike = differences(options.remake, preset(search)) if options.remake else []
     if options.write_preset:
         print(write_preset(search))
     if options.remake:
-        unlike = differences(options.remake, found)
         say(f"{options.remake}: " + ("; ".join(unlike) or "the same parameters were found"))
         return 1 if unlike else 0
     say(f"{NAME}@{chosen.engine} would be {search.space.spec(search.fittest().genotype)}")

@@ -129,7 +129,10 @@ class Loading:
         contacts = find_contacts(self.layout)
         for step, group in enumerate(joined_groups(contacts)):
             alone = len(group) == 1 and contacts.on_floor[step]
-            if alone or (len(group) <= step and self._rests(step, group)):
+            # What hangs over a gap would fall past what is below it, and might rest on the floor.
+            carried = contacts.on_floor | contacts.carries[: step + 1].any(axis=0)
+            apart = len(group) <= step and carried[group].all()
+            if alone or (apart and self._rests(step, group)):
                 continue
             finding = self._settle(step, np.arange(step + 1))
             if finding is not None:

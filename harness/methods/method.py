@@ -68,7 +68,7 @@ class Effort:
         boxes: put into worlds, each time anew.
         looks: readings of poses or velocities.
         substeps: engine steps.
-        body_substeps: engine steps times the boxes in the world.
+        body_substeps: engine steps times the boxes that take part.
     """
 
     worlds: int = 0

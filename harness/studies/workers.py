@@ -205,9 +205,10 @@ def _one_thread() -> Iterator[None]:
 
 @contextmanager
 def interrupts_ignored() -> Iterator[None]:
-    """A worker inherits this: Ctrl-C reaches the whole process group, and only the parent answers.
+    """A process that is started meanwhile inherits this.
 
-    It says so itself, too, but only once it has started.
+    Ctrl-C reaches the whole process group, and only the parent answers. A worker says so itself,
+    too, but only once it has started.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

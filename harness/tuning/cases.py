@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 
@@ -68,3 +70,9 @@ def load_cases(source: CaseSource) -> tuple[Case, ...]:
             robust, strict=True,
         )
     )  # fmt: skip
+
+
+def fingerprint(cases: Iterable[Case]) -> str:
+    """Hash of layouts and labels, in the order of the cases."""
+    lines = "\n".join(f"{case.layout.content_hash()} {case.safe}" for case in cases)
+    return hashlib.sha256(lines.encode()).hexdigest()[:16]

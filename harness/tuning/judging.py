@@ -123,6 +123,10 @@ class Race(Protocol):
         """Whether to give it up."""
         ...
 
+    def ahead(self, sheet: Sheet) -> Sheet | None:
+        """Which of those it is held against is the furthest ahead of it; None for nobody."""
+        ...
+
 
 @dataclass(frozen=True)
 class FitnessRace:
@@ -136,6 +140,10 @@ class FitnessRace:
         gap = fitness(self.rival, self.goal) - estimated(sheet, self.rival, self.goal)[0]
         return gap > ACCURACY_WEIGHT * behind(sheet, self.rival)[1]
 
+    def ahead(self, sheet: Sheet) -> Sheet:
+        """See :meth:`Race.ahead`."""
+        return self.rival
+
 
 @dataclass(frozen=True)
 class FrontRace:
@@ -145,12 +153,20 @@ class FrontRace:
 
     def lost(self, sheet: Sheet) -> bool:
         """See :meth:`Race.lost`: one that costs no more is clearly more accurate."""
-        for rival in self.rivals:
-            if rival.first(len(sheet)).mean_cost <= sheet.mean_cost:
-                gap, allowance = behind(sheet, rival)
-                if gap > allowance:
-                    return True
-        return False
+        found = (behind(sheet, rival) for rival in self._no_dearer(sheet))
+        return any(gap > allowance for gap, allowance in found)
+
+    def ahead(self, sheet: Sheet) -> Sheet | None:
+        """See :meth:`Race.ahead`: of those that cost no more the one ahead in accuracy.
+
+        Held against it, what has lost is told to be beaten in both. Held against one that is
+        dearer, it would seem to be nearly as accurate at a lower cost, whatever it is.
+        """
+        rivals = self._no_dearer(sheet)
+        return max(rivals, key=lambda rival: behind(sheet, rival)[0], default=None)
+
+    def _no_dearer(self, sheet: Sheet) -> list[Sheet]:
+        return [r for r in self.rivals if r.first(len(sheet)).mean_cost <= sheet.mean_cost]
 
 
 @dataclass(frozen=True)

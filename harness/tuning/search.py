@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import inspect
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -18,15 +16,14 @@ import numpy as np
 
 from engines.registry import engines, world_class
 from harness.layouts.benchmark import PLANAR
-from harness.methods.registry import make_method
-from harness.methods.simulation_parameters import parameters_on
 from harness.methods.spec import nearest
 from harness.studies.executors import run_units
-from harness.studies.results import judged_by, provenance
+from harness.studies.results import provenance
 from harness.studies.runner import locked
-from harness.tuning import TuningError, cases, cost, judging, proposers
-from harness.tuning.cases import CaseSource, load_cases
+from harness.tuning import TuningError
+from harness.tuning.cases import CaseSource, fingerprint, load_cases
 from harness.tuning.cost import CostModel, calibrate
+from harness.tuning.identity import identity, space_of
 from harness.tuning.judging import (
     FitnessRace,
     FloatArray,
@@ -41,7 +38,7 @@ from harness.tuning.judging import (
 )
 from harness.tuning.ledger import Entry, GenerationEnd, Ledger
 from harness.tuning.proposers import ALGORITHMS
-from harness.tuning.space import DEFAULT, Gene, Genotype, Space, space_on
+from harness.tuning.space import DEFAULT, Genotype, space_on
 
 GOAL = "ps3@{engine}:samples=10,rest_speed=0.01"
 """What a goal is a share of: PS_3, stopped at rest and looked at as others are."""
@@ -169,7 +166,8 @@ class Search:
     @cached_property
     def goal(self) -> FloatArray:
         """The cost [ms] that counts as fast, by case."""
-        return GOAL_SHARE * np.array(self.ledger.facts["goal"])
+        facts = self.ledger.facts
+        return facts.get("share", GOAL_SHARE) * np.array(facts["goal"])
 
     @cached_property
     def model(self) -> CostModel:
@@ -193,6 +191,8 @@ class Search:
         Raises:
             ResultsError: another search is at work in the folder.
             WorkerDiedError: see :func:`harness.studies.executors.run_units`.
+            TuningError: the search was begun with another model of cost or other labels, or its
+                generations would be other ones now.
         """
         with locked(self._directory):
             # Another run may have been at work until now.
@@ -206,6 +206,7 @@ class Search:
                     proposed = proposer.ask()
                     if number == len(self.ledger.ends):
                         self._generation(number, proposed, workers)
+                    self._check_judged(proposed, number)
                     proposer.tell(self._worth(proposed, number))
                     number += 1
                     self._tell(number, progress, report)
@@ -249,15 +250,29 @@ class Search:
             made_by, package = provenance(), ALGORITHMS[options.algorithm].needs
             made_by["versions"][package] = metadata.version(package)
             self.ledger.state("made_by", made_by)
+        found = fingerprint(self.cases)
+        if facts.get("cases", found) != found:
+            raise TuningError(
+                f"{self._directory}: the labelled set has changed since the search was begun; "
+                "choose another folder, or remove it"
+            )
+        if "cases" not in facts:
+            self.ledger.state("cases", found)
         if "model" not in facts:
             model = options.model
             if model is None:
                 report("measuring what judging costs")
                 model = calibrate(self.space, options.source, workers=workers)
             self.ledger.state("model", dataclasses.asdict(model))
+        elif options.model is not None and options.model.microseconds != self.model.microseconds:
+            raise TuningError(
+                f"{self._directory}: holds a search with another model of cost; choose another "
+                "folder, or remove it"
+            )
         if "goal" not in facts:
             spec = GOAL.format(engine=options.engine)
             sheet = self._judge({spec: spec}, FrontRace(), workers)[spec]
+            self.ledger.state("share", GOAL_SHARE)
             self.ledger.state("goal", sheet.cost.tolist())
         start = self.space.start
         if start not in self.ledger.entries:
@@ -289,6 +304,16 @@ class Search:
         values = [worth for worth, _, _ in self._worth(proposed, number)]
         wall = round(time.perf_counter() - started, 3)
         self.ledger.end(GenerationEnd(number, len(proposed), float(np.median(values)), wall))
+
+    def _check_judged(self, proposed: list[Genotype], number: int) -> None:
+        """A finished generation that is proposed again must be the same."""
+        if any(genotype not in self.ledger.entries for genotype in proposed):
+            package = ALGORITHMS[self.options.algorithm].needs
+            version = self.made_by["versions"][package]
+            raise TuningError(
+                f"{self._directory}: generation {number} would be another one now; the search was "
+                f"begun with {package} {version}, go on with that or search in another folder"
+            )
 
     def _spec(self, genotype: Genotype, number: int) -> str | None:
         """A genotype's spec; what cannot be a method is put down as judged, for nothing."""
@@ -322,9 +347,10 @@ class Search:
     def _worth(self, proposed: list[Genotype], number: int) -> list[tuple[float, float, float]]:
         """Fitness, accuracy and cost of genotypes, as a proposer is told.
 
-        What was given up is told as far behind the fittest as it was when it was given up.
+        What was given up is told as far behind as it was on the cases that it was judged on: behind
+        the fittest, or behind one of the front that costs no more.
         """
-        rival = self.fittest(number).sheet
+        race, fittest = self._race(number), self.fittest(number).sheet
         found = []
         for genotype in proposed:
             sheet = self.ledger.entries[genotype].sheet
@@ -333,7 +359,7 @@ class Search:
             elif len(sheet) == len(self.cases):
                 found.append((fitness(sheet, self.goal), sheet.accuracy, sheet.mean_cost))
             else:
-                found.append(estimated(sheet, rival, self.goal))
+                found.append(estimated(sheet, race.ahead(sheet) or fittest, self.goal))
         return found
 
     def _tell(self, number: int, progress: Progress, report: Report) -> None:
@@ -357,39 +383,3 @@ def pareto_front(entries: list[Entry]) -> list[Entry]:
         if not front or entry.sheet.accuracy > front[-1].sheet.accuracy:
             front.append(entry)
     return front
-
-
-def space_of(found: Mapping[str, Any]) -> Space:
-    """The space of an :func:`identity`."""
-    declared = {f.name: f for f in dataclasses.fields(parameters_on(found["engine"]))}
-    genes = tuple(
-        Gene(name, declared[name].metadata["unit"], tuple(values))
-        for name, values in found["genes"].items()
-    )
-    return Space(found["space"], found["engine"], found["fixed"], genes, tuple(found["start"]))
-
-
-def identity(options: SearchOptions, space: Space) -> dict[str, Any]:
-    """What makes a search the same search. Budgets are not part of it: one may go on longer."""
-    method = make_method(space.spec(space.start))
-    return {
-        "engine": options.engine,
-        "algorithm": options.algorithm,
-        "space": options.space,
-        "genes": {gene.name: list(gene.values) for gene in space.genes},
-        "fixed": dict(space.fixed),
-        "start": list(space.start),
-        "seed": options.seed,
-        "population": options.population,
-        "source": dataclasses.asdict(options.source),
-        "code": judged_by(method)[:16],
-        "search": _search_code(),
-    }
-
-
-def _search_code() -> str:
-    """Hash of the code that decides what is proposed and what is given up."""
-    digest = hashlib.sha256()
-    for module in (cases, cost, judging, proposers):
-        digest.update(inspect.getsource(module).encode())
-    return digest.hexdigest()[:16]

@@ -211,6 +211,19 @@ def test_widening_scope_takes_an_item_alone_on_the_floor_for_stable(engine):
     assert verdict.effort == Effort()
 
 
+@pytest.mark.parametrize("engine", SPATIAL)
+def test_widening_scope_leaves_nothing_below_an_item_that_hangs(engine):
+    # A cube over a plank that it does not touch: with the plank it tips over its edge, without it
+    # falls by 4 cm and stands on the floor.
+    plank = Item(0, (40.0, 0.0, 20.0), (30.0, 4.0, 30.0), 20.0)
+    cube = Item(1, (58.0, 4.05, 20.0), (30.0, 30.0, 30.0), 10.0)
+    method = f"simulation@{engine}:t_max=0.4,frequency=120,samples=3,between_steps=reseat"
+    stated = f"{method},criterion=adams,eps_t=5,eps_r=3,rest_speed=0.05"
+    lay = Layout("hangs", PALLET, (plank, cube))
+    verdicts = [make_method(f"{stated},scope={scope}").judge(lay) for scope in ("all", "widening")]
+    assert [v.failing_step for v in verdicts] == [1, 1]
+
+
 def test_effort_counts_boxes_looks_and_substeps():
     # 0.3 s in 3 parts of 12 substeps at 120 Hz. Nothing is looked at before 3 x 0.01 / 9.8 s, that
     # is 1 substep; calm at looks 1 and 2 of a placement, then its poses are looked at.

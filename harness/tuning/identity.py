@@ -1,0 +1,54 @@
+"""What makes a search the same search, by which one that goes on is known."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import inspect
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from harness.methods.registry import make_method
+from harness.methods.simulation_parameters import parameters_on
+from harness.studies.results import judged_by
+from harness.tuning import cases, cost, judging, proposers
+from harness.tuning.space import Gene, Space
+
+if TYPE_CHECKING:
+    from harness.tuning.search import SearchOptions
+
+
+def space_of(found: Mapping[str, Any]) -> Space:
+    """The space of an :func:`identity`."""
+    declared = {f.name: f for f in dataclasses.fields(parameters_on(found["engine"]))}
+    genes = tuple(
+        Gene(name, declared[name].metadata["unit"], tuple(values))
+        for name, values in found["genes"].items()
+    )
+    return Space(found["space"], found["engine"], found["fixed"], genes, tuple(found["start"]))
+
+
+def identity(options: SearchOptions, space: Space) -> dict[str, Any]:
+    """What makes a search the same search. Budgets are not part of it: one may go on longer."""
+    method = make_method(space.spec(space.start))
+    return {
+        "engine": options.engine,
+        "algorithm": options.algorithm,
+        "space": options.space,
+        "genes": {gene.name: list(gene.values) for gene in space.genes},
+        "fixed": dict(space.fixed),
+        "start": list(space.start),
+        "seed": options.seed,
+        "population": options.population,
+        "source": dataclasses.asdict(options.source),
+        "code": judged_by(method)[:16],
+        "search": _search_code(),
+    }
+
+
+def _search_code() -> str:
+    """Hash of the code that decides what is proposed and what is given up."""
+    digest = hashlib.sha256()
+    for module in (cases, cost, judging, proposers):
+        digest.update(inspect.getsource(module).encode())
+    return digest.hexdigest()[:16]

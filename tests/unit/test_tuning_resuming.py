@@ -1,0 +1,101 @@
+"""Searches that go on, or are made again, where that would not be the same search."""
+
+import dataclasses
+import multiprocessing
+import os
+import signal
+import time
+
+import pytest
+
+from harness.cli import main
+from harness.methods import tuned
+from harness.methods.tuned import write_tuned
+from harness.studies import results
+from harness.tuning import TuningError
+from harness.tuning import search as searching
+from harness.tuning.cases import CaseSource, load_cases
+from harness.tuning.cost import TERMS, CostModel
+from harness.tuning.history import preset
+from harness.tuning.proposers import Genetic
+from harness.tuning.search import Search, SearchOptions
+from harness.tuning.space import space_on
+
+MODEL = CostModel(dict.fromkeys(TERMS, 0.0) | {"layout": 500.0, "substep": 20.0}, 24, 0.9, 0.1)
+
+OPTIONS = SearchOptions(
+    "mujoco", population=4, generations=1, seed=1, source=CaseSource(limit=2), model=MODEL
+)
+
+
+@pytest.fixture(scope="module")
+def searched(tmp_path_factory):
+    """The text of the file of a finished search."""
+    folder = tmp_path_factory.mktemp("search")
+    Search(folder, OPTIONS).run(workers=0)
+    return (folder / "search.jsonl").read_text()
+
+
+def test_a_search_whose_generations_would_be_others_is_refused(searched, tmp_path):
+    """As if PyGAD proposed another genotype than when the generation was judged."""
+    lines = searched.splitlines(keepends=True)
+    at = next(k for k, line in enumerate(lines) if '"generation": 0' in line)
+    (tmp_path / "search.jsonl").write_text("".join(lines[:at] + lines[at + 1 :]))
+    with pytest.raises(TuningError, match=r"generation 0 would be another one now.* with pygad "):
+        Search(tmp_path, dataclasses.replace(OPTIONS, generations=2)).run(workers=0)
+
+
+def test_another_model_of_cost_is_another_search(searched, tmp_path):
+    (tmp_path / "search.jsonl").write_text(searched)
+    dearer = dataclasses.replace(MODEL, microseconds={**MODEL.microseconds, "look": 1.0})
+    with pytest.raises(TuningError, match="holds a search with another model of cost"):
+        Search(tmp_path, dataclasses.replace(OPTIONS, model=dearer)).run(workers=0)
+    Search(tmp_path, OPTIONS).run(workers=0)
+    assert (tmp_path / "search.jsonl").read_text() == searched
+
+
+def test_a_labelled_set_that_has_changed_is_refused(searched, tmp_path, monkeypatch):
+    """One label is another one now."""
+    (tmp_path / "search.jsonl").write_text(searched)
+    first, *others = load_cases(OPTIONS.source)
+    relabelled = (dataclasses.replace(first, safe=first.safe - 1), *others)
+    search = Search(tmp_path, OPTIONS)
+    monkeypatch.setattr(search, "cases", relabelled)
+    with pytest.raises(TuningError, match="the labelled set has changed"):
+        search.run(workers=0)
+
+
+def test_a_search_keeps_its_goal(searched, tmp_path, monkeypatch):
+    """Whatever share of PS_3's cost later searches go for."""
+    (tmp_path / "search.jsonl").write_text(searched)
+    goal = Search.of(tmp_path).goal.tolist()
+    monkeypatch.setattr(searching, "GOAL_SHARE", 0.5)
+    assert Search.of(tmp_path).goal.tolist() == goal
+
+
+def test_what_is_remade_is_compared_before_it_is_written(searched, tmp_path, monkeypatch, capfd):
+    """The preset at hand is not what the search finds."""
+    monkeypatch.setattr(tuned, "FILE", tmp_path / "tuned.json")
+    monkeypatch.setattr(results, "_git_revision", lambda: "0123456789ab")
+    (tmp_path / "search.jsonl").write_text(searched)
+    found = preset(Search.of(tmp_path))
+    other = dataclasses.replace(found, parameters={**found.parameters, "eps_t": 99})
+    write_tuned("ps_opt", "mujoco", other)
+    command = ["tune", "--remake", "ps_opt@mujoco", "--write-preset", "-j", "1"]
+    assert main([*command, "-o", str(tmp_path / "remade")]) == 1
+    assert "eps_t is" in capfd.readouterr().err
+    assert tuned.tuned()["ps_opt"]["mujoco"].parameters == found.parameters
+
+
+def test_whoever_proposes_leaves_an_interrupt_to_others():
+    """Ctrl-C reaches it, too; its traceback would stand among the sentences of the command."""
+    before = set(multiprocessing.active_children())
+    proposer = Genetic(space_on("mujoco"), 4, 0)
+    [process] = set(multiprocessing.active_children()) - before
+    first = proposer.ask()
+    os.kill(process.pid, signal.SIGINT)
+    time.sleep(0.2)
+    proposer.tell([(0.5, 0.5, 1.0)] * len(first))
+    assert proposer.ask()
+    proposer.close()
+    assert not process.is_alive()
