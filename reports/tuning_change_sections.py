@@ -178,7 +178,7 @@ def _answer(ahead: int, pairs: int) -> str:
     if ahead == pairs:
         return "A tuning belongs to its engine."
     if ahead == 0:
-        return "A tuning belongs to the problem, not to its engine."
+        return "No engine's own tuning is seen to be better there than another one's."
     return "A tuning belongs to its engine in part."
 
 

@@ -33,8 +33,9 @@ class Scope(StrEnum):
     others are left out. What is fixed stops others and cannot be pushed over itself: a light stack
     that a heavy neighbour leans on looks firmer than it is. ``widening``: first those joined to the
     new one and nothing else; a placement at which these come to rest by themselves is stable, and
-    any other is simulated again with all items. Neighbours hold up and never push what rests, so
-    this asks for nothing that ``all`` would not find; it needs a ``rest_speed``. Both need
+    any other is simulated again with all items. It needs a ``rest_speed``. What it cannot see is a
+    push of neighbours that move themselves while all stay within the thresholds: such a step may
+    pass here and fail under ``all``, never the other way round. Both need
     ``between_steps=reseat``.
     """
 

@@ -27,6 +27,9 @@ ACCURACY_WEIGHT, SPEED_WEIGHT = 0.85, 0.15
 ROUNDS = (30, 60, 120, 300)
 """Cases after which a genotype may be given up; all cases are the last round."""
 
+WORST_COST = 1e4
+"""ms; of what cannot be judged."""
+
 _SURE = 2.0
 """Standard errors."""
 
@@ -202,7 +205,10 @@ def judge_unit(unit: JudgeUnit) -> Iterator[Sheet]:
             if safe is None and verdict.status is Status.DONE:
                 safe = verdict.item_count
             right.append(safe == case.safe)
-            cost.append(unit.model.milliseconds(verdict.effort, method.parameters))
+            # What ends in an error has done little, and must not look cheap for it.
+            failed = verdict.status is Status.ERROR
+            spent = unit.model.milliseconds(verdict.effort, method.parameters)
+            cost.append(max(spent, WORST_COST) if failed else spent)
             cpu += verdict.cpu.total
         sheet = Sheet(np.array(right, dtype=bool), np.round(cost, 4), cpu)
         if end < len(cases) and unit.race.lost(sheet):

@@ -25,6 +25,7 @@ from harness.tuning.cases import CaseSource, fingerprint, load_cases
 from harness.tuning.cost import CostModel, calibrate
 from harness.tuning.identity import identity, space_of
 from harness.tuning.judging import (
+    WORST_COST,
     FitnessRace,
     FloatArray,
     FrontRace,
@@ -45,9 +46,6 @@ GOAL = "ps3@{engine}:samples=10,rest_speed=0.01"
 
 GOAL_SHARE = 1.0 / 6.0
 """A little less than the fifth that a tuned method may cost: a model is off by some per cent."""
-
-_WORST_COST = 1e4
-"""ms; of what cannot be judged."""
 
 Report = Callable[[str], None]
 Progress = Callable[[int, int], None]
@@ -92,11 +90,6 @@ class SearchOptions:
             raise TuningError(f"population is {self.population}; allowed: 4 or more")
         if self.generations is None and self.budget is None:
             raise TuningError("a search needs a number of generations or a budget")
-        if find_spec(ALGORITHMS[self.algorithm].needs) is None:
-            raise TuningError(
-                f"algorithm {self.algorithm!r} needs the package "
-                f"{ALGORITHMS[self.algorithm].needs}: pip install 'steadyload[tuning]'"
-            )
 
     @classmethod
     def on(cls, engine: str, *, benchmark: str | None = None, **others: Any) -> SearchOptions:
@@ -189,11 +182,19 @@ class Search:
             report: told a sentence after every generation.
 
         Raises:
+            TuningError: the algorithm needs a package that is not there; the folder's search cannot
+                go on as it began.
             ResultsError: another search is at work in the folder.
             WorkerDiedError: see :func:`harness.studies.executors.run_units`.
             TuningError: the search was begun with another model of cost or other labels, or its
                 generations would be other ones now.
         """
+        needs = ALGORITHMS[self.options.algorithm].needs
+        if find_spec(needs) is None:
+            raise TuningError(
+                f"algorithm {self.options.algorithm!r} needs the package {needs}: pip install "
+                "'steadyload[tuning]'"
+            )
         with locked(self._directory):
             # Another run may have been at work until now.
             self.ledger = Ledger(self._directory, self._identity)
@@ -355,7 +356,7 @@ class Search:
         for genotype in proposed:
             sheet = self.ledger.entries[genotype].sheet
             if not len(sheet):
-                found.append((0.0, 0.0, _WORST_COST))
+                found.append((0.0, 0.0, WORST_COST))
             elif len(sheet) == len(self.cases):
                 found.append((fitness(sheet, self.goal), sheet.accuracy, sheet.mean_cost))
             else:

@@ -13,12 +13,12 @@ from harness.methods.registry import make_method
 from harness.methods.tuned import tuned
 from harness.studies.comparison import method_key
 from harness.tuning import TuningError
-from harness.tuning.history import tuning_of
+from harness.tuning.history import preset, tuning_of
 from harness.tuning.judging import fitness
 from harness.tuning.ledger import Entry
 from harness.tuning.outcomes import PART, Outcomes, canonical_spec, judge_all
 from harness.tuning.presets import NAME, by_worth
-from harness.tuning.search import Search, pareto_front
+from harness.tuning.search import GOAL, Search, pareto_front
 from harness.tuning.variants import (
     Change,
     carried_over,
@@ -40,6 +40,9 @@ from reports.tuning_records import (
 
 BUDGETS = (1.0, 3.0, 10.0, 30.0)
 """ms a layout of the table of prices."""
+
+_STOPPED = GOAL.partition(":")[2]
+"""What PS_3 and PS_5 are given, as all methods: looks, and a stop at rest."""
 
 Progress = Callable[[int, int], None]
 
@@ -88,7 +91,8 @@ def tuning_study(
         progress: called with rows done and rows in all, for each labelled set.
 
     Raises:
-        TuningError: a folder holds no search, or none of the searched engines has a preset.
+        TuningError: a folder holds no search, none of the searched engines has a preset, or none
+            of its searches found it.
         as :func:`harness.studies.runner.run_study`.
     """
     ranked = by_worth(Search.of(folder) for folder in folders)
@@ -157,16 +161,19 @@ def _engine(name: str, searches: Sequence[Search], others: Sequence[str]) -> _En
     own = [search for search in searches if search.options.engine == name]
     values = tuned_values(name, NAME)
     spec = canonical_spec(f"{NAME}@{name}")
-    main = own[0]
-    stopped = f"samples={values['samples']},rest_speed={values['rest_speed']}"
+    main = _finder(name, own)
     rivals = {
-        canonical_spec(f"{preset}@{name}:{stopped}"): MethodKey(
-            f"{title} @ {name}", "", preset, name
+        canonical_spec(f"{preset}@{name}:{_STOPPED}{more}"): MethodKey(
+            f"{title} @ {name}", "", family, name
         )
-        for preset, title in (("ps3", "PS_3"), ("ps5", "PS_5"))
+        for preset, more, title, family in (
+            ("ps3", "", "PS_3, stopped at rest", "ps3"),
+            ("ps5", "", "PS_5, stopped at rest", "ps5"),
+            ("ps3", ",scope=widening", "PS_3, widening scope", "simulation"),
+        )
     }
-    rivals[canonical_spec(f"ps3@{name}:{stopped},scope=widening")] = MethodKey(
-        f"PS_3, widening scope @ {name}", "", "simulation", name
+    rivals[canonical_spec(f"ps3@{name}")] = MethodKey(
+        f"PS_3, never stopped @ {name}", "", "simulation", name
     )
     rivals[canonical_spec(f"ps_opt-paper@{name}:rest_speed={values['rest_speed']}")] = MethodKey(
         f"PS_opt, paper @ {name}", "", "ps_opt-paper", name
@@ -182,9 +189,18 @@ def _engine(name: str, searches: Sequence[Search], others: Sequence[str]) -> _En
         left_out=without_gains(main.space, values),
         physical=physical(name, values),
         carried={other: _carried(other, name) for other in others},
-        seeds=_seeds(own),
+        seeds=_seeds(main, own),
         prices=[_price(own, budget) for budget in BUDGETS],
     )
+
+
+def _finder(engine: str, searches: Sequence[Search]) -> Search:
+    """The search that found the preset of an engine."""
+    values = tuned()[NAME][engine].parameters
+    for search in searches:
+        if preset(search).parameters == values:
+            return search
+    raise TuningError(f"none of these searches found {NAME}@{engine}; name the folder of the one")
 
 
 def _carried(here: str, there: str) -> tuple[str, tuple[str, ...]]:
@@ -194,9 +210,9 @@ def _carried(here: str, there: str) -> tuple[str, tuple[str, ...]]:
     return carried_over(tuned_values(here, NAME), there)
 
 
-def _seeds(searches: Sequence[Search]) -> list[tuple[Search, str]]:
-    """Searches that differ from the best one in their seed alone, where there are such."""
-    first = searches[0].options
+def _seeds(main: Search, searches: Sequence[Search]) -> list[tuple[Search, str]]:
+    """Searches that differ from a search in their seed alone, where there are such."""
+    first = main.options
     alike = [
         s for s in searches
         if (s.options.algorithm, s.options.space) == (first.algorithm, first.space)
