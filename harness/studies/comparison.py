@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,6 +17,7 @@ from harness.layouts.model import Layout
 from harness.layouts.scenarios import Scenario, apply_scenario
 from harness.methods.method import Method
 from harness.methods.registry import presets
+from harness.methods.simulation_parameters import SimulationParameters
 from harness.studies.accuracy import accuracies
 from harness.studies.definition import AS_GIVEN
 from harness.studies.labels import labelled_layout, load_labels
@@ -44,6 +46,7 @@ _TITLES = {
 }
 _CPU_PHASES = (("cpu", "build"), ("cpu", "step"), ("cpu", "read"))
 _MOST_DISAGREEMENTS = 10
+_COMMON = frozenset(f.name for f in dataclasses.fields(SimulationParameters))
 
 
 def compare(directory: str | Path) -> Comparison:
@@ -258,8 +261,10 @@ def _same_tunings(
     groups: pd.Index,
 ) -> tuple[SameTuning, ...]:
     simulated = results.dropna(subset=["engine"])
+    # What only one engine can be asked is not part of what engines have in common.
+    common = simulated["parameters"].map(_common)
     tunings = []
-    for _, group in simulated.groupby(["method_name", "parameters"], sort=False):
+    for _, group in simulated.groupby([simulated["method_name"], common], sort=False):
         specs = set(group["method"])
         rows = tuple(s for s in summaries if s.method.spec in specs)
         if len({row.method.engine for row in rows}) < 2:
@@ -268,7 +273,7 @@ def _same_tunings(
         tunings.append(
             SameTuning(
                 title=rows[0].method.title.partition(" @ ")[0],
-                settings=used[0].settings,
+                settings={k: v for k, v in used[0].settings.items() if k in _COMMON},
                 rows=rows,
                 uses=used,
                 agreement={
@@ -282,6 +287,11 @@ def _same_tunings(
             )
         )
     return tuple(tunings)
+
+
+def _common(parameters: str) -> str:
+    """The part of a row's parameters that every engine has."""
+    return json.dumps({k: v for k, v in json.loads(parameters).items() if k in _COMMON})
 
 
 def _disagreements(
