@@ -178,14 +178,14 @@ def _tuned(options: argparse.Namespace) -> None:
     from reports.pages import write_page
     from reports.tuning_page import tuning_page
 
+    searches = [Search.of(folder) for folder in options.searches]
     if options.write_presets:
-        searches = [Search.of(folder) for folder in options.searches]
         for best, *_ in by_worth(searches).values():
             print(write_preset(best))
     try:
         with progress_bar("judging") as advance:
             record = tuning_study(
-                options.searches,
+                searches,
                 options.work,
                 workers=options.workers,
                 limit=options.limit,

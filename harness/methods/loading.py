@@ -127,10 +127,11 @@ class Loading:
 
     def _load_widening(self) -> Finding:
         contacts = find_contacts(self.layout)
+        carried = contacts.on_floor.copy()
         for step, group in enumerate(joined_groups(contacts)):
+            carried |= contacts.carries[step]
             alone = len(group) == 1 and contacts.on_floor[step]
             # What hangs over a gap would fall past what is below it, and might rest on the floor.
-            carried = contacts.on_floor | contacts.carries[: step + 1].any(axis=0)
             apart = len(group) <= step and carried[group].all()
             if alone or (apart and self._rests(step, group)):
                 continue
@@ -247,12 +248,12 @@ class _Stage:
         """
         # In the order of all items whichever is asked for first, as engines take them in order.
         wanted = list(range(free[-1] + 1)) if self._subsets else free
-        held = self._held
+        held, partly = self._held, len(free) < len(wanted)
         if self._world is None or fixed or wanted[: len(held)] != held:
             self.close()
             self._world = open_world(self._engine, self._settings)
             self.worlds += 1
-        elif self._reseat and held:
+        elif self._reseat and held and not partly:
             self._world.reset_poses()
         for index in wanted[len(self._held) :]:
             self._world.add_box(self._items[index])
@@ -262,7 +263,7 @@ class _Stage:
         # Fixed boxes come last, and nothing can be added before them.
         self._held = wanted + [_FIXED] * len(fixed)
         self.taking_part = len(free) + len(fixed)
-        if len(free) < len(wanted):
+        if partly:
             self._world.reset_poses(only=free)
         self._world.prepare()
         return self._world

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from engines.registry import capabilities
@@ -52,14 +52,13 @@ class _Engine:
     """One engine's part of the study: the specs that are to be judged, by what they are for."""
 
     name: str
-    searches: list[Search]
     tuned: str
     others: dict[str, MethodKey]
     left_out: list[Change]
     physical: list[Change]
     carried: dict[str, tuple[str, tuple[str, ...]]]
     seeds: list[tuple[Search, str]]
-    prices: list[tuple[float, Entry | None, str]] = field(default_factory=list)
+    prices: list[tuple[float, Entry | None, str]]
 
     def specs(self) -> list[str]:
         """All of them."""
@@ -71,7 +70,7 @@ class _Engine:
 
 
 def tuning_study(
-    folders: Sequence[Path],
+    searches: Iterable[Search],
     work: Path,
     *,
     workers: int,
@@ -84,19 +83,17 @@ def tuning_study(
     where parameters are carried over.
 
     Args:
-        folders: of searches; presets are held against them, fronts and seeds are theirs.
+        searches: that were made; they found the presets, fronts and seeds are theirs.
         work: run folders of what is judged; an interrupted study goes on from there.
         workers: processes beside this one.
         limit: only so many cases a scenario.
         progress: called with rows done and rows in all, for each labelled set.
 
     Raises:
-        TuningError: a folder holds no search, none of the searched engines has a preset, or none
-            of its searches found it.
+        TuningError: none of the searched engines has a preset, or none of its searches found it.
         as :func:`harness.studies.runner.run_study`.
     """
-    ranked = by_worth(Search.of(folder) for folder in folders)
-    searches = [search for own in ranked.values() for search in own]
+    searches = [search for own in by_worth(searches).values() for search in own]
     names = [e for e in dict.fromkeys(s.options.engine for s in searches) if e in tuned()[NAME]]
     if not names:
         raise TuningError("none of these engines has a preset; steadyload tune --write-preset")
@@ -163,34 +160,32 @@ def _engine(name: str, searches: Sequence[Search], others: Sequence[str]) -> _En
     spec = canonical_spec(f"{NAME}@{name}")
     main = _finder(name, own)
     rivals = {
-        canonical_spec(f"{preset}@{name}:{_STOPPED}{more}"): MethodKey(
-            f"{title} @ {name}", "", family, name
-        )
-        for preset, more, title, family in (
-            ("ps3", "", "PS_3, stopped at rest", "ps3"),
-            ("ps5", "", "PS_5, stopped at rest", "ps5"),
-            ("ps3", ",scope=widening", "PS_3, widening scope", "simulation"),
+        canonical_spec(rival): (title, family)
+        for rival, title, family in (
+            (f"ps3@{name}:{_STOPPED}", "PS_3, stopped at rest", "ps3"),
+            (f"ps5@{name}:{_STOPPED}", "PS_5, stopped at rest", "ps5"),
+            (f"ps3@{name}:{_STOPPED},scope=widening", "PS_3, widening scope", "simulation"),
+            (f"ps3@{name}", "PS_3, never stopped", "simulation"),
+            (
+                f"ps_opt-paper@{name}:rest_speed={values['rest_speed']}",
+                "PS_opt, paper",
+                "ps_opt-paper",
+            ),
+            (main.space.spec(main.space.start), "start of the search", "label"),
         )
     }
-    rivals[canonical_spec(f"ps3@{name}")] = MethodKey(
-        f"PS_3, never stopped @ {name}", "", "simulation", name
-    )
-    rivals[canonical_spec(f"ps_opt-paper@{name}:rest_speed={values['rest_speed']}")] = MethodKey(
-        f"PS_opt, paper @ {name}", "", "ps_opt-paper", name
-    )
-    rivals[canonical_spec(main.space.spec(main.space.start))] = MethodKey(
-        f"start of the search @ {name}", "", "label", name
-    )
     return _Engine(
         name=name,
-        searches=own,
         tuned=spec,
-        others={s: dataclasses.replace(key, spec=s) for s, key in rivals.items()},
+        others={
+            rival: MethodKey(f"{title} @ {name}", rival, family, name)
+            for rival, (title, family) in rivals.items()
+        },
         left_out=without_gains(main.space, values),
         physical=physical(name, values),
         carried={other: _carried(other, name) for other in others},
         seeds=_seeds(main, own),
-        prices=[_price(own, budget) for budget in BUDGETS],
+        prices=_prices(own),
     )
 
 
@@ -223,15 +218,20 @@ def _seeds(main: Search, searches: Sequence[Search]) -> list[tuple[Search, str]]
     return [(s, canonical_spec(s.space.spec(s.fittest().genotype))) for s in alike]
 
 
-def _price(searches: Sequence[Search], budget: float) -> tuple[float, Entry | None, str]:
-    """The most accurate genotype of all searches that costs no more than a budget."""
-    seen = [(entry, search) for search in searches for entry in search.whole()]
-    owners = {id(entry): search for entry, search in seen}
-    front = [e for e in pareto_front([entry for entry, _ in seen]) if e.sheet.mean_cost <= budget]
-    if not front:
-        return budget, None, ""
-    best = front[-1]
-    return budget, best, canonical_spec(owners[id(best)].space.spec(best.genotype))
+def _prices(searches: Sequence[Search]) -> list[tuple[float, Entry | None, str]]:
+    """By budget the most accurate genotype of all searches that costs no more, and its spec."""
+    finders = {id(entry): search for search in searches for entry in search.whole()}
+    front = pareto_front([entry for search in searches for entry in search.whole()])
+    found: list[tuple[float, Entry | None, str]] = []
+    for budget in BUDGETS:
+        best = max(
+            (e for e in front if e.sheet.mean_cost <= budget),
+            key=lambda e: e.sheet.mean_cost,
+            default=None,
+        )
+        spec = canonical_spec(finders[id(best)].space.spec(best.genotype)) if best else ""
+        found.append((budget, best, spec))
+    return found
 
 
 def _held_against(engine: _Engine, part: str, found: Outcomes) -> OutcomeTable:

@@ -69,7 +69,7 @@ def test_before_anything_was_tuned(folder, tmp_path):
     with pytest.raises(TuningError, match="no search found it; allowed: none yet"):
         options_of("ps_opt@mujoco")
     with pytest.raises(TuningError, match="none of these engines has a preset"):
-        tuning_study([folder], tmp_path / "work", workers=0)
+        tuning_study([Search.of(folder)], tmp_path / "work", workers=0)
     assert not (tmp_path / "work").exists()
 
 
