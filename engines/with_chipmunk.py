@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pymunk
 
-from engines.attitudes import centres_from_mass_centres
 from engines.world import (
     Box,
     BroadPhase,
     Capabilities,
     EngineError,
     FixedStepWorld,
+    FloatArray,
     Poses,
     SettingSupport,
     Support,
@@ -77,6 +77,7 @@ class ChipmunkWorld(FixedStepWorld):
         space.collision_slop = _SLOP
         self._bodies: list[pymunk.Body] = []
         self._starts: list[tuple[float, float]] = []
+        self._planned: tuple[FloatArray, FloatArray, bool] | None = None
         right, bottom = _FLOOR_HALF_WIDTH, -_FLOOR_THICKNESS
         corners = [(-right, bottom), (right, bottom), (right, 0.0), (-right, 0.0)]
         space.add(self._surface(pymunk.Poly(space.static_body, corners)))
@@ -102,6 +103,7 @@ class ChipmunkWorld(FixedStepWorld):
         self._space.add(body, self._surface(pymunk.Poly(body, corners)))
         self._bodies.append(body)
         self._starts.append(start)
+        self._planned = None
 
     def _check_planar(self, box: Box) -> None:
         first = self.boxes[0] if self.boxes else box
@@ -116,23 +118,43 @@ class ChipmunkWorld(FixedStepWorld):
             step(length)
 
     def _poses(self) -> Poses:
-        rows = [(b.position.x, b.position.y, b.angle) for b in self._bodies]
-        states = np.array(rows).reshape(-1, 3)
-        half = 0.5 * states[:, 2]
+        planned, offsets, shifted = self._plan()
+        states = [(*body.position, body.angle) for body in self._bodies]
+        x, z, angles = np.array(states).reshape(-1, 3).T
+        half = 0.5 * angles
         # Counter-clockwise from x to z is a negative turn about y.
-        quaternions = np.zeros((len(states), 4))
-        quaternions[:, 0], quaternions[:, 2] = np.cos(half), -np.sin(half)
-        offsets = np.array([b.mass_offset for b in self.boxes]).reshape(-1, 3)
-        mass_centres = np.array([b.centre for b in self.boxes]).reshape(-1, 3) + offsets
-        mass_centres[:, 0], mass_centres[:, 2] = states[:, 0], states[:, 1]
-        return Poses(centres_from_mass_centres(mass_centres, quaternions, offsets), quaternions)
+        w, y = np.cos(half), -np.sin(half)
+        if shifted:
+            # The rotation of `attitudes.rotate`, of which only this is left in the plane.
+            p, r = offsets
+            across, along = 2.0 * (y * r), -2.0 * (y * p)
+            x = x - (p + w * across + y * along)
+            z = z - (r + w * along - y * across)
+        centres, quaternions = planned.copy(), np.zeros((len(half), 4))
+        centres[:, 0], centres[:, 2] = x, z
+        quaternions[:, 0], quaternions[:, 2] = w, y
+        return Poses(centres, quaternions)
+
+    def _plan(self) -> tuple[FloatArray, FloatArray, bool]:
+        """Planned centres, offsets of the mass centres along x and z, and whether any is not 0."""
+        if self._planned is None:
+            offsets = np.array([box.mass_offset for box in self.boxes]).reshape(-1, 3)
+            centres = np.array([box.centre for box in self.boxes]).reshape(-1, 3)
+            self._planned = centres, offsets[:, ::2].T.copy(), bool(offsets.any())
+        return self._planned
 
     def _velocities(self) -> Velocities:
-        linear, angular = np.zeros((2, len(self._bodies), 3))
-        for index, body in enumerate(self._bodies):
-            linear[index, 0], linear[index, 2] = body.velocity
-            angular[index, 1] = -body.angular_velocity
+        states = [(*body.velocity, body.angular_velocity) for body in self._bodies]
+        linear, angular = np.zeros((2, len(states), 3))
+        x, z, turning = np.array(states).reshape(-1, 3).T
+        linear[:, 0], linear[:, 2], angular[:, 1] = x, z, -turning
         return Velocities(linear, angular)
+
+    def _speeds(self) -> FloatArray:
+        # For the few boxes of most worlds a loop costs less than arrays.
+        states = [(*body.velocity, body.angular_velocity) for body in self._bodies]
+        speeds = [(math.sqrt(x * x + z * z), abs(turning)) for x, z, turning in states]
+        return np.array(speeds).reshape(-1, 2)
 
     def _set_velocities(self, velocities: Velocities) -> None:
         """Take over the part in the plane; velocity along y and turning about x and z are lost."""
