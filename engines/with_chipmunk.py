@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pymunk
@@ -30,6 +31,14 @@ _ITERATIONS = 50
 _SLOP = 1e-5
 
 
+class _Body(NamedTuple):
+    """A box of a world; ``start`` is its planned centre of mass along x and z."""
+
+    body: pymunk.Body
+    shape: pymunk.Poly
+    start: tuple[float, float]
+
+
 class ChipmunkWorld(FixedStepWorld):
     """A Chipmunk world: only motion in the x-z plane exists.
 
@@ -43,6 +52,7 @@ class ChipmunkWorld(FixedStepWorld):
     capabilities = Capabilities(
         title="Chipmunk (pymunk)",
         dimensions=2,
+        subsets=True,
         settings=declare(
             friction=SettingSupport(
                 Support.HONOURED, "pairs multiply, so each shape gets the square root"
@@ -70,17 +80,24 @@ class ChipmunkWorld(FixedStepWorld):
         super().__init__(settings)
         if settings.gravity[1]:
             raise EngineError("Chipmunk is 2-D: gravity must have no part along y")
+        self._bodies: list[_Body] = []
+        self._all_bodies: list[_Body] = []
+        self._planned: tuple[FloatArray, FloatArray, bool] | None = None
+        floor = pymunk.Body(body_type=pymunk.Body.STATIC)
+        right, bottom = _FLOOR_HALF_WIDTH, -_FLOOR_THICKNESS
+        corners = [(-right, bottom), (right, bottom), (right, 0.0), (-right, 0.0)]
+        self._floor = floor, self._surface(pymunk.Poly(floor, corners))
+        self._open_space()
+
+    def _open_space(self) -> None:
+        settings = self.settings
         self._space = space = pymunk.Space()
         space.gravity = settings.gravity[0], settings.gravity[2]
         space.damping = 1.0 - settings.linear_damping
         space.iterations = settings.solver_iterations or _ITERATIONS
         space.collision_slop = _SLOP
-        self._bodies: list[pymunk.Body] = []
-        self._starts: list[tuple[float, float]] = []
-        self._planned: tuple[FloatArray, FloatArray, bool] | None = None
-        right, bottom = _FLOOR_HALF_WIDTH, -_FLOOR_THICKNESS
-        corners = [(-right, bottom), (right, bottom), (right, 0.0), (-right, 0.0)]
-        space.add(self._surface(pymunk.Poly(space.static_body, corners)))
+        space.add(*self._floor)
+        self._entered = 0
 
     def _surface(self, shape: pymunk.Poly) -> pymunk.Poly:
         shape.friction = math.sqrt(self.settings.friction)
@@ -98,28 +115,38 @@ class ChipmunkWorld(FixedStepWorld):
             body = pymunk.Body(body_type=pymunk.Body.STATIC)
         else:
             body = pymunk.Body(box.mass, box.inertia[1])
-        start = (box.centre[0] + p, box.centre[2] + r)
-        body.position = start
-        self._space.add(body, self._surface(pymunk.Poly(body, corners)))
-        self._bodies.append(body)
-        self._starts.append(start)
+        body.position = start = (box.centre[0] + p, box.centre[2] + r)
+        entry = _Body(body, self._surface(pymunk.Poly(body, corners)), start)
+        self._bodies.append(entry)
+        self._all_bodies.append(entry)
         self._planned = None
 
+    def _take_part(self, chosen: list[int]) -> None:
+        self._bodies = [self._all_bodies[i] for i in chosen]
+        self._planned = None
+
+    def _prepare(self) -> None:
+        # Not before: boxes are often added only to be left out of the placement that follows.
+        for body, shape, _ in self._bodies[self._entered :]:
+            self._space.add(body, shape)
+        self._entered = len(self._bodies)
+
     def _check_planar(self, box: Box) -> None:
-        first = self.boxes[0] if self.boxes else box
+        first = self._all_boxes[0] if self._all_boxes else box
         same = math.isclose(box.centre[1], first.centre[1], abs_tol=1e-3)
         same = same and math.isclose(box.size[1], first.size[1], abs_tol=1e-3)
         if not same or abs(box.mass_offset[1]) > 1e-3:
             raise EngineError("Chipmunk is 2-D: boxes must share their extent along y, centred")
 
     def _advance(self, substeps: int, length: float) -> None:
+        self._prepare()
         step = self._space.step
         for _ in range(substeps):
             step(length)
 
     def _poses(self) -> Poses:
         planned, offsets, shifted = self._plan()
-        states = [(*body.position, body.angle) for body in self._bodies]
+        states = [(*body.position, body.angle) for body, _, _ in self._bodies]
         x, z, angles = np.array(states).reshape(-1, 3).T
         half = 0.5 * angles
         # Counter-clockwise from x to z is a negative turn about y.
@@ -144,7 +171,7 @@ class ChipmunkWorld(FixedStepWorld):
         return self._planned
 
     def _velocities(self) -> Velocities:
-        states = [(*body.velocity, body.angular_velocity) for body in self._bodies]
+        states = [(*body.velocity, body.angular_velocity) for body, _, _ in self._bodies]
         linear, angular = np.zeros((2, len(states), 3))
         x, z, turning = np.array(states).reshape(-1, 3).T
         linear[:, 0], linear[:, 2], angular[:, 1] = x, z, -turning
@@ -152,30 +179,32 @@ class ChipmunkWorld(FixedStepWorld):
 
     def _speeds(self) -> FloatArray:
         # For the few boxes of most worlds a loop costs less than arrays.
-        states = [(*body.velocity, body.angular_velocity) for body in self._bodies]
+        states = [(*body.velocity, body.angular_velocity) for body, _, _ in self._bodies]
         speeds = [(math.sqrt(x * x + z * z), abs(turning)) for x, z, turning in states]
         return np.array(speeds).reshape(-1, 2)
 
     def _set_velocities(self, velocities: Velocities) -> None:
         """Take over the part in the plane; velocity along y and turning about x and z are lost."""
+        self._prepare()
         rows = zip(self.boxes, self._bodies, *map(np.ndarray.tolist, velocities), strict=True)
-        for box, body, (x, _, z), (_, turning, _) in rows:
+        for box, (body, _, _), (x, _, z), (_, turning, _) in rows:
             if not box.fixed:
                 body.velocity, body.angular_velocity = (x, z), -turning
 
     def _reset(self) -> None:
-        # Two things outlast a new pose: the contacts with the impulses of the last step, which go
-        # with a shape, and the speed that pushes overlapping bodies apart, which moving uses up.
-        shapes = [shape for body in self._bodies for shape in body.shapes]
-        self._space.remove(*shapes)
-        for box, body, start in zip(self.boxes, self._bodies, self._starts, strict=True):
+        # A space counts the shapes that it has ever held, and solves contacts in an order that
+        # depends on the count: only in a new space do boxes move as in a new world.
+        self._space.remove(*self._space.shapes, *self._space.bodies)
+        for box, (body, _, start) in zip(self.boxes, self._bodies, strict=True):
             if box.fixed:
                 continue
+            # Moving uses up the speed that pushes overlapping bodies apart.
             pymunk.Body.update_position(body, 0.0)
             body.position, body.angle = start, 0.0
             body.velocity, body.angular_velocity = (0.0, 0.0), 0.0
-        self._space.add(*shapes)
+        self._open_space()
 
     def _close(self) -> None:
         self._bodies.clear()
-        del self._space
+        self._all_bodies.clear()
+        del self._floor, self._space
