@@ -23,8 +23,7 @@ from engines.world import (
     declare,
 )
 
-_FLOOR_HALF_WIDTH = 1000.0
-_FLOOR_THICKNESS = 10.0
+_FLOOR = [(-1000.0, -10.0), (1000.0, -10.0), (1000.0, 0.0), (-1000.0, 0.0)]
 _ITERATIONS = 50
 
 # Lengths here are metres; Chipmunk's default slop of 0.1 is meant for pixels.
@@ -84,9 +83,7 @@ class ChipmunkWorld(FixedStepWorld):
         self._all_bodies: list[_Body] = []
         self._planned: tuple[FloatArray, FloatArray, bool] | None = None
         floor = pymunk.Body(body_type=pymunk.Body.STATIC)
-        right, bottom = _FLOOR_HALF_WIDTH, -_FLOOR_THICKNESS
-        corners = [(-right, bottom), (right, bottom), (right, 0.0), (-right, 0.0)]
-        self._floor = floor, self._surface(pymunk.Poly(floor, corners))
+        self._floor = floor, self._surface(pymunk.Poly(floor, _FLOOR))
         self._open_space()
 
     def _open_space(self) -> None:
@@ -111,10 +108,8 @@ class ChipmunkWorld(FixedStepWorld):
         corners = [
             (a * x - p, b * z - r) for a, b in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))
         ]
-        if box.fixed:
-            body = pymunk.Body(body_type=pymunk.Body.STATIC)
-        else:
-            body = pymunk.Body(box.mass, box.inertia[1])
+        kind = pymunk.Body.STATIC if box.fixed else pymunk.Body.DYNAMIC
+        body = pymunk.Body(box.mass, box.inertia[1], kind)
         body.position = start = (box.centre[0] + p, box.centre[2] + r)
         entry = _Body(body, self._surface(pymunk.Poly(body, corners)), start)
         self._bodies.append(entry)
@@ -155,32 +150,31 @@ class ChipmunkWorld(FixedStepWorld):
             # The rotation of `attitudes.rotate`, of which only this is left in the plane.
             p, r = offsets
             across, along = 2.0 * (y * r), -2.0 * (y * p)
-            x = x - (p + w * across + y * along)
-            z = z - (r + w * along - y * across)
-        centres, quaternions = planned.copy(), np.zeros((len(half), 4))
-        centres[:, 0], centres[:, 2] = x, z
-        quaternions[:, 0], quaternions[:, 2] = w, y
-        return Poses(centres, quaternions)
+            x, z = x - (p + w * across + y * along), z - (r + w * along - y * across)
+        poses = Poses(planned.copy(), np.zeros((len(half), 4)))
+        poses.centres[:, 0], poses.centres[:, 2] = x, z
+        poses.quaternions[:, 0], poses.quaternions[:, 2] = w, y
+        return poses
 
     def _plan(self) -> tuple[FloatArray, FloatArray, bool]:
         """Planned centres, offsets of the mass centres along x and z, and whether any is not 0."""
         if self._planned is None:
-            offsets = np.array([box.mass_offset for box in self.boxes]).reshape(-1, 3)
-            centres = np.array([box.centre for box in self.boxes]).reshape(-1, 3)
-            self._planned = centres, offsets[:, ::2].T.copy(), bool(offsets.any())
+            rows = [(*box.centre, *box.mass_offset[::2]) for box in self.boxes]
+            centres, offsets = np.split(np.array(rows).reshape(-1, 5), [3], axis=1)
+            self._planned = centres, offsets.T, bool(offsets.any())
         return self._planned
 
+    def _motions(self) -> list[tuple[float, float, float]]:
+        return [(*body.velocity, body.angular_velocity) for body, _, _ in self._bodies]
+
     def _velocities(self) -> Velocities:
-        states = [(*body.velocity, body.angular_velocity) for body, _, _ in self._bodies]
-        linear, angular = np.zeros((2, len(states), 3))
-        x, z, turning = np.array(states).reshape(-1, 3).T
+        x, z, turning = np.array(self._motions()).reshape(-1, 3).T
+        linear, angular = np.zeros((2, len(x), 3))
         linear[:, 0], linear[:, 2], angular[:, 1] = x, z, -turning
         return Velocities(linear, angular)
 
     def _speeds(self) -> FloatArray:
-        # For the few boxes of most worlds a loop costs less than arrays.
-        states = [(*body.velocity, body.angular_velocity) for body, _, _ in self._bodies]
-        speeds = [(math.sqrt(x * x + z * z), abs(turning)) for x, z, turning in states]
+        speeds = [(math.sqrt(x * x + z * z), abs(turning)) for x, z, turning in self._motions()]
         return np.array(speeds).reshape(-1, 2)
 
     def _set_velocities(self, velocities: Velocities) -> None:
@@ -195,9 +189,7 @@ class ChipmunkWorld(FixedStepWorld):
         # A space counts the shapes that it has ever held, and solves contacts in an order that
         # depends on the count: only in a new space do boxes move as in a new world.
         self._space.remove(*self._space.shapes, *self._space.bodies)
-        for box, (body, _, start) in zip(self.boxes, self._bodies, strict=True):
-            if box.fixed:
-                continue
+        for body, _, start in self._bodies:
             # Moving uses up the speed that pushes overlapping bodies apart.
             pymunk.Body.update_position(body, 0.0)
             body.position, body.angle = start, 0.0
@@ -205,6 +197,4 @@ class ChipmunkWorld(FixedStepWorld):
         self._open_space()
 
     def _close(self) -> None:
-        self._bodies.clear()
-        self._all_bodies.clear()
-        del self._floor, self._space
+        del self._bodies, self._all_bodies, self._floor, self._space
