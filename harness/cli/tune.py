@@ -60,7 +60,7 @@ def add_tune(commands: Any) -> None:
     tune.add_argument(
         "--cost", type=Path, metavar="FILE",
         help="what judging costs on the engine; measured when it is not there, while nothing else "
-        "should run (default: runs/tune/cost-ENGINE.json)",
+        "should run (default: runs/tune/cost-ENGINE-SPACE.json)",
     )  # fmt: skip
     tune.add_argument(
         "--output", "-o", type=Path, metavar="DIR",
@@ -77,15 +77,10 @@ def add_tune(commands: Any) -> None:
 
 
 def _tune(options: argparse.Namespace) -> int:
+    from harness.methods.tuned import TUNED
     from harness.studies.results import provenance, provenance_lines
     from harness.tuning.history import preset, tuning_of
-    from harness.tuning.presets import (
-        NAME,
-        check_remakable,
-        differences,
-        options_of,
-        write_preset,
-    )
+    from harness.tuning.presets import check_remakable, differences, options_of, write_preset
     from harness.tuning.search import Search, SearchOptions
     from reports.pages import write_page
     from reports.tuning_page import tuning_page
@@ -126,7 +121,7 @@ def _tune(options: argparse.Namespace) -> int:
     if options.remake:
         say(f"{options.remake}: " + ("; ".join(unlike) or "the same parameters were found"))
         return 1 if unlike else 0
-    say(f"{NAME}@{chosen.engine} would be {search.space.spec(search.fittest().genotype)}")
+    say(f"{TUNED}@{chosen.engine} would be {search.space.spec(search.fittest().genotype)}")
     return 0
 
 
@@ -134,11 +129,9 @@ def _cost_model(chosen: Any, options: argparse.Namespace) -> Any:
     from harness.tuning.cost import kept_model
     from harness.tuning.space import space_on
 
-    file = options.cost or _WORK / f"cost-{chosen.engine}.json"
-    if not file.exists():
-        say(f"measuring what judging costs on {chosen.engine}; kept in {file}")
-    space = space_on(chosen.engine)
-    return kept_model(file, space, chosen.source, workers=options.workers)
+    space = space_on(chosen.engine, chosen.space)
+    file = options.cost or _WORK / f"cost-{chosen.engine}-{chosen.space}.json"
+    return kept_model(file, space, chosen.source, workers=options.workers, report=say)
 
 
 def add_tuned(commands: Any) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -146,8 +146,15 @@ def calibrate(
     )
 
 
-def kept_model(path: Path, space: Space, source: CaseSource, *, workers: int) -> CostModel:
-    """The cost model of an engine, measured once and kept in a file.
+def kept_model(
+    path: Path,
+    space: Space,
+    source: CaseSource,
+    *,
+    workers: int,
+    report: Callable[[str], None] = lambda sentence: None,
+) -> CostModel:
+    """The cost model of an engine on a space, measured once and kept in a file.
 
     Measured again when the engine's code has changed since. Measure it while nothing else runs.
 
@@ -156,21 +163,27 @@ def kept_model(path: Path, space: Space, source: CaseSource, *, workers: int) ->
         space: of the engine.
         source: where the layouts are from.
         workers: processes beside this one.
+        report: told when it is measured.
 
     Raises:
         TuningError: the file holds something else.
     """
-    about = {"engine": space.engine, "code": judged_by(make_method(f"simulation@{space.engine}"))}
+    about = {
+        "engine": space.engine,
+        "space": space.name,
+        "code": judged_by(make_method(f"simulation@{space.engine}")),
+    }
     if path.exists():
         try:
             kept = json.loads(path.read_text())
             if kept["about"] == about:
                 return CostModel(**kept["model"])
-            engine = kept["about"]["engine"]
+            of = kept["about"]["engine"], kept["about"]["space"]
         except (ValueError, KeyError, TypeError):
             raise TuningError(f"{path}: holds no cost model; name another file") from None
-        if engine != space.engine:
-            raise TuningError(f"{path}: is of engine {engine!r}; name another file")
+        if of != (space.engine, space.name):
+            raise TuningError(f"{path}: is of engine {of[0]!r}, space {of[1]!r}; name another file")
+    report(f"measuring what judging costs on {space.engine}; kept in {path}")
     model = calibrate(space, source, workers=workers)
     path.parent.mkdir(parents=True, exist_ok=True)
     kept = {"about": about, "model": dataclasses.asdict(model)}

@@ -131,7 +131,7 @@ def preset(search: Search) -> Tuned:
                 "fitness": round(worth, 6),
                 "accuracy": round(accuracy, 6),
                 "cost_ms": round(cost, 4),
-                "goal_ms": round(float(search.goal.mean()), 4),
+                "goal_ms": search.goal,
                 "cases": len(search.cases),
                 "genotypes": len(search.judged()),
                 "wall_seconds": round(search.wall),
@@ -150,7 +150,7 @@ def tuning_of(searches: Sequence[Search]) -> Tuning:
     return Tuning(
         part=searches[0].options.source.part,
         cases=len(searches[0].cases),
-        goal={engine: float(search.goal.mean()) for engine, search in first.items()},
+        goal={engine: search.goal for engine, search in first.items()},
         costs=tuple(cost_row(search) for search in first.values()),
         searches=tuple(search_row(search) for search in searches),
         parameters={engine: gene_rows(search) for engine, search in first.items()},

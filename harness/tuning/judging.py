@@ -27,6 +27,10 @@ ACCURACY_WEIGHT, SPEED_WEIGHT = 0.85, 0.15
 ROUNDS = (30, 60, 120, 300)
 """Cases after which a genotype may be given up; all cases are the last round."""
 
+GROWTH = dict(zip(ROUNDS, (5.0, 2.5, 1.5, 1.3), strict=True))
+"""What a genotype that is given up after a round is behind by then grows by until all cases: about
+the median of 96 such genotypes on MuJoCo and Bullet, judged on all 900 cases of validation."""
+
 WORST_COST = 1e4
 """ms; of what cannot be judged."""
 
@@ -71,19 +75,19 @@ class Sheet:
 NOTHING = Sheet(np.zeros(0, dtype=bool), np.zeros(0))
 
 
-def speed(cost: float, goal: FloatArray) -> float:
+def speed(cost: float, goal: float) -> float:
     """1 up to the goal, and going down with the cost beyond it: goal / cost.
 
     The paper does not say what its own is.
 
     Args:
         cost: ms a layout.
-        goal: the cost [ms] that counts as fast, by case.
+        goal: the cost [ms a layout] that counts as fast.
     """
-    return min(1.0, float(goal.mean()) / max(cost, 1e-9))
+    return min(1.0, goal / max(cost, 1e-9))
 
 
-def fitness(sheet: Sheet, goal: FloatArray) -> float:
+def fitness(sheet: Sheet, goal: float) -> float:
     """0.85 accuracy + 0.15 speed, of a genotype that was judged on all cases."""
     return ACCURACY_WEIGHT * sheet.accuracy + SPEED_WEIGHT * speed(sheet.mean_cost, goal)
 
@@ -111,10 +115,21 @@ def behind(sheet: Sheet, rival: Sheet) -> tuple[float, float]:
     return (int(theirs.sum()) - int(ours.sum())) / whole, allowance / whole
 
 
-def estimated(sheet: Sheet, rival: Sheet, goal: FloatArray) -> tuple[float, float, float]:
-    """Fitness, accuracy and cost [ms] on all cases of a genotype that was given up."""
+def estimated(
+    sheet: Sheet, rival: Sheet, goal: float, growth: float = 1.0
+) -> tuple[float, float, float]:
+    """Fitness, accuracy and cost [ms] that a genotype will have on all cases.
+
+    Args:
+        sheet: of the genotype, on the first cases.
+        rival: on all cases.
+        goal: the cost [ms a layout] that counts as fast.
+        growth: of what it is behind by now; at most as much as if the cases that are left were like
+            the first.
+    """
     same = rival.first(len(sheet))
-    accuracy = rival.accuracy - behind(sheet, rival)[0]
+    growth = min(growth, len(rival) / len(sheet))
+    accuracy = rival.accuracy - growth * behind(sheet, rival)[0]
     cost = rival.mean_cost * sheet.mean_cost / same.mean_cost
     return ACCURACY_WEIGHT * accuracy + SPEED_WEIGHT * speed(cost, goal), accuracy, cost
 
@@ -135,7 +150,7 @@ class Race(Protocol):
 class FitnessRace:
     """Against the fittest genotype so far."""
 
-    goal: FloatArray
+    goal: float
     rival: Sheet
 
     def lost(self, sheet: Sheet) -> bool:

@@ -60,8 +60,8 @@ class Ledger:
         self.ends: list[GenerationEnd] = []
         self._cut: int | None = None
         """Bytes to keep before writing on, where a line was cut off."""
-        if not (self._path.exists() and self._read(dict(identity))):
-            self._write({"search": dict(identity)})
+        self._begun = self._path.exists() and self._read(dict(identity))
+        self._identity = dict(identity)
 
     @classmethod
     def of(cls, directory: Path) -> tuple[dict[str, Any], Ledger]:
@@ -107,8 +107,10 @@ class Ledger:
         if self._cut is not None:
             os.truncate(self._path, self._cut)
             self._cut = None
+        lines = [line] if self._begun else [{"search": self._identity}, line]
+        self._begun = True
         with self._path.open("a") as file:
-            file.write(json.dumps(line) + "\n")
+            file.writelines(json.dumps(line) + "\n" for line in lines)
 
     def _read(self, identity: dict[str, Any]) -> bool:
         """Take in the file; returns whether it held a whole line."""

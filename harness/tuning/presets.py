@@ -15,9 +15,6 @@ from harness.tuning.history import preset
 from harness.tuning.judging import fitness
 from harness.tuning.search import Search, SearchOptions
 
-NAME = TUNED
-"""Of the tuned presets."""
-
 
 def write_preset(search: Search) -> Path:
     """Make the fittest genotype of a search the preset on its engine; returns the file.
@@ -26,7 +23,7 @@ def write_preset(search: Search) -> Path:
         TuningError: see :func:`check_remakable`.
     """
     check_remakable(search.made_by)
-    return write_tuned(NAME, search.options.engine, preset(search))
+    return write_tuned(TUNED, search.options.engine, preset(search))
 
 
 def by_worth(searches: Iterable[Search]) -> dict[str, list[Search]]:

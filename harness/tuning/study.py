@@ -10,14 +10,14 @@ from pathlib import Path
 from engines.registry import capabilities
 from harness.layouts.benchmark import PLANAR
 from harness.methods.registry import make_method
-from harness.methods.tuned import tuned
+from harness.methods.tuned import TUNED, tuned
 from harness.studies.comparison import method_key
 from harness.tuning import TuningError
 from harness.tuning.history import preset, tuning_of
 from harness.tuning.judging import fitness
 from harness.tuning.ledger import Entry
 from harness.tuning.outcomes import PART, Outcomes, canonical_spec, judge_all
-from harness.tuning.presets import NAME, by_worth
+from harness.tuning.presets import by_worth
 from harness.tuning.search import GOAL, Search, pareto_front
 from harness.tuning.variants import (
     Change,
@@ -94,7 +94,7 @@ def tuning_study(
         as :func:`harness.studies.runner.run_study`.
     """
     searches = [search for own in by_worth(searches).values() for search in own]
-    names = [e for e in dict.fromkeys(s.options.engine for s in searches) if e in tuned()[NAME]]
+    names = [e for e in dict.fromkeys(s.options.engine for s in searches) if e in tuned()[TUNED]]
     if not names:
         raise TuningError("none of these engines has a preset; steadyload tune --write-preset")
     sets: dict[str | None, list[str]] = {}
@@ -156,8 +156,8 @@ def _part(benchmark: str | None) -> str:
 
 def _engine(name: str, searches: Sequence[Search], others: Sequence[str]) -> _Engine:
     own = [search for search in searches if search.options.engine == name]
-    values = tuned_values(name, NAME)
-    spec = canonical_spec(f"{NAME}@{name}")
+    values = tuned_values(name)
+    spec = canonical_spec(f"{TUNED}@{name}")
     main = _finder(name, own)
     rivals = {
         canonical_spec(rival): (title, family)
@@ -191,18 +191,18 @@ def _engine(name: str, searches: Sequence[Search], others: Sequence[str]) -> _En
 
 def _finder(engine: str, searches: Sequence[Search]) -> Search:
     """The search that found the preset of an engine."""
-    values = tuned()[NAME][engine].parameters
+    values = tuned()[TUNED][engine].parameters
     for search in searches:
         if preset(search).parameters == values:
             return search
-    raise TuningError(f"none of these searches found {NAME}@{engine}; name the folder of the one")
+    raise TuningError(f"none of these searches found {TUNED}@{engine}; name the folder of the one")
 
 
 def _carried(here: str, there: str) -> tuple[str, tuple[str, ...]]:
     """What was tuned on one engine, as a spec on another, and what has no effect there."""
     if here == there:
-        return canonical_spec(f"{NAME}@{here}"), ()
-    return carried_over(tuned_values(here, NAME), there)
+        return canonical_spec(f"{TUNED}@{here}"), ()
+    return carried_over(tuned_values(here), there)
 
 
 def _seeds(main: Search, searches: Sequence[Search]) -> list[tuple[Search, str]]:
@@ -273,7 +273,7 @@ def _transfer(part: str, names: Sequence[str], found: Outcomes) -> TransferTable
             ignored[here, there] = lost
             against = None if here == there else own
             key = dataclasses.replace(
-                method_key(make_method(f"{NAME}@{here}")), title=f"PS_opt of {here} @ {there}"
+                method_key(make_method(f"{TUNED}@{here}")), title=f"PS_opt of {here} @ {there}"
             )
             cells.append(TransferCell(here, there, found.of(spec, against, key)))
     return TransferTable(part, tuple(names), tuple(cells), ignored)

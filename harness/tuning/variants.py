@@ -11,6 +11,7 @@ from engines.registry import capabilities
 from harness.methods.registry import make_method
 from harness.methods.simulation_parameters import parameters_on
 from harness.methods.spec import as_plain, bind
+from harness.methods.tuned import TUNED
 from harness.tuning.space import Space, gene_groups, spec_of
 
 Values = Mapping[str, Any]
@@ -44,9 +45,9 @@ class Change:
     spec: str
 
 
-def tuned_values(engine: str, preset: str) -> dict[str, Any]:
-    """All parameters of a tuned preset on its engine."""
-    return as_plain(make_method(f"{preset}@{engine}").parameters)
+def tuned_values(engine: str) -> dict[str, Any]:
+    """All parameters of the tuned preset on its engine."""
+    return as_plain(make_method(f"{TUNED}@{engine}").parameters)
 
 
 def without_gains(space: Space, tuned: Values) -> list[Change]:

@@ -120,7 +120,8 @@ def test_what_judging_costs_is_measured_once(command, tuned_folder, small_set, t
     assert models[0] == models[1]
     text = (small_set / "cost.json").read_text()
     for content, message in (
-        (text.replace('"mujoco"', '"bullet"'), "is of engine 'bullet'; name another file"),
+        (text.replace('"mujoco"', '"bullet"'), "is of engine 'bullet', space 'extended'; name"),
+        (text.replace('"extended"', '"table3"'), "is of engine 'mujoco', space 'table3'; name"),
         (text[:40], "holds no cost model; name another file"),
     ):
         (tmp_path / "cost.json").write_text(content)

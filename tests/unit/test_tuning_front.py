@@ -38,7 +38,7 @@ def test_what_was_given_up_is_told_as_beaten_in_both(tmp_path):
     search = Search(tmp_path, options)
     start = search.space.start
     other, lost = ((*start[:-1], at) for at in range(2))
-    search.ledger.facts["goal"] = [6.0] * CASES
+    search.ledger.facts["goal"] = 6.0
     for genotype, generation, judged in ((start, -1, CHEAP), (other, 0, DEAR), (lost, 1, LOST)):
         search.ledger.entries[genotype] = Entry(genotype, generation, judged)
     assert len(search.ledger.entries) == 3

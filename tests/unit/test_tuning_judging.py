@@ -48,7 +48,7 @@ def entry(accuracy, cost, name=0):
 
 def test_fitness_is_accuracy_and_speed():
     """0.85 * 3/4 + 0.15 * 2/5, and nothing gained below the goal."""
-    goal = np.array([1.0, 2.0, 3.0, 2.0])
+    goal = 2.0
     judged = Sheet(np.array([True, True, False, True]), np.array([4.0, 6.0, 5.0, 5.0]))
     assert fitness(judged, goal) == pytest.approx(0.85 * 0.75 + 0.15 * 2 / 5)
     assert fitness(sheet("++-+", 2.0), goal) == pytest.approx(0.85 * 0.75 + 0.15)
@@ -73,7 +73,7 @@ def completions(ours, length):
 @pytest.mark.parametrize("strict", [True, False], ids=["few wrong", "many wrong"])
 def test_who_is_given_up_against_all_ways_it_could_end(race, strict):
     """At equal costs, all sheets of 5 of 9 cases against all completions."""
-    goal = np.ones(9)
+    goal = 1.0
     given_up = kept = 0
     for ours in map("".join, itertools.product("+-", repeat=5)):
         for rest in ("++++", "+++-", "-++-") if strict else ("----", "--+-"):
@@ -92,7 +92,7 @@ def test_who_is_given_up_against_all_ways_it_could_end(race, strict):
 
 
 def test_being_cheaper_keeps_a_genotype_in_the_race():
-    rival, goal = sheet("+" * 200, 10.0), np.full(200, 1.0)
+    rival, goal = sheet("+" * 200, 10.0), 1.0
     worse = "+" * 54 + "-" * 6
     assert FitnessRace(goal, rival).lost(sheet(worse, 10.0))
     assert not FitnessRace(goal, rival).lost(sheet(worse, 1.0))
@@ -105,9 +105,13 @@ def test_being_cheaper_keeps_a_genotype_in_the_race():
 def test_what_was_given_up_is_worth_its_extrapolation():
     """Behind by 2 of 8 and twice as dear: 0.85 * (7/8 - 2/8) + 0.15 * 1/4."""
     rival = sheet("++++" + "+++-", 2.0)
-    worth, accuracy, cost = estimated(sheet("+--+", 4.0), rival, np.ones(8))
+    worth, accuracy, cost = estimated(sheet("+--+", 4.0), rival, 1.0)
     assert (accuracy, cost) == (pytest.approx(5 / 8), pytest.approx(4.0))
     assert worth == pytest.approx(0.85 * 5 / 8 + 0.15 / 4)
+    grown = estimated(sheet("+--+", 4.0), rival, 1.0, 1.5)
+    assert grown[1] == pytest.approx(7 / 8 - 1.5 * 2 / 8)
+    most = estimated(sheet("+--+", 4.0), rival, 1.0, 5.0)
+    assert most[1] == pytest.approx(7 / 8 - 4 / 8), "as if the other four cases were like these"
 
 
 def test_judging_ends_at_the_first_round_that_is_lost():
@@ -217,7 +221,7 @@ IDENTITY = {"engine": "mujoco", "seed": 3, "genes": {"eps_t": [1, 2]}}
 @pytest.fixture
 def ledger(tmp_path):
     ledger = Ledger(tmp_path, IDENTITY)
-    ledger.state("goal", [1.0, 2.0])
+    ledger.state("goal", 1.5)
     ledger.add(Entry((1, 2), 0, Sheet(np.arange(11) % 3 == 0, np.linspace(0.1, 9, 11), 0.5)))
     ledger.add(Entry((0, 4), 0, Sheet(np.zeros(0, dtype=bool), np.zeros(0), reason="cannot be")))
     ledger.end(GenerationEnd(0, 4, 0.25, 1.5))
@@ -256,8 +260,8 @@ def test_a_line_cut_off_in_writing_is_dropped(ledger, tmp_path):
 def test_a_search_killed_at_its_first_line_begins(ledger, tmp_path, length):
     file = tmp_path / "search.jsonl"
     file.write_bytes(file.read_bytes()[:length])
-    Ledger(tmp_path, IDENTITY).state("goal", [3.0])
-    assert Ledger(tmp_path, IDENTITY).facts == {"goal": [3.0]}
+    Ledger(tmp_path, IDENTITY).state("goal", 3.0)
+    assert Ledger(tmp_path, IDENTITY).facts == {"goal": 3.0}
 
 
 def test_another_search_is_refused_by_what_differs(ledger, tmp_path):

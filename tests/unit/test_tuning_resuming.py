@@ -12,11 +12,12 @@ from harness.cli import main
 from harness.methods import tuned
 from harness.methods.tuned import write_tuned
 from harness.studies import results
-from harness.tuning import TuningError
+from harness.tuning import TuningError, identity
 from harness.tuning import search as searching
 from harness.tuning.cases import CaseSource, load_cases
 from harness.tuning.cost import TERMS, CostModel
 from harness.tuning.history import preset
+from harness.tuning.ledger import Ledger
 from harness.tuning.proposers import Genetic
 from harness.tuning.search import Search, SearchOptions
 from harness.tuning.space import space_on
@@ -65,12 +66,37 @@ def test_a_labelled_set_that_has_changed_is_refused(searched, tmp_path, monkeypa
         search.run(workers=0)
 
 
+def test_code_that_changes_under_a_search_ends_it(tmp_path, monkeypatch):
+    """As if an adapter were edited while workers, which read it anew, are being started."""
+    search = Search(tmp_path, OPTIONS)
+    judge = searching.run_units
+
+    def edited_meanwhile(*given, **options):
+        monkeypatch.setattr(identity, "judged_by", lambda method: "of other code")
+        yield from judge(*given, **options)
+
+    monkeypatch.setattr(searching, "run_units", edited_meanwhile)
+    with pytest.raises(TuningError, match="code was changed while the search was running"):
+        search.run(workers=0)
+    assert not search.ledger.ends
+
+
+def test_a_ledger_is_begun_by_its_first_line(tmp_path):
+    """Two that are opened at once, of which one is locked out, must not both begin it."""
+    first, _ = (Ledger(tmp_path, {"engine": "mujoco"}) for _ in range(2))
+    assert not list(tmp_path.iterdir())
+    first.state("goal", 1.0)
+    assert Ledger(tmp_path, {"engine": "mujoco"}).facts == {"goal": 1.0}
+    with pytest.raises(TuningError, match="engine differ"):
+        Ledger(tmp_path, {"engine": "dart"})
+
+
 def test_a_search_keeps_its_goal(searched, tmp_path, monkeypatch):
     """Whatever share of PS_3's cost later searches go for."""
     (tmp_path / "search.jsonl").write_text(searched)
-    goal = Search.of(tmp_path).goal.tolist()
+    goal = Search.of(tmp_path).goal
     monkeypatch.setattr(searching, "GOAL_SHARE", 0.5)
-    assert Search.of(tmp_path).goal.tolist() == goal
+    assert Search.of(tmp_path).goal == goal
 
 
 def test_what_is_remade_is_compared_before_it_is_written(searched, tmp_path, monkeypatch, capfd):
