@@ -33,6 +33,9 @@ from harness.tuning.space import Space
 
 FloatArray = NDArray[np.float64]
 
+GOAL = "ps3@{engine}:samples=10,rest_speed=0.01"
+"""What a goal is a share of: PS_3, stopped at rest and looked at as others are."""
+
 TERMS = (
     "layout",
     "world",
@@ -49,6 +52,12 @@ Neighbours touch, or come to touch, all the more the less their side faces are d
 
 _CLOSE = 1e-4
 """[m]; neighbours drawn in by this are half as close."""
+
+_REDRAWN = 0.3
+"""Share of the genes in which a genotype near the start of a space differs from it."""
+
+_GOAL_WEIGHT = 4.0
+"""Of the goal among parameter sets: every cost of a search is held against it."""
 
 _USUAL_ITERATIONS = 50
 """Of an engine that was not told."""
@@ -103,15 +112,19 @@ def calibrate(
     cases: int = 36,
     repeats: int = 3,
 ) -> CostModel:
-    """Measure random genotypes of a space, and its start, and fit the model to them.
+    """Measure genotypes of a space and what its goal is a share of, and fit the model to them.
+
+    Half of the genotypes are random ones, half are near the start of the space, where searches
+    spend their time.
 
     Args:
         space: of the engine.
         source: where the layouts are from.
         workers: processes beside this one; 0 measures here.
         seed: of the genotypes.
-        parameter_sets: how many genotypes; those that cannot be are left out.
-        cases: each is measured on so many of the first ones.
+        parameter_sets: how many, the goal and the start among them; those that cannot be are left
+            out.
+        cases: each is measured on so many, spread evenly.
         repeats: each case is judged so often; the median counts.
 
     Raises:
@@ -119,8 +132,13 @@ def calibrate(
     """
     random = np.random.default_rng(seed)
     sizes = [len(gene.values) for gene in space.genes]
-    genotypes = [space.start, *(tuple(random.integers(sizes)) for _ in range(parameter_sets - 1))]
-    specs = []
+    genotypes = [space.start]
+    for number in range(parameter_sets - 2):
+        drawn = random.integers(sizes)
+        kept = random.random(len(sizes)) >= (_REDRAWN if number % 2 else 1.0)
+        genotypes.append(tuple(np.where(kept, space.start, drawn).tolist()))
+    goal = GOAL.format(engine=space.engine)
+    specs = [goal]
     for genotype in genotypes:
         with suppress(SpecError):
             specs.append(space.spec(genotype))
@@ -133,10 +151,11 @@ def calibrate(
     ]
     if not found:
         raise TuningError(f"engine {space.engine!r}: no genotype could be measured")
-    rows = np.array([row for row, _ in sorted(found, key=lambda pair: pair[1])])
-    times = np.sort([time for _, time in found])
+    found.sort(key=lambda answer: answer[1:])  # in which order they were measured means nothing
+    rows, times = np.array([row for row, _, _ in found]), np.array([time for _, time, _ in found])
+    sure = np.sqrt([_GOAL_WEIGHT if spec == goal else 1.0 for _, _, spec in found])
     # Relative errors count: a genotype of 1 ms matters as much as one of 50.
-    weights, _ = nnls(rows / times[:, None], np.ones(len(times)))
+    weights, _ = nnls(rows * (sure / times)[:, None], sure)
     modelled = rows @ weights
     return CostModel(
         {term: float(f"{1e3 * w:.4g}") for term, w in zip(TERMS, weights, strict=True)},
@@ -193,7 +212,7 @@ def kept_model(
 
 @dataclass(frozen=True, slots=True)
 class _Measurement(SinglePart):
-    """A unit of work: one parameter set on the first cases."""
+    """A unit of work: one parameter set on some cases."""
 
     spec: str
     source: CaseSource
@@ -201,22 +220,25 @@ class _Measurement(SinglePart):
     repeats: int
 
     def describe(self, part: int) -> str:
-        return f"{self.spec} on the first {self.cases} cases"
+        return f"{self.spec} on {self.cases} cases"
 
 
-_Counted = tuple[Sequence[float], float]
+_Counted = tuple[Sequence[float], float, str]
 
 
 def _measure(unit: _Measurement) -> Iterator[_Counted]:
-    """Mean counts and mean CPU time [ms] a layout."""
+    """Mean counts and mean CPU time [ms] a layout, and the spec."""
     method = make_method(unit.spec)
-    layouts = [case.layout for case in load_cases(unit.source)[: unit.cases]]
+    cases = load_cases(unit.source)
+    # The first cases are not like all: fragile labels come first.
+    chosen = np.linspace(0, len(cases) - 1, min(unit.cases, len(cases)), dtype=int)
+    layouts = [cases[k].layout for k in chosen]
     method.prepare(max(map(len, layouts)))
     method.judge(layouts[0])
     verdicts = [[method.judge(layout) for layout in layouts] for _ in range(unit.repeats)]
     row = np.mean([counts(v.effort, method.parameters) for v in verdicts[0]], axis=0)
     cpu = np.median([[v.cpu.total for v in repeat] for repeat in verdicts], axis=0)
-    yield row.tolist(), 1e3 * float(cpu.mean())
+    yield row.tolist(), 1e3 * float(cpu.mean()), unit.spec
 
 
 def _crashed(unit: _Measurement, part: int, reason: str) -> None:

@@ -13,12 +13,13 @@ from harness.methods.registry import make_method
 from harness.methods.tuned import TUNED, tuned
 from harness.studies.comparison import method_key
 from harness.tuning import TuningError
+from harness.tuning.cost import GOAL
 from harness.tuning.history import preset, tuning_of
 from harness.tuning.judging import fitness
 from harness.tuning.ledger import Entry
 from harness.tuning.outcomes import PART, Outcomes, canonical_spec, judge_all
 from harness.tuning.presets import by_worth
-from harness.tuning.search import GOAL, Search, pareto_front
+from harness.tuning.search import Search, pareto_front
 from harness.tuning.variants import (
     Change,
     carried_over,

@@ -206,11 +206,11 @@ def test_a_measured_model_tells_dear_from_cheap():
 
 
 def test_a_genotype_that_cannot_be_is_not_measured():
-    """Seed 71 draws 5 Hz for 0.1 s beside the start: half a substep."""
+    """Seed 80 draws 5 Hz for 0.1 s beside goal and start: half a substep."""
     space, source = space_on("mujoco", "table3"), CaseSource(limit=1)
     few = {"parameter_sets": 3, "cases": 1, "repeats": 1}
-    assert calibrate(space, source, workers=0, seed=71, **few).parameter_sets == 2
-    assert calibrate(space, source, workers=0, seed=70, **few).parameter_sets == 3
+    assert calibrate(space, source, workers=0, seed=80, **few).parameter_sets == 2
+    assert calibrate(space, source, workers=0, seed=81, **few).parameter_sets == 3
 
 
 # --- the ledger ---------------------------------------------------------------------------------
