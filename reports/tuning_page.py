@@ -62,7 +62,7 @@ def tuning_page(tuning: Tuning, manifest: Mapping[str, str]) -> Page:
         "the label's failing step; *overestimated*: a later one, *underestimated*: an earlier one. "
         "*Cost* is the CPU time a layout that is modelled from what a simulation does, so that it "
         "does not depend on what else a machine was doing; *CPU* is measured. Being cheaper than "
-        f"a sixth of PS_3 is worth nothing to a search{f': {goals}' if goals else ''}. "
+        f"18.5 % of PS_3 is worth nothing to a search{f': {goals}' if goals else ''}. "
         "Differences are in percentage points, on the same cases; brackets hold 95 % intervals.",
         sections,
         manifest,

@@ -214,7 +214,7 @@ class SeedRow:
 class Tuning:
     """All that is known of tuning. Parts that were not computed are empty.
 
-    ``goal``: by engine, the cost [ms] up to which being cheaper is worth nothing: a sixth of that
+    ``goal``: by engine, the cost [ms] up to which being cheaper is worth nothing: 18.5 % of that
     of PS_3. ``parameters``: by engine, what was found, in the order of the space.
     """
 

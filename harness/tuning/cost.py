@@ -56,8 +56,9 @@ _CLOSE = 1e-4
 _REDRAWN = 0.3
 """Share of the genes in which a genotype near the start of a space differs from it."""
 
-_GOAL_WEIGHT = 4.0
-"""Of the goal among parameter sets: every cost of a search is held against it."""
+_ANCHOR_WEIGHT = 4.0
+"""Of the goal and the start of a space among parameter sets: every cost of a search is held against
+the one, and searches spend their time near the other."""
 
 _USUAL_ITERATIONS = 50
 """Of an engine that was not told."""
@@ -138,6 +139,7 @@ def calibrate(
         kept = random.random(len(sizes)) >= (_REDRAWN if number % 2 else 1.0)
         genotypes.append(tuple(np.where(kept, space.start, drawn).tolist()))
     goal = GOAL.format(engine=space.engine)
+    anchors = (goal, space.spec(space.start))
     specs = [goal]
     for genotype in genotypes:
         with suppress(SpecError):
@@ -153,7 +155,7 @@ def calibrate(
         raise TuningError(f"engine {space.engine!r}: no genotype could be measured")
     found.sort(key=lambda answer: answer[1:])  # in which order they were measured means nothing
     rows, times = np.array([row for row, _, _ in found]), np.array([time for _, time, _ in found])
-    sure = np.sqrt([_GOAL_WEIGHT if spec == goal else 1.0 for _, _, spec in found])
+    sure = np.sqrt([_ANCHOR_WEIGHT if spec in anchors else 1.0 for _, _, spec in found])
     # Relative errors count: a genotype of 1 ms matters as much as one of 50.
     weights, _ = nnls(rows * (sure / times)[:, None], sure)
     modelled = rows @ weights
