@@ -1,1 +1,28 @@
-"""Learned judges: methods that were trained on labelled layouts. None is here yet."""
+"""Learned judges: methods that were trained on labelled layouts, and what trains them.
+
+What judges (:mod:`learners.judges` and below it) needs numpy and numba alone; what trains imports
+torch, which comes with ``pip install 'steadyload[learners]'``.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+
+
+class LearnerError(ValueError):
+    """Training, data or weights that cannot be: says what was asked and what is allowed."""
+
+
+class LeakError(LearnerError):
+    """Training data hold an item list or a geometry that is held out for validation or test."""
+
+
+def require_training() -> None:
+    """See that what training needs is installed.
+
+    Raises:
+        LearnerError: it is not; says which extra installs it.
+    """
+    for name in ("torch", "safetensors", "optuna"):
+        if importlib.util.find_spec(name) is None:
+            raise LearnerError(f"training needs {name}: pip install 'steadyload[learners]'")

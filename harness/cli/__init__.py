@@ -24,6 +24,7 @@ from harness.cli.terminal import (
     say,
     status_line,
 )
+from harness.cli.train import add_generate, add_train
 from harness.cli.tune import add_tune, add_tuned
 from harness.cli.verify import add_verify
 from harness.layouts.benchmark import BenchmarkError
@@ -41,6 +42,7 @@ from harness.studies.executors import WorkerDiedError
 from harness.studies.results import ResultsError, load_manifest
 from harness.studies.scoring import score_layouts
 from harness.tuning import TuningError
+from learners import LearnerError
 
 _BAD_INPUT = (
     LayoutError,
@@ -50,6 +52,7 @@ _BAD_INPUT = (
     BenchmarkError,
     PropertyError,
     TuningError,
+    LearnerError,
     EngineNotInstalledError,
     OSError,
 )
@@ -203,6 +206,8 @@ def _parser() -> argparse.ArgumentParser:
     add_extremes(commands)
     add_tune(commands)
     add_tuned(commands)
+    add_train(commands)
+    add_generate(commands)
     add_benchmark(commands)
     add_properties(commands)
 

@@ -219,6 +219,12 @@ class Method(ABC):
         """The ``Parameters`` to be bound when the method runs on the named engine."""
         return cls.Parameters
 
+    def made_of(self) -> str:
+        """Hash of what verdicts come from besides parameters and the code of layouts, methods and
+        engines, such as trained weights; empty where there is nothing.
+        """
+        return ""
+
     def prepare(self, item_count: int = 0) -> None:
         """Make ready for layouts of up to ``item_count`` items.
 

@@ -36,6 +36,8 @@ METHODS: dict[str, str] = {
     "sme": "harness.methods.sme:StaticMechanicalEquilibrium",
     "equilibrium": "harness.methods.equilibrium:Equilibrium",
     "simulation": "harness.methods.simulation:Simulation",
+    "lstm_1": "learners.judges:LearnedJudge",
+    "lstm_e": "learners.judges:LearnedEnsemble",
 }
 
 

@@ -123,6 +123,8 @@ def allowed_values(parameters: type[Any], name: str) -> str:
         choices = "|".join(kind)
     elif typing.get_origin(kind) is frozenset:
         choices = f"{'|'.join(field.metadata['choices'])}, joined by +"
+    elif kind is str:
+        choices = "a text"
     else:
         choices = _range(field.metadata["least"], field.metadata["most"])
     return f"none|{choices}" if optional else choices
@@ -150,6 +152,8 @@ def _convert(value: Any, hint: Any, field: dataclasses.Field[Any], where: str) -
         for name in sorted(names - set(field.metadata["choices"])):
             raise SpecError(f"{label} is {name!r}; {nearest(name, field.metadata['choices'])}")
         return names
+    if kind is str:
+        return str(value)
     number = _number(value, field.metadata["unit"], label)
     if kind is int:
         if number != int(number):

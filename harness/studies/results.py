@@ -190,13 +190,13 @@ def code_fingerprint(*classes: type) -> str:
 
 
 def judged_by(method: Method) -> str:
-    """Hash of the code that a method's verdicts come from, its engine's adapter and a preset's
-    values too.
+    """Hash of the code that a method's verdicts come from, its engine's adapter, a preset's values
+    and trained weights too.
     """
     engine = method.spec.engine
     code = code_fingerprint(type(method), *((world_class(engine),) if engine else ()))
     values = json.dumps(as_plain(method.parameters), sort_keys=True)
-    return hashlib.sha256(f"{code} {values}".encode()).hexdigest()
+    return hashlib.sha256(f"{code} {values} {method.made_of()}".encode()).hexdigest()
 
 
 def provenance() -> dict[str, Any]:

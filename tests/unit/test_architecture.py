@@ -28,7 +28,10 @@ ALLOWED = {
         "harness.tuning", "harness.studies", "harness.methods", "harness.layouts",
         "harness.atomic", "engines", "reports",
     },
-    "learners": {"learners", "harness", "reports"},
+    "learners": {
+        "learners", "harness.studies", "harness.methods", "harness.layouts", "harness.atomic",
+        "engines", "reports",
+    },
     "harness.cli": {"harness", "engines", "learners", "reports"},
 }  # fmt: skip
 OURS = ("harness", "engines", "learners", "reports")

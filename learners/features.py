@@ -1,0 +1,142 @@
+"""What a learner is told of every step: a row of numbers an item, from the items placed by then."""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harness.layouts.model import FloatArray, Item, Layout, Pallet
+from learners.compiled import compiled
+from learners.support import COLUMNS, support_table
+
+Array32 = NDArray[np.float32]
+
+
+class FeatureKind(StrEnum):
+    """Which features.
+
+    ``plain``: those of the paper's Fig. 2: position, size, centre of mass and weight of the item
+    and the size of the pallet. ``support``: these, and how the item and all that carries it stand
+    on what is below them (:mod:`learners.support`).
+    """
+
+    PLAIN = "plain"
+    SUPPORT = "support"
+
+
+PLAIN = (
+    "x", "y", "z", "width", "height", "depth", "mass x", "mass y", "mass z", "weight",
+    "pallet width", "pallet height", "pallet depth", "scale",
+)  # fmt: skip
+"""Lengths in shares of the pallet's longest side, which ``scale`` tells [log of metres]; ``mass``
+is the centre of mass from the geometric centre; ``weight`` the log of how heavy the item would be
+on a pallet of one metre [kg], at the same density."""
+
+_X, _Y, _Z, _WIDTH, _HEIGHT, _DEPTH, _MASS_X, _MASS_Y, _MASS_Z = range(9)
+_PALLET_X, _PALLET_Z = 10, 12
+_LOGARITHMS = tuple(COLUMNS.index(c) for c in COLUMNS if c.split()[-1] in ("angle", "way"))
+_PLAIN_COUNT, _SUPPORT_COUNT = len(PLAIN), len(COLUMNS)
+_LEAST = 0.01
+"""An angle or way of less than this share of a label's threshold is none."""
+
+SYMMETRIES = 8
+"""Turns and mirrors of a pallet about its vertical: bit 0 mirrors along x, bit 1 along z, bit 2
+then swaps the two axes. 0 leaves all as it is."""
+
+
+def names(kind: FeatureKind) -> tuple[str, ...]:
+    """Names of the features, in the order of the columns."""
+    return PLAIN if kind is FeatureKind.PLAIN else PLAIN + COLUMNS
+
+
+def features(layout: Layout, kind: FeatureKind) -> Array32:
+    """The features of every step, not yet normalised: shape (J, len(names(kind))).
+
+    Row j hangs on the items 0 to j alone.
+    """
+    out = np.empty((len(layout), len(names(kind))), dtype=np.float32)
+    pallet, support = np.array(layout.pallet.size, dtype=np.float64), kind is FeatureKind.SUPPORT
+    _fill(
+        layout.lower, layout.upper, layout.weights, layout.mass_offsets, pallet, support, out
+    )  # fmt: skip
+    return out
+
+
+@compiled
+def _fill(
+    lower: FloatArray, upper: FloatArray, weights: FloatArray, offsets: FloatArray,
+    pallet: FloatArray, support: bool, out: Array32,
+) -> None:  # fmt: skip
+    longest = pallet.max()
+    scale = math.log(longest / 100.0)
+    for j in range(len(weights)):
+        for axis in range(3):
+            out[j, axis] = lower[j, axis] / longest
+            out[j, 3 + axis] = (upper[j, axis] - lower[j, axis]) / longest
+            out[j, 6 + axis] = offsets[j, axis] / longest
+            out[j, 10 + axis] = pallet[axis] / longest
+        out[j, 9] = math.log(weights[j]) - 3.0 * scale
+        out[j, 13] = scale
+    if support:
+        table = support_table(lower, upper, weights, 0.5 * (lower + upper) + offsets)
+        for j in range(len(weights)):
+            for k in range(_SUPPORT_COUNT):
+                value = table[j, k]
+                if k in _LOGARITHMS:
+                    value = math.log(max(value / 10.0, _LEAST))
+                else:
+                    value = math.asinh(value)
+                out[j, _PLAIN_COUNT + k] = value
+
+
+def turned(layout: Layout, symmetry: int) -> Layout:
+    """The layout turned or mirrored, with its pallet; see :data:`SYMMETRIES`."""
+    width, height, depth = layout.pallet.size
+    items = []
+    for item in layout.items:
+        (x, y, z), (w, h, d), (a, b, c) = item.position, item.size, item.mass_offset
+        if symmetry & 1:
+            x, a = width - x - w, -a
+        if symmetry & 2:
+            z, c = depth - z - d, -c
+        if symmetry & 4:
+            x, z, w, d, a, c = z, x, d, w, c, a
+        items.append(Item(item.sequence, (x, y, z), (w, h, d), item.weight, (a, b, c), item.name))
+    pallet = Pallet(depth, height, width) if symmetry & 4 else layout.pallet
+    return Layout(layout.name, pallet, tuple(items))
+
+
+def symmetry_matrices(kind: FeatureKind) -> Array32:
+    """What symmetries do to features: ``features(turned(layout, k)) == features(layout) @ m[k]``.
+
+    All plain features are linear in what a symmetry changes, and how items stand does not change.
+
+    Returns:
+        Shape (SYMMETRIES, F, F), F columns.
+    """
+    count = len(names(kind))
+    mirrors = []
+    for at, size, mass, pallet in (
+        (_X, _WIDTH, _MASS_X, _PALLET_X),
+        (_Z, _DEPTH, _MASS_Z, _PALLET_Z),
+    ):
+        mirror = np.eye(count)
+        mirror[:, at] = 0.0
+        mirror[at, at], mirror[size, at], mirror[pallet, at] = -1.0, -1.0, 1.0
+        mirror[mass, mass] = -1.0
+        mirrors.append(mirror)
+    swap = np.eye(count)
+    pairs = ((_X, _Z), (_WIDTH, _DEPTH), (_MASS_X, _MASS_Z), (_PALLET_X, _PALLET_Z))
+    for one, two in pairs:
+        swap[:, [one, two]] = swap[:, [two, one]]
+    result = []
+    for symmetry in range(SYMMETRIES):
+        matrix = np.eye(count)
+        for bit, part in enumerate((*mirrors, swap)):
+            if symmetry >> bit & 1:
+                matrix = matrix @ part
+        result.append(matrix)
+    return np.array(result, dtype=np.float32)

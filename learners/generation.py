@@ -1,0 +1,263 @@
+"""Larger sets to learn from: fresh item lists, packed, labelled by any method, in the form of a
+labelled set whose cases are all ``train``.
+
+A folder is worked on in place: every item list has a shard of its own, whole or not there, and an
+interrupted run goes on where it was.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from harness.atomic import write_atomically
+from harness.layouts.benchmark import BenchmarkError, Part
+from harness.layouts.benchmark.build import draw_case
+from harness.layouts.benchmark.dataset import row_of
+from harness.layouts.benchmark.tables import (
+    CASES,
+    LAYOUTS,
+    OPINIONS,
+    is_table,
+    read_parquet,
+    write_parquet,
+    write_tables,
+)
+from harness.layouts.heuristics import HEURISTICS
+from harness.layouts.packing import ITEM_CLASSES, generate, make_instance
+from harness.layouts.scenarios import Scenario
+from harness.methods.method import Status
+from harness.methods.registry import make_method
+from harness.studies.executors import SinglePart, run_units
+from harness.studies.results import provenance
+from harness.studies.runner import locked
+from learners import LearnerError
+from learners.sequences import HeldOut, geometry_of
+
+OWN_SEEDS = 1_000_000_000
+"""Item lists are drawn from seeds above this; those of labelled sets are below."""
+
+_SHARDS, _ASKED = "shards", "asked.json"
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, slots=True)
+class GenerationOptions:
+    """What a set is drawn from and labelled by.
+
+    Args:
+        lists: item lists of every class.
+        label: spec of the method whose verdicts are the labels.
+        seed: of item lists, heuristics and centres of mass; 0 or more.
+        heuristics: that pack every list, drawn from the 160 for each anew. Few of them on many
+            lists teach more than all of them on few, at the same cost.
+        most: layouts that are kept of an item list, drawn at random.
+        scenarios: where centres of mass lie.
+
+    Raises:
+        LearnerError: a number out of its range.
+        SpecError: no such method.
+    """
+
+    lists: int
+    label: str = "label@reference"
+    seed: int = 0
+    heuristics: int = 16
+    most: int = 24
+    scenarios: tuple[str, ...] = tuple(str(s) for s in Scenario)
+
+    def __post_init__(self) -> None:
+        for name, most in (("lists", 10**6), ("heuristics", len(HEURISTICS)), ("most", 10**4)):
+            if not 1 <= getattr(self, name) <= most:
+                raise LearnerError(f"{name} is {getattr(self, name)}; allowed: 1 to {most}")
+        if not 0 <= self.seed < OWN_SEEDS:
+            raise LearnerError(f"seed is {self.seed}; allowed: 0 to {OWN_SEEDS - 1}")
+        make_method(self.label)
+
+    def identity(self) -> dict[str, Any]:
+        """What makes shards those of the same set. More lists begin with the same ones."""
+        found = dataclasses.asdict(self)
+        del found["lists"]
+        return found | {"scenarios": list(self.scenarios)}
+
+
+@dataclass(frozen=True, slots=True)
+class ListUnit(SinglePart):
+    """One item list: packed and labelled in one go, and its shard."""
+
+    class_number: int
+    number: int
+    options: GenerationOptions
+    shard: Path
+
+    def describe(self, part: int) -> str:
+        """The list for people."""
+        return f"{self.options.label} on item list {self.number} of class {self.class_number}"
+
+
+def generate_labelled(
+    options: GenerationOptions,
+    directory: Path,
+    *,
+    workers: int = 1,
+    progress: Progress = lambda done, total: None,
+) -> dict[str, Any]:
+    """Make a labelled set to learn from; an interrupted run goes on.
+
+    Layouts that are by chance geometries of held-out layouts are left out, and so are cases that
+    the method gave no label.
+
+    Args:
+        options: what to draw, and who labels.
+        directory: of the set; made when it does not exist.
+        workers: processes beside this one, see :func:`harness.studies.executors.run_units`.
+        progress: called with item lists done and item lists in all.
+
+    Returns:
+        The manifest.
+
+    Raises:
+        LearnerError: the folder holds another set.
+        ResultsError: another run is at work in the folder.
+        WorkerDiedError: see :func:`harness.studies.executors.run_units`.
+    """
+    make_method(options.label).prepare()
+    directory.mkdir(parents=True, exist_ok=True)
+    with locked(directory):
+        _claim(directory, options)
+        units = [
+            ListUnit(number, which, options, directory / _SHARDS / f"{number}_{which:06d}")
+            for which in range(options.lists)
+            for number in ITEM_CLASSES
+        ]
+        waiting = [unit for unit in units if not is_table(_cases(unit.shard), CASES)]
+        done = len(units) - len(waiting)
+        progress(done, len(units))
+        crashed = []
+        for unit, (reason,) in run_units(
+            _label_list, waiting, workers=workers, crashed=lambda unit, part, reason: reason
+        ):
+            if reason:
+                crashed.append(f"{unit.describe(0)}: {reason}")
+            done += 1
+            progress(done, len(units))
+        return _gather(directory, options, units, crashed)
+
+
+def _claim(directory: Path, options: GenerationOptions) -> None:
+    asked = directory / _ASKED
+    if asked.exists():
+        found = json.loads(asked.read_text())
+        if found != options.identity():
+            differs = sorted(
+                k
+                for k in {*found, *options.identity()}
+                if found.get(k) != options.identity().get(k)
+            )
+            raise LearnerError(
+                f"{directory}: holds another set ({', '.join(differs)} differ); choose another "
+                "folder, or remove it"
+            )
+    elif (directory / "manifest.json").exists():
+        raise LearnerError(f"{directory}: holds something else; choose another folder")
+    (directory / _SHARDS).mkdir(exist_ok=True)
+    write_atomically(asked, json.dumps(options.identity(), indent=1) + "\n")
+
+
+def _label_list(unit: ListUnit) -> Iterator[str]:
+    """Pack and label one item list into its shard; the answer is empty."""
+    method = make_method(unit.options.label)
+    method.prepare()
+    return (_written(unit, method) for _ in range(1))
+
+
+def _written(unit: ListUnit, method: Any) -> str:
+    options = unit.options
+    root = OWN_SEEDS + options.seed
+    random = np.random.default_rng(np.random.SeedSequence([root, unit.class_number, unit.number]))
+    instance = make_instance(unit.class_number, unit.number, seed=root)
+    name = f"Seed_{options.seed}_{instance.name}"
+    which = sorted(random.choice(len(HEURISTICS), options.heuristics, replace=False).tolist())
+    packed = generate([instance], heuristics=[HEURISTICS[k] for k in which])
+    kept = sorted(random.permutation(len(packed))[: options.most].tolist())
+    rows, cases = [], []
+    for k in kept:
+        layout = packed[k].layout.renamed(f"Seed_{options.seed}_{packed[k].layout.name}")
+        rows.append(row_of(layout, name, unit.class_number, packed[k].sources))
+        for scenario in options.scenarios:
+            drawn = draw_case(layout, Scenario(scenario), root)
+            verdict = method.judge(drawn)
+            cases.append(
+                {
+                    "layout": layout.name,
+                    "scenario": scenario,
+                    "item_count": len(layout),
+                    "offsets": drawn.mass_offsets.ravel().tolist()
+                    if drawn.mass_offsets.any()
+                    else None,
+                    "split": str(Part.TRAIN),
+                    "rank": 0,
+                    "status": str(verdict.status),
+                    "failing_step": verdict.failing_step,
+                }
+            )
+    write_parquet(_layouts(unit.shard), pd.DataFrame(rows), LAYOUTS)
+    # The cases come last: they say that the shard is whole.
+    write_parquet(_cases(unit.shard), pd.DataFrame(cases).reindex(columns=CASES.names), CASES)
+    return ""
+
+
+def _gather(
+    directory: Path, options: GenerationOptions, units: list[ListUnit], crashed: list[str]
+) -> dict[str, Any]:
+    """All shards as one labelled set."""
+    whole = [unit.shard for unit in units if is_table(_cases(unit.shard), CASES)]
+    if not whole:
+        raise BenchmarkError(f"{directory}: no item list could be labelled; {crashed[0]}")
+    layouts = pd.concat([read_parquet(_layouts(s), LAYOUTS) for s in whole], ignore_index=True)
+    cases = pd.concat([read_parquet(_cases(s), CASES) for s in whole], ignore_index=True)
+    held_out = HeldOut.of()
+    hashes = np.array([geometry_of(row) for row in layouts.to_dict("records")])
+    twins = np.isin(hashes, list(held_out.geometries))
+    again = pd.Series(hashes).duplicated().to_numpy()  # two lists, one geometry
+    layouts = layouts[~(twins | again)].reset_index(drop=True)
+    cases = cases[cases["layout"].isin(layouts["layout"])]
+    labelled = cases["status"] == str(Status.DONE)
+    unlabelled = cases["status"][~labelled].value_counts().to_dict()
+    cases = cases[labelled].reset_index(drop=True)
+    # Ranks are drawn, so that the first ones are a fair part of the whole.
+    random = np.random.default_rng(np.random.SeedSequence([OWN_SEEDS + options.seed]))
+    for _, group in cases.groupby("scenario", sort=True):
+        cases.loc[random.permutation(group.index.to_numpy()), "rank"] = np.arange(len(group))
+    manifest = {
+        "origin": "generated to learn from",
+        **options.identity(),
+        "seed": OWN_SEEDS + options.seed,
+        "lists": options.lists,
+        "left_out": {
+            "held-out geometries": int(twins.sum()),
+            "geometries met again": int(again.sum()),
+            "no label": {str(k): int(v) for k, v in unlabelled.items()},
+        },
+        "crashed": crashed,
+        "labelled_with": provenance(),
+    }
+    empty = pd.DataFrame({name: [] for name in OPINIONS.names})
+    write_tables(directory, layouts, cases, empty, manifest)
+    return manifest | {"cases": len(cases), "layouts": len(layouts)}
+
+
+def _layouts(shard: Path) -> Path:
+    return shard.with_suffix(".layouts.parquet")
+
+
+def _cases(shard: Path) -> Path:
+    return shard.with_suffix(".cases.parquet")

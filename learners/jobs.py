@@ -1,0 +1,347 @@
+"""From data to weights in a folder: the members of a training, one after the other."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import shlex
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from harness.layouts.benchmark import Part
+from harness.layouts.benchmark.tables import read_tables
+from harness.methods.spec import as_plain
+from harness.studies.results import provenance
+from harness.studies.runner import locked
+from learners import LearnerError
+from learners.features import names
+from learners.inference import Network
+from learners.options import TrainingOptions, TrainingPreset, options_from
+from learners.scoring import THRESHOLD, accuracies
+from learners.search import search_hyperparameters
+from learners.sequences import HeldOut, Sequences, joined, load_sequences
+from learners.training import Epoch, Trained, Training
+from learners.weights import SHIPPED, load_arrays, load_weights, save_weights
+
+BENCHMARK = "benchmark"
+"""Stands for the labelled set of the package, where data are named."""
+
+Report = Callable[[int, Epoch], None]
+
+
+@dataclass(frozen=True)
+class TrainingJob:
+    """What is to be trained, on what.
+
+    Args:
+        options: of every member; the seeds of the members are drawn from that of the options.
+        members: networks.
+        left_out: see :class:`learners.options.TrainingPreset`.
+        budget: wall seconds over all members.
+        data: folders of labelled sets, and :data:`BENCHMARK`; of each its training part is taken.
+        limit: only so many cases a scenario of every set, those of the first ranks.
+        start: weights to train on from; features, network and sizes are theirs. Empty: none.
+        leaky: learn from the item lists of validation and test, too, though not from their cases;
+            for a study of what that is worth, never shipped.
+    """
+
+    options: TrainingOptions
+    members: int = 1
+    left_out: float = 0.0
+    budget: float = 600.0
+    data: tuple[str, ...] = (BENCHMARK,)
+    limit: int | None = None
+    start: str = ""
+    leaky: bool = False
+
+    @classmethod
+    def of(cls, preset: TrainingPreset, changes: Mapping[str, Any], **others: Any) -> TrainingJob:
+        """The job of a preset, with some options and arguments changed.
+
+        Raises:
+            LearnerError: an option or argument that cannot be.
+        """
+        values = as_plain(preset.options) | dict(changes)
+        if others.get("start"):
+            made = load_weights(others["start"]).manifest["members"][0]["options"]
+            values |= {key: made[key] for key in ("features", "network", "hidden", "layers")}
+        options = options_from(values, where=f"preset {preset.name}")
+        given = {key: value for key, value in others.items() if value is not None}
+        own = {key: getattr(preset, key) for key in ("members", "left_out", "budget")}
+        return cls(options, **own | given)
+
+    def __post_init__(self) -> None:
+        if self.members < 1:
+            raise LearnerError(f"members is {self.members}; allowed: 1 or more")
+        if not 0.0 <= self.left_out <= 0.5:
+            raise LearnerError(f"left_out is {self.left_out:g}; allowed: 0 to 0.5")
+        if not self.data:
+            raise LearnerError("no data are named; allowed: one set or more")
+
+    @property
+    def command(self) -> str:
+        """What trains the same weights again, but for the time that a budget cuts off."""
+        words = ["steadyload", "train", "--preset", "quick"]
+        for field, value in as_plain(self.options).items():
+            words += ["--option", f"{field}={value}"]
+        words += ["--members", str(self.members), "--left-out", f"{self.left_out:g}"]
+        words += ["--budget", f"{self.budget:g}"]
+        for name in self.data:
+            words += ["--data", name]
+        words += ["--limit", str(self.limit)] if self.limit else []
+        words += ["--start", self.start] if self.start else []
+        words += ["--leaky"] if self.leaky else []
+        return shlex.join(words)
+
+
+def train_weights(
+    job: TrainingJob,
+    directory: Path,
+    *,
+    threads: int = 1,
+    device: str = "cpu",
+    loading: Callable[[int, int], None] = lambda done, total: None,
+    progress: Report = lambda member, epoch: None,
+) -> Path:
+    """Train all members and write their weights; an interrupted run goes on.
+
+    Args:
+        job: what.
+        directory: holds a checkpoint a member, and ``weights`` in the end.
+        threads: of torch; weights may differ by rounding from one number to another.
+        device: as torch names it.
+        loading: called with layouts read and layouts in all, for every set.
+        progress: called with the member, counted from 0, after each of its epochs.
+
+    Returns:
+        The folder of the weights.
+
+    Raises:
+        LeakError: what is held out is in the data.
+        LearnerError: the folder holds another training.
+        BenchmarkError: a set that is none.
+        ResultsError: another run is at work in the folder.
+    """
+    torch.set_num_threads(threads)
+    directory.mkdir(parents=True, exist_ok=True)
+    with locked(directory):
+        begun = time.perf_counter()
+        material = _material(job, loading)
+        data, validation = material.data, material.validation
+        start = load_arrays(job.start) if job.start else None
+        members, networks, rest = [], [], job.budget
+        for number in range(job.members):
+            learnt, stopping, lists = _split(job, number, data, validation)
+            training = Training(
+                directory / f"member_{number}",
+                member_options(job.options, number),
+                learnt,
+                stopping,
+                held_out=None if job.leaky else material.held_out,
+                start=start,
+                device=device,
+            )
+            trained = training.run(
+                budget=rest / (job.members - number),
+                progress=lambda epoch, number=number: progress(number, epoch),  # type: ignore[misc]
+            )
+            rest = max(rest - trained.history[-1].seconds, 0.0)
+            members.append(_member(training.options, trained, learnt, lists))
+            networks.append(trained.arrays)
+        manifest = {
+            "features": str(job.options.features),
+            "feature_names": list(names(job.options.features)),
+            "network": str(job.options.network),
+            "hidden": job.options.hidden,
+            "command": job.command,
+            "threshold": THRESHOLD,
+            "ranges": data.ranges,
+            "data": material.sources,
+            "cases": len(data),
+            "leaky": job.leaky,
+            "members": members,
+            "validation": _validated(networks, validation),
+            "seconds": round(time.perf_counter() - begun, 1),
+            "device": device,
+            "made_by": provenance() | {"learners": _code(), "torch": torch.__version__},
+        }
+        return save_weights(directory / "weights", networks, manifest)
+
+
+def search_options(
+    job: TrainingJob,
+    directory: Path,
+    trials: int,
+    *,
+    threads: int = 1,
+    device: str = "cpu",
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> TrainingJob:
+    """The job with the learning rate, hidden size and optimiser that a search finds best.
+
+    Every trial is one member's training, stopped as the job's first member is.
+
+    Args:
+        job: what is trained in the end; half its budget goes to the search, counted anew in every
+            run.
+        directory: of the search.
+        trials: in all.
+        threads: see :func:`train_weights`.
+        device: likewise.
+        progress: called with trials done and trials in all.
+
+    Raises:
+        as :func:`learners.search.search_hyperparameters` and :func:`train_weights`.
+    """
+    torch.set_num_threads(threads)
+    directory.mkdir(parents=True, exist_ok=True)
+    with locked(directory):
+        material = _material(job, lambda done, total: None)
+        learnt, stopping, _ = _split(job, 0, material.data, material.validation)
+        found = search_hyperparameters(
+            job.options,
+            directory,
+            learnt,
+            stopping,
+            held_out=None if job.leaky else material.held_out,
+            trials=trials,
+            budget=0.5 * job.budget,
+            seed=job.options.seed,
+            device=device,
+            progress=progress,
+        )
+    return dataclasses.replace(job, options=found[0].options)
+
+
+def member_options(options: TrainingOptions, number: int) -> TrainingOptions:
+    """The options of a member: those of the job with a seed of its own; the first keeps that."""
+    if not number:
+        return options
+    sequence = np.random.SeedSequence([options.seed, number])
+    return dataclasses.replace(options, seed=int(sequence.generate_state(1)[0]))
+
+
+def ship(weights: Path, name: str) -> Path:
+    """Make weights part of the package, in the place of what had the name.
+
+    Raises:
+        LearnerError: they were trained the leaky way, or by code that is in no commit: nobody could
+            make them again.
+    """
+    found = load_weights(weights)
+    check_shippable(found.manifest["made_by"])
+    if found.manifest["leaky"]:
+        raise LearnerError(f"{weights}: learnt from what is held out, and is not shipped")
+    arrays = [load_arrays(weights, k) for k in range(len(found.networks))]
+    own = {k: v for k, v in found.manifest.items() if k not in ("version", "hashes")}
+    return save_weights(SHIPPED / name, arrays, own)
+
+
+def check_shippable(made_by: Mapping[str, Any]) -> None:
+    """Ask whether what a training makes may be shipped.
+
+    Raises:
+        LearnerError: its code is in no commit.
+    """
+    if made_by["git"] is None or "dirty" in str(made_by["git"]):
+        raise LearnerError(
+            f"the weights are made by {made_by['git'] or 'an installed package'}, which is in no "
+            "commit: nobody could make them again; commit, then train in another folder"
+        )
+
+
+@dataclass(frozen=True)
+class _Material:
+    """All data of a job, and what is to be said of every set."""
+
+    data: Sequences
+    validation: Sequences
+    held_out: HeldOut
+    sources: list[dict[str, Any]]
+
+
+def _material(job: TrainingJob, loading: Callable[[int, int], None]) -> _Material:
+    kind, parts, sources = job.options.features, [], []
+    for name in job.data:
+        folder = _folder(name)
+        found = load_sequences(
+            kind, directory=folder, limit=job.limit, leaky=job.leaky, progress=loading
+        )
+        parts.append(found)
+        source = {"name": name, "cases": len(found), "fingerprint": found.fingerprint()}
+        if folder is not None:
+            manifest = read_tables(folder)[3]
+            keys = ("label", "seed", "lists", "heuristics", "most", "scenarios", "labelled_with")
+            source |= {key: manifest[key] for key in keys if key in manifest}
+        sources.append(source)
+    data = joined(parts)
+    held_out = HeldOut.of({None, *(_folder(name) for name in job.data)})
+    if not job.leaky:
+        data = held_out.without_twins(data)
+    return _Material(data, load_sequences(kind, Part.VALIDATION), held_out, sources)
+
+
+def _code() -> str:
+    """Hash of the code of this package; that of what lies below it is told by a provenance."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _folder(name: str) -> Path | None:
+    return None if name == BENCHMARK else Path(name)
+
+
+def _split(
+    job: TrainingJob, number: int, data: Sequences, validation: Sequences
+) -> tuple[Sequences, Sequences, list[str]]:
+    """What a member learns from, what stops it, and the item lists that it leaves out."""
+    if not job.left_out:
+        return data, validation, []
+    lists = np.array(sorted(set(data.instances)), dtype=object)
+    random = np.random.default_rng(np.random.SeedSequence([job.options.seed, number, 1]))
+    count = max(1, round(job.left_out * len(lists)))
+    out = sorted(random.choice(lists, count, replace=False).tolist())
+    apart = np.isin(data.instances, out)
+    if apart.all():
+        raise LearnerError(
+            "left_out leaves no item list to learn from; add data, or leave out none"
+        )
+    return data.chosen(~apart), data.chosen(apart), out
+
+
+def _member(
+    options: TrainingOptions, trained: Trained, learnt: Sequences, lists: list[str]
+) -> dict[str, Any]:
+    best, last = trained.best, trained.history[-1]
+    return {
+        "options": as_plain(options),
+        "cases": len(learnt),
+        "left_out": lists if len(lists) <= 64 else len(lists),
+        "epochs": last.number,
+        "best_epoch": best.number,
+        "stopping_accuracy": round(best.accuracy, 5),
+        "loss": round(best.loss, 6),
+        "seconds": round(last.seconds, 1),
+    }
+
+
+def _validated(networks: list[Any], validation: Sequences) -> dict[str, Any]:
+    """Accuracy of every member, and of their mean, on the validation part."""
+    rows = validation.padded()
+    found = [Network(arrays).probabilities_of_many(rows) for arrays in networks]
+    return {
+        "members": [_rounded(accuracies(p, validation)) for p in found],
+        "mean": _rounded(accuracies(np.mean(found, axis=0), validation)),
+    }
+
+
+def _rounded(values: Mapping[str, float]) -> dict[str, float]:
+    return {name: round(value, 5) for name, value in values.items()}

@@ -1,0 +1,196 @@
+"""The methods ``lstm_1`` and ``lstm_e``: trained networks that judge; torch is not needed."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from functools import cached_property
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from engines.quantities import quantity
+from harness.layouts.model import Item, Layout, Pallet
+from harness.methods.method import (
+    STABLE,
+    Finding,
+    Method,
+    RefusedError,
+    Seconds,
+    Status,
+    Stopwatch,
+    Trait,
+    Verdict,
+)
+from learners.features import Array32, features
+from learners.scoring import THRESHOLD
+from learners.weights import Weights, load_weights
+
+
+class Outside(StrEnum):
+    """What becomes of a layout outside what the networks were trained on.
+
+    ``refuse``: it is not judged. ``accept``: it is, and the verdict says so.
+    """
+
+    REFUSE = "refuse"
+    ACCEPT = "accept"
+
+
+@dataclass(frozen=True)
+class LearnedParameters:
+    """Parameters of a trained judge."""
+
+    weights: str = quantity("lstm_1", "name of shipped weights, or a folder of others")
+    threshold: float = quantity(
+        THRESHOLD, "probability above which a step is unstable", least=0.0, most=1.0
+    )
+    outside: Outside = quantity(Outside.REFUSE, "a layout outside what was trained on")
+    batch: int = quantity(256, "layouts at once where many are judged", least=1, most=65536)
+
+
+@dataclass(frozen=True)
+class EnsembleParameters(LearnedParameters):
+    """Parameters of trained judges that vote."""
+
+    weights: str = quantity("lstm_e", "name of shipped weights, or a folder of others")
+
+
+class LearnedJudge(Method):
+    """LSTM_1: a trained network says of every step how likely it is unstable (Section 4.3).
+
+    The failing step is the first one whose probability exceeds ``threshold``. Layouts whose items,
+    weights or centres of mass lie outside what the network was trained on are refused: it would
+    give a number there, too, and nothing would say what it is worth.
+    """
+
+    Parameters: ClassVar[type[Any]] = LearnedParameters
+    members: ClassVar[int | None] = 1
+    """How many networks of the weights judge, the first ones; None for all."""
+
+    @property
+    def traits(self) -> frozenset[Trait]:
+        """See :attr:`Method.traits`."""
+        return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS))
+
+    @cached_property
+    def weights(self) -> Weights:
+        """What judges.
+
+        Raises:
+            LearnerError: there are no such weights; says which command makes some.
+        """
+        loaded = load_weights(self.parameters.weights)
+        return replace(loaded, networks=loaded.networks[: self.members])
+
+    def made_of(self) -> str:
+        """See :meth:`Method.made_of`: the weights, and the code between them and a verdict."""
+        digest = hashlib.sha256(self.weights.digest.encode())
+        for name in ("features", "inference", "ranges", "scoring", "support"):
+            digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
+        return digest.hexdigest()
+
+    def prepare(self, item_count: int = 0) -> None:
+        """Read the weights and compile.
+
+        Raises:
+            LearnerError: see :attr:`weights`.
+        """
+        item = Item(0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), 1.0)
+        self.probabilities(Layout("first", Pallet(1.0, 1.0, 1.0), (item,)))
+
+    def probabilities(self, layout: Layout) -> Array32:
+        """That a step is unstable, for every step, shape (J,): the members' mean (Eq. 8).
+
+        Whether the layout is one that the networks know is not asked.
+        """
+        rows = features(layout, self.weights.kind)
+        found = [network.probabilities(rows) for network in self.weights.networks]
+        return found[0] if len(found) == 1 else np.mean(found, axis=0, dtype=np.float32)
+
+    def probabilities_of_many(self, layouts: Iterable[Layout]) -> list[Array32]:
+        """As :meth:`probabilities`, in batches; layouts of about one length go together."""
+        rows = [features(layout, self.weights.kind) for layout in layouts]
+        order = sorted(range(len(rows)), key=lambda k: len(rows[k]))
+        found: list[Array32] = [rows[k][:, 0] for k in range(len(rows))]
+        size = self.parameters.batch
+        for start in range(0, len(order), size):
+            chosen = order[start : start + size]
+            padded = np.zeros((len(chosen), len(rows[chosen[-1]]), rows[0].shape[1]), np.float32)
+            for place, k in enumerate(chosen):
+                padded[place, : len(rows[k])] = rows[k]
+            networks = self.weights.networks
+            mean = np.mean([n.probabilities_of_many(padded) for n in networks], axis=0)
+            for place, k in enumerate(chosen):
+                found[k] = mean[place, : len(rows[k])]
+        return found
+
+    def judge_many(
+        self, layouts: Iterable[Layout], *, timeout: float | None = None
+    ) -> list[Verdict]:
+        """See :meth:`Method.judge_many`; the time of a batch is shared among its layouts.
+
+        Args:
+            layouts: any.
+            timeout: not looked at: a layout takes some microseconds.
+        """
+        clocks = time.process_time, time.perf_counter
+        start = [clock() for clock in clocks]
+        given = list(layouts)
+        findings = [self._outside(layout) for layout in given]
+        known = [k for k, finding in enumerate(findings) if finding.status is Status.DONE]
+        for k, found in zip(
+            known, self.probabilities_of_many(given[k] for k in known), strict=True
+        ):
+            findings[k] = self._finding(found, findings[k].reason)
+        cpu, wall = (
+            Seconds(total=(clock() - begun) / max(len(given), 1))
+            for clock, begun in zip(clocks, start, strict=True)
+        )
+        return [
+            Verdict(
+                item_count=len(layout),
+                status=finding.status,
+                failing_step=finding.failing_step,
+                reason=finding.reason,
+                cpu=cpu,
+                wall=wall,
+            )
+            for layout, finding in zip(given, findings, strict=True)
+        ]
+
+    def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
+        outside = self._outside(layout)
+        if outside.status is not Status.DONE:
+            raise RefusedError(outside.reason)
+        return self._finding(self.probabilities(layout), outside.reason)
+
+    def _outside(self, layout: Layout) -> Finding:
+        """What is to be said of a layout before it is judged."""
+        sentence = self.weights.ranges.outside(layout)
+        if not sentence:
+            return STABLE
+        if self.parameters.outside is Outside.ACCEPT:
+            return Finding(reason=f"outside what was trained on: {sentence}")
+        return Finding(
+            status=Status.REFUSED, reason=f"{sentence}; with outside=accept it is judged"
+        )
+
+    def _finding(self, probabilities: Array32, said: str) -> Finding:
+        fails = probabilities > self.parameters.threshold
+        if not fails.any():
+            return Finding(reason=said)
+        step = int(fails.argmax())
+        reason = f"item {step} makes the layout unstable with probability {probabilities[step]:.2f}"
+        return Finding(failing_step=step, reason=f"{reason}; {said}" if said else reason)
+
+
+class LearnedEnsemble(LearnedJudge):
+    """LSTM_e: the mean of the probabilities of several trained networks (Eq. 8)."""
+
+    Parameters = EnsembleParameters
+    members = None

@@ -1,0 +1,135 @@
+"""What a training is asked for: options, and the presets of ``presets.toml``."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from engines.quantities import check_ranges, quantity
+from harness.methods.spec import SpecError, bind, nearest
+from learners import LearnerError
+from learners.features import SYMMETRIES, FeatureKind
+from learners.inference import HEADS
+
+
+class NetworkKind(StrEnum):
+    """Which network.
+
+    ``lstm``: LSTM layers and one linear unit, as in the paper. ``attention``: at every step the
+    state of the LSTM looks back at the features of the items placed by then (the paper's future
+    work), and both decide.
+    """
+
+    LSTM = "lstm"
+    ATTENTION = "attention"
+
+
+class Optimizer(StrEnum):
+    """Which optimiser of Table 4."""
+
+    ADAM = "adam"
+    ADAMW = "adamw"
+
+
+class Schedule(StrEnum):
+    """The learning rate over the epochs: as it is, or along half a cosine down to a hundredth."""
+
+    CONSTANT = "constant"
+    COSINE = "cosine"
+
+
+@dataclass(frozen=True)
+class TrainingOptions:
+    """How one network is trained; everything that its weights hang on but the data.
+
+    Raises:
+        LearnerError: a number is out of its range, or the hidden size is none for attention.
+    """
+
+    features: FeatureKind = quantity(FeatureKind.SUPPORT, "what the network is told of a step")
+    network: NetworkKind = quantity(NetworkKind.LSTM, "which network")
+    hidden: int = quantity(128, "size of the states", least=1, most=4096)
+    layers: int = quantity(2, "LSTM layers", least=1, most=8)
+    dropout: float = quantity(0.0, "between layers", least=0.0, most=0.9)
+    optimizer: Optimizer = quantity(Optimizer.ADAM, "which optimiser")
+    learning_rate: float = quantity(1e-3, "of the optimiser", least=1e-7, most=1.0)
+    weight_decay: float = quantity(0.0, "of the optimiser", least=0.0, most=1.0)
+    schedule: Schedule = quantity(Schedule.COSINE, "the learning rate over the epochs")
+    epochs: int = quantity(60, "passes over the training data", least=1)
+    patience: int = quantity(1000, "epochs without a better one before it ends", least=1)
+    batch: int = quantity(128, "layouts a step of the optimiser", least=1)
+    symmetries: int = quantity(
+        SYMMETRIES, "of the pallet's 8 turns and mirrors, how many are drawn from; 1 is none",
+        least=1, most=SYMMETRIES,
+    )  # fmt: skip
+    seed: int = quantity(0, "of weights, order and symmetries", least=0)
+
+    def __post_init__(self) -> None:
+        try:
+            check_ranges(self)
+        except ValueError as error:
+            raise LearnerError(str(error)) from None
+        if self.network is NetworkKind.ATTENTION and self.hidden % HEADS:
+            raise LearnerError(f"hidden is {self.hidden}; allowed: a multiple of {HEADS} here")
+
+
+@dataclass(frozen=True, slots=True)
+class TrainingPreset:
+    """Options under a name, and how long training may take.
+
+    Attributes:
+        title: what it is for, in a sentence.
+        members: networks, each trained on its own.
+        left_out: share of the item lists that every member leaves out of its training; it is
+            stopped by them. 0: all are learnt from, and the validation part stops.
+        budget: wall seconds over all members.
+    """
+
+    name: str
+    title: str
+    options: TrainingOptions
+    members: int
+    left_out: float
+    budget: float
+
+
+@cache
+def training_presets() -> Mapping[str, TrainingPreset]:
+    """All presets by name."""
+    text = resources.files("learners").joinpath("presets.toml").read_text()
+    return {name: _preset(name, table) for name, table in tomllib.loads(text).items()}
+
+
+def training_preset(name: str) -> TrainingPreset:
+    """A preset.
+
+    Raises:
+        LearnerError: no such preset.
+    """
+    found = training_presets().get(name)
+    if found is None:
+        raise LearnerError(f"preset is {name!r}; {nearest(name, training_presets())}")
+    return found
+
+
+def _preset(name: str, table: Mapping[str, Any]) -> TrainingPreset:
+    about = {key: table[key] for key in ("title", "members", "left_out", "budget")}
+    options = options_from(table["options"], where=f"preset {name}")
+    return TrainingPreset(name=name, options=options, **about)
+
+
+def options_from(values: Mapping[str, Any], *, where: str) -> TrainingOptions:
+    """Options from texts or plain values.
+
+    Raises:
+        LearnerError: an unknown key, or a value that is not allowed.
+    """
+    try:
+        return bind(TrainingOptions, values, where=where)
+    except SpecError as error:
+        raise LearnerError(str(error)) from None

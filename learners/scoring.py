@@ -1,0 +1,40 @@
+"""From probabilities of steps to a layout's score, and how often that is the label's."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from learners.sequences import Sequences
+
+THRESHOLD = 0.5
+"""A step more likely unstable than this fails."""
+
+
+def items_safe(
+    probabilities: Any, counts: NDArray[np.int64], threshold: float = THRESHOLD
+) -> NDArray[np.int64]:
+    """Items placed safely: the first step above the threshold, or all of them, (M,).
+
+    Args:
+        probabilities: that steps are unstable, (M, T); what stands after a layout's end is not
+            looked at.
+        counts: items of every layout, (M,).
+        threshold: see :data:`THRESHOLD`.
+    """
+    steps = np.arange(probabilities.shape[1])
+    fails = (probabilities > threshold) & (steps < counts[:, None])
+    return np.where(fails.any(axis=1), fails.argmax(axis=1), counts)
+
+
+def accuracies(
+    probabilities: Any, data: Sequences, threshold: float = THRESHOLD
+) -> dict[str, float]:
+    """Share of layouts whose score is the label's: ``all``, then by scenario."""
+    right = items_safe(probabilities, data.counts, threshold) == data.safe
+    found = {"all": float(right.mean())}
+    for scenario in dict.fromkeys(data.scenarios):
+        found[str(scenario)] = float(right[data.scenarios == scenario].mean())
+    return found

@@ -1,0 +1,161 @@
+"""Bayesian search of Table 4: learning rate, hidden size, optimiser. It can be interrupted.
+
+Every proposal hangs on the search's seed, its number and what came out before. Optuna's journal in
+the folder keeps trials; checkpoints beside it keep the epochs of the one that was interrupted.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from harness.atomic import write_atomically
+from harness.methods.spec import as_plain
+from learners import LearnerError
+from learners.options import Optimizer, TrainingOptions
+from learners.sequences import HeldOut, Sequences
+from learners.training import Training
+
+LEARNING_RATES = (1e-4, 1e-3)
+HIDDEN = (100, 125, 150, 175, 200)
+"""The ranges of Table 4; learning rates are drawn on a logarithmic scale."""
+
+_JOURNAL, _IDENTITY = "trials.journal", "search.json"
+
+
+@dataclass(frozen=True, slots=True)
+class TrialResult:
+    """One set of hyperparameters and the accuracy that the training stopped with."""
+
+    number: int
+    options: TrainingOptions
+    accuracy: float
+
+
+def search_hyperparameters(
+    options: TrainingOptions,
+    directory: Path,
+    data: Sequences,
+    stopping: Sequences,
+    *,
+    held_out: HeldOut | None,
+    trials: int,
+    budget: float = math.inf,
+    seed: int = 0,
+    device: str = "cpu",
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> list[TrialResult]:
+    """Search; a folder of the same search goes on.
+
+    Args:
+        options: what is not searched.
+        directory: of the search.
+        data: see :class:`learners.training.Training`, as for the next two.
+        stopping: likewise.
+        held_out: likewise.
+        trials: in all, those of earlier runs too.
+        budget: no trial but the first is begun after so many wall seconds of this run.
+        seed: of the proposals.
+        device: as torch names it.
+        progress: called with trials done and trials in all.
+
+    Returns:
+        All finished trials, the best first.
+
+    Raises:
+        LearnerError: Optuna is missing, or the folder holds another search.
+        LeakError: see :class:`learners.training.Training`.
+    """
+    optuna = _optuna()
+    directory.mkdir(parents=True, exist_ok=True)
+    _claim(
+        directory / _IDENTITY,
+        {
+            "options": as_plain(options),
+            "seed": seed,
+            "data": data.fingerprint(),
+            "stopping": stopping.fingerprint(),
+        },
+    )
+    backend = optuna.storages.journal.JournalFileBackend(str(directory / _JOURNAL))
+    study = optuna.create_study(
+        study_name="table 4",
+        storage=optuna.storages.JournalStorage(backend),
+        direction="maximize",
+        load_if_exists=True,
+    )
+    for trial in study.get_trials(states=(optuna.trial.TrialState.RUNNING,)):
+        # Interrupted: the same proposal again, whose checkpoint is there.
+        study.enqueue_trial(trial.params)
+        study.tell(trial.number, state=optuna.trial.TrialState.FAIL)
+    begun = time.perf_counter()
+    while (done := len(_finished(study))) < trials and (
+        not done or time.perf_counter() - begun < budget
+    ):
+        progress(done, trials)
+        study.sampler = optuna.samplers.TPESampler(seed=seed + done, n_startup_trials=5)
+        trial = study.ask()
+        chosen = dataclasses.replace(
+            options,
+            learning_rate=trial.suggest_float("learning_rate", *LEARNING_RATES, log=True),
+            hidden=trial.suggest_categorical("hidden", HIDDEN),
+            optimizer=Optimizer(
+                trial.suggest_categorical("optimizer", [str(o) for o in Optimizer])
+            ),
+        )
+        folder = f"{chosen.learning_rate:.6e}-{chosen.hidden}-{chosen.optimizer}"
+        training = Training(
+            directory / folder, chosen, data, stopping, held_out=held_out, device=device
+        )
+        trained = training.run()
+        study.tell(trial, trained.best.accuracy)
+    progress(len(_finished(study)), trials)
+    results = [
+        TrialResult(
+            number,
+            dataclasses.replace(
+                options,
+                learning_rate=trial.params["learning_rate"],
+                hidden=trial.params["hidden"],
+                optimizer=Optimizer(trial.params["optimizer"]),
+            ),
+            float(trial.value),
+        )
+        for number, trial in enumerate(_finished(study))
+    ]
+    return sorted(results, key=lambda result: -result.accuracy)
+
+
+def _finished(study: Any) -> list[Any]:
+    return [trial for trial in study.get_trials(deepcopy=False) if trial.state.name == "COMPLETE"]
+
+
+def _claim(path: Path, identity: dict[str, Any]) -> None:
+    if path.exists():
+        found = json.loads(path.read_text())
+        differs = sorted(k for k in {*found, *identity} if found.get(k) != identity.get(k))
+        if differs:
+            raise LearnerError(
+                f"{path}: is of another search ({', '.join(differs)} differ); choose another "
+                "folder, or remove it"
+            )
+    else:
+        write_atomically(path, json.dumps(identity, indent=1) + "\n")
+
+
+def _optuna() -> Any:
+    try:
+        import optuna
+        import optuna.storages.journal
+    except ModuleNotFoundError as error:
+        if error.name != "optuna":
+            raise
+        raise LearnerError("the search needs Optuna: pip install 'steadyload[learners]'") from None
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    return optuna

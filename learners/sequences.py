@@ -1,0 +1,232 @@
+"""Labelled layouts as sequences of features; what is held out, and that nothing of it is learnt."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harness.layouts.benchmark import Benchmark, Part, load_benchmark
+from learners import LeakError
+from learners.features import Array32, FeatureKind, features, names
+from learners.ranges import trained_ranges, widest
+
+Numbers = NDArray[np.int64]
+Texts = NDArray[np.object_]
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Sequences:
+    """Labelled layouts, M of them with N items in all.
+
+    Attributes:
+        kind: of the features.
+        rows: features of all items, layout by layout, (N, F).
+        starts: row of every layout's first item, and N, (M + 1,).
+        safe: items placed safely by the label; all of them for a stable layout, (M,).
+        scenarios, instances, geometries: of every layout, (M,). An instance names the seed of its
+            set, too: the same word in two sets may mean two item lists.
+        ranges: see :func:`learners.ranges.trained_ranges`.
+    """
+
+    kind: FeatureKind
+    rows: Array32
+    starts: Numbers
+    safe: Numbers
+    scenarios: Texts
+    instances: Texts
+    geometries: Texts
+    ranges: dict[str, list[float]]
+
+    def __len__(self) -> int:
+        return len(self.safe)
+
+    @property
+    def counts(self) -> Numbers:
+        """Items of every layout, (M,)."""
+        return np.diff(self.starts)
+
+    def padded(self) -> Array32:
+        """Features of all layouts as one array, 0 after their last item: (M, most items, F)."""
+        counts = self.counts
+        out = np.zeros((len(self), int(counts.max()), self.rows.shape[1]), dtype=np.float32)
+        out[np.arange(out.shape[1]) < counts[:, None]] = self.rows
+        return out
+
+    def valid(self) -> Numbers:
+        """Steps that have a label: up to the first unstable one, that included, (M,)."""
+        return np.minimum(self.safe + 1, self.counts)
+
+    def chosen(self, which: NDArray[np.bool_]) -> Sequences:
+        """Those layouts alone; ranges stay as they are."""
+        counts = self.counts
+        return dataclasses.replace(
+            self,
+            rows=self.rows[np.repeat(which, counts)],
+            starts=np.concatenate(([0], np.cumsum(counts[which]))),
+            safe=self.safe[which],
+            scenarios=self.scenarios[which],
+            instances=self.instances[which],
+            geometries=self.geometries[which],
+        )
+
+    def fingerprint(self) -> str:
+        """Hash of features and labels, in order."""
+        digest = hashlib.sha256()
+        for array in (self.rows, self.starts, self.safe):
+            digest.update(np.ascontiguousarray(array).tobytes())
+        return digest.hexdigest()[:16]
+
+
+def joined(parts: Sequence[Sequences]) -> Sequences:
+    """Several sets as one; features must be of one kind."""
+    assert len({part.kind for part in parts}) == 1
+    counts = np.concatenate([part.counts for part in parts])
+
+    def all_of(name: str) -> Any:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    return Sequences(
+        kind=parts[0].kind,
+        rows=all_of("rows"),
+        starts=np.concatenate(([0], np.cumsum(counts))),
+        safe=all_of("safe"),
+        scenarios=all_of("scenarios"),
+        instances=all_of("instances"),
+        geometries=all_of("geometries"),
+        ranges=widest(part.ranges for part in parts),
+    )
+
+
+def load_sequences(
+    kind: FeatureKind,
+    part: Part | str = Part.TRAIN,
+    *,
+    directory: str | Path | None = None,
+    scenarios: tuple[str, ...] = (),
+    limit: int | None = None,
+    leaky: bool = False,
+    progress: Progress = lambda done, total: None,
+) -> Sequences:
+    """The labelled cases of a part of a set.
+
+    Args:
+        kind: of features.
+        part: which; sets of :mod:`learners.generation` hold ``train`` alone.
+        directory: the set's folder; None for the one of the package.
+        scenarios: only these; empty for all.
+        limit: at most this many a scenario, those of the first ranks.
+        leaky: with the training part, cases of held-out item lists that are in no split, too: the
+            geometries of validation and test in other scenarios, and their sisters.
+        progress: called with layouts done and layouts in all.
+
+    Raises:
+        BenchmarkError: no such set, or no such case in it.
+    """
+    benchmark = load_benchmark(directory)
+    if leaky:
+        part = Part.ALL
+    chosen = benchmark.select(part, scenarios=scenarios, limit=limit)
+    if leaky:
+        held_out = chosen["split"].isin((str(Part.VALIDATION), str(Part.TEST)))
+        chosen = chosen[~held_out].reset_index(drop=True)
+    rows, ranges = [], []
+    hashes = {}
+    for done, (name, scenario) in enumerate(
+        zip(chosen["layout"], chosen["scenario"], strict=True), start=1
+    ):
+        layout = benchmark.layout(name, scenario)
+        if name not in hashes:
+            hashes[name] = layout.geometry_hash()
+        rows.append(features(layout, kind))
+        ranges.append(trained_ranges([layout]))
+        if done % 256 == 0 or done == len(chosen):
+            progress(done, len(chosen))
+    counts = np.array([len(r) for r in rows])
+    return Sequences(
+        kind,
+        np.concatenate(rows).reshape(-1, len(names(kind))),
+        np.concatenate(([0], np.cumsum(counts))),
+        chosen["failing_step"].fillna(chosen["item_count"]).to_numpy(dtype=np.int64),
+        chosen["scenario"].to_numpy(dtype=object),
+        _instances(benchmark, chosen["instance"]),
+        np.array([hashes[name] for name in chosen["layout"]], dtype=object),
+        widest(ranges),
+    )
+
+
+def _instances(benchmark: Benchmark, instances: Iterable[str]) -> Texts:
+    """Names of item lists that say which set they are of."""
+    of = benchmark.manifest.get("seed", benchmark.manifest.get("origin", "unknown"))
+    return np.array([f"{of}/{instance}" for instance in instances], dtype=object)
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """What nothing may be learnt from: item lists of validation and test, and all that was packed
+    from them, whether it is in a split or not.
+    """
+
+    instances: frozenset[str]
+    geometries: frozenset[str]
+
+    @classmethod
+    def of(cls, directories: Iterable[str | Path | None] = (None,)) -> HeldOut:
+        """What labelled sets hold out; None stands for the one of the package.
+
+        Raises:
+            BenchmarkError: no such set.
+        """
+        instances: set[str] = set()
+        geometries: set[str] = set()
+        for directory in directories:
+            benchmark = load_benchmark(directory)
+            cases = benchmark.cases
+            split = cases["split"].isin((str(Part.VALIDATION), str(Part.TEST)))
+            own = set(cases.loc[split, "instance"])
+            instances |= set(_instances(benchmark, own))
+            layouts = benchmark.layouts
+            geometries |= {
+                geometry_of(row)
+                for row in layouts[layouts["instance"].isin(own)].to_dict("records")
+            }
+        return cls(frozenset(instances), frozenset(geometries))
+
+    def check(self, training: Sequences) -> None:
+        """See that training data hold nothing of it.
+
+        Raises:
+            LeakError: they do; names one.
+        """
+        for instance in sorted(set(training.instances) & self.instances):
+            raise LeakError(f"item list {instance!r} is held out; nothing may be learnt from it")
+        for k in np.flatnonzero(np.isin(training.geometries, list(self.geometries))).tolist():
+            raise LeakError(
+                f"a layout of item list {training.instances[k]!r} has the geometry of a layout "
+                "that is held out; nothing may be learnt from it"
+            )
+
+    def without_twins(self, training: Sequences) -> Sequences:
+        """Training data without layouts that are, by chance, geometries of held-out layouts.
+
+        Few items on a bare pallet come up in many item lists. The layouts of one that is held out
+        are not let go by this: :meth:`check` names them.
+        """
+        held = np.isin(training.geometries, list(self.geometries))
+        own = np.isin(training.instances, list(self.instances))
+        return training.chosen(~held | own)
+
+
+def geometry_of(row: Mapping[str, Any]) -> str:
+    """As :meth:`Layout.geometry_hash`, from a row of the table of layouts."""
+    lower = np.reshape(row["positions"], (-1, 3)).astype("<f8")
+    upper = lower + np.reshape(row["sizes"], (-1, 3))
+    return hashlib.sha256(lower.tobytes() + upper.astype("<f8").tobytes()).hexdigest()

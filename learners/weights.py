@@ -1,0 +1,183 @@
+"""Trained weights in a folder: a safetensors file a member, and a manifest that says it all.
+
+Judging reads them by itself; writing takes the safetensors library, which training installs.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import struct
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from harness.atomic import write_atomically
+from harness.methods.spec import nearest
+from learners import LearnerError
+from learners.features import FeatureKind, names
+from learners.inference import Network
+from learners.ranges import TrainedRanges
+
+VERSION = 1
+
+MANIFEST = "manifest.json"
+
+SHIPPED = Path(str(resources.files("learners"))) / "weights"
+"""The folder of the weights that come with the package, a folder a name in it."""
+
+_TYPES = {"F32": np.float32, "F64": np.float64, "I64": np.int64}
+_MOST_HEADER = 10_000_000
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Networks that judge together, and what they were made by.
+
+    Attributes:
+        kind: of features that they take.
+        networks: the members, one or more.
+        ranges: what they were trained on.
+        manifest: see :func:`save_weights`.
+        digest: hash of the weights and the manifest.
+    """
+
+    kind: FeatureKind
+    networks: tuple[Network, ...]
+    ranges: TrainedRanges
+    manifest: Mapping[str, Any]
+    digest: str
+
+
+def save_weights(
+    folder: Path, members: Sequence[Mapping[str, np.ndarray]], manifest: Mapping[str, Any]
+) -> Path:
+    """Write weights; the manifest comes last, and without it a folder holds none.
+
+    Args:
+        folder: made when it does not exist; weights in it are replaced.
+        members: arrays of every network by name.
+        manifest: at least ``features``, the kind; ``ranges``, as of
+            :func:`learners.ranges.trained_ranges`; ``command``, what makes the weights again.
+
+    Returns:
+        The folder.
+    """
+    from safetensors.numpy import save
+
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / MANIFEST).unlink(missing_ok=True)
+    hashes = []
+    for number, arrays in enumerate(members):
+        content = save({name: np.ascontiguousarray(value) for name, value in arrays.items()})
+        write_atomically(folder / _file(number), content)
+        hashes.append(hashlib.sha256(content).hexdigest())
+    for old in folder.glob("member_*.safetensors"):
+        if old.name not in {_file(k) for k in range(len(hashes))}:
+            old.unlink()
+    whole = {"version": VERSION, "hashes": hashes, **manifest}
+    write_atomically(folder / MANIFEST, json.dumps(whole, indent=1) + "\n")
+    return folder
+
+
+def load_weights(where: str | Path) -> Weights:
+    """Read weights.
+
+    Args:
+        where: a name of :func:`shipped_weights`, or a folder.
+
+    Raises:
+        LearnerError: no weights there, damaged ones, or of another version.
+    """
+    folder = weights_folder(where)
+    try:
+        text = (folder / MANIFEST).read_bytes()
+        manifest = json.loads(text)
+        version, hashes = manifest["version"], list(manifest["hashes"])
+        kind = FeatureKind(manifest["features"])
+        ranges = TrainedRanges(manifest["ranges"])
+    except (ValueError, TypeError, KeyError, IndexError):
+        raise LearnerError(f"{folder / MANIFEST}: is not the manifest of weights") from None
+    if version != VERSION:
+        raise LearnerError(f"{folder / MANIFEST}: version is {version!r}; allowed: {VERSION}")
+    if tuple(manifest.get("feature_names", names(kind))) != names(kind):
+        raise LearnerError(f"{folder}: its features are not those of this version; train it again")
+    networks = []
+    for number, expected in enumerate(hashes):
+        path = folder / _file(number)
+        content = path.read_bytes() if path.exists() else b""
+        if hashlib.sha256(content).hexdigest() != expected:
+            raise LearnerError(f"{path}: is {'damaged' if content else 'missing'}")
+        networks.append(Network(parse_arrays(content, path)))
+    digest = hashlib.sha256(text).hexdigest()[:16]
+    return Weights(kind, tuple(networks), ranges, manifest, digest)
+
+
+def weights_folder(where: str | Path) -> Path:
+    """The folder that holds weights.
+
+    Raises:
+        LearnerError: it is neither a name of shipped weights nor a folder of some.
+    """
+    for folder in (SHIPPED / str(where), Path(where)):
+        if (folder / MANIFEST).is_file():
+            return folder
+    known = nearest(str(where), shipped_weights())
+    raise LearnerError(
+        f"weights {str(where)!r}: there are none of that name, nor in such a folder; {known}; "
+        f"steadyload train --preset quick -o {where} makes some"
+    )
+
+
+def shipped_weights() -> list[str]:
+    """Names of the weights that come with the package."""
+    return sorted(path.parent.name for path in SHIPPED.glob(f"*/{MANIFEST}"))
+
+
+def load_arrays(where: str | Path, member: int = 0) -> dict[str, np.ndarray]:
+    """The arrays of one member, to train on from.
+
+    Raises:
+        LearnerError: as :func:`load_weights`, or there is no such member.
+    """
+    path = weights_folder(where) / _file(member)
+    if not path.exists():
+        raise LearnerError(f"{path}: is missing")
+    return parse_arrays(path.read_bytes(), path)
+
+
+def parse_arrays(content: bytes, path: Path) -> dict[str, np.ndarray]:
+    """The arrays of a safetensors file.
+
+    The format: length of the header (8 bytes, little-endian), the header as JSON, which says type,
+    shape and place of every array, then the arrays.
+
+    Args:
+        content: the file.
+        path: for messages.
+
+    Raises:
+        LearnerError: it is none, or holds other types than floats and whole numbers.
+    """
+    try:
+        (length,) = struct.unpack("<Q", content[:8])
+        if length > min(_MOST_HEADER, len(content) - 8):
+            raise ValueError
+        header, body = json.loads(content[8 : 8 + length]), content[8 + length :]
+        header.pop("__metadata__", None)
+        return {
+            name: np.frombuffer(
+                body[slice(*entry["data_offsets"])], dtype=np.dtype(_TYPES[entry["dtype"]])
+            ).reshape(entry["shape"])
+            for name, entry in header.items()
+        }
+    except (struct.error, ValueError, KeyError, TypeError, AttributeError):
+        raise LearnerError(f"{path}: is no safetensors file of numbers") from None
+
+
+def _file(member: int) -> str:
+    return f"member_{member}.safetensors"
