@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from harness.layouts.model import FloatArray, Layout
+from learners.compiled import compiled
 
 SLACK = 0.1
 """A range is this much wider at both ends, in shares of its ends, before something is outside."""
@@ -23,10 +24,32 @@ QUANTITIES: Mapping[str, str] = {
 
 
 def _of_items(layout: Layout) -> FloatArray:
-    """The quantities of every item, (4, J), in the order of :data:`QUANTITIES`."""
-    sides = layout.upper - layout.lower
-    shifts = np.abs(layout.mass_offsets / sides)
-    return np.stack((sides.min(axis=1), sides.max(axis=1), layout.weights, shifts.max(axis=1)))
+    """The quantities of every item, (J, 4), in the order of :data:`QUANTITIES`."""
+    return _quantities(layout.lower, layout.upper, layout.weights, layout.mass_offsets)
+
+
+@compiled
+def _quantities(
+    lower: FloatArray, upper: FloatArray, weights: FloatArray, offsets: FloatArray
+) -> FloatArray:
+    out = np.empty((len(weights), 4))
+    for j in range(len(weights)):
+        shortest, longest, shift = 1e300, 0.0, 0.0
+        for axis in range(3):
+            side = upper[j, axis] - lower[j, axis]
+            shortest, longest = min(shortest, side), max(longest, side)
+            shift = max(shift, abs(offsets[j, axis]) / side)
+        out[j] = shortest, longest, weights[j], shift
+    return out
+
+
+@compiled
+def _beyond(of_items: FloatArray, least: FloatArray, most: FloatArray) -> bool:
+    for j in range(len(of_items)):
+        for k in range(of_items.shape[1]):
+            if not least[k] <= of_items[j, k] <= most[k]:
+                return True
+    return False
 
 
 def trained_ranges(layouts: Iterable[Layout]) -> dict[str, list[float]]:
@@ -35,8 +58,8 @@ def trained_ranges(layouts: Iterable[Layout]) -> dict[str, list[float]]:
     for layout in layouts:
         of_items = _of_items(layout)
         whole = [len(layout), max(layout.pallet.size)]
-        least = np.minimum(least, [*whole, *of_items.min(axis=1)])
-        most = np.maximum(most, [*whole, *of_items.max(axis=1)])
+        least = np.minimum(least, [*whole, *of_items.min(axis=0)])
+        most = np.maximum(most, [*whole, *of_items.max(axis=0)])
     return {
         name: [float(low), float(high)]
         for name, low, high in zip(QUANTITIES, least, most, strict=True)
@@ -71,11 +94,11 @@ class TrainedRanges:
             if not self._least[k] <= value <= self._most[k]:
                 return self._sentence("the layout", k, value)
         of_items = _of_items(layout)
-        beyond = (of_items < self._least[2:, None]) | (of_items > self._most[2:, None])
-        if not beyond.any():
+        least, most = self._least[2:], self._most[2:]
+        if not _beyond(of_items, least, most):
             return ""
-        item, quantity = np.argwhere(beyond.T)[0].tolist()
-        return self._sentence(f"item {item}", 2 + quantity, float(of_items[quantity, item]))
+        item, quantity = np.argwhere((of_items < least) | (of_items > most))[0].tolist()
+        return self._sentence(f"item {item}", 2 + quantity, float(of_items[item, quantity]))
 
     def _sentence(self, of: str, quantity: int, value: float) -> str:
         name, unit = list(QUANTITIES.items())[quantity]

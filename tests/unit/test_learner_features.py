@@ -1,0 +1,174 @@
+"""What a learner is told: scenes worked by hand, nothing of later items, and symmetries."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from harness.layouts import Item, Layout, Pallet
+from harness.layouts.packing import random_layouts
+from harness.methods.registry import make_method
+from learners.features import (
+    SYMMETRIES,
+    FeatureKind,
+    features,
+    names,
+    symmetry_matrices,
+    turned,
+)
+from learners.support import COLUMNS, GRAVITY, SECONDS, support_table
+
+PALLET = Pallet(100.0, 100.0, 100.0)
+LAYOUTS = random_layouts(120, seed=11)
+
+
+def layout(*boxes, pallet=PALLET):
+    """Boxes as (x, y, z, width, height, depth[, weight[, offset x]])."""
+    items = [
+        Item(
+            step, box[:3], box[3:6], box[6] if len(box) > 6 else 1.0,
+            (box[7] if len(box) > 7 else 0.0, 0.0, 0.0),
+        )
+        for step, box in enumerate(boxes)
+    ]  # fmt: skip
+    return Layout("hand", pallet, tuple(items))
+
+
+def table(lay):
+    """The support table by column, a list of rows each."""
+    centres = 0.5 * (lay.lower + lay.upper) + lay.mass_offsets
+    found = support_table(lay.lower, lay.upper, lay.weights, centres)
+    assert found.shape == (len(lay), len(COLUMNS))
+    return {name: found[:, k].tolist() for k, name in enumerate(COLUMNS)}
+
+
+FLOOR = (0.0, 0.0, 0.0, 10.0, 10.0, 10.0)
+
+
+def test_plain_features_are_those_of_figure_2():
+    lay = layout((10.0, 0.0, 5.0, 20.0, 8.0, 4.0, 2.5, 3.0), pallet=Pallet(100.0, 50.0, 200.0))
+    row = dict(zip(names(FeatureKind.PLAIN), features(lay, FeatureKind.PLAIN)[0], strict=True))
+    expected = {
+        "x": 0.05, "y": 0.0, "z": 0.025, "width": 0.1, "height": 0.04, "depth": 0.02,
+        "mass x": 0.015, "mass y": 0.0, "mass z": 0.0, "pallet width": 0.5,
+        "pallet height": 0.25, "pallet depth": 1.0, "scale": math.log(2.0),
+        # At the same density on a pallet of 1 m instead of 2 m it weighs an eighth.
+        "weight": math.log(2.5 / 8.0),
+    }  # fmt: skip
+    assert row == pytest.approx(expected, abs=1e-6)
+
+
+def test_an_item_past_the_edge():
+    found = table(layout(FLOOR, (6.0, 10.0, 0.0, 10.0, 10.0, 10.0)))
+    assert found["on the floor"] == [1.0, 0.0]
+    assert found["supported share"][1] == pytest.approx(0.4)
+    assert found["supporters"] == [0.0, 1.0]
+    assert found["margin"][1] == pytest.approx(-1.0)  # its middle, x = 11, from the edge, x = 10
+    assert found["relative margin"][1] == pytest.approx(-0.1)
+    # Its far lower edge, 6 cm out, meets the floor 10 cm below.
+    assert found["limit angle"][1] == pytest.approx(math.degrees(math.atan2(10.0, 6.0)))
+    assert found["height"] == [0.0, 10.0]
+
+
+def test_an_item_well_inside_has_the_distance_to_the_nearest_edge():
+    found = table(layout(FLOOR, (1.0, 10.0, 2.0, 10.0, 10.0, 10.0)))
+    assert found["margin"][1] == pytest.approx(3.0)  # z: its middle at 7, the support ends at 10
+    assert (found["free angle"][1], found["angle"][1], found["way"][1]) == (0.0, 0.0, 0.0)
+
+
+def test_a_centre_of_mass_moves_the_margin():
+    found = table(layout(FLOOR, (0.0, 10.0, 0.0, 10.0, 10.0, 10.0, 1.0, 4.0)))
+    assert found["margin"][1] == pytest.approx(1.0)
+
+
+def test_a_load_moves_the_resultant_of_what_carries_it():
+    lay = layout(FLOOR, (2.0, 10.0, 0.0, 10.0, 10.0, 10.0), (6.5, 20.0, 0.0, 10.0, 10.0, 10.0, 3.0))
+    found = table(lay)
+    assert found["margin"][1:] == pytest.approx([3.0, 0.5])
+    # Of the second: (1 * 7 + 3 * 11.5) / 4 = 10.375, past its edge at 10.
+    assert found["worst margin"][2] == pytest.approx(-0.375, abs=1e-5)
+    assert found["worst load"][2] == pytest.approx(3.0)
+    assert found["items below"][2] == 2.0
+
+
+def test_a_bridge_leans_on_the_hull_of_both_banks():
+    banks = (FLOOR, (20.0, 0.0, 0.0, 10.0, 10.0, 10.0))
+    found = table(layout(*banks, (8.0, 10.0, 0.0, 14.0, 5.0, 10.0)))
+    assert found["supporters"][2] == 2.0
+    assert found["margin"][2] == pytest.approx(5.0)  # the middle of its depth
+    assert found["supported share"][2] == pytest.approx(4.0 / 14.0)
+
+
+def test_weight_is_shared_by_the_lever():
+    # A plank on two posts; each post stands with its middle 1 cm inside the edge of a block.
+    blocks = ((0.0, 0.0, 0.0, 6.0, 10.0, 10.0), (40.0, 0.0, 0.0, 6.0, 10.0, 10.0))
+    posts = ((0.0, 10.0, 0.0, 10.0, 5.0, 10.0, 1.0), (40.0, 10.0, 0.0, 10.0, 5.0, 10.0, 1.0))
+    plank = (8.0, 15.0, 0.0, 34.0, 2.0, 10.0, 8.0)
+    found = table(layout(*blocks, *posts, plank))
+    assert found["margin"][2:4] == pytest.approx([1.0, 1.0])
+    # The plank lies on x = 8..10 and 40..42: half of 8 kg each, about x = 9 for the first post.
+    assert found["worst margin"][4] == pytest.approx(6.0 - (5.0 + 4.0 * 9.0) / 5.0, abs=0.3)
+
+
+def test_the_free_angle_is_that_of_the_pendulum():
+    lay = layout((0.0, 0.0, 0.0, 40.0, 20.0, 80.0), (22.0, 20.0, 0.0, 40.0, 60.0, 80.0))
+    lever, high = 2.0, 30.0
+    inertia = (40.0**2 + 60.0**2) / 12.0 + lever**2 + high**2
+    way = solve_ivp(
+        lambda _, y: [y[1], GRAVITY * (lever + high * y[0]) / inertia],
+        (0.0, SECONDS), [0.0, 0.0], rtol=1e-9, atol=1e-12,
+    )  # fmt: skip
+    assert table(lay)["free angle"][1] == pytest.approx(math.degrees(way.y[0, -1]), rel=1e-5)
+
+
+@pytest.mark.parametrize(("gap", "limit"), [(0.0, 0.0), (2.0, math.degrees(math.atan2(2.0, 8.0)))])
+def test_a_neighbour_stops_what_tips_towards_it(gap, limit):
+    neighbour = (16.0 + gap, 0.0, 0.0, 10.0, 18.0, 10.0)
+    found = table(layout(FLOOR, neighbour, (6.0, 10.0, 0.0, 10.0, 10.0, 10.0)))
+    assert found["limit angle"][2] == pytest.approx(limit)
+
+
+def test_what_floats_falls_to_the_next_top():
+    found = table(layout(FLOOR, (4.0, 13.0, 0.0, 10.0, 10.0, 10.0)))
+    assert (found["drop"][1], found["way"][1]) == (3.0, 3.0)
+    high = table(layout((50.0, 60.0, 50.0, 10.0, 10.0, 10.0)))
+    assert high["way"] == pytest.approx([0.5 * 980.0 * 0.3**2])
+
+
+def test_balance_is_lost_where_the_exact_method_says():
+    """Passing weight down one way is no proof, but nearly always right."""
+    exact = make_method("equilibrium")
+    agree = []
+    for lay in LAYOUTS:
+        lost = np.flatnonzero(np.array(table(lay)["least margin"]) < -1e-4)
+        agree.append((int(lost[0]) if len(lost) else None) == exact.judge(lay).failing_step)
+    assert np.mean(agree) > 0.97
+
+
+@pytest.mark.parametrize("kind", FeatureKind)
+def test_a_step_hangs_on_the_items_placed_by_then_alone(kind):
+    for lay in LAYOUTS[:40]:
+        whole = features(lay, kind)
+        for count in range(1, len(lay)):
+            np.testing.assert_array_equal(features(lay.first(count), kind), whole[:count])
+
+
+@pytest.mark.parametrize("kind", FeatureKind)
+@pytest.mark.parametrize("symmetry", range(SYMMETRIES))
+def test_features_of_a_turned_layout_are_the_turned_features(kind, symmetry):
+    matrix = symmetry_matrices(kind)[symmetry]
+    for lay in LAYOUTS[:40]:
+        expected = features(turned(lay, symmetry), kind)
+        np.testing.assert_allclose(features(lay, kind) @ matrix, expected, atol=1e-4)
+
+
+def test_symmetries_are_eight_and_keep_the_label():
+    exact = make_method("equilibrium")
+    lopsided = next(lay for lay in LAYOUTS if lay.mass_offsets.any() and len(lay) > 5)
+    assert len({turned(lopsided, k).content_hash() for k in range(SYMMETRIES)}) == SYMMETRIES
+    failing = [lay for lay in LAYOUTS if exact.judge(lay).failing_step is not None][:12]
+    assert len(failing) == 12
+    for lay in [*failing, lopsided]:
+        verdicts = {exact.judge(turned(lay, k)).failing_step for k in range(SYMMETRIES)}
+        assert len(verdicts) == 1
