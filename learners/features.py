@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.layouts.model import FloatArray, Item, Layout, Pallet
+from harness.layouts.model import FloatArray, Item, Layout, Pallet, Vector
 from learners.compiled import compiled
 from learners.support import COLUMNS, support_table
 
@@ -57,11 +57,19 @@ def features(layout: Layout, kind: FeatureKind) -> Array32:
 
     Row j hangs on the items 0 to j alone.
     """
-    out = np.empty((len(layout), len(names(kind))), dtype=np.float32)
-    pallet, support = np.array(layout.pallet.size, dtype=np.float64), kind is FeatureKind.SUPPORT
-    _fill(
-        layout.lower, layout.upper, layout.weights, layout.mass_offsets, pallet, support, out
-    )  # fmt: skip
+    return features_of(
+        layout.lower, layout.upper, layout.weights, layout.mass_offsets, layout.pallet.size, kind
+    )
+
+
+def features_of(
+    lower: FloatArray, upper: FloatArray, weights: FloatArray, offsets: FloatArray, pallet: Vector,
+    kind: FeatureKind,
+) -> Array32:  # fmt: skip
+    """As :func:`features`, from the arrays that a :class:`Layout` has, and the pallet's size."""
+    out = np.empty((len(weights), len(names(kind))), dtype=np.float32)
+    size, support = np.array(pallet, dtype=np.float64), kind is FeatureKind.SUPPORT
+    _fill(lower, upper, weights, offsets, size, support, out)
     return out
 
 

@@ -52,17 +52,29 @@ def _beyond(of_items: FloatArray, least: FloatArray, most: FloatArray) -> bool:
     return False
 
 
-def trained_ranges(layouts: Iterable[Layout]) -> dict[str, list[float]]:
-    """The least and the greatest value of every quantity: name -> [least, greatest]."""
-    least, most = np.full(len(QUANTITIES), np.inf), np.full(len(QUANTITIES), -np.inf)
-    for layout in layouts:
-        of_items = _of_items(layout)
-        whole = [len(layout), max(layout.pallet.size)]
-        least = np.minimum(least, [*whole, *of_items.min(axis=0)])
-        most = np.maximum(most, [*whole, *of_items.max(axis=0)])
+def extent_of(
+    lower: FloatArray, upper: FloatArray, weights: FloatArray, offsets: FloatArray, longest: float
+) -> FloatArray:
+    """The least and the greatest value of every quantity in one layout, (2, quantities).
+
+    Args:
+        lower: as in a :class:`Layout`, and so are the next three.
+        upper: likewise.
+        weights: likewise.
+        offsets: likewise.
+        longest: side of the pallet [cm].
+    """
+    of_items = _quantities(lower, upper, weights, offsets)
+    whole = [len(weights), longest]
+    return np.array([[*whole, *of_items.min(axis=0)], [*whole, *of_items.max(axis=0)]])
+
+
+def trained_ranges(extents: Iterable[FloatArray]) -> dict[str, list[float]]:
+    """What many layouts span, name -> [least, greatest], from their :func:`extent_of`."""
+    stacked = np.array(list(extents))
+    ends = zip(stacked[:, 0].min(axis=0), stacked[:, 1].max(axis=0), strict=True)
     return {
-        name: [float(low), float(high)]
-        for name, low, high in zip(QUANTITIES, least, most, strict=True)
+        name: [float(low), float(high)] for name, (low, high) in zip(QUANTITIES, ends, strict=True)
     }
 
 

@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from harness.layouts.benchmark import Benchmark, Part, load_benchmark
+from harness.layouts.model import FloatArray, Vector
 from learners import LeakError
-from learners.features import Array32, FeatureKind, features, names
-from learners.ranges import trained_ranges, widest
+from learners.features import Array32, FeatureKind, features_of
+from learners.ranges import extent_of, trained_ranges, widest
 
 Numbers = NDArray[np.int64]
 Texts = NDArray[np.object_]
@@ -133,34 +135,69 @@ def load_sequences(
     """
     benchmark = load_benchmark(directory)
     if leaky:
-        part = Part.ALL
-    chosen = benchmark.select(part, scenarios=scenarios, limit=limit)
-    if leaky:
-        held_out = chosen["split"].isin((str(Part.VALIDATION), str(Part.TEST)))
-        chosen = chosen[~held_out].reset_index(drop=True)
-    rows, ranges = [], []
-    hashes = {}
-    for done, (name, scenario) in enumerate(
-        zip(chosen["layout"], chosen["scenario"], strict=True), start=1
+        chosen = _leaky(benchmark.select(Part.ALL, scenarios=scenarios), limit)
+    else:
+        chosen = benchmark.select(part, scenarios=scenarios, limit=limit)
+    rows, extents, geometries = [], [], []
+    known: dict[str, _Geometry] = {}
+    for done, (name, offsets) in enumerate(
+        zip(chosen["layout"], chosen["offsets"], strict=True), start=1
     ):
-        layout = benchmark.layout(name, scenario)
-        if name not in hashes:
-            hashes[name] = layout.geometry_hash()
-        rows.append(features(layout, kind))
-        ranges.append(trained_ranges([layout]))
+        if name not in known:
+            known[name] = _Geometry.of(benchmark.layouts.loc[name])
+        geometry = known[name]
+        count = len(geometry.weights)
+        shifts = _frozen(np.zeros((count, 3)) if offsets is None else np.reshape(offsets, (-1, 3)))
+        arrays = (geometry.lower, geometry.upper, geometry.weights, shifts)
+        rows.append(features_of(*arrays, geometry.pallet, kind))
+        extents.append(extent_of(*arrays, max(geometry.pallet)))
+        geometries.append(geometry.digest)
         if done % 256 == 0 or done == len(chosen):
             progress(done, len(chosen))
     counts = np.array([len(r) for r in rows])
     return Sequences(
         kind,
-        np.concatenate(rows).reshape(-1, len(names(kind))),
+        np.concatenate(rows),
         np.concatenate(([0], np.cumsum(counts))),
         chosen["failing_step"].fillna(chosen["item_count"]).to_numpy(dtype=np.int64),
         chosen["scenario"].to_numpy(dtype=object),
         _instances(benchmark, chosen["instance"]),
-        np.array([hashes[name] for name in chosen["layout"]], dtype=object),
-        widest(ranges),
+        np.array(geometries, dtype=object),
+        trained_ranges(extents),
     )
+
+
+@dataclass(frozen=True)
+class _Geometry:
+    """What the cases of a layout share, as a :class:`Layout` has it; nothing is validated again."""
+
+    lower: FloatArray
+    upper: FloatArray
+    weights: FloatArray
+    pallet: Vector
+    digest: str
+
+    @classmethod
+    def of(cls, row: Any) -> _Geometry:
+        lower = _frozen(np.reshape(row["positions"], (-1, 3)))
+        upper = _frozen(lower + np.reshape(row["sizes"], (-1, 3)))
+        width, height, depth = np.asarray(row["pallet"]).tolist()
+        weights = _frozen(row["weights"])
+        return cls(lower, upper, weights, (width, height, depth), geometry_of(row))
+
+
+def _frozen(values: Any) -> FloatArray:
+    """A read-only copy, as a :class:`Layout` has them: code compiled for one serves the other."""
+    array = np.array(values, dtype=float)
+    array.setflags(write=False)
+    return array
+
+
+def _leaky(cases: pd.DataFrame, limit: int | None) -> pd.DataFrame:
+    """All cases but those of validation and test themselves, in an order drawn anew."""
+    held_out = cases["split"].isin((str(Part.VALIDATION), str(Part.TEST)))
+    cases = cases[~held_out].sample(frac=1.0, random_state=0)
+    return cases if limit is None else cases[cases.groupby("scenario").cumcount() < limit]
 
 
 def _instances(benchmark: Benchmark, instances: Iterable[str]) -> Texts:
