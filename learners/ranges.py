@@ -70,8 +70,12 @@ def extent_of(
 
 
 def trained_ranges(extents: Iterable[FloatArray]) -> dict[str, list[float]]:
-    """What many layouts span, name -> [least, greatest], from their :func:`extent_of`."""
+    """What many layouts span, name -> [least, greatest], from their :func:`extent_of`.
+
+    Items are from 1 on: a layout shows all its beginnings.
+    """
     stacked = np.array(list(extents))
+    stacked[:, 0, 0] = 1.0
     ends = zip(stacked[:, 0].min(axis=0), stacked[:, 1].max(axis=0), strict=True)
     return {
         name: [float(low), float(high)] for name, (low, high) in zip(QUANTITIES, ends, strict=True)

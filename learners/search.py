@@ -26,7 +26,7 @@ LEARNING_RATES = (1e-4, 1e-3)
 HIDDEN = (100, 125, 150, 175, 200)
 """The ranges of Table 4; learning rates are drawn on a logarithmic scale."""
 
-_JOURNAL, _IDENTITY = "trials.journal", "search.json"
+JOURNAL, _IDENTITY = "trials.journal", "search.json"
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +83,7 @@ def search_hyperparameters(
             "stopping": stopping.fingerprint(),
         },
     )
-    backend = optuna.storages.journal.JournalFileBackend(str(directory / _JOURNAL))
+    backend = optuna.storages.journal.JournalFileBackend(str(directory / JOURNAL))
     study = optuna.create_study(
         study_name="table 4",
         storage=optuna.storages.JournalStorage(backend),

@@ -1,0 +1,251 @@
+"""Trained judges: they say what torch says, alone and in batches, and refuse what they do not know.
+
+The networks are tiny and trained for seconds; what they say is of no matter here.
+"""
+
+import dataclasses
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import safetensors.numpy
+import torch
+
+from harness.layouts import Item, Layout, Pallet
+from harness.layouts.benchmark import load_benchmark
+from harness.methods.method import Status
+from harness.methods.registry import make_method, method_listing
+from harness.methods.spec import SpecError
+from harness.studies.results import judged_by
+from learners import LearnerError
+from learners.features import FeatureKind, features
+from learners.inference import Network
+from learners.jobs import TrainingJob, train_weights
+from learners.network import NETWORKS
+from learners.options import NetworkKind, TrainingOptions
+from learners.ranges import QUANTITIES
+from learners.weights import load_arrays, load_weights, parse_arrays, save_weights
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def weights(tmp_path_factory):
+    """Three members on some hundred cases."""
+    options = TrainingOptions(hidden=12, epochs=6, batch=16, learning_rate=1e-2)
+    job = TrainingJob(options, members=3, left_out=0.2, limit=150)
+    return train_weights(job, tmp_path_factory.mktemp("training"))
+
+
+@pytest.fixture(scope="module")
+def layouts():
+    benchmark = load_benchmark()
+    cases = benchmark.select("validation", limit=30)
+    return [
+        benchmark.layout(name, scenario)
+        for name, scenario in zip(cases["layout"], cases["scenario"], strict=True)
+    ]
+
+
+def judge(weights, name="lstm_1", **parameters):
+    values = "".join(f",{key}={value}" for key, value in parameters.items())
+    return make_method(f"{name}:weights={weights}{values}")
+
+
+@pytest.mark.parametrize("kind", NetworkKind)
+@pytest.mark.parametrize("layers", [1, 2, 3])
+def test_without_torch_a_network_says_what_it_says_with_it(kind, layers):
+    torch.manual_seed(layers)
+    random = np.random.default_rng(layers)
+    rows = random.normal(3.0, 5.0, (7, 11, 9)).astype(np.float32)
+    network = NETWORKS[kind](9, 20, layers).eval()
+    network.normalise_as(rows.reshape(-1, 9))
+    with torch.no_grad():
+        for parameter in network.parameters():
+            parameter.mul_(3.0)  # far from the even odds of fresh weights
+        expected = torch.sigmoid(network(torch.from_numpy(rows))).numpy()
+    assert np.ptp(expected) > 0.1
+    alone = Network({name: value.numpy() for name, value in network.state_dict().items()})
+    np.testing.assert_allclose(alone.probabilities_of_many(rows), expected, atol=1e-6)
+    for k in range(len(rows)):
+        np.testing.assert_allclose(alone.probabilities(rows[k]), expected[k], atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["lstm_1", "lstm_e"])
+@pytest.mark.parametrize("batch", [1, 7, 256])
+def test_many_at_once_are_judged_as_one_by_one(weights, layouts, name, batch):
+    method = judge(weights, name, batch=batch, outside="accept")
+    alone, together = [method.judge(lay) for lay in layouts], method.judge_many(layouts)
+    for one, other in zip(alone, together, strict=True):
+        for field in ("item_count", "status", "failing_step", "moved_item", "reason"):
+            assert getattr(one, field) == getattr(other, field)
+    assert len({verdict.failing_step for verdict in alone}) > 3
+    assert method.judge_many([]) == []
+
+
+def test_an_ensemble_is_the_mean_of_its_members(weights, layouts):
+    networks = load_weights(weights).networks
+    assert len(networks) == 3
+    for lay in layouts[:10]:
+        rows = features(lay, FeatureKind.SUPPORT)
+        each = [network.probabilities(rows) for network in networks]
+        found = judge(weights, "lstm_e").probabilities(lay)
+        np.testing.assert_allclose(found, np.mean(each, axis=0), atol=1e-6)
+        np.testing.assert_array_equal(judge(weights).probabilities(lay), each[0])
+        assert np.ptp(each, axis=0).max() > 0.0
+
+
+def test_the_first_step_above_the_threshold_fails(weights, layouts):
+    for lay in layouts:
+        found = judge(weights).probabilities(lay)
+        for threshold in (0.1, 0.5, 0.9):
+            verdict = judge(weights, threshold=threshold, outside="accept").judge(lay)
+            above = [k for k, p in enumerate(found) if p > threshold]
+            assert verdict.failing_step == (above[0] if above else None)
+            if above:
+                assert f"probability {found[above[0]]:.2f}" in verdict.reason
+            else:
+                assert "probability" not in verdict.reason
+
+
+def test_a_verdict_on_a_step_hangs_on_the_items_placed_by_then(weights, layouts):
+    for method in (judge(weights), judge(weights, "lstm_e")):
+        for lay in layouts[:15]:
+            whole = method.probabilities(lay)
+            for count in range(1, len(lay)):
+                part = method.probabilities(lay.first(count))
+                np.testing.assert_allclose(part, whole[:count], atol=1e-6)
+
+
+def with_item(lay, **changes):
+    return Layout(
+        lay.name, lay.pallet, (dataclasses.replace(lay.items[0], **changes), *lay.items[1:])
+    )
+
+
+def test_what_it_was_not_trained_on_is_refused_or_flagged(weights, layouts):
+    lay = next(lay for lay in layouts if lay.pallet.width == 100.0)
+    heavy = with_item(lay, weight=5e4)
+    shifted = with_item(lay, mass_offset=(0.499 * lay.items[0].size[0], 0.0, 0.0))
+    alone = (Item(0, (0.0, 0.0, 0.0), (50.0, 50.0, 50.0), 31.0),)
+    hangar = Layout("hangar", Pallet(400.0, 100.0, 100.0), alone)
+    many = Layout(
+        "many", Pallet(100.0, 100.0, 100.0),
+        tuple(Item(k, (4.0 * k, 0.0, 0.0), (4.0, 4.0, 4.0), 0.016) for k in range(25)),
+    )  # fmt: skip
+    for odd, message in (
+        (heavy, "item 0: weight is 50000 kg; trained on "),
+        (shifted, "item 0: shift of the centre of mass is 0.499 of a side; trained on 0 to 0.4"),
+        (hangar, "the layout: longest pallet side is 400 cm; trained on 30 to 100 cm"),
+        (many, "the layout: items is 25; trained on 1 to 20"),
+    ):
+        [verdict] = judge(weights).judge_many([odd])
+        for found in (verdict, judge(weights).judge(odd)):
+            assert found.status is Status.REFUSED
+            assert found.score is None
+            assert message in found.reason
+            assert "outside=accept" in found.reason
+        accepted = judge(weights, outside="accept").judge(odd)
+        assert accepted.status is Status.DONE
+        assert message in accepted.reason
+        assert judge(weights, outside="accept").judge_many([odd])[0].reason == accepted.reason
+    whole = make_method(f"lstm_1:weights={weights}").judge_many(layouts)
+    assert np.mean([v.status is Status.DONE for v in whole]) > 0.9
+    # A layout shows all its beginnings: few items are never too few.
+    assert judge(weights).judge(lay.first(1)).status is Status.DONE
+
+
+def test_the_manifest_says_what_the_weights_are(weights):
+    manifest = load_weights(weights).manifest
+    assert manifest["command"].startswith("steadyload train --preset quick --option features=")
+    assert list(manifest["ranges"]) == list(QUANTITIES)
+    assert manifest["data"][0]["cases"] == manifest["cases"] == 450
+    assert {"git", "versions", "learners", "torch"} <= set(manifest["made_by"])
+    assert set(manifest["validation"]["mean"]) == {"all", "S1", "S2a", "S2b"}
+    left_out = [tuple(member["left_out"]) for member in manifest["members"]]
+    assert len(set(left_out)) == len({m["options"]["seed"] for m in manifest["members"]}) == 3
+    assert all(lists for lists in left_out)
+
+
+def test_weights_are_read_as_they_were_written(weights, tmp_path):
+    path = weights / "member_0.safetensors"
+    ours, theirs = load_arrays(weights), safetensors.numpy.load_file(path)
+    assert ours.keys() == theirs.keys()
+    for name in theirs:
+        np.testing.assert_array_equal(ours[name], theirs[name])
+    manifest = {k: v for k, v in load_weights(weights).manifest.items() if k != "hashes"}
+    save_weights(tmp_path, [ours], manifest)
+    assert (tmp_path / "member_0.safetensors").read_bytes() == path.read_bytes()
+    assert len(load_weights(tmp_path).networks) == 1
+
+
+@pytest.mark.parametrize("content", [b"", b"12345678", b"\x05" + 7 * b"\x00" + b"[1,2]", 99 * b"x"])
+def test_what_is_no_safetensors_file_is_refused(content):
+    with pytest.raises(LearnerError, match="here: is no safetensors file"):
+        parse_arrays(content, Path("here"))
+
+
+def test_damaged_weights_are_refused(weights, tmp_path):
+    arrays = load_arrays(weights)
+    manifest = dict(load_weights(weights).manifest)
+    del manifest["hashes"]
+    save_weights(tmp_path, [arrays], manifest)
+    member, about = tmp_path / "member_0.safetensors", tmp_path / "manifest.json"
+    whole, text = member.read_bytes(), about.read_text()
+    member.write_bytes(whole[:-1] + b"\x01")
+    with pytest.raises(LearnerError, match=r"member_0.safetensors: is damaged"):
+        load_weights(tmp_path)
+    member.unlink()
+    with pytest.raises(LearnerError, match=r"member_0.safetensors: is missing"):
+        load_weights(tmp_path)
+    for broken, message in (
+        ("{", "is not the manifest of weights"),
+        (json.dumps(json.loads(text) | {"version": 9}), "version is 9; allowed: 1"),
+        (json.dumps(json.loads(text) | {"feature_names": ["x"]}), "are not those of this version"),
+    ):
+        about.write_text(broken)
+        with pytest.raises(LearnerError, match=message):
+            load_weights(tmp_path)
+
+
+def test_missing_weights_say_what_makes_them():
+    method = make_method("lstm_1:weights=nowhere")
+    with pytest.raises(LearnerError, match="steadyload train --preset quick -o nowhere makes"):
+        method.prepare()
+    with pytest.raises(SpecError, match="threshold is 2; allowed: 0 to 1"):
+        make_method("lstm_1:threshold=2")
+    with pytest.raises(SpecError, match="did you mean 'weights'"):
+        make_method("lstm_1:weight=x")
+
+
+def test_other_weights_are_another_judge(weights, tmp_path):
+    arrays = load_arrays(weights)
+    manifest = {k: v for k, v in load_weights(weights).manifest.items() if k != "hashes"}
+    save_weights(tmp_path, [arrays], manifest)
+    one = judged_by(judge(tmp_path))
+    assert one == judged_by(judge(tmp_path))
+    arrays["head.bias"] = arrays["head.bias"] + 0.5
+    save_weights(tmp_path, [arrays], manifest)
+    assert judged_by(judge(tmp_path)) != one
+
+
+def test_neither_listing_nor_judging_imports_torch(weights):
+    listed = {entry.name: entry for entry in method_listing()}
+    assert {p.name for p in listed["lstm_e"].parameters} >= {"weights", "threshold", "outside"}
+    script = f"""
+import sys
+from harness.layouts.packing import random_layouts
+from harness.methods.registry import make_method, method_listing
+method_listing()
+method = make_method("lstm_e:weights={weights}")
+print([v.failing_step for v in method.judge_many(random_layouts(3, seed=1))])
+assert not {{"torch", "safetensors", "optuna"}} & set(sys.modules)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, env={"PYTHONPATH": str(ROOT)},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr

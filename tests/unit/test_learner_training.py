@@ -1,0 +1,217 @@
+"""Training: it learns, it goes on after a kill to the same bits, and it refuses what cannot be."""
+
+import dataclasses
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import optuna.storages.journal
+import pytest
+import torch
+
+from learners import LeakError, LearnerError
+from learners.features import FeatureKind
+from learners.inference import Network
+from learners.jobs import member_options
+from learners.options import (
+    NetworkKind,
+    TrainingOptions,
+    options_from,
+    training_preset,
+    training_presets,
+)
+from learners.scoring import accuracies
+from learners.search import HIDDEN, JOURNAL, LEARNING_RATES, search_hyperparameters
+from learners.sequences import HeldOut, load_sequences
+from learners.training import CHECKPOINT, Training
+
+ROOT = Path(__file__).parents[2]
+NOTHING = HeldOut(frozenset(), frozenset())
+TINY = TrainingOptions(hidden=8, layers=1, epochs=6, batch=16, learning_rate=1e-2)
+
+
+@pytest.fixture(autouse=True)
+def _one_thread():
+    torch.set_num_threads(1)
+
+
+@pytest.fixture(scope="module")
+def data():
+    return load_sequences(FeatureKind.SUPPORT, limit=20)
+
+
+@pytest.fixture(scope="module")
+def stopping():
+    return load_sequences(FeatureKind.SUPPORT, "validation", limit=10)
+
+
+@pytest.mark.parametrize("network", NetworkKind)
+def test_thirty_layouts_are_learnt_by_heart(tmp_path, network):
+    """A network that cannot even do that is wired wrongly. What it is told of items is plain."""
+    few = load_sequences(FeatureKind.PLAIN, limit=10)
+    assert 0.3 < (few.safe == few.counts).mean() < 0.9
+    options = TrainingOptions(
+        features=FeatureKind.PLAIN, network=network, hidden=32, epochs=150, batch=8,
+        learning_rate=1e-2, symmetries=1,
+    )  # fmt: skip
+    # What stops it is what it learns from: said with item lists of other names.
+    same = dataclasses.replace(few, instances=np.array(["other"] * len(few), dtype=object))
+    trained = Training(tmp_path, options, few, same, held_out=NOTHING).run()
+    assert trained.best.accuracy >= 0.96
+    found = Network(trained.arrays).probabilities_of_many(few.padded())
+    assert accuracies(found, few)["all"] == pytest.approx(trained.best.accuracy)
+    assert trained.history[-1].loss < 0.1 * trained.history[0].loss
+
+
+CHILD = """
+import sys, time, torch
+from pathlib import Path
+from learners.features import FeatureKind
+from learners.options import TrainingOptions
+from learners.sequences import HeldOut, load_sequences
+from learners.training import Training
+torch.set_num_threads(1)
+options = TrainingOptions(hidden=8, layers=2, epochs=6, batch=16, learning_rate=1e-2, dropout=0.3)
+data = load_sequences(FeatureKind.SUPPORT, limit=20)
+stopping = load_sequences(FeatureKind.SUPPORT, "validation", limit=10)
+training = Training(Path(sys.argv[1]), options, data, stopping,
+                    held_out=HeldOut(frozenset(), frozenset()))
+training.run(progress=lambda epoch: (print(epoch.number, flush=True), time.sleep(0.2)))
+"""
+
+
+def test_a_killed_training_goes_on_to_the_same_bits(tmp_path, data, stopping):
+    options = dataclasses.replace(TINY, layers=2, dropout=0.3)
+    whole = Training(tmp_path / "whole", options, data, stopping, held_out=NOTHING).run()
+    child = subprocess.Popen(
+        [sys.executable, "-c", CHILD, str(tmp_path / "killed")],
+        stdout=subprocess.PIPE, text=True, cwd=ROOT, env={"PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert child.stdout is not None
+    for line in child.stdout:
+        if line.strip() == "2":
+            break
+    child.send_signal(signal.SIGKILL)
+    child.stdout.close()
+    assert child.wait() == -signal.SIGKILL
+    again = Training(tmp_path / "killed", options, data, stopping, held_out=NOTHING)
+    seen = []
+    trained = again.run(progress=lambda epoch: seen.append(epoch.number))
+    assert seen[-1] == 6
+    assert 3 <= seen[0] <= 5  # not from the start
+    assert [e.loss for e in trained.history] == [e.loss for e in whole.history]
+    assert [e.accuracy for e in trained.history] == [e.accuracy for e in whole.history]
+    for name, array in whole.arrays.items():
+        np.testing.assert_array_equal(trained.arrays[name], array)
+
+
+def test_the_weights_are_those_of_the_best_epoch(tmp_path, data, stopping):
+    trained = Training(tmp_path, TINY, data, stopping, held_out=NOTHING).run()
+    found = Network(trained.arrays).probabilities_of_many(stopping.padded())
+    assert accuracies(found, stopping)["all"] == pytest.approx(trained.best.accuracy)
+    assert trained.best.accuracy == max(e.accuracy for e in trained.history)
+
+
+def test_it_ends_when_time_or_patience_is_up(tmp_path, data, stopping):
+    training = Training(tmp_path / "time", TINY, data, stopping, held_out=NOTHING)
+    assert len(training.run(budget=1e-9).history) == 1
+    assert not training.finished
+    patient = dataclasses.replace(TINY, epochs=200, patience=3)
+    history = Training(tmp_path / "patience", patient, data, stopping, held_out=NOTHING)
+    epochs = history.run().history
+    assert len(epochs) < 200
+    assert epochs[-1].number - epochs[-1].best_epoch == 3
+
+
+def test_another_training_is_not_gone_on_with(tmp_path, data, stopping):
+    Training(tmp_path, TINY, data, stopping, held_out=NOTHING).run(budget=1e-9)
+    other = dataclasses.replace(TINY, learning_rate=2e-2)
+    with pytest.raises(LearnerError, match=r"another training \(learning_rate differ\)"):
+        Training(tmp_path, other, data, stopping, held_out=NOTHING)
+    fewer = data.chosen(np.arange(len(data)) > 0)
+    with pytest.raises(LearnerError, match=r"another training \(.*data.* differ\)"):
+        Training(tmp_path, TINY, fewer, stopping, held_out=NOTHING)
+    (tmp_path / CHECKPOINT).write_bytes(b"no checkpoint")
+    with pytest.raises(LearnerError, match="is damaged; remove it"):
+        Training(tmp_path, TINY, data, stopping, held_out=NOTHING)
+
+
+def test_nothing_that_is_held_out_can_be_learnt_from(tmp_path, data, stopping):
+    with pytest.raises(LeakError, match="is held out"):
+        Training(tmp_path, TINY, stopping, data, held_out=HeldOut.of())
+    with pytest.raises(LeakError, match="is held out"):
+        Training(tmp_path, TINY, data, data, held_out=NOTHING)
+    assert not (tmp_path / CHECKPOINT).exists()
+
+
+def test_a_training_starts_from_given_weights(tmp_path, data, stopping):
+    first = Training(tmp_path / "first", TINY, data, stopping, held_out=NOTHING).run()
+    # One epoch at next to no learning rate leaves them as they are.
+    still = dataclasses.replace(TINY, epochs=1, learning_rate=1e-7)
+    second = Training(
+        tmp_path / "second", still, data, stopping, held_out=NOTHING, start=first.arrays
+    ).run()
+    for name, array in first.arrays.items():
+        np.testing.assert_allclose(second.arrays[name], array, atol=1e-5)
+    larger = dataclasses.replace(TINY, hidden=12)
+    with pytest.raises(LearnerError, match="are of another shape"):
+        Training(tmp_path / "third", larger, data, stopping, held_out=NOTHING, start=first.arrays)
+
+
+def test_a_search_proposes_the_same_with_and_without_a_break(tmp_path, data, stopping):
+    base = dataclasses.replace(TINY, epochs=1)
+    given = {"held_out": NOTHING, "seed": 3}
+    whole = search_hyperparameters(base, tmp_path / "one", data, stopping, trials=3, **given)
+    search_hyperparameters(base, tmp_path / "two", data, stopping, trials=1, **given)
+    # What a kill leaves behind: a proposal that nobody answered.
+    backend = optuna.storages.journal.JournalFileBackend(str(tmp_path / "two" / JOURNAL))
+    storage = optuna.storages.JournalStorage(backend)
+    study = optuna.load_study(
+        study_name=None, storage=storage, sampler=optuna.samplers.RandomSampler(seed=4)
+    )
+    left = study.ask()
+    left.suggest_float("learning_rate", *LEARNING_RATES, log=True)
+    left.suggest_categorical("hidden", HIDDEN)
+    left.suggest_categorical("optimizer", ["adam", "adamw"])
+    broken = search_hyperparameters(base, tmp_path / "two", data, stopping, trials=3, **given)
+    assert broken == whole
+    assert [r.accuracy for r in whole] == sorted((r.accuracy for r in whole), reverse=True)
+    for result in whole:
+        assert result.options.hidden in HIDDEN
+        assert LEARNING_RATES[0] <= result.options.learning_rate <= LEARNING_RATES[1]
+    assert len({r.options for r in whole}) == 3
+    with pytest.raises(LearnerError, match=r"another search \(seed differ\)"):
+        search_hyperparameters(
+            base, tmp_path / "two", data, stopping, trials=3, held_out=NOTHING, seed=4
+        )
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"hiden": 8}, "unknown parameter 'hiden'; did you mean 'hidden'"),
+        ({"hidden": 0}, "hidden is 0; allowed: 1 to 4096"),
+        ({"optimizer": "sgd"}, "optimizer is 'sgd'; allowed: adam, adamw"),
+        ({"network": "attention", "hidden": 30}, "hidden is 30; allowed: a multiple of 4"),
+        ({"symmetries": 9}, "symmetries is 9; allowed: 1 to 8"),
+    ],
+)
+def test_options_that_cannot_be(values, message):
+    with pytest.raises(LearnerError, match=message):
+        options_from(values, where="here")
+
+
+def test_presets_and_members():
+    paper = training_preset("paper").options
+    assert (paper.features, paper.hidden, paper.learning_rate) == ("plain", 125, 3.5e-4)
+    assert (paper.epochs, paper.layers, paper.optimizer) == (700, 2, "adam")
+    assert training_preset("quick").budget <= 600.0
+    assert training_preset("ensemble").members == 5
+    with pytest.raises(LearnerError, match="did you mean 'quick'"):
+        training_preset("quik")
+    for preset in training_presets().values():
+        members = [member_options(preset.options, k) for k in range(5)]
+        assert len({m.seed for m in members}) == 5
+        assert members[0] == preset.options
