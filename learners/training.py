@@ -302,4 +302,4 @@ def _take_over(network: LstmNetwork, start: Mapping[str, np.ndarray]) -> None:
     if own != theirs:
         differs = sorted(k for k in {*own, *theirs} if own.get(k) != theirs.get(k))
         raise LearnerError(f"weights to start from are of another shape ({', '.join(differs)})")
-    network.load_state_dict({name: torch.from_numpy(value) for name, value in start.items()})
+    network.load_state_dict({name: torch.from_numpy(value.copy()) for name, value in start.items()})
