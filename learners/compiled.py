@@ -11,7 +11,7 @@ from numba import njit
 
 _SOURCES = hashlib.sha256(
     b"".join((Path(__file__).parent / f"{name}.py").read_bytes()
-             for name in ("features", "inference", "ranges", "support"))
+             for name in ("features", "inference", "plane", "ranges", "support"))
 ).hexdigest()[:12]  # fmt: skip
 """Of the files that hold compiled functions. Numba's own cache looks at the file that a function
 stands in, not at those of the functions that it calls."""

@@ -90,7 +90,7 @@ class LearnedJudge(Method):
     def made_of(self) -> str:
         """See :meth:`Method.made_of`: the weights, and the code between them and a verdict."""
         digest = hashlib.sha256(self.weights.digest.encode())
-        for name in ("features", "inference", "ranges", "scoring", "support"):
+        for name in ("features", "inference", "plane", "ranges", "scoring", "support"):
             digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
         return digest.hexdigest()
 

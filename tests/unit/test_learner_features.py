@@ -66,8 +66,9 @@ def test_an_item_past_the_edge():
     assert found["supporters"] == [0.0, 1.0]
     assert found["margin"][1] == pytest.approx(-1.0)  # its middle, x = 11, from the edge, x = 10
     assert found["relative margin"][1] == pytest.approx(-0.1)
-    # Its far lower edge, 6 cm out, meets the floor 10 cm below.
-    assert found["limit angle"][1] == pytest.approx(math.degrees(math.atan2(10.0, 6.0)))
+    # Its far lower edge, 6 cm out, meets the floor 10 cm below, which holds it.
+    for column in ("touch angle", "catch angle", "angle"):
+        assert found[column][1] == pytest.approx(math.degrees(math.atan2(10.0, 6.0)))
     assert found["height"] == [0.0, 10.0]
 
 
@@ -126,12 +127,34 @@ def test_the_free_angle_is_that_of_the_pendulum():
 def test_a_neighbour_stops_what_tips_towards_it(gap, limit):
     neighbour = (16.0 + gap, 0.0, 0.0, 10.0, 18.0, 10.0)
     found = table(layout(FLOOR, neighbour, (6.0, 10.0, 0.0, 10.0, 10.0, 10.0)))
-    assert found["limit angle"][2] == pytest.approx(limit)
+    assert found["side angle"][2] == pytest.approx(limit)
+    away = table(
+        layout(FLOOR, (40.0, 0.0, 20.0, 10.0, 18.0, 10.0), (6.0, 10.0, 0.0, 10.0, 10.0, 10.0))
+    )
+    assert away["side angle"][2] == 90.0
+
+
+@pytest.mark.parametrize(
+    ("edges", "touch", "catch"),
+    [
+        # Of what lies 2 cm below, the far edge is 8 cm out: the resultant, at 2 cm, is over both.
+        ((12.0, 20.0, 8.0), (2.0, 8.0), (2.0, 8.0)),
+        # It ends before the resultant: the item tips on, to the floor 10 cm below.
+        ((10.5, 11.5, 9.5), (0.5, 1.5), (10.0, 8.0)),
+    ],
+)
+def test_what_lies_below_holds_an_item_whose_resultant_is_over_it(edges, touch, catch):
+    second = (edges[0], 0.0, 0.0, edges[1] - edges[0], edges[2], 10.0)
+    found = table(layout(FLOOR, second, (6.0, 10.0, 0.0, 12.0, 10.0, 10.0)))
+    assert found["margin"][2] == pytest.approx(-2.0)
+    assert found["touch angle"][2] == pytest.approx(math.degrees(math.atan2(*touch)))
+    assert found["catch angle"][2] == pytest.approx(math.degrees(math.atan2(*catch)))
 
 
 def test_what_floats_falls_to_the_next_top():
     found = table(layout(FLOOR, (4.0, 13.0, 0.0, 10.0, 10.0, 10.0)))
     assert (found["drop"][1], found["way"][1]) == (3.0, 3.0)
+    assert found["margin"][1] == pytest.approx(1.0)  # of where it lands
     high = table(layout((50.0, 60.0, 50.0, 10.0, 10.0, 10.0)))
     assert high["way"] == pytest.approx([0.5 * 980.0 * 0.3**2])
 
