@@ -129,6 +129,8 @@ def train_weights(
         ResultsError: another run is at work in the folder.
     """
     torch.set_num_threads(threads)
+    # Of the code that trains, not of what it has become when it is done.
+    made_by = provenance() | {"learners": _code(), "torch": torch.__version__}
     directory.mkdir(parents=True, exist_ok=True)
     with locked(directory):
         begun = time.perf_counter()
@@ -169,7 +171,7 @@ def train_weights(
             "validation": _validated(networks, validation),
             "seconds": round(time.perf_counter() - begun, 1),
             "device": device,
-            "made_by": provenance() | {"learners": _code(), "torch": torch.__version__},
+            "made_by": made_by,
         }
         return save_weights(directory / "weights", networks, manifest)
 
