@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ import pandas as pd
 
 from harness.atomic import write_atomically
 from harness.layouts.benchmark import BenchmarkError, Part
-from harness.layouts.benchmark.build import draw_case
+from harness.layouts.benchmark.build import BuildOptions, draw_case
 from harness.layouts.benchmark.dataset import row_of
 from harness.layouts.benchmark.tables import (
     CASES,
@@ -31,7 +31,7 @@ from harness.layouts.benchmark.tables import (
     write_tables,
 )
 from harness.layouts.heuristics import HEURISTICS
-from harness.layouts.packing import ITEM_CLASSES, generate, make_instance
+from harness.layouts.packing import generate, make_instance
 from harness.layouts.scenarios import Scenario
 from harness.methods.method import Status
 from harness.methods.registry import make_method
@@ -44,6 +44,10 @@ from learners.sequences import HeldOut, geometry_of
 OWN_SEEDS = 1_000_000_000
 """Item lists are drawn from seeds above this; those of labelled sets are below."""
 
+LISTS: Mapping[int, int] = {1: 1, 2: 1, 3: 8}
+"""Item lists of a class for one of the first. Labelled sets hold some eight times as many layouts
+of class 3, whose lists fill many bins: a network is to meet the classes as it will be asked."""
+
 _SHARDS, _ASKED = "shards", "asked.json"
 
 Progress = Callable[[int, int], None]
@@ -54,7 +58,7 @@ class GenerationOptions:
     """What a set is drawn from and labelled by.
 
     Args:
-        lists: item lists of every class.
+        lists: of classes 1 and 2, item lists each; of class 3 more, see :data:`LISTS`.
         label: spec of the method whose verdicts are the labels.
         seed: of item lists, heuristics and centres of mass; 0 or more.
         heuristics: that pack every list, drawn from the 160 for each anew. Few of them on many
@@ -135,8 +139,9 @@ def generate_labelled(
         _claim(directory, options)
         units = [
             ListUnit(number, which, options, directory / _SHARDS / f"{number}_{which:06d}")
-            for which in range(options.lists)
-            for number in ITEM_CLASSES
+            for group in range(options.lists)
+            for number, many in LISTS.items()
+            for which in range(group * many, (group + 1) * many)
         ]
         waiting = [unit for unit in units if not is_table(_cases(unit.shard), CASES)]
         done = len(units) - len(waiting)
@@ -183,7 +188,8 @@ def _written(unit: ListUnit, method: Any) -> str:
     options = unit.options
     root = OWN_SEEDS + options.seed
     random = np.random.default_rng(np.random.SeedSequence([root, unit.class_number, unit.number]))
-    instance = make_instance(unit.class_number, unit.number, seed=root)
+    count = BuildOptions().item_counts.get(unit.class_number)  # as in the labelled set
+    instance = make_instance(unit.class_number, unit.number, seed=root, item_count=count)
     name = f"Seed_{options.seed}_{instance.name}"
     which = sorted(random.choice(len(HEURISTICS), options.heuristics, replace=False).tolist())
     packed = generate([instance], heuristics=[HEURISTICS[k] for k in which])

@@ -159,7 +159,11 @@ def add_generate(commands: Any) -> None:
         "generate", help="pack and label fresh item lists: a larger set to train on"
     )
     generate.add_argument(
-        "--lists", type=at_least(1), required=True, metavar="N", help="item lists of every class"
+        "--lists",
+        type=at_least(1),
+        required=True,
+        metavar="N",
+        help="item lists of classes 1 and 2 each, and eight times as many of class 3",
     )
     generate.add_argument(
         "--label", default="label@reference", metavar="SPEC",

@@ -124,6 +124,8 @@ def test_a_generated_set_is_labelled_by_its_method(generated, held_out):
     data = load_sequences(PLAIN, directory=directory)
     HeldOut.of([None, directory]).check(data)
     held_out.check(data)
+    # The classes as in the labelled set: there four of five layouts are of class 3.
+    assert 0.7 < benchmark.layouts["item_class"].eq(3).mean() < 0.9
 
 
 def test_generated_item_lists_are_of_seeds_of_their_own(generated, benchmark):
@@ -141,10 +143,10 @@ def test_a_generation_goes_on_and_grows_to_the_same_set(generated, tmp_path):
     counts = []
     generate_labelled(one, grown, workers=0, progress=lambda *done: counts.append(done))
     # Cut off while it was at the last list: its cases are not there.
-    (grown / "shards" / "3_000000.cases.parquet").unlink()
+    (grown / "shards" / "3_000007.cases.parquet").unlink()
     generate_labelled(FEW, grown, workers=2, progress=lambda *done: counts.append(done))
-    assert counts[:4] == [(0, 3), (1, 3), (2, 3), (3, 3)]
-    assert counts[4] == (2, 6)
+    assert counts[:11] == [(done, 10) for done in range(11)]
+    assert counts[11] == (9, 20)
     for name in ("layouts.parquet", "cases.parquet"):
         assert (grown / name).read_bytes() == (directory / name).read_bytes()
     with pytest.raises(LearnerError, match=r"holds another set \(label differ\)"):
