@@ -50,7 +50,7 @@ class LearnedParameters:
         THRESHOLD, "probability above which a step is unstable", least=0.0, most=1.0
     )
     outside: Outside = quantity(Outside.REFUSE, "a layout outside what was trained on")
-    batch: int = quantity(256, "layouts at once where many are judged", least=1, most=65536)
+    batch: int = quantity(64, "layouts at once where many are judged", least=1, most=65536)
 
 
 @dataclass(frozen=True)
