@@ -91,8 +91,7 @@ def search_hyperparameters(
         load_if_exists=True,
     )
     for trial in study.get_trials(states=(optuna.trial.TrialState.RUNNING,)):
-        # Interrupted: the same proposal again, whose checkpoint is there.
-        study.enqueue_trial(trial.params)
+        # Interrupted. The next proposal is the same one, and its checkpoint is there.
         study.tell(trial.number, state=optuna.trial.TrialState.FAIL)
     begun = time.perf_counter()
     while (done := len(_finished(study))) < trials and (

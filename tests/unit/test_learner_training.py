@@ -108,10 +108,13 @@ def test_a_killed_training_goes_on_to_the_same_bits(tmp_path, data, stopping):
 
 
 def test_the_weights_are_those_of_the_best_epoch(tmp_path, data, stopping):
-    trained = Training(tmp_path, TINY, data, stopping, held_out=NOTHING).run()
+    wild = dataclasses.replace(TINY, learning_rate=0.3, epochs=12, schedule="constant")
+    trained = Training(tmp_path, wild, data, stopping, held_out=NOTHING).run()
+    assert trained.history[-1].accuracy < trained.best.accuracy
     found = Network(trained.arrays).probabilities_of_many(stopping.padded())
     assert accuracies(found, stopping)["all"] == pytest.approx(trained.best.accuracy)
     assert trained.best.accuracy == max(e.accuracy for e in trained.history)
+    assert trained.history[-1].best == trained.best.accuracy
 
 
 def test_it_ends_when_time_or_patience_is_up(tmp_path, data, stopping):
