@@ -27,7 +27,7 @@ from learners.scoring import THRESHOLD, accuracies
 from learners.search import search_hyperparameters
 from learners.sequences import HeldOut, Sequences, joined, load_sequences
 from learners.training import Epoch, Trained, Training
-from learners.weights import SHIPPED, load_arrays, load_weights, save_weights
+from learners.weights import SHIPPED, WEIGHTS, load_arrays, load_weights, save_weights
 
 BENCHMARK = "benchmark"
 """Stands for the labelled set of the package, where data are named."""
@@ -173,7 +173,7 @@ def train_weights(
             "device": device,
             "made_by": made_by,
         }
-        return save_weights(directory / "weights", networks, manifest)
+        return save_weights(directory / WEIGHTS, networks, manifest)
 
 
 def search_options(

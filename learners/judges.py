@@ -101,7 +101,9 @@ class LearnedJudge(Method):
             LearnerError: see :attr:`weights`.
         """
         item = Item(0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), 1.0)
-        self.probabilities(Layout("first", Pallet(1.0, 1.0, 1.0), (item,)))
+        first = Layout("first", Pallet(1.0, 1.0, 1.0), (item,))
+        self._outside(first)
+        self.probabilities(first)
 
     def probabilities(self, layout: Layout) -> Array32:
         """That a step is unstable, for every step, shape (J,): the members' mean (Eq. 8).

@@ -106,12 +106,14 @@ class TrainedRanges:
 
     def outside(self, layout: Layout) -> str:
         """What lies outside, of which item: a sentence; empty where nothing does."""
+        # Asked first, so that any layout compiles all of it.
+        of_items = _of_items(layout)
+        least, most = self._least[2:], self._most[2:]
+        beyond = _beyond(of_items, least, most)
         for k, value in enumerate((len(layout), max(layout.pallet.size))):
             if not self._least[k] <= value <= self._most[k]:
                 return self._sentence("the layout", k, value)
-        of_items = _of_items(layout)
-        least, most = self._least[2:], self._most[2:]
-        if not _beyond(of_items, least, most):
+        if not beyond:
             return ""
         item, quantity = np.argwhere((of_items < least) | (of_items > most))[0].tolist()
         return self._sentence(f"item {item}", 2 + quantity, float(of_items[item, quantity]))

@@ -27,6 +27,9 @@ VERSION = 1
 
 MANIFEST = "manifest.json"
 
+WEIGHTS = "weights"
+"""The folder of the weights in that of the training that made them."""
+
 SHIPPED = Path(str(resources.files("learners"))) / "weights"
 """The folder of the weights that come with the package, a folder a name in it."""
 
@@ -88,7 +91,7 @@ def load_weights(where: str | Path) -> Weights:
     """Read weights.
 
     Args:
-        where: a name of :func:`shipped_weights`, or a folder.
+        where: see :func:`weights_folder`.
 
     Raises:
         LearnerError: no weights there, damaged ones, or of another version.
@@ -120,10 +123,16 @@ def load_weights(where: str | Path) -> Weights:
 def weights_folder(where: str | Path) -> Path:
     """The folder that holds weights.
 
+    Args:
+        where: as a text a name of shipped weights (a folder of that name in the working directory
+            is ``./lstm_1``), else a folder: of weights, or of the training that made some.
+
     Raises:
         LearnerError: it is neither a name of shipped weights nor a folder of some.
     """
-    for folder in (SHIPPED / str(where), Path(where)):
+    if isinstance(where, str) and where in shipped_weights():
+        return SHIPPED / where
+    for folder in (Path(where), Path(where) / WEIGHTS):
         if (folder / MANIFEST).is_file():
             return folder
     known = nearest(str(where), shipped_weights())

@@ -123,3 +123,36 @@ def test_what_learnt_from_held_out_lists_is_not_shipped(tmp_path):
     about.write_text(json.dumps(manifest))
     with pytest.raises(LearnerError, match="learnt from what is held out"):
         ship(output / "weights", "lstm_1")
+    # Nor is what was trained on from such weights: they still know it.
+    later = tmp_path / "later"
+    start = ["--start", str(output / "weights")]
+    assert main(["train", "--option", "epochs=1", "--limit", "10", *start, "-o", str(later)]) == 0
+    manifest = load_weights(later / "weights").manifest
+    assert manifest["leaky"]
+    assert manifest["started_from"]["digest"] == load_weights(output / "weights").digest
+    assert manifest["started_from"]["command"].endswith("--leaky")
+
+
+def test_what_uncommitted_code_began_is_not_shipped_as_if_it_were_committed(tmp_path, monkeypatch):
+    """A run that goes on, or finds all done, says what code began."""
+    from learners import jobs
+
+    made_by = jobs.provenance() | {"git": "0123456789ab-dirty"}
+    monkeypatch.setattr(jobs, "provenance", lambda: dict(made_by))
+    command = ["train", *SMALL, "-o", str(tmp_path / "one")]
+    assert main(command) == 0
+    made_by["git"] = "0123456789ab"
+    assert main(command) == 0
+    with pytest.raises(LearnerError, match="in no commit"):
+        jobs.ship(tmp_path / "one" / "weights", "lstm_1")
+    # Other code does not go on with what was begun: who made the weights could not be said.
+    monkeypatch.setattr(jobs, "_code", lambda: "another")
+    assert main(command) == 2
+
+
+@pytest.mark.parametrize("name", ["", "..", "a/b", "/tmp/x", "a,b", "a=b", ".x"])
+def test_shipped_weights_have_a_plain_name(name, tmp_path):
+    from learners.jobs import ship
+
+    with pytest.raises(LearnerError, match="allowed: letters, digits"):
+        ship(tmp_path, name)

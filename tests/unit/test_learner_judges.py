@@ -5,6 +5,7 @@ The networks are tiny and trained for seconds; what they say is of no matter her
 
 import dataclasses
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -27,7 +28,14 @@ from learners.jobs import TrainingJob, train_weights
 from learners.network import NETWORKS
 from learners.options import NetworkKind, TrainingOptions
 from learners.ranges import QUANTITIES
-from learners.weights import load_arrays, load_weights, parse_arrays, save_weights
+from learners.weights import (
+    SHIPPED,
+    load_arrays,
+    load_weights,
+    parse_arrays,
+    save_weights,
+    weights_folder,
+)
 
 ROOT = Path(__file__).parents[2]
 
@@ -221,6 +229,18 @@ def test_missing_weights_say_what_makes_them():
         make_method("lstm_1:weight=x")
 
 
+def test_a_folder_is_named_as_a_path_and_may_be_that_of_a_training(weights, tmp_path, monkeypatch):
+    # A folder that has the name of shipped weights is meant where it is written as a path.
+    own = tmp_path / "lstm_1"
+    shutil.copytree(weights, own)
+    monkeypatch.chdir(tmp_path)
+    assert weights_folder("./lstm_1").resolve() == own
+    assert weights_folder(Path("lstm_1")).resolve() == own
+    assert weights_folder("lstm_1") == SHIPPED / "lstm_1"
+    # What a sentence says makes weights must lead to some: a training keeps them in a folder of it.
+    assert load_weights(weights.parent).digest == load_weights(weights).digest
+
+
 def test_other_weights_are_another_judge(weights, tmp_path):
     arrays = load_arrays(weights)
     manifest = {k: v for k, v in load_weights(weights).manifest.items() if k != "hashes"}
@@ -230,6 +250,33 @@ def test_other_weights_are_another_judge(weights, tmp_path):
     arrays["head.bias"] = arrays["head.bias"] + 0.5
     save_weights(tmp_path, [arrays], manifest)
     assert judged_by(judge(tmp_path)) != one
+
+
+def test_preparing_compiles_all_that_judging_runs(weights):
+    """A time of the first layout is not one of compilation."""
+    script = f"""
+from harness.layouts.packing import random_layouts
+from harness.methods.registry import make_method
+from learners import features, inference, ranges, support
+functions = [
+    value
+    for module in (features, inference, ranges, support)
+    for value in vars(module).values()
+    if hasattr(value, "signatures")
+]
+method = make_method("lstm_1:weights={weights}")
+method.prepare()
+prepared = [len(function.signatures) for function in functions]
+for layout in random_layouts(5, seed=1):
+    method.judge(layout)
+assert any(prepared)
+assert [len(function.signatures) for function in functions] == prepared
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, env={"PYTHONPATH": str(ROOT)},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
 
 
 def test_neither_listing_nor_judging_imports_torch(weights):
