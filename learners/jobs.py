@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import json
+import re
 import shlex
 import time
 from collections.abc import Callable, Mapping
@@ -14,6 +16,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from harness.atomic import write_atomically
 from harness.layouts.benchmark import Part
 from harness.layouts.benchmark.tables import read_tables
 from harness.methods.spec import as_plain
@@ -31,6 +34,8 @@ from learners.weights import SHIPPED, WEIGHTS, load_arrays, load_weights, save_w
 
 BENCHMARK = "benchmark"
 """Stands for the labelled set of the package, where data are named."""
+
+_MADE_BY = "made_by.json"
 
 Report = Callable[[int, Epoch], None]
 
@@ -130,13 +135,14 @@ def train_weights(
     """
     torch.set_num_threads(threads)
     # Of the code that trains, not of what it has become when it is done.
-    made_by = provenance() | {"learners": _code(), "torch": torch.__version__}
+    own = provenance() | {"learners": _code(), "torch": torch.__version__}
     directory.mkdir(parents=True, exist_ok=True)
     with locked(directory):
         begun = time.perf_counter()
         material = _material(job, loading)
         data, validation = material.data, material.validation
         start = load_arrays(job.start) if job.start else None
+        began = dict(load_weights(job.start).manifest) if job.start else {}
         members, networks, rest = [], [], job.budget
         for number in range(job.members):
             learnt, stopping, lists = _split(job, number, data, validation)
@@ -149,6 +155,8 @@ def train_weights(
                 start=start,
                 device=device,
             )
+            if not training.finished:
+                _note(directory, own)
             trained = training.run(
                 budget=rest / (job.members - number),
                 progress=lambda epoch, number=number: progress(number, epoch),  # type: ignore[misc]
@@ -156,6 +164,7 @@ def train_weights(
             rest = max(rest - trained.history[-1].seconds, 0.0)
             members.append(_member(training.options, trained, learnt, lists))
             networks.append(trained.arrays)
+        made_by, *gone_on_by = _noted(directory) or [own]
         manifest = {
             "features": str(job.options.features),
             "feature_names": list(names(job.options.features)),
@@ -166,13 +175,20 @@ def train_weights(
             "ranges": data.ranges,
             "data": material.sources,
             "cases": len(data),
-            "leaky": job.leaky,
+            "leaky": job.leaky or began.get("leaky", False),
             "members": members,
             "validation": _validated(networks, validation),
             "seconds": round(time.perf_counter() - begun, 1),
             "device": device,
             "made_by": made_by,
         }
+        if gone_on_by:
+            manifest["gone_on_by"] = gone_on_by
+        if job.start:
+            keys = ("command", "made_by", "gone_on_by", "started_from")
+            manifest["started_from"] = {"digest": load_weights(job.start).digest} | {
+                key: began[key] for key in keys if key in began
+            }
         return save_weights(directory / WEIGHTS, networks, manifest)
 
 
@@ -233,11 +249,19 @@ def ship(weights: Path, name: str) -> Path:
     """Make weights part of the package, in the place of what had the name.
 
     Raises:
-        LearnerError: they were trained the leaky way, or by code that is in no commit: nobody could
-            make them again.
+        LearnerError: they, or those that they started from, were trained the leaky way, or by code
+            that is in no commit: nobody could make them again. Or the name is no plain one.
     """
+    if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.\-]*", name):
+        raise LearnerError(
+            f"name of weights is {name!r}; allowed: letters, digits, '_', '-' and '.'"
+        )
     found = load_weights(weights)
-    check_shippable(found.manifest["made_by"])
+    part: Mapping[str, Any] = found.manifest
+    while part:
+        for made_by in (part["made_by"], *part.get("gone_on_by", ())):
+            check_shippable(made_by)
+        part = part.get("started_from", {})
     if found.manifest["leaky"]:
         raise LearnerError(f"{weights}: learnt from what is held out, and is not shipped")
     arrays = [load_arrays(weights, k) for k in range(len(found.networks))]
@@ -287,6 +311,18 @@ def _material(job: TrainingJob, loading: Callable[[int, int], None]) -> _Materia
     if not job.leaky:
         data = held_out.without_twins(data)
     return _Material(data, load_sequences(kind, Part.VALIDATION), held_out, sources)
+
+
+def _noted(directory: Path) -> list[dict[str, Any]]:
+    """The provenances of all runs that trained in a folder, the first one first."""
+    path = directory / _MADE_BY
+    return json.loads(path.read_text()) if path.exists() else []
+
+
+def _note(directory: Path, own: dict[str, Any]) -> None:
+    noted = _noted(directory)
+    if own not in noted:
+        write_atomically(directory / _MADE_BY, json.dumps([*noted, own], indent=1) + "\n")
 
 
 def _code() -> str:

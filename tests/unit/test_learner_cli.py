@@ -145,9 +145,18 @@ def test_what_uncommitted_code_began_is_not_shipped_as_if_it_were_committed(tmp_
     assert main(command) == 0
     with pytest.raises(LearnerError, match="in no commit"):
         jobs.ship(tmp_path / "one" / "weights", "lstm_1")
-    # Other code does not go on with what was begun: who made the weights could not be said.
-    monkeypatch.setattr(jobs, "_code", lambda: "another")
-    assert main(command) == 2
+    assert "gone_on_by" not in load_weights(tmp_path / "one" / "weights").manifest
+    # And likewise what it went on with.
+    two, cut = tmp_path / "two", ["--members", "2", "--left-out", "0.2"]
+    assert main([*command[:-1], str(two), *cut]) == 0
+    made_by["git"] = "0123456789ab-dirty"
+    (two / "member_1" / "checkpoint.pt").unlink()
+    assert main([*command[:-1], str(two), *cut]) == 0
+    manifest = load_weights(two / "weights").manifest
+    assert manifest["made_by"]["git"] == "0123456789ab"
+    assert [made["git"] for made in manifest["gone_on_by"]] == ["0123456789ab-dirty"]
+    with pytest.raises(LearnerError, match="in no commit"):
+        jobs.ship(two / "weights", "lstm_1")
 
 
 @pytest.mark.parametrize("name", ["", "..", "a/b", "/tmp/x", "a,b", "a=b", ".x"])
