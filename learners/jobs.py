@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-import re
 import shlex
 import time
 from collections.abc import Callable, Mapping
@@ -30,7 +29,7 @@ from learners.scoring import THRESHOLD, accuracies
 from learners.search import search_hyperparameters
 from learners.sequences import HeldOut, Sequences, joined, load_sequences
 from learners.training import Epoch, Trained, Training
-from learners.weights import SHIPPED, WEIGHTS, load_arrays, load_weights, save_weights
+from learners.weights import WEIGHTS, load_arrays, load_weights, save_weights
 
 BENCHMARK = "benchmark"
 """Stands for the labelled set of the package, where data are named."""
@@ -75,7 +74,14 @@ class TrainingJob:
         values = as_plain(preset.options) | dict(changes)
         if others.get("start"):
             made = load_weights(others["start"]).manifest["members"][0]["options"]
-            values |= {key: made[key] for key in ("features", "network", "hidden", "layers")}
+            theirs = {key: made[key] for key in ("features", "network", "hidden", "layers")}
+            for key, value in theirs.items():
+                if str(changes.get(key, value)) != str(value):
+                    raise LearnerError(
+                        f"{key} is {changes[key]}; weights {others['start']!r}, which it starts "
+                        f"from, have {value}"
+                    )
+            values |= theirs
         options = options_from(values, where=f"preset {preset.name}")
         given = {key: value for key, value in others.items() if value is not None}
         own = {key: getattr(preset, key) for key in ("members", "left_out", "budget")}
@@ -129,10 +135,11 @@ def train_weights(
 
     Raises:
         LeakError: what is held out is in the data.
-        LearnerError: the folder holds another training.
+        LearnerError: the folder holds another training, no such device, or no data are left.
         BenchmarkError: a set that is none.
         ResultsError: another run is at work in the folder.
     """
+    _check_device(device)
     torch.set_num_threads(threads)
     # Of the code that trains, not of what it has become when it is done.
     own = provenance() | {"learners": _code(), "torch": torch.__version__}
@@ -207,7 +214,7 @@ def search_options(
 
     Args:
         job: what is trained in the end; half its budget goes to the search, counted anew in every
-            run.
+            run, and half is left to the training.
         directory: of the search.
         trials: in all.
         threads: see :func:`train_weights`.
@@ -215,8 +222,15 @@ def search_options(
         progress: called with trials done and trials in all.
 
     Raises:
+        LearnerError: the job starts from weights, whose sizes a search cannot choose.
         as :func:`learners.search.search_hyperparameters` and :func:`train_weights`.
     """
+    if job.start:
+        raise LearnerError(
+            f"a search chooses the hidden size, and weights {job.start!r} have theirs; start from "
+            "none, or search nothing"
+        )
+    _check_device(device)
     torch.set_num_threads(threads)
     directory.mkdir(parents=True, exist_ok=True)
     with locked(directory):
@@ -234,7 +248,7 @@ def search_options(
             device=device,
             progress=progress,
         )
-    return dataclasses.replace(job, options=found[0].options)
+    return dataclasses.replace(job, options=found[0].options, budget=0.5 * job.budget)
 
 
 def member_options(options: TrainingOptions, number: int) -> TrainingOptions:
@@ -243,43 +257,6 @@ def member_options(options: TrainingOptions, number: int) -> TrainingOptions:
         return options
     sequence = np.random.SeedSequence([options.seed, number])
     return dataclasses.replace(options, seed=int(sequence.generate_state(1)[0]))
-
-
-def ship(weights: Path, name: str) -> Path:
-    """Make weights part of the package, in the place of what had the name.
-
-    Raises:
-        LearnerError: they, or those that they started from, were trained the leaky way, or by code
-            that is in no commit: nobody could make them again. Or the name is no plain one.
-    """
-    if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.\-]*", name):
-        raise LearnerError(
-            f"name of weights is {name!r}; allowed: letters, digits, '_', '-' and '.'"
-        )
-    found = load_weights(weights)
-    part: Mapping[str, Any] = found.manifest
-    while part:
-        for made_by in (part["made_by"], *part.get("gone_on_by", ())):
-            check_shippable(made_by)
-        part = part.get("started_from", {})
-    if found.manifest["leaky"]:
-        raise LearnerError(f"{weights}: learnt from what is held out, and is not shipped")
-    arrays = [load_arrays(weights, k) for k in range(len(found.networks))]
-    own = {k: v for k, v in found.manifest.items() if k not in ("version", "hashes")}
-    return save_weights(SHIPPED / name, arrays, own)
-
-
-def check_shippable(made_by: Mapping[str, Any]) -> None:
-    """Ask whether what a training makes may be shipped.
-
-    Raises:
-        LearnerError: its code is in no commit.
-    """
-    if made_by["git"] is None or "dirty" in str(made_by["git"]):
-        raise LearnerError(
-            f"the weights are made by {made_by['git'] or 'an installed package'}, which is in no "
-            "commit: nobody could make them again; commit, then train in another folder"
-        )
 
 
 @dataclass(frozen=True)
@@ -309,8 +286,21 @@ def _material(job: TrainingJob, loading: Callable[[int, int], None]) -> _Materia
     data = joined(parts)
     held_out = HeldOut.of({None, *(_folder(name) for name in job.data)})
     if not job.leaky:
-        data = held_out.without_twins(data)
+        whole, data = len(data), held_out.without_twins(data)
+        if not len(data):
+            raise LearnerError(
+                f"{whole} of {whole} layouts are geometries of held-out layouts; nothing is left "
+                "to learn from"
+            )
     return _Material(data, load_sequences(kind, Part.VALIDATION), held_out, sources)
+
+
+def _check_device(device: str) -> None:
+    kind = device.partition(":")[0]
+    if kind not in ("cpu", "cuda"):
+        raise LearnerError(f"device is {device!r}; allowed: cpu, cuda")
+    if kind == "cuda" and not torch.cuda.is_available():
+        raise LearnerError(f"device is {device!r}; torch finds no GPU here; allowed: cpu")
 
 
 def _noted(directory: Path) -> list[dict[str, Any]]:

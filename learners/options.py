@@ -29,6 +29,11 @@ class NetworkKind(StrEnum):
     ATTENTION = "attention"
 
 
+def allows(network: NetworkKind, hidden: int) -> bool:
+    """Whether a network can have states of a size: attention shares them among its heads."""
+    return network is not NetworkKind.ATTENTION or hidden % HEADS == 0
+
+
 class Optimizer(StrEnum):
     """Which optimiser of Table 4."""
 
@@ -67,14 +72,14 @@ class TrainingOptions:
         SYMMETRIES, "of the pallet's 8 turns and mirrors, how many are drawn from; 1 is none",
         least=1, most=SYMMETRIES,
     )  # fmt: skip
-    seed: int = quantity(0, "of weights, order and symmetries", least=0)
+    seed: int = quantity(0, "of weights, order and symmetries", least=0, most=2**32 - 1)
 
     def __post_init__(self) -> None:
         try:
             check_ranges(self)
         except ValueError as error:
             raise LearnerError(str(error)) from None
-        if self.network is NetworkKind.ATTENTION and self.hidden % HEADS:
+        if not allows(self.network, self.hidden):
             raise LearnerError(f"hidden is {self.hidden}; allowed: a multiple of {HEADS} here")
 
 

@@ -18,13 +18,14 @@ from typing import Any
 from harness.atomic import write_atomically
 from harness.methods.spec import as_plain
 from learners import LearnerError
-from learners.options import Optimizer, TrainingOptions
+from learners.options import Optimizer, TrainingOptions, allows
 from learners.sequences import HeldOut, Sequences
 from learners.training import Training
 
 LEARNING_RATES = (1e-4, 1e-3)
 HIDDEN = (100, 125, 150, 175, 200)
-"""The ranges of Table 4; learning rates are drawn on a logarithmic scale."""
+"""The ranges of Table 4; learning rates are drawn on a logarithmic scale. Of the hidden sizes only
+those that the network allows are proposed."""
 
 JOURNAL, _IDENTITY = "trials.journal", "search.json"
 
@@ -93,6 +94,7 @@ def search_hyperparameters(
     for trial in study.get_trials(states=(optuna.trial.TrialState.RUNNING,)):
         # Interrupted. The next proposal is the same one, and its checkpoint is there.
         study.tell(trial.number, state=optuna.trial.TrialState.FAIL)
+    hidden = [size for size in HIDDEN if allows(options.network, size)]
     begun = time.perf_counter()
     while (done := len(_finished(study))) < trials and (
         not done or time.perf_counter() - begun < budget
@@ -103,7 +105,7 @@ def search_hyperparameters(
         chosen = dataclasses.replace(
             options,
             learning_rate=trial.suggest_float("learning_rate", *LEARNING_RATES, log=True),
-            hidden=trial.suggest_categorical("hidden", HIDDEN),
+            hidden=trial.suggest_categorical("hidden", hidden),
             optimizer=Optimizer(
                 trial.suggest_categorical("optimizer", [str(o) for o in Optimizer])
             ),

@@ -102,8 +102,8 @@ def _train(options: argparse.Namespace) -> None:
         return
     preset = training_preset(options.preset)
     require_training()
-    from harness.studies.results import provenance
-    from learners.jobs import TrainingJob, check_shippable, search_options, ship, train_weights
+    from learners.jobs import TrainingJob, search_options, train_weights
+    from learners.shipping import check_before, ship
     from learners.weights import load_weights
 
     named = {key: getattr(options, key) for key in ("features", "network", "seed")}
@@ -118,8 +118,9 @@ def _train(options: argparse.Namespace) -> None:
         start=options.start,
         leaky=options.leaky,
     )
-    if options.ship is not None:  # said before hours are spent
-        check_shippable(provenance())
+    name = "lstm_1" if job.members == 1 else "lstm_e"
+    if options.ship is not None:
+        check_before(options.ship or name, leaky=job.leaky)
     directory = options.output or _WORK / "train" / f"{preset.name}-{job.options.seed}"
     where = {"threads": options.threads, "device": options.device}
     try:
@@ -142,7 +143,6 @@ def _train(options: argparse.Namespace) -> None:
     except KeyboardInterrupt:
         say(f"What is finished stays in {directory}; run the same command to go on.")
         raise
-    name = "lstm_1" if job.members == 1 else "lstm_e"
     made = load_weights(weights).manifest
     found = made["validation"]["mean"]
     of = ", ".join(f"{k} {100.0 * v:.1f} %" for k, v in found.items() if k != "all")

@@ -3,12 +3,13 @@
 import json
 
 import pytest
+import torch
 
 from harness.cli import main
 from harness.layouts.benchmark import load_benchmark
 from harness.layouts.formats import Format, write_layouts
 from learners import LearnerError
-from learners.jobs import check_shippable
+from learners.shipping import check_shippable, ship
 from learners.weights import load_weights
 
 SMALL = ["--option", "hidden=8", "--option", "epochs=2", "--limit", "20", "--threads", "1"]
@@ -81,6 +82,17 @@ def test_a_search_comes_before_the_training(tmp_path, capsys):
         (["train", "--option", "hiden=3"], "did you mean 'hidden'"),
         (["train", "--data", "nowhere"], "nowhere: no manifest.json; is it a labelled set?"),
         (["train", "--start", "nowhere"], "weights 'nowhere': there are none of that name"),
+        (["train", "--device", "nonsense"], "device is 'nonsense'; allowed: cpu, cuda"),
+        (["train", "--device", "meta"], "device is 'meta'; allowed: cpu, cuda"),
+        pytest.param(
+            ["train", "--device", "cuda"],
+            "device is 'cuda'; torch finds no GPU here",
+            marks=pytest.mark.skipif(torch.cuda.is_available(), reason="there is a GPU"),
+        ),
+        (["train", "--seed", "4294967296"], "seed is 4294967296; allowed: 0 to "),
+        (["train", "--start", "lstm_1", "--features", "plain"], "features is plain; weights 'lstm"),
+        (["train", "--start", "lstm_1", "--option", "hidden=8"], "hidden is 8; weights 'lstm_1'"),
+        (["train", "--start", "lstm_1", "--search", "1"], "a search chooses the hidden size"),
         (["generate", "--lists", "1", "--label", "smee"], "unknown method 'smee'"),
         (["generate", "--lists", "1", "--scenario", "S3"], "scenario is 'S3'"),
         (["score", "FILE", "-m", "lstm_1:weights=nowhere"], "steadyload train --preset quick"),
@@ -113,8 +125,6 @@ def test_what_nobody_could_make_again_is_not_shipped(git):
 
 
 def test_what_learnt_from_held_out_lists_is_not_shipped(tmp_path):
-    from learners.jobs import ship
-
     output = tmp_path / "leaky"
     assert main(["train", *SMALL, "--leaky", "-o", str(output)]) == 0
     about = output / "weights" / "manifest.json"
@@ -144,7 +154,7 @@ def test_what_uncommitted_code_began_is_not_shipped_as_if_it_were_committed(tmp_
     made_by["git"] = "0123456789ab"
     assert main(command) == 0
     with pytest.raises(LearnerError, match="in no commit"):
-        jobs.ship(tmp_path / "one" / "weights", "lstm_1")
+        ship(tmp_path / "one" / "weights", "lstm_1")
     assert "gone_on_by" not in load_weights(tmp_path / "one" / "weights").manifest
     # And likewise what it went on with.
     two, cut = tmp_path / "two", ["--members", "2", "--left-out", "0.2"]
@@ -156,12 +166,17 @@ def test_what_uncommitted_code_began_is_not_shipped_as_if_it_were_committed(tmp_
     assert manifest["made_by"]["git"] == "0123456789ab"
     assert [made["git"] for made in manifest["gone_on_by"]] == ["0123456789ab-dirty"]
     with pytest.raises(LearnerError, match="in no commit"):
-        jobs.ship(two / "weights", "lstm_1")
+        ship(two / "weights", "lstm_1")
 
 
 @pytest.mark.parametrize("name", ["", "..", "a/b", "/tmp/x", "a,b", "a=b", ".x"])
 def test_shipped_weights_have_a_plain_name(name, tmp_path):
-    from learners.jobs import ship
-
     with pytest.raises(LearnerError, match="allowed: letters, digits"):
         ship(tmp_path, name)
+
+
+def test_what_will_not_be_shipped_is_not_trained_for_it(tmp_path, capsys):
+    for words, message in ((["a/b"], "name of weights is 'a/b'"), (["x", "--leaky"], "held out")):
+        assert main(["train", *SMALL, "-o", str(tmp_path / "x"), "--ship", *words]) == 2
+        assert message in capsys.readouterr().err
+    assert not (tmp_path / "x").exists()

@@ -8,13 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import optuna.storages.journal
+import pandas as pd
 import pytest
 import torch
 
+from harness.layouts.benchmark import load_benchmark
+from harness.layouts.benchmark.tables import CASES, OPINIONS, write_tables
 from learners import LeakError, LearnerError
 from learners.features import FeatureKind
 from learners.inference import Network
-from learners.jobs import member_options
+from learners.jobs import TrainingJob, member_options, search_options, train_weights
 from learners.options import (
     NetworkKind,
     TrainingOptions,
@@ -189,6 +192,35 @@ def test_a_search_proposes_the_same_with_and_without_a_break(tmp_path, data, sto
         search_hyperparameters(
             base, tmp_path / "two", data, stopping, trials=3, held_out=NOTHING, seed=4
         )
+
+
+def test_a_search_keeps_to_what_its_network_allows(tmp_path, data, stopping):
+    base = dataclasses.replace(TINY, epochs=1, network=NetworkKind.ATTENTION)
+    found = search_hyperparameters(
+        base, tmp_path, data, stopping, held_out=NOTHING, trials=6, seed=1
+    )
+    assert {result.options.hidden for result in found} == {100, 200}
+
+
+def test_a_search_and_its_training_share_the_budget(tmp_path):
+    options = dataclasses.replace(TINY, epochs=1)
+    job = TrainingJob(options, limit=10, budget=100.0)
+    found = search_options(job, tmp_path, 1)
+    assert found.budget == 50.0
+    assert dataclasses.replace(found, options=options, budget=100.0) == job
+
+
+def test_data_of_which_nothing_is_left_say_so(tmp_path):
+    """A copy of held-out layouts under another name: all are twins, and let go."""
+    shipped = load_benchmark()
+    held = shipped.select("test", limit=4, scenarios=("S1",))
+    layouts = shipped.layouts.loc[held["layout"]].reset_index().assign(instance="mine")
+    cases = held.assign(split="train")[CASES.names]
+    empty = pd.DataFrame({name: [] for name in OPINIONS.names})
+    write_tables(tmp_path / "copy", layouts, cases, empty, {"seed": 7})
+    job = TrainingJob(TINY, data=(str(tmp_path / "copy"),))
+    with pytest.raises(LearnerError, match=r"4 of 4 layouts are geometries of held-out layouts"):
+        train_weights(job, tmp_path / "training")
 
 
 @pytest.mark.parametrize(
