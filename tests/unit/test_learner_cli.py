@@ -8,11 +8,16 @@ import torch
 from harness.cli import main
 from harness.layouts.benchmark import load_benchmark
 from harness.layouts.formats import Format, write_layouts
-from learners import LearnerError
+from learners import LearnerError, shipping
 from learners.shipping import check_shippable, ship
 from learners.weights import load_weights
 
 SMALL = ["--option", "hidden=8", "--option", "epochs=2", "--limit", "20", "--threads", "1"]
+
+
+@pytest.fixture(autouse=True)
+def _nothing_is_shipped_into_this_tree(tmp_path, monkeypatch):
+    monkeypatch.setattr(shipping, "SHIPPED", tmp_path / "package")
 
 
 def test_what_is_trained_judges_a_file(tmp_path, capsys):
