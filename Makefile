@@ -3,7 +3,7 @@ PYTHON ?= python3.11
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help study test lint types bench engines verify extremes properties benchmark planar accuracy tuning docs clean
+.PHONY: help study test lint types bench engines verify extremes properties benchmark planar accuracy tuning learned docs clean
 
 help: ## list these targets
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -59,6 +59,10 @@ accuracy: $(READY) ## remake the accuracies on the whole test split (ten minutes
 
 tuning: $(READY) ## remake the page of tuning from the searches in runs/tune; goes on where it was
 	$(BIN)/steadyload tuned runs/tune/*/ --output reports/published/tuning
+
+learned: $(READY) ## train what the plan of learners asks for and remake their page (hours); goes on
+	$(BIN)/steadyload learned --foreign $(wildcard ../shared/data/aclpp/*.yaml) \
+		--output reports/published/learned
 
 docs: $(READY) ## remake the generated pages
 	$(BIN)/steadyload engines --markdown > docs/engines.md

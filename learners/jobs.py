@@ -50,6 +50,7 @@ class TrainingJob:
         budget: wall seconds over all members.
         data: folders of labelled sets, and :data:`BENCHMARK`; of each its training part is taken.
         limit: only so many cases a scenario of every set, those of the first ranks.
+        lists: only the cases of so many item lists of every set.
         start: weights to train on from; features, network and sizes are theirs. Empty: none.
         leaky: learn from the item lists of validation and test, too, though not from their cases;
             for a study of what that is worth, never shipped.
@@ -61,6 +62,7 @@ class TrainingJob:
     budget: float = 600.0
     data: tuple[str, ...] = (BENCHMARK,)
     limit: int | None = None
+    lists: int | None = None
     start: str = ""
     leaky: bool = False
 
@@ -106,6 +108,7 @@ class TrainingJob:
         for name in self.data:
             words += ["--data", name]
         words += ["--limit", str(self.limit)] if self.limit else []
+        words += ["--lists", str(self.lists)] if self.lists else []
         words += ["--start", self.start] if self.start else []
         words += ["--leaky"] if self.leaky else []
         return shlex.join(words)
@@ -182,6 +185,7 @@ def train_weights(
             "ranges": data.ranges,
             "data": material.sources,
             "cases": len(data),
+            "item_lists": len(set(data.instances)),
             "leaky": job.leaky or began.get("leaky", False),
             "members": members,
             "validation": _validated(networks, validation),
@@ -274,7 +278,12 @@ def _material(job: TrainingJob, loading: Callable[[int, int], None]) -> _Materia
     for name in job.data:
         folder = _folder(name)
         found = load_sequences(
-            kind, directory=folder, limit=job.limit, leaky=job.leaky, progress=loading
+            kind,
+            directory=folder,
+            limit=job.limit,
+            lists=job.lists,
+            leaky=job.leaky,
+            progress=loading,
         )
         parts.append(found)
         source = {"name": name, "cases": len(found), "fingerprint": found.fingerprint()}

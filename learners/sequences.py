@@ -115,6 +115,7 @@ def load_sequences(
     directory: str | Path | None = None,
     scenarios: tuple[str, ...] = (),
     limit: int | None = None,
+    lists: int | None = None,
     leaky: bool = False,
     progress: Progress = lambda done, total: None,
 ) -> Sequences:
@@ -126,6 +127,7 @@ def load_sequences(
         directory: the set's folder; None for the one of the package.
         scenarios: only these; empty for all.
         limit: at most this many a scenario, those of the first ranks.
+        lists: only the cases of this many item lists, drawn once for all: fewer are among more.
         leaky: with the training part, cases of held-out item lists that are in no split, too: the
             geometries of validation and test in other scenarios, and their sisters.
         progress: called with layouts done and layouts in all.
@@ -138,6 +140,8 @@ def load_sequences(
         chosen = _leaky(benchmark.select(Part.ALL, scenarios=scenarios), limit)
     else:
         chosen = benchmark.select(part, scenarios=scenarios, limit=limit)
+    if lists is not None:
+        chosen = chosen[chosen["instance"].isin(_drawn_lists(chosen["instance"], lists))]
     rows, extents, geometries = [], [], []
     known: dict[str, _Geometry] = {}
     for done, (name, offsets) in enumerate(
@@ -198,6 +202,12 @@ def _leaky(cases: pd.DataFrame, limit: int | None) -> pd.DataFrame:
     held_out = cases["split"].isin((str(Part.VALIDATION), str(Part.TEST)))
     cases = cases[~held_out].sample(frac=1.0, random_state=0)
     return cases if limit is None else cases[cases.groupby("scenario").cumcount() < limit]
+
+
+def _drawn_lists(instances: Iterable[str], count: int) -> list[str]:
+    """The first lists of an order drawn once for all."""
+    every = sorted(set(instances))
+    return [every[k] for k in np.random.default_rng(0).permutation(len(every))[:count]]
 
 
 def _instances(benchmark: Benchmark, instances: Iterable[str]) -> Texts:

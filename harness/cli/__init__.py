@@ -15,6 +15,7 @@ from typing import Any
 from engines.registry import EngineNotInstalledError
 from harness.cli.benchmark import add_benchmark
 from harness.cli.extremes import add_extremes
+from harness.cli.learned import add_learned
 from harness.cli.properties import add_properties
 from harness.cli.terminal import (
     at_least,
@@ -208,6 +209,7 @@ def _parser() -> argparse.ArgumentParser:
     add_tuned(commands)
     add_train(commands)
     add_generate(commands)
+    add_learned(commands)
     add_benchmark(commands)
     add_properties(commands)
 

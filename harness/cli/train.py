@@ -50,6 +50,9 @@ def add_train(commands: Any) -> None:
     train.add_argument(
         "--limit", type=at_least(1), metavar="N", help="only N cases a scenario of every set"
     )
+    train.add_argument(
+        "--lists", type=at_least(1), metavar="N", help="only N item lists of every set"
+    )
     train.add_argument("--features", metavar="KIND", help="plain (the paper's), or support")
     train.add_argument("--network", metavar="KIND", help="lstm (the paper's), or attention")
     train.add_argument("--seed", type=at_least(0), help="of the first member")
@@ -115,6 +118,7 @@ def _train(options: argparse.Namespace) -> None:
         budget=options.budget,
         data=tuple(options.data) if options.data else None,
         limit=options.limit,
+        lists=options.lists,
         start=options.start,
         leaky=options.leaky,
     )

@@ -43,6 +43,8 @@ _TITLES = {
     "sme": "SME",
     "equilibrium": "Equilibrium",
     "simulation": "PS",
+    "lstm_1": "LSTM_1",
+    "lstm_e": "LSTM_e",
 }
 _CPU_PHASES = (("cpu", "build"), ("cpu", "step"), ("cpu", "read"))
 _MOST_DISAGREEMENTS = 10

@@ -53,7 +53,7 @@ def mean(values: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
     if len(array) == 0:
         return _NOTHING
     sums, sizes = _cluster_sums(array, clusters)
-    means = [sums[drawn].sum(axis=1) / sizes[drawn].sum(axis=1) for drawn in _draws(len(sums))]
+    means = [sums[drawn].sum(axis=1) / sizes[drawn].sum(axis=1) for drawn in resamples(len(sums))]
     low, high = np.quantile(np.concatenate(means), (0.025, 0.975))
     return Estimate(float(array.mean()), float(low), float(high), len(array))
 
@@ -71,7 +71,7 @@ def ratio(above: ArrayLike, below: ArrayLike, clusters: ArrayLike | None = None)
         return _NOTHING
     top, _ = _cluster_sums(over, clusters)
     bottom, _ = _cluster_sums(under, clusters)
-    drawn_ratios = [top[d].sum(axis=1) / bottom[d].sum(axis=1) for d in _draws(len(top))]
+    drawn_ratios = [top[d].sum(axis=1) / bottom[d].sum(axis=1) for d in resamples(len(top))]
     low, high = np.quantile(np.concatenate(drawn_ratios), (0.025, 0.975))
     return Estimate(float(over.sum() / under.sum()), float(low), float(high), len(over))
 
@@ -110,7 +110,7 @@ def weighted_share(
     np.add.at(sizes, (group, member), 1.0)
     factors = np.array(list(used.values())) / sum(used.values())
     found = []
-    for drawn in _draws(shape[0]):
+    for drawn in resamples(shape[0]):
         counts = sizes[drawn].sum(axis=1)
         whole = (counts > 0.0).all(axis=1)
         found.append((sums[drawn].sum(axis=1)[whole] / counts[whole]) @ factors)
@@ -155,8 +155,12 @@ def same(said: pd.DataFrame, first: str, second: str) -> NDArray[np.bool_]:
     return (said[first] == said[second]).fillna(False).to_numpy(bool)
 
 
-def _draws(count: int) -> Iterator[NDArray[np.int64]]:
-    """The clusters of all resamples, shape (resamples, count), in blocks that fit in memory."""
+def resamples(count: int) -> Iterator[NDArray[np.int64]]:
+    """The clusters that every resample of ``count`` of them draws, the same at every call.
+
+    Yields:
+        Blocks that fit in memory, shape (resamples, count).
+    """
     random = np.random.default_rng(_SEED)
     block = max(1, 4_000_000 // count)
     for start in range(0, _RESAMPLES, block):

@@ -56,6 +56,19 @@ def test_sequences_hold_features_and_labels_in_order(benchmark):
     np.testing.assert_array_equal(again.rows, data.chosen(data.scenarios != "S1").rows)
 
 
+def test_few_item_lists_are_among_more():
+    every = load_sequences(PLAIN, limit=40)
+    few, more = (load_sequences(PLAIN, limit=40, lists=count) for count in (4, 9))
+    assert [len(set(data.instances)) for data in (few, more)] == [4, 9]
+    assert set(few.instances) < set(more.instances) < set(every.instances)
+    # All cases of a list that would be there, and no range of any other.
+    assert len(few) == np.isin(every.instances, few.instances).sum()
+    largest = max(few.ranges["weight"][1], more.ranges["weight"][1])
+    assert largest == more.ranges["weight"][1] <= every.ranges["weight"][1]
+    again = load_sequences(PLAIN, limit=40, lists=10**6)
+    assert again.fingerprint() == every.fingerprint()
+
+
 def test_scores_are_compared_whole():
     data = load_sequences(PLAIN, "validation", limit=2, scenarios=("S1",))
     data = dataclasses.replace(data, safe=np.array([2, data.counts[1]]))

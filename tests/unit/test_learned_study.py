@@ -1,0 +1,387 @@
+"""The study of learners: real trainings, small ones, and numbers counted again by hand."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from harness.cli import main
+from harness.layouts.benchmark import load_benchmark
+from harness.layouts.benchmark.dataset import KEYS
+from harness.layouts.formats import Format, write_layouts
+from harness.layouts.model import Item, Layout, Pallet
+from harness.methods.registry import make_method
+from learners import LearnerError
+from learners.study.plan import Section
+from learners.study.plan_file import load_plan
+from learners.study.study import learner_study
+from learners.study.trainings import Workshop
+from learners.weights import load_weights
+from reports.learned_page import learned_page
+
+ROOT = Path(__file__).parents[2]
+LIMIT = 12
+
+PLAN = """
+part = "validation"
+
+[sets.rule]
+lists = 1
+label = "sme"
+heuristics = 2
+most = 2
+
+[sets.forces]
+lists = 1
+label = "pbs:alpha=0.5"
+heuristics = 2
+most = 2
+
+[trainings.small]
+title = "small"
+options = { hidden = 8, epochs = 6, batch = 16, learning_rate = 1e-2 }
+limit = 60
+seeds = [0, 1]
+
+[trainings.fewer]
+title = "few lists"
+options = { hidden = 8, epochs = 1, batch = 16, learning_rate = 1e-2 }
+limit = 60
+lists = 5
+
+[trainings.rule]
+title = "labels of a rule"
+options = { hidden = 8, epochs = 1 }
+data = ["rule"]
+
+[trainings.forces]
+title = "labels of another rule"
+options = { hidden = 8, epochs = 1 }
+data = ["forces"]
+
+[trainings.tuned]
+title = "rule, then the labelled set"
+options = { epochs = 1 }
+limit = 20
+start = "rule"
+
+[trainings.leaky]
+title = "leaky"
+options = { hidden = 8, epochs = 1, batch = 16, learning_rate = 1e-2 }
+limit = 60
+leaky = true
+
+[table]
+methods = ["sme", "lstm_1"]
+trainings = ["small"]
+held = "lstm_1"
+timed = 9
+repeats = 2
+batches = [2, 8]
+
+[[size]]
+title = "support features"
+trainings = ["fewer", "small"]
+
+[sources]
+baseline = "rule"
+trainings = ["forces", "tuned"]
+
+[remedies]
+baseline = "small"
+trainings = ["fewer"]
+
+[calibration]
+judges = ["lstm_1", "small"]
+
+[[leak]]
+baseline = "small"
+trainings = ["leaky"]
+
+[foreign]
+judges = ["lstm_1"]
+others = ["sme", "pbs:alpha=0.5"]
+max_items = 3
+"""
+
+
+def container(name: str, count: int, scale: float) -> Layout:
+    """Cubes in a row that stand on the floor, the last of a larger size on the first one."""
+    side = 10.0 * scale
+    items = [Item(k, (k * side, 0.0, 0.0), (side, side, side), 2.0) for k in range(count - 1)]
+    top = Item(count - 1, (0.0, side, 0.0), (1.8 * side, side, side), 2.0)
+    return Layout(name, Pallet(60.0 * scale, 60.0 * scale, 60.0 * scale), (*items, top))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("learned")
+
+
+@pytest.fixture(scope="module")
+def plan(folder):
+    file = folder / "plan.toml"
+    file.write_text(PLAN)
+    return load_plan(file)
+
+
+@pytest.fixture(scope="module")
+def foreign(folder):
+    file = folder / "foreign.json"
+    layouts = [container("inside", 3, 1.0), container("large", 3, 8.0), container("long", 5, 8.0)]
+    write_layouts(file, layouts, Format.NATIVE)
+    return file
+
+
+@pytest.fixture(scope="module")
+def learned(plan, folder, foreign):
+    return learner_study(plan, folder / "work", limit=LIMIT, foreign=[foreign], workers=0)
+
+
+@pytest.fixture(scope="module")
+def workshop(plan, folder, learned):
+    return Workshop(plan, folder / "work")
+
+
+@pytest.fixture(scope="module")
+def cases():
+    benchmark = load_benchmark()
+    chosen = benchmark.select("validation", limit=LIMIT)
+    layouts = [benchmark.layout(*key) for key in chosen[KEYS].itertuples(index=False)]
+    return chosen, layouts
+
+
+def rights(spec, cases):
+    """Whether a method names the label's failing step, one layout at a time."""
+    chosen, layouts = cases
+    labels = [None if pd.isna(label) else int(label) for label in chosen["failing_step"]]
+    said = [make_method(spec).judge(layout) for layout in layouts]
+    pairs = zip(said, labels, strict=True)
+    return np.array([v.status == "done" and v.failing_step == label for v, label in pairs])
+
+
+def test_accuracies_are_those_counted_by_hand(learned, workshop, cases):
+    row = learned.remedies[0]
+    found = np.array([
+        rights(f"lstm_1:weights={run.weights},outside=accept", cases)
+        for run in workshop.runs("small")
+    ])  # fmt: skip
+    assert 0.2 < found.mean() < 1.0
+    assert row.seeds["all"] == pytest.approx(found.mean(axis=1))
+    assert row.accuracy["all"].value == pytest.approx(found.mean())
+    assert row.accuracy["all"].n == 3 * LIMIT == learned.cases
+    for scenario in ("S1", "S2a", "S2b"):
+        which = (cases[0]["scenario"] == scenario).to_numpy()
+        assert row.accuracy[scenario].value == pytest.approx(found[:, which].mean())
+        assert row.accuracy[scenario].n == LIMIT
+    other = rights(f"lstm_1:weights={workshop.runs('fewer')[0].weights},outside=accept", cases)
+    ahead = learned.remedies[1].difference["all"]
+    assert ahead.value == pytest.approx((other - found.mean(axis=0)).mean())
+
+
+def test_the_table_tells_every_method_alike(learned, workshop, cases):
+    table = learned.table
+    rule, shipped, own = table.rows
+    by_rule, by_shipped = rights("sme", cases), rights("lstm_1", cases)
+    assert rule.accuracy["all"].value == pytest.approx(by_rule.mean())
+    assert rule.difference["all"].value == pytest.approx((1.0 * by_shipped - by_rule).mean())
+    s2b = (cases[0]["scenario"] == "S2b").to_numpy()
+    assert shipped.accuracy["S2b"].value == pytest.approx(by_shipped[s2b].mean())
+    assert shipped.difference is None
+    assert table.held == shipped.method.title == "LSTM_1"
+    assert shipped.paper == {"S1": 0.9733, "S2a": 0.76, "S2b": 0.7167, "all": 0.8167}
+    assert (own.method.title, own.paper) == ("small, seed 0", {})
+    for row in (rule, shipped):
+        wrong = row.over["all"].value + row.under["all"].value
+        assert wrong == pytest.approx(1.0 - row.accuracy["all"].value)
+    assert [sorted(row.batched) for row in table.times] == [[], [2, 8], [2, 8]]
+    assert all(row.cpu > 0.0 and row.layouts == 9 for row in table.times)
+
+
+def test_label_sources_are_told_apart(learned, workshop):
+    assert [row.labels for row in learned.sources] == [
+        "sme", "pbs:alpha=0.5", "sme, then labelled set",
+    ]  # fmt: skip
+    one, two = (load_benchmark(workshop.set_folder(n)).cases for n in ("rule", "forces"))
+    assert one[KEYS].to_numpy().tolist() != []
+    both = one.merge(two, on=KEYS)
+    assert len(both) == len(one) == len(two)  # the same layouts, in the same scenarios
+    same = (both["failing_step_x"].fillna(-1) == both["failing_step_y"].fillna(-1)).mean()
+    assert 0.0 < same < 1.0
+    assert learned.agreement["pbs:alpha=0.5"].value == pytest.approx(same)
+    assert learned.sources[0].cases == len(one)
+
+
+def test_sizes_and_the_leak_are_what_was_asked(learned, workshop):
+    fewer, small = learned.size[0].rows
+    assert (fewer.item_lists, small.item_lists > 5) == (5, True)
+    assert fewer.cases < small.cases == 180
+    [leak] = learned.leak
+    manifest = load_weights(workshop.runs("leaky")[0].weights).manifest
+    assert manifest["leaky"]
+    assert "--leaky" in manifest["command"]
+    assert (leak.honest.cases, leak.leaky.cases) == (180, 180)
+    assert not load_weights(workshop.runs("small")[0].weights).manifest["leaky"]
+
+
+def test_foreign_layouts_are_refused_for_what_is_outside(learned):
+    [row] = learned.foreign.rows
+    assert row.refused.value == pytest.approx(2 / 3)
+    assert ("longest pallet side", 2) in [reason[:2] for reason in row.reasons]
+    assert learned.foreign.layouts == 3
+    # Only the first three items of the long row are judged: all stand on the floor.
+    said = learned.foreign.others["SME"]
+    large, inside = container("large", 3, 8.0), container("inside", 3, 1.0)
+    stable = [make_method("sme").judge(lay).stable for lay in (inside, large)]
+    assert said.value == pytest.approx((sum(stable) + 1) / 3)
+    assert row.inside["SME"].n == 1
+    assert row.agreement["SME"].n == 3
+
+
+def test_calibration_is_that_of_the_judge_itself(learned, cases):
+    shipped = learned.calibration[0]
+    found = rights("lstm_1", cases)
+    assert shipped.abstention.every.value == pytest.approx(found.mean())
+    # Every layout by itself, without batches: sure is what its score is given.
+    judge, squares = make_method("lstm_1"), []
+    for layout, right in zip(cases[1], found, strict=True):
+        sure = 1.0
+        for p in judge.probabilities(layout):
+            sure *= p if p > 0.5 else 1.0 - p
+            if p > 0.5:
+                break
+        squares.append((sure - right) ** 2)
+    assert shipped.layouts.brier.value == pytest.approx(np.mean(squares), abs=1e-5)
+
+
+def test_again_nothing_is_made_and_the_page_is_the_same(learned, plan, folder, foreign):
+    def stamps():
+        return {p: p.stat().st_mtime_ns for p in (folder / "work").rglob("*") if p.is_file()
+                and p.name != ".lock"}  # fmt: skip
+
+    before = stamps()
+    again = learner_study(plan, folder / "work", limit=LIMIT, foreign=[foreign], workers=0)
+    assert stamps() == before
+    assert again == learned
+
+
+CHILD = """
+import sys
+from pathlib import Path
+from learners.study.plan import Section
+from learners.study.plan_file import load_plan
+from learners.study.trainings import Workshop
+Workshop(load_plan(Path(sys.argv[1])), Path(sys.argv[2])).make([Section.SIZE], workers=0)
+"""
+
+
+def test_a_killed_study_goes_on_to_the_same_weights(tmp_path, learned, workshop):
+    file = tmp_path / "plan.toml"
+    file.write_text(PLAN)
+    killed = Workshop(load_plan(file), tmp_path / "work")
+    [first], [second, third] = killed.runs("fewer"), killed.runs("small")
+    child = subprocess.Popen(
+        [sys.executable, "-c", CHILD, str(file), str(killed.folder)],
+        cwd=ROOT, env={"PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    while not (second.folder / "member_0").exists():
+        assert child.poll() is None
+        time.sleep(0.005)
+    child.send_signal(signal.SIGKILL)
+    assert child.wait() == -signal.SIGKILL
+    assert first.finished
+    assert not third.finished
+    kept = (first.weights / "manifest.json").stat().st_mtime_ns
+    told = []
+    killed.make([Section.SIZE], workers=0, training=lambda done, total: told.append((done, total)))
+    assert told[0][0] >= 1
+    assert told[-1] == (3, 3)
+    assert (first.weights / "manifest.json").stat().st_mtime_ns == kept
+    whole = [*workshop.runs("fewer"), *workshop.runs("small")]
+    for mine, theirs in zip((first, second, third), whole, strict=True):
+        one, two = (load_weights(run.weights).manifest["hashes"] for run in (mine, theirs))
+        assert one == two
+
+
+def test_a_changed_plan_leaves_what_has_not_changed(plan, folder, workshop, tmp_path):
+    file = tmp_path / "plan.toml"
+    file.write_text(PLAN.replace("epochs = 6", "epochs = 7").replace("lists = 1", "lists = 2"))
+    changed = Workshop(load_plan(file), folder / "work")
+    assert not changed.runs("small")[0].finished
+    assert changed.runs("leaky")[0].finished
+    # A set that grows is gone on with; what learnt from it, and from those weights, is not.
+    assert changed.set_folder("rule") == workshop.set_folder("rule")
+    assert not changed.runs("rule")[0].finished
+    assert not changed.runs("tuned")[0].finished
+
+
+def test_only_what_was_asked_is_made_and_shown(tmp_path, capsys, learned):
+    file, work = tmp_path / "plan.toml", tmp_path / "work"
+    file.write_text(PLAN.replace('trainings = ["fewer", "small"]', 'trainings = ["fewer"]'))
+    command = ["learned", "--plan", str(file), "--work", str(work), "-j", "1", "--only", "size"]
+    assert main([*command, "--limit", "4", "-o", str(tmp_path / "page")]) == 0
+    path = Path(capsys.readouterr().out.strip())
+    text = path.read_text()
+    headings = [line[3:] for line in text.splitlines() if line.startswith("## ")]
+    assert headings == ["Size of the training set", "Where the weights come from", "Made with"]
+    [training] = (work / "trainings").iterdir()
+    assert training.name.startswith("fewer-0-")
+    assert not (work / "sets").exists()
+    made = load_weights(training / "weights").manifest
+    assert str(made["made_by"]["git"]) in text
+    assert made["command"] in text
+    assert len(learned_page(learned, {}).sections) == 8
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("part =", "prt ="), "unknown key 'prt'; did you mean 'part'"),
+        (('"validation"', '"train"'), "part is 'train'; allowed: test, test-300, validation"),
+        (("hidden = 8", "hiden = 8"), "did you mean 'hidden'"),
+        (('start = "rule"', 'start = "ruel"'), "start 'ruel'; none of that name"),
+        (('start = "rule"', 'start = "tuned"'), "starts from itself in the end"),
+        (('data = ["rule"]', 'data = ["rules"]'), "data 'rules'; did you mean 'rule'"),
+        (('held = "lstm_1"', 'held = "lstm_e"'), "held is 'lstm_e'"),
+        (("repeats = 2", "repeats = -2"), "repeats is -2; allowed: a whole number, 0 or more"),
+        (("seeds = [0, 1]", "seeds = [0, 0]"), "each once"),
+        (('label = "sme"', 'label = "smee"'), "unknown method 'smee'"),
+        (('baseline = "small"', 'baseline = "smal"'), "training 'smal'; did you mean 'small'"),
+        (("part", "part]"), "not valid TOML"),
+    ],
+)
+def test_a_plan_that_cannot_be(tmp_path, change, message):
+    file = tmp_path / "plan.toml"
+    file.write_text(PLAN.replace(*change, 1))
+    with pytest.raises(LearnerError) as raised:
+        load_plan(file)
+    assert str(file) in str(raised.value)
+    assert message in str(raised.value)
+
+
+def test_sections_that_cannot_be(plan, tmp_path):
+    less = load_plan()
+    assert less.sections() == list(Section)
+    with pytest.raises(LearnerError, match="needs files of layouts: --foreign FILE"):
+        learner_study(plan, tmp_path, only=[Section.FOREIGN], workers=0)
+    file = tmp_path / "plan.toml"
+    file.write_text(PLAN[: PLAN.index("[sources]")])
+    with pytest.raises(LearnerError, match="section 'leak' is not planned"):
+        learner_study(load_plan(file), tmp_path, only=[Section.LEAK], workers=0)
+    assert main(["learned", "--only", "tabel"]) == 2
+
+
+def test_the_shipped_plan_can_be_made_again_by_seed(tmp_path):
+    plan = load_plan()
+    needed = plan.needed(plan.sections())
+    assert {t.name for t in needed} == set(plan.trainings)
+    assert json.dumps([t.budget for t in needed]) == json.dumps([86400.0] * len(needed))
+    assert plan.part == "test"
+    remedies = [plan.trainings[n] for n in (plan.remedies.baseline, *plan.remedies.trainings)]
+    assert all(len(t.seeds) >= 3 for t in remedies if t.preset != "paper")
