@@ -38,6 +38,7 @@ class JudgedPart:
     def __init__(self, part: Part, limit: int | None = None) -> None:
         self.part, self._limit = part, limit
         self._sequences: dict[FeatureKind, Sequences] = {}
+        self._known: dict[Path, NDArray[np.bool_]] = {}
 
     def sequences(self, kind: FeatureKind) -> Sequences:
         """The cases as features and labels."""
@@ -67,9 +68,10 @@ class JudgedPart:
         return np.array([self._right(run.weights) for run in runs])
 
     def _right(self, folder: Path) -> NDArray[np.bool_]:
-        probabilities = self.probabilities(load_weights(folder))
-        right: NDArray[np.bool_] = items_safe(probabilities, self.cases.counts) == self.cases.safe
-        return right
+        if folder not in self._known:
+            said = items_safe(self.probabilities(load_weights(folder)), self.cases.counts)
+            self._known[folder] = said == self.cases.safe
+        return self._known[folder]
 
     def by_scenario(self, rights: Rights) -> dict[str, Estimate]:
         """Accuracy, the mean of the seeds; intervals stand on item lists."""

@@ -129,7 +129,9 @@ def _named(name: str, spec: str, workshop: Workshop) -> tuple[str, MethodKey]:
     key = method_key(method)
     training = workshop.plan.trainings.get(name)
     if training is not None:
-        key = dataclasses.replace(key, title=f"{training.title}, seed {training.seeds[0]}")
+        # A family of its own, so that figures tell trainings apart.
+        title = f"{training.title}, seed {training.seeds[0]}"
+        key = dataclasses.replace(key, title=title, family=name)
     return str(method.spec), key
 
 
