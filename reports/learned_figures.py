@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -13,6 +13,9 @@ from reports.records import Estimate
 
 _LINES = ("#08519c", "#e6550d", "#2ca02c", "#9467bd", "#7f7f7f", "#8c6d31")
 _MARKS = ("o", "s", "^", "D", "v", "P")
+_ROOM = 1.2
+"""Ticks of a log axis by less than this factor apart run into each other."""
+
 _PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 
 
@@ -26,12 +29,12 @@ def plot_size(curves: Sequence[SizeCurve]) -> Figure:
     row = figure.subplots(1, len(panels), sharey=True)
     for axes, (label, of) in zip(row, panels, strict=True):
         for number, curve in enumerate(curves):
-            points = sorted(curve.rows, key=of)
+            points = sorted(curve.rows, key=lambda row: (of(row), row.cases))
             _curve(axes, number, curve.title, [of(p) for p in points],
                    [p.accuracy[ALL] for p in points])  # fmt: skip
         axes.set_xscale("log")
-        places = sorted({of(p) for curve in curves for p in curve.rows})
-        axes.set_xticks(places, map(str, places), rotation=90)
+        places = _apart({of(p) for curve in curves for p in curve.rows})
+        axes.set_xticks(places, [str(place) for place in places], rotation=90)
         axes.xaxis.set_minor_formatter(NullFormatter())
         axes.minorticks_off()
         axes.set_xlabel(label)
@@ -121,6 +124,15 @@ def _curve(
         capsize=2,
         label=title,
     )
+
+
+def _apart(places: Iterable[int]) -> list[int]:
+    """Those that have room beside each other on a log axis, from the greatest down."""
+    kept: list[int] = []
+    for place in sorted(places, reverse=True):
+        if not kept or place * _ROOM < kept[-1]:
+            kept.append(place)
+    return kept
 
 
 def _reach(estimate: Estimate) -> list[list[float]]:

@@ -22,7 +22,7 @@ def judge_table(table: JudgeTable, scenarios: Sequence[str]) -> Section:
     parts = [ALL, *scenarios]
     tables = [f"**{_part_title(part)}**\n\n{_accuracies(table, part)}" for part in parts]
     if table.times:
-        tables.append(f"**Time**\n\n{_times(table.times)}")
+        tables.append(f"**Time**\n\n{_times(table)}")
     if any(row.batched for row in table.times):
         tables.append(f"**Layouts a second, by the number judged at once**\n\n{_rates(table)}")
     return Section(
@@ -67,13 +67,14 @@ def _without(row: JudgeRow) -> str:
     return names(f"{count} {status}" for status, count in row.without_verdict.items())
 
 
-def _times(times: Sequence[TimeRow]) -> str:
+def _times(table: JudgeTable) -> str:
     header = (
-        "method", "n", "repeats", "CPU ms", "wall ms", "layouts/s one by one", "best batch",
-        "layouts/s at that", "layouts per CPU s",
+        "method", "n", "repeats", "CPU ms", "wall ms", "paper wall ms",
+        "layouts/s one by one", "best batch", "layouts/s at that", "layouts per CPU s",
     )  # fmt: skip
+    paper = {row.method.spec: row.paper_wall for row in table.rows}
     rows = []
-    for row in times:
+    for row in table.times:
         size, rate, cpu_rate = _best(row)
         rows.append(
             (
@@ -82,6 +83,7 @@ def _times(times: Sequence[TimeRow]) -> str:
                 str(row.repeats),
                 significant(row.cpu),
                 significant(row.wall),
+                _of_paper(paper.get(row.method.spec)),
                 f"{1e3 / row.wall:.0f}",
                 str(size) if size else MISSING,
                 f"{rate:.0f}" if size else MISSING,
@@ -89,6 +91,10 @@ def _times(times: Sequence[TimeRow]) -> str:
             )
         )
     return markdown_table(header, rows)
+
+
+def _of_paper(wall: float | None) -> str:
+    return MISSING if wall is None else f"{wall:g}"
 
 
 def _rates(table: JudgeTable) -> str:
