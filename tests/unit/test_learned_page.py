@@ -175,11 +175,12 @@ def test_bars_are_met_or_missed():
     assert "S1 98.0 % against 98.7 % (missed, the interval holds the bar)" in told
     assert "S2a 79.0 % against 78.0 % (reached, the interval holds the bar)" in told
     assert "S2b 77.0 % against 74.0 % (reached)" in told
-    assert "0.350 ms a layout one at a time, at most 0.4 ms" in told
-    assert "12500 layouts/s with 64 at once, at least 10000" in told
+    assert "0.350 ms a layout one at a time, at most 0.4 ms (0.315 ms of CPU time)" in told
+    assert "12500 layouts/s with 64 at once, at least 10000 (16667 a second" in told
     slow = replace(TABLE, times=(times(LSTM, 0.5, {8: (0.1, 0.2)}),), load=3.0)
     told = said(replace(WHOLE, table=slow), "Beside other methods")
-    assert "0.500 ms a layout one at a time, above 0.4 ms; 5000 layouts/s" in told
+    assert "0.500 ms a layout one at a time, above 0.4 ms (0.450 ms" in told
+    assert "5000 layouts/s with 8 at once" in told
     assert "below 10000" in told
     assert "(load 3.0)" in told
     told = said(WHOLE, "Shifted centres of mass")
