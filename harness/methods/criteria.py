@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,22 @@ class Criterion(StrEnum):
 
     PAPER = "paper"
     ADAMS = "adams"
+
+
+class Moved(NamedTuple):
+    """How far an item is from its planned pose.
+
+    Attributes:
+        item: its sequence number.
+        displacement: [cm], as the criterion measures it.
+        rotation: the largest angle about an axis [degrees].
+        beyond: the larger of the two, in units of its threshold.
+    """
+
+    item: int
+    displacement: float
+    rotation: float
+    beyond: float
 
 
 class Examiner:
@@ -67,21 +84,31 @@ class Examiner:
                 status=Status.DIVERGED,
                 reason=f"the engine's state became non-finite when item {step} was placed",
             )
-        moved = self._displacements(poses, items) / CM
-        turned = np.degrees(euler_angles(poses.quaternions)).max(axis=1)
-        # How far beyond its threshold each item is, in units of the thresholds.
-        beyond = np.maximum(moved / max(self._eps_t, 1e-12), turned / max(self._eps_r, 1e-12))
-        worst = int(beyond.argmax())
-        if not beyond[worst] > excess:
+        most = self.most_moved(poses, items)
+        if not most.beyond > excess:
             return None
-        item = int(np.arange(len(self._planned))[items][worst])
         return Finding(
             failing_step=step,
-            moved_item=item,
-            displacement=float(moved[worst]),
-            rotation=float(turned[worst]),
-            reason=f"item {item} moved {moved[worst]:.1f} cm and turned by {turned[worst]:.1f} deg",
+            moved_item=most.item,
+            displacement=most.displacement,
+            rotation=most.rotation,
+            reason=f"item {most.item} moved {most.displacement:.1f} cm "
+            f"and turned by {most.rotation:.1f} deg",
         )
+
+    def most_moved(self, poses: Poses, items: Indices) -> Moved:
+        """The item that is furthest beyond a threshold, or closest to one.
+
+        Args:
+            poses: finite poses of some items.
+            items: which items these are, in the order of the poses.
+        """
+        moved = self._displacements(poses, items) / CM
+        turned = np.degrees(euler_angles(poses.quaternions)).max(axis=1)
+        beyond = np.maximum(moved / max(self._eps_t, 1e-12), turned / max(self._eps_r, 1e-12))
+        worst = int(beyond.argmax())
+        item = int(np.arange(len(self._planned))[items][worst])
+        return Moved(item, float(moved[worst]), float(turned[worst]), float(beyond[worst]))
 
     def _clearly_stable(self, poses: Poses, items: Indices, excess: float) -> bool:
         """A cheap sufficient condition; false for anything that is not finite.

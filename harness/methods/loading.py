@@ -61,6 +61,7 @@ class Loading:
             if scene.across is None:
                 raise RefusedError(scene.reason)
             across = scene.across
+        self.across = across
         self.items = boxes(
             layout,
             across=across,

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engines.world import Box
+from engines.world import Box, Poses
 from harness.layouts.contacts import Contacts
 from harness.layouts.model import TOLERANCE, Layout
 
@@ -46,8 +46,7 @@ def boxes(
         jitter: displace every item along every axis by up to this [m], at random.
         seed: of the jitter; together with the layout's name it fixes every displacement.
     """
-    frame = _UPRIGHT if across == "width" else _ALONG_WIDTH
-    axes, signs = [a for a, _ in frame], np.array([s for _, s in frame], dtype=float)
+    axes, signs = _frame(across)
     sizes = (layout.upper - layout.lower)[:, axes] * CM
     sizes[:, :2] -= 2.0 * np.minimum(shrink, 1e-3 * sizes[:, :2])
     centres = (0.5 * (layout.lower + layout.upper))[:, axes] * signs * CM
@@ -61,6 +60,26 @@ def boxes(
             sizes.tolist(), layout.weights.tolist(), centres.tolist(), offsets.tolist(), strict=True
         )
     ]
+
+
+def in_layout(poses: Poses, *, across: Across = "width") -> Poses:
+    """A world's poses in the layout's units and axes: centres [cm], y up. Undoes :func:`boxes`.
+
+    Args:
+        poses: arrays of shape (..., 3) and (..., 4).
+        across: as the boxes were made.
+    """
+    axes, signs = _frame(across)
+    centres, quaternions = np.empty_like(poses.centres), np.array(poses.quaternions)
+    centres[..., axes] = poses.centres * signs / CM
+    # The frames differ by a rotation, under which a turn's axis is a vector like any other.
+    quaternions[..., [a + 1 for a in axes]] = poses.quaternions[..., 1:] * signs
+    return Poses(centres, quaternions)
+
+
+def _frame(across: Across) -> tuple[list[int], NDArray[np.float64]]:
+    frame = _UPRIGHT if across == "width" else _ALONG_WIDTH
+    return [a for a, _ in frame], np.array([s for _, s in frame], dtype=float)
 
 
 def fixed(box: Box) -> Box:

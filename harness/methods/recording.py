@@ -1,0 +1,196 @@
+"""What a judgement looks like: the poses of all items, step by step, for whoever shows them.
+
+A recording runs the loading of a simulation once more, looks at the items more often, and goes on
+with the step that fails until its time is up. Neither changes what the simulation does: reading
+never advances time, and a world's clock counts substeps exactly however they are asked for.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from engines.world import EngineError, FixedStepWorld, FloatArray, Poses
+from harness.layouts.model import Layout
+from harness.methods.criteria import Indices, Moved
+from harness.methods.loading import NOTHING, Loading
+from harness.methods.method import Finding, Method, Status, Stopwatch, Verdict
+from harness.methods.scene import in_layout
+from harness.methods.simulation import Simulation
+from harness.methods.simulation_parameters import BetweenSteps, SimulationParameters
+
+_FRAMES_A_SECOND = 80
+_FRAMES = (20, 60)
+"""Least and most looks at a placement, where its samples allow it."""
+
+
+class RecordingError(ValueError):
+    """There is nothing to show, or an engine did not answer twice the same."""
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedStep:
+    """One placement: what happened to the items that were there by then.
+
+    Attributes:
+        times: since the placement [s], shape (frames,); empty where nothing was simulated.
+        poses: centres [cm] and quaternions w, x, y, z in the layout's axes (y up), shapes
+            (frames, step + 1, 3) and (frames, step + 1, 4). What did not take part is as planned.
+        most_moved: by frame, the item with the largest movement as the verdict measures it.
+        judged: so many frames lie before the verdict or at it; later ones show what follows.
+    """
+
+    times: FloatArray
+    poses: Poses
+    most_moved: tuple[Moved, ...]
+    judged: int
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """A judgement that can be shown.
+
+    Attributes:
+        method: spec string.
+        verdict: what :meth:`Method.judge` said, with the time it took; the recording's own work is
+            not in it.
+        planned: centres of all items as the method was given them [cm], shape (J, 3).
+        sizes: of all items as the method was given them [cm], shape (J, 3).
+        steps: those that were simulated; empty for a method that simulates nothing.
+        reseats: every step begins with all items at their planned poses.
+    """
+
+    method: str
+    verdict: Verdict
+    planned: FloatArray
+    sizes: FloatArray
+    steps: tuple[RecordedStep, ...]
+    reseats: bool
+
+
+def record_loading(layout: Layout, method: Method) -> Recording:
+    """Judge a layout, and record what a simulation does with it.
+
+    Args:
+        layout: any layout.
+        method: any method; one that simulates nothing has no steps.
+
+    Raises:
+        RecordingError: the method refuses the layout, or the engine failed elsewhere the second
+            time.
+    """
+    verdict = method.judge(layout)
+    if verdict.status is Status.REFUSED:
+        raise RecordingError(f"{method.spec} refuses layout {layout.name!r}: {verdict.reason}")
+    planned, sizes = 0.5 * (layout.lower + layout.upper), layout.upper - layout.lower
+    if not isinstance(method, Simulation):
+        return Recording(str(method.spec), verdict, planned, sizes, (), reseats=True)
+    assert method.spec.engine is not None, "a simulation has an engine"
+    run = _RecordedLoading(layout, method.spec.engine, method.parameters, Stopwatch())
+    try:
+        finding = run.load()
+    except EngineError as error:
+        finding = Finding(status=Status.ERROR, reason=str(error))
+    if (finding.status, finding.failing_step) != (verdict.status, verdict.failing_step):
+        raise RecordingError(
+            f"{method.spec} did not answer twice the same: first {_said(verdict)}, then "
+            f"{_said(finding)}"
+        )
+    return Recording(
+        str(method.spec), verdict, run.planned.centres, sizes, run.steps(), run.reseats
+    )
+
+
+def _said(answer: Verdict | Finding) -> str:
+    if answer.status is not Status.DONE:
+        return answer.status
+    return "stable" if answer.failing_step is None else f"step {answer.failing_step} fails"
+
+
+@dataclass(slots=True)
+class _Take:
+    """Frames of one step, as they come."""
+
+    items: Indices
+    asked: float = 0.0
+    times: list[float] = field(default_factory=list)
+    poses: list[Poses] = field(default_factory=list)
+    most_moved: list[Moved] = field(default_factory=list)
+    judged: int | None = None
+
+
+class _RecordedLoading(Loading):
+    """A loading that keeps what it passes through; see :class:`Loading`."""
+
+    def __init__(
+        self, layout: Layout, engine: str, parameters: SimulationParameters, watch: Stopwatch
+    ) -> None:
+        super().__init__(layout, engine, parameters, watch)
+        self._takes: dict[int, _Take] = {}
+        least, most = _FRAMES
+        wanted = min(max(parameters.t_max * _FRAMES_A_SECOND, least), most)
+        self._looks_a_sample = math.ceil(wanted / parameters.samples)
+        centres = np.array([box.centre for box in self.items])
+        upright = np.tile([1.0, 0.0, 0.0, 0.0], (len(centres), 1))
+        self.planned = in_layout(Poses(centres, upright), across=self.across)
+        self.reseats = parameters.between_steps is BetweenSteps.RESEAT
+
+    def _hold(self, items: Indices, fixed: Indices = NOTHING) -> FixedStepWorld:
+        # A step that is simulated again, with more items, is shown as it was simulated last.
+        self._take = _Take(np.concatenate((items, fixed)))
+        self._takes[int(items[-1])] = self._take
+        self._world = super()._hold(items, fixed)
+        return self._world
+
+    def _step(self, world: FixedStepWorld, duration: float) -> int:
+        executed = 0
+        for _ in range(self._looks_a_sample):
+            executed += super()._step(world, duration / self._looks_a_sample)
+            self._look(world, duration / self._looks_a_sample)
+        return executed
+
+    def _look(self, world: FixedStepWorld, duration: float) -> None:
+        take, poses = self._take, world.poses()
+        take.asked += duration
+        if np.isfinite(poses.centres).all() and np.isfinite(poses.quaternions).all():
+            take.times.append(take.asked)
+            take.poses.append(poses)
+            take.most_moved.append(self.examiner.most_moved(poses, take.items))
+
+    def _settle(self, step: int, items: Indices, fixed: Indices = NOTHING) -> Finding | None:
+        finding = super()._settle(step, items, fixed)
+        if finding is not None and finding.status is Status.DONE:
+            self._take.judged = len(self._take.times)
+            self._go_on()
+        return finding
+
+    def _go_on(self) -> None:
+        """Follow the fall to the end of the step's time, as far as the engine goes."""
+        world, p = self._world, self.parameters
+        sample = p.t_max / p.samples
+        try:
+            while self._take.asked < p.t_max - 0.5 * sample:
+                self._step(world, sample)
+        except EngineError:
+            pass
+
+    def steps(self) -> tuple[RecordedStep, ...]:
+        """All steps so far, also those that were not simulated."""
+        count = max(self._takes, default=-1) + 1
+        return tuple(self._recorded(step) for step in range(count))
+
+    def _recorded(self, step: int) -> RecordedStep:
+        take = self._takes.get(step, _Take(NOTHING))
+        frames = len(take.times)
+        centres = np.tile(self.planned.centres[: step + 1], (frames, 1, 1))
+        quaternions = np.tile(self.planned.quaternions[: step + 1], (frames, 1, 1))
+        for frame, poses in enumerate(take.poses):
+            seen = in_layout(poses, across=self.across)
+            centres[frame, take.items] = seen.centres
+            quaternions[frame, take.items] = seen.quaternions
+        judged = frames if take.judged is None else take.judged
+        return RecordedStep(
+            np.array(take.times), Poses(centres, quaternions), tuple(take.most_moved), judged
+        )
