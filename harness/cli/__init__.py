@@ -28,12 +28,14 @@ from harness.cli.terminal import (
 from harness.cli.train import add_generate, add_train
 from harness.cli.tune import add_tune, add_tuned
 from harness.cli.verify import add_verify
+from harness.cli.view import add_view
 from harness.layouts.benchmark import BenchmarkError
 from harness.layouts.formats import Format, read_layouts, write_layouts
 from harness.layouts.model import LayoutError
 from harness.layouts.packing import random_layouts
 from harness.layouts.scenarios import Scenario
 from harness.layouts.snapping import SNAP_GAP
+from harness.methods.recording import RecordingError
 from harness.methods.registry import method_listing
 from harness.methods.spec import SpecError, nearest
 from harness.properties import PropertyError
@@ -42,8 +44,10 @@ from harness.studies.envelope_use import score_warnings, study_warnings
 from harness.studies.executors import WorkerDiedError
 from harness.studies.results import ResultsError, load_manifest
 from harness.studies.scoring import score_layouts
+from harness.studies.viewing import ViewError
 from harness.tuning import TuningError
 from learners import LearnerError
+from reports.three_js import ThreeJsError
 
 _BAD_INPUT = (
     LayoutError,
@@ -54,6 +58,9 @@ _BAD_INPUT = (
     PropertyError,
     TuningError,
     LearnerError,
+    RecordingError,
+    ViewError,
+    ThreeJsError,
     EngineNotInstalledError,
     OSError,
 )
@@ -212,6 +219,7 @@ def _parser() -> argparse.ArgumentParser:
     add_learned(commands)
     add_benchmark(commands)
     add_properties(commands)
+    add_view(commands)
 
     methods = commands.add_parser(
         "methods", help="list methods and presets, or explain one, NAME or NAME@ENGINE"

@@ -58,7 +58,8 @@ class Recording:
             not in it.
         planned: centres of all items as the method was given them [cm], shape (J, 3).
         sizes: of all items as the method was given them [cm], shape (J, 3).
-        steps: those that were simulated; empty for a method that simulates nothing.
+        simulates: the method moves items; False: it only looks at the plan.
+        steps: up to the last that was simulated.
         reseats: every step begins with all items at their planned poses.
     """
 
@@ -66,6 +67,7 @@ class Recording:
     verdict: Verdict
     planned: FloatArray
     sizes: FloatArray
+    simulates: bool
     steps: tuple[RecordedStep, ...]
     reseats: bool
 
@@ -86,7 +88,7 @@ def record_loading(layout: Layout, method: Method) -> Recording:
         raise RecordingError(f"{method.spec} refuses layout {layout.name!r}: {verdict.reason}")
     planned, sizes = 0.5 * (layout.lower + layout.upper), layout.upper - layout.lower
     if not isinstance(method, Simulation):
-        return Recording(str(method.spec), verdict, planned, sizes, (), reseats=True)
+        return Recording(str(method.spec), verdict, planned, sizes, False, (), reseats=True)
     assert method.spec.engine is not None, "a simulation has an engine"
     run = _RecordedLoading(layout, method.spec.engine, method.parameters, Stopwatch())
     try:
@@ -99,7 +101,7 @@ def record_loading(layout: Layout, method: Method) -> Recording:
             f"{_said(finding)}"
         )
     return Recording(
-        str(method.spec), verdict, run.planned.centres, sizes, run.steps(), run.reseats
+        str(method.spec), verdict, run.planned.centres, sizes, True, run.steps(), run.reseats
     )
 
 

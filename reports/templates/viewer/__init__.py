@@ -1,0 +1,1 @@
+"""The page that plays a loading: markup, style and two scripts."""

@@ -1,0 +1,96 @@
+"""What a page that plays a loading shows, as small typed records."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class ViewedItem:
+    """An item as planned: size, geometric centre and offset of the centre of mass [cm], y up, and
+    weight [kg].
+    """
+
+    size: Triple
+    centre: Triple
+    mass_offset: Triple
+    weight: float
+    name: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Movement:
+    """The item that moved most by a frame: displacement [cm], rotation [degrees]."""
+
+    item: int
+    displacement: float
+    rotation: float
+
+
+@dataclass(frozen=True, slots=True)
+class ViewedStep:
+    """What followed a placement.
+
+    Attributes:
+        times: of the frames, since the placement [s]; empty where nothing was simulated.
+        centres, quaternions: by frame and item placed by then, shapes (frames, step + 1, 3 and 4);
+            [cm], and w, x, y, z.
+        movements: by frame.
+        judged: how many frames lie before the verdict or at it.
+    """
+
+    times: NDArray[np.float64]
+    centres: NDArray[np.float64]
+    quaternions: NDArray[np.float64]
+    movements: tuple[Movement, ...]
+    judged: int
+
+
+@dataclass(frozen=True, slots=True)
+class ViewedLoading:
+    """One method's answer, and the motion it rests on.
+
+    Attributes:
+        method: spec string.
+        status: how the judgement ended; only ``done`` has a score.
+        score: share of items placed safely.
+        failing_step, moved_item, displacement [cm], rotation [degrees], reason: of the verdict.
+        seconds: CPU time of the judgement.
+        ignored: settings that the engine ignored.
+        simulates: the method moves items; False: it only looks at the plan.
+        reseats: every step begins with all items at their planned poses.
+        planned: centres as the method was given them [cm], shape (items, 3).
+        steps: up to the last that was simulated.
+    """
+
+    method: str
+    status: str
+    score: float | None
+    failing_step: int | None
+    moved_item: int | None
+    displacement: float | None
+    rotation: float | None
+    reason: str
+    seconds: float
+    ignored: tuple[str, ...]
+    simulates: bool
+    reseats: bool
+    planned: NDArray[np.float64]
+    steps: tuple[ViewedStep, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """A layout, the loadings to play side by side, and what the page was made with."""
+
+    name: str
+    pallet: Triple
+    items: tuple[ViewedItem, ...]
+    loadings: tuple[ViewedLoading, ...]
+    manifest: Mapping[str, str]
