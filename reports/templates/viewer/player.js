@@ -63,13 +63,14 @@ class Player {
 
   sentence(n, { at, ended, failed, moved, time, after, simulated }) {
     const loading = this.data.loadings[n];
-    const motion = moved ? `item ${moved[0]} moved ${moved[1].toFixed(1)} cm, ${moved[2].toFixed(1)}°` : "";
+    const seen = moved && (failed || Math.max(moved[1], moved[2]) >= 0.05);
+    const motion = seen ? `item ${moved[0]} moved ${moved[1].toFixed(1)} cm, ${moved[2].toFixed(1)}°` : "";
     const clock = `t = ${time.toFixed(2)} s`;
     if (failed && !simulated) return `item ${loading.moved ?? at} would not stand`;
     if (failed) return `${motion}, ${clock}${ended ? ", the loading ended here" : after ? ", after the verdict" : ", too far"}`;
     if (ended) return "everything placed";
     if (!simulated) return `item ${at} placed${loading.simulates ? ", at rest without simulation" : ""}`;
-    return time ? `${clock}${motion ? `, most: ${motion}` : ""}` : `placing item ${at}`;
+    return time ? `${clock}, ${motion ? `most: ${motion}` : "nothing moved"}` : `placing item ${at}`;
   }
 
   say(pane, what) {

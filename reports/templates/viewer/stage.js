@@ -23,6 +23,7 @@ function numberOn(size, text, most) {
   pen.fillText(text, 64, 68);
   const texture = new THREE.CanvasTexture(canvas);
   texture.anisotropy = 4;
+  texture.encoding = THREE.sRGBEncoding;
   const at = [], uv = [];
   const [x, y, z] = size.map((side) => side / 2);
   const faces = [[[1, 0, 0], [0, 0, -1], [0, 1, 0], x, z, y], [[-1, 0, 0], [0, 0, 1], [0, 1, 0], x, z, y],
@@ -53,7 +54,9 @@ function dotTexture() {
   pen.beginPath(); pen.arc(32, 32, 30, 0, 7); pen.fill();
   pen.fillStyle = "#14181f";
   pen.beginPath(); pen.arc(32, 32, 19, 0, 7); pen.fill();
-  return new THREE.CanvasTexture(canvas);
+  const texture = new THREE.CanvasTexture(canvas);
+  texture.encoding = THREE.sRGBEncoding;
+  return texture;
 }
 
 class Stage {
@@ -114,7 +117,7 @@ class Stage {
     this.rim = edges(0.01, 0);
     this.contour = edges(h, h / 2);
     const cell = Math.max(w, d) > 60 ? 20 : 10, cells = 2 * Math.ceil((1.5 * Math.max(w, d)) / cell);
-    this.grid = new THREE.GridHelper(cells * cell, cells);
+    this.grid = new THREE.GridHelper(cells * cell, cells, "#ffffff", "#ffffff");
     this.grid.position.set(w / 2, -0.2, d / 2);
     this.grid.material.transparent = true;
     this.scene.add(this.grid);
@@ -145,12 +148,12 @@ class Stage {
   // What depends on light or dark.
   paint() {
     const dark = DARK.matches;
-    this.mat.material.color.set(dark ? "#4a4338" : "#e3d6bf");
+    this.mat.material.color.set(dark ? "#4a4338" : "#c9b997");
     this.rim.material.color.set(dark ? "#9c8d73" : "#a08d69");
     this.contour.material.color.set(dark ? "#ffffff" : "#1b2130");
     this.contour.material.opacity = 0.14;
-    this.grid.material.color.set(dark ? "#39404f" : "#b4bbc8");
-    this.grid.material.opacity = dark ? 0.45 : 0.4;
+    this.grid.material.color.set(dark ? "#4a5265" : "#aab2c1");
+    this.grid.material.opacity = dark ? 0.5 : 0.55;
   }
 
   // Put everything where it is `share` of the way through a step; says what there is to see.

@@ -1,0 +1,164 @@
+"""The page that plays a loading, in a real browser: it draws, plays, and needs no network."""
+
+import io
+import re
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from harness.layouts import Item, Layout, Pallet
+from harness.methods.registry import make_method
+from harness.studies.viewing import write_view
+from reports import three_js
+
+BOXES = "player.panes[{}].stage.boxes"
+FAILING = 2
+
+
+def leaning():
+    """Three boxes in a column, the third too far out, and one that is never placed."""
+    spots = [(40.0, 0.0), (43.0, 10.0), (49.0, 20.0), (10.0, 0.0)]
+    items = [Item(n, (x, y, 40.0), (10, 10, 10), 1.0) for n, (x, y) in enumerate(spots)]
+    return Layout("leaning <b>", Pallet(100, 60, 100), tuple(items))
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory):
+    return write_view(leaning(), ["label@mujoco"], tmp_path_factory.mktemp("view") / "view.html")
+
+
+@pytest.fixture(scope="module")
+def beside(tmp_path_factory):
+    page = tmp_path_factory.mktemp("view") / "view.html"
+    return write_view(leaning(), ["label@mujoco", "sme"], page)
+
+
+def shown(browser, pane=0):
+    """How many boxes can be seen."""
+    return browser.value(f"{BOXES.format(pane)}.filter(b => b.visible).length")
+
+
+def place(browser, item, pane=0):
+    """Where a box is drawn: centre, and quaternion x, y, z, w."""
+    box = f"{BOXES.format(pane)}[{item}]"
+    return np.array(browser.value(f"[...{box}.position.toArray(), ...{box}.quaternion.toArray()]"))
+
+
+def now(browser, pane=0):
+    return browser.value(f"document.querySelectorAll('.now')[{pane}].textContent")
+
+
+def test_it_loads_without_a_complaint_or_the_network(browser, alone):
+    browser.open(alone)
+    assert browser.errors == []
+    assert browser.requests == [alone.resolve().as_uri()]
+    assert not re.search(r"""(src|href)=["']?(https?:)?//""", alone.read_text())
+    assert browser.value("document.querySelector('h1').textContent") == "leaning <b>"
+    assert browser.value(f"{BOXES.format(0)}.length") == 4
+
+
+def test_it_opens_at_the_verdict_with_its_numbers(browser, alone):
+    browser.open(alone)
+    said = make_method("label@mujoco").judge(leaning())
+    assert said.failing_step == FAILING
+    assert shown(browser) == FAILING + 1
+    moved = f"item {said.moved_item} moved {said.displacement:.1f} cm, {said.rotation:.1f}°"
+    assert now(browser).startswith(moved)
+    assert "too far" in now(browser)
+    red = f"{BOXES.format(0)}.filter(b => !b.body.material.color.equals(b.own)).map(b => b.item)"
+    assert browser.value(red) == [said.moved_item]
+    chip = browser.value("document.querySelector('.chip').textContent")
+    assert chip == f"fails at step {FAILING}"
+
+
+def test_keys_step_through_the_loading(browser, alone):
+    browser.open(alone)
+    browser.press("Home")
+    assert shown(browser) == 1
+    seen = []
+    for _ in range(3):
+        browser.press("ArrowRight")
+        seen.append((shown(browser), browser.value("step.textContent")))
+    assert seen == [(1, "step 0 of 3"), (2, "step 1 of 3"), (3, "step 2 of 3")]
+    planned = leaning().items[2]
+    fallen = place(browser, 2)
+    assert fallen[1] < planned.position[1] + planned.size[1] / 2 - 3.0
+    browser.press("ArrowLeft")
+    assert shown(browser) == 2
+    browser.press("End")
+    np.testing.assert_array_equal(place(browser, 2), fallen)
+    assert "after the verdict" in now(browser)
+    assert browser.value("live.textContent").startswith("label@mujoco: item 2 moved")
+
+
+def test_space_plays_and_pauses(browser, alone):
+    browser.open(alone)
+    browser.press("Home")
+    browser.press(" ")
+    assert browser.value("play.getAttribute('aria-label')") == "Pause"
+    later = "new Promise(r => {const t = () => player.position > 0.05 ? r(true) : " \
+        "requestAnimationFrame(t); t();})"  # fmt: skip
+    assert browser.value(later)
+    browser.press(" ")
+    assert browser.value("play.getAttribute('aria-label')") == "Play"
+    halted = browser.value("player.position")
+    browser.value("new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
+    assert browser.value("player.position") == halted
+
+
+def test_the_scrubber_moves_what_falls(browser, alone):
+    browser.open(alone)
+    heights = []
+    for position in (2.3, 2.6, 2.8, 3.0):
+        browser.value(f"scrub.value = {position}; scrub.dispatchEvent(new Event('input'))")
+        heights.append(place(browser, 2)[1])
+    assert heights[0] == pytest.approx(25.0, abs=0.01)
+    assert heights == sorted(heights, reverse=True)
+    assert heights[0] - heights[-1] > 3.0
+
+
+def test_a_second_method_stands_beside_it_under_the_same_camera(browser, beside):
+    browser.open(beside, width=1400)
+    assert browser.errors == []
+    assert [shown(browser, pane) for pane in (0, 1)] == [3, 3]
+    assert now(browser, 1) == "item 2 would not stand"
+    np.testing.assert_allclose(place(browser, 2, pane=1), [54, 25, 45, 0, 0, 0, 1])
+    cameras = "player.panes.map(p => p.stage.camera.matrixWorld.toArray())"
+    before = browser.value(cameras)
+    browser.press("d")
+    first, second = browser.value(cameras)
+    assert first == second
+    assert first != before[0]
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "dark"), [(1280, 800, False), (1280, 800, True), (390, 800, False)]
+)
+def test_a_screenshot_shows_boxes_of_several_colours(browser, beside, width, height, dark):
+    browser.open(beside, width=width, height=height, dark=dark)
+    image = matplotlib.image.imread(io.BytesIO(browser.screenshot()), format="png")[..., :3]
+    assert image.shape[:2] == (height, width)
+    red = (image[..., 0] > 0.5) & (image[..., 1] < 0.35) & (image[..., 2] < 0.45)
+    blue = (image[..., 2] > 1.3 * image[..., 0]) & (image[..., 2] > 0.3)
+    assert red.mean() > 0.001
+    assert blue.mean() > 0.004
+    assert (image[:20, :20].mean() < 0.3) == dark
+    wide = browser.value("document.documentElement.scrollWidth")
+    assert wide <= width
+
+
+def test_every_control_has_a_name_and_can_be_reached(browser, alone):
+    browser.open(alone)
+    names = browser.value(
+        "[...document.querySelectorAll('button, input, select, canvas')].map(e => "
+        "e.getAttribute('aria-label') || e.labels?.[0]?.textContent.trim() || e.textContent)"
+    )
+    assert len(names) == 11
+    assert all(names)
+    assert browser.value("getComputedStyle(document.querySelector('canvas')).cursor") == "grab"
+
+
+def test_the_same_view_gives_the_same_page_and_a_small_one(alone):
+    assert alone.stat().st_size < 400_000
+    assert len(three_js.three_js()) > 500_000

@@ -1,0 +1,142 @@
+"""``steadyload view``: what it refuses, and what a page holds of a recording."""
+
+import base64
+import gzip
+import json
+import re
+import subprocess
+import sys
+from importlib import metadata
+
+import numpy as np
+import pytest
+
+from harness.layouts.formats import Format, write_layouts
+from harness.methods.method import Status
+from harness.methods.recording import record_loading
+from harness.methods.registry import make_method
+from harness.studies.viewing import ViewError, pick_layout, write_view
+from reports.three_js import ThreeJsError, three_js
+
+
+@pytest.fixture
+def layout_file(tmp_path, stack):
+    layouts = [stack(0.0, 3.0).renamed("stands"), stack(0.0, 7.0).renamed("falls")]
+    write_layouts(tmp_path / "layouts.json", layouts, Format.NATIVE)
+    return tmp_path / "layouts.json"
+
+
+def data_of(page):
+    packed = re.search(r'id="data">([^<]*)<', page.read_text()).group(1)
+    return json.loads(gzip.decompress(base64.b64decode(packed)))
+
+
+def view(*arguments, cwd):
+    command = [sys.executable, "-m", "harness.cli", "view", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=600)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), "holds 2 layouts; name one with --layout, for example 'stands'"),
+        (("--layout", "fals"), "holds no layout 'fals'; did you mean 'falls'?"),
+        (("--layout", "falls", "-m", "smee"), "unknown method 'smee'"),
+        (("--layout", "falls", "-m", "sme", "-o", "no/such/x.html"), "no/such/x.html"),
+        (("--layout", "falls", "-m", "sme", "--beside", "ps3@jolt"), "jolt"),
+    ],
+)
+def test_wrong_input_is_one_sentence(layout_file, arguments, message):
+    done = view("layouts.json", *arguments, cwd=layout_file.parent)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert [p.name for p in layout_file.parent.iterdir()] == ["layouts.json"]
+
+
+def test_a_method_that_refuses_says_why(tmp_path, plate):
+    write_layouts(tmp_path / "plate.json", [plate(0.0)], Format.NATIVE)
+    done = view("plate.json", "-m", "label@chipmunk", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "refuses layout 'plate': the layout is not planar" in done.stderr
+
+
+def test_the_command_writes_a_page(layout_file):
+    arguments = ("--layout", "falls", "-m", "label@mujoco", "--beside", "sme")
+    done = view("layouts.json", *arguments, cwd=layout_file.parent)
+    assert (done.returncode, done.stdout) == (0, "view.html\n"), done.stderr
+    text = (layout_file.parent / "view.html").read_text()
+    assert "fails at step 1" in text
+    assert "mujoco" in text.partition("Made with steadyload")[2]
+
+
+@pytest.mark.parametrize("way", ["", ":between_steps=carry,criterion=paper,early_exit=0"])
+def test_the_page_holds_every_recorded_pose(tmp_path, stack, way):
+    layout, spec = stack(0.0, 4.0, 9.0), f"label@mujoco{way}"
+    seen = record_loading(layout, make_method(spec))
+    data = data_of(write_view(layout, [spec], tmp_path / "view.html"))
+    (loading,), planned = data["loadings"], np.array(data["loadings"][0]["planned"])
+    assert loading["failing"] == seen.verdict.failing_step == 2
+    tracks = 0
+    for step, recorded in zip(loading["steps"], seen.steps, strict=True):
+        for item in range(recorded.poses.centres.shape[1]):
+            track = step["tracks"].get(str(item))
+            expected = recorded.poses.centres[:, item]
+            if track is None:
+                np.testing.assert_allclose(expected, [planned[item]] * len(expected), atol=0.02)
+                continue
+            poses = np.array(track).reshape(-1, 7) / ([1000] * 3 + [10_000] * 4)
+            if len(poses) > 1:
+                assert len(poses) == len(step["times"]) == len(expected) + 1
+                tracks += 1
+                poses = poses[1:]
+            np.testing.assert_allclose(
+                np.broadcast_to(poses[:, :3], expected.shape), expected, atol=0.02
+            )
+    assert tracks
+    moved = loading["steps"][2]["moved"][loading["steps"][2]["judged"] - 1]
+    said = seen.verdict
+    assert moved == pytest.approx([said.moved_item, said.displacement, said.rotation], abs=0.005)
+
+
+def test_a_verdict_without_a_score_is_shown_as_none(tmp_path, monkeypatch, stack):
+    from engines.with_mujoco import MujocoWorld
+    from engines.world import Poses
+
+    poses = MujocoWorld.poses
+    monkeypatch.setattr(
+        MujocoWorld, "poses", lambda w: Poses(poses(w).centres * np.nan, poses(w).quaternions)
+    )
+    page = write_view(stack(0.0, 1.0), ["label@mujoco"], tmp_path / "view.html")
+    assert f"no verdict: {Status.DIVERGED}" in page.read_text()
+    assert data_of(page)["loadings"][0]["last"] == 0
+
+
+def test_a_file_of_one_layout_needs_no_name(tmp_path, stack):
+    write_layouts(tmp_path / "one.json", [stack(0.0)], Format.NATIVE)
+    assert pick_layout(tmp_path / "one.json").name == "stack"
+    with pytest.raises(ViewError, match="holds no layout 'other'"):
+        pick_layout(tmp_path / "one.json", "other")
+
+
+def test_a_missing_library_is_one_sentence(monkeypatch):
+    assert three_js().startswith("/**\n * @license")
+
+    def missing(name):
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(metadata, "distribution", missing)
+    with pytest.raises(ThreeJsError, match=r"pip install 'steadyload\[view\]'"):
+        three_js()
+
+
+def test_a_library_that_is_not_what_it_was_is_one_sentence(monkeypatch, tmp_path):
+    class Other:
+        version = "9.0"
+
+        def locate_file(self, name):
+            return tmp_path / name
+
+    monkeypatch.setattr(metadata, "distribution", lambda name: Other())
+    with pytest.raises(ThreeJsError, match=r"trimesh 9\.0 ships no three\.js"):
+        three_js()
