@@ -144,8 +144,12 @@ def test_a_screenshot_shows_boxes_of_several_colours(browser, beside, width, hei
     assert red.mean() > 0.001
     assert blue.mean() > 0.004
     assert (image[:20, :20].mean() < 0.3) == dark
-    wide = browser.value("document.documentElement.scrollWidth")
-    assert wide <= width
+    assert browser.value("document.documentElement.scrollWidth") <= width
+    across, down = browser.value(
+        "(([a, b]) => [b.left - a.left, b.top - a.top])"
+        "([...document.querySelectorAll('.pane')].map(p => p.getBoundingClientRect()))"
+    )
+    assert (across > 300, down > 300) == (width > 760, width <= 760)
 
 
 def test_every_control_has_a_name_and_can_be_reached(browser, alone):

@@ -72,12 +72,12 @@ def test_the_command_writes_a_page(layout_file):
 
 @pytest.mark.parametrize("way", ["", ":between_steps=carry,criterion=paper,early_exit=0"])
 def test_the_page_holds_every_recorded_pose(tmp_path, stack, way):
-    layout, spec = stack(0.0, 4.0, 9.0), f"label@mujoco{way}"
+    layout, spec = stack(0.0, 4.9, 10.5), f"label@mujoco{way}"
     seen = record_loading(layout, make_method(spec))
     data = data_of(write_view(layout, [spec], tmp_path / "view.html"))
     (loading,), planned = data["loadings"], np.array(data["loadings"][0]["planned"])
     assert loading["failing"] == seen.verdict.failing_step == 2
-    tracks = 0
+    tracks, before = 0, planned.copy()
     for step, recorded in zip(loading["steps"], seen.steps, strict=True):
         for item in range(recorded.poses.centres.shape[1]):
             track = step["tracks"].get(str(item))
@@ -89,10 +89,13 @@ def test_the_page_holds_every_recorded_pose(tmp_path, stack, way):
             if len(poses) > 1:
                 assert len(poses) == len(step["times"]) == len(expected) + 1
                 tracks += 1
+                start = before[item] if way else planned[item]
+                np.testing.assert_allclose(poses[0, :3], start, atol=0.02)
                 poses = poses[1:]
             np.testing.assert_allclose(
                 np.broadcast_to(poses[:, :3], expected.shape), expected, atol=0.02
             )
+        before[: len(recorded.poses.centres[-1])] = recorded.poses.centres[-1]
     assert tracks
     moved = loading["steps"][2]["moved"][loading["steps"][2]["judged"] - 1]
     said = seen.verdict
