@@ -68,7 +68,7 @@ class Stage {
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
     this.scene = new THREE.Scene();
-    this.camera = new THREE.PerspectiveCamera(32, 1, 1, 20000);
+    this.camera = new THREE.PerspectiveCamera(32);
     this.light();
     this.ground();
     const dot = dotTexture();
@@ -215,8 +215,10 @@ class Stage {
       this.renderer.setPixelRatio(ratio);
       this.renderer.setSize(width, height, false);
       this.camera.aspect = width / height;
-      this.camera.updateProjectionMatrix();
     }
+    // Near and far go with the distance: numbers lie close to their faces.
+    Object.assign(this.camera, { near: 0.05 * view.distance, far: 50 * view.distance });
+    this.camera.updateProjectionMatrix();
     const flat = Math.cos(view.pitch) * view.distance / Math.min(1, this.camera.aspect);
     this.camera.position.set(
       view.target.x + flat * Math.sin(view.yaw),
