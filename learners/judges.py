@@ -183,6 +183,10 @@ class LearnedJudge(Method):
         )
 
     def _finding(self, probabilities: Array32, said: str) -> Finding:
+        if not np.isfinite(probabilities).all():
+            # Not a number is above no threshold, and would pass for stable.
+            reason = "the network says no number of a step: its weights are not fit to judge by"
+            return Finding(status=Status.ERROR, reason=reason)
         fails = probabilities > self.parameters.threshold
         if not fails.any():
             return Finding(reason=said)

@@ -119,6 +119,18 @@ def test_the_first_step_above_the_threshold_fails(weights, layouts):
                 assert "probability" not in verdict.reason
 
 
+def test_what_is_no_number_is_not_stable(weights, layouts, tmp_path):
+    arrays = load_arrays(weights)
+    arrays["head.bias"] = np.full_like(arrays["head.bias"], np.nan)
+    manifest = dict(load_weights(weights).manifest)
+    del manifest["hashes"]
+    save_weights(tmp_path, [arrays], manifest)
+    judge = make_method(f"lstm_1:weights={tmp_path},outside=accept")
+    for verdict in (judge.judge(layouts[0]), *judge.judge_many(layouts[:2])):
+        assert (verdict.status, verdict.score) == (Status.ERROR, None)
+        assert "no number" in verdict.reason
+
+
 def test_a_verdict_on_a_step_hangs_on_the_items_placed_by_then(weights, layouts):
     for method in (judge(weights), judge(weights, "lstm_e")):
         for lay in layouts[:15]:
