@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, LogFormatter
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from reports.records import (
@@ -93,6 +93,8 @@ def plot_trade_off(points: Sequence[TradeOff], *, x_label: str) -> Figure:
         )
     if any(point.cpu.value > 0.0 for point in shown):
         axes.set_yscale("log")
+        # Says something only where the times span less than a decade.
+        axes.yaxis.set_minor_formatter(LogFormatter())
     axes.yaxis.set_major_formatter(_PLAIN)
     axes.set_xlabel(x_label)
     axes.set_ylabel("CPU time a layout (ms)")

@@ -12,8 +12,9 @@ from harness.studies.definition import load_study
 from harness.studies.engine_table import engine_records
 from harness.studies.runner import run_study
 from reports.engines_page import engines_markdown
+from reports.figures import plot_trade_off
 from reports.pages import write_page
-from reports.records import Estimate, MethodKey
+from reports.records import Estimate, MethodKey, TradeOff
 from reports.study_page import study_page
 from reports.style import colour, face, marker
 from reports.tables import markdown_table, milliseconds, percent, significant
@@ -153,3 +154,15 @@ def test_style_is_fixed_by_method_and_engine():
     assert (face(known), face(varied)) == (colour(known), "white")
     unknown = MethodKey("X", "x@y", "x", "y")
     assert (colour(unknown), marker(unknown)) == (colour(unknown), marker(unknown))
+
+
+def test_times_within_a_decade_have_plain_ticks():
+    key = MethodKey("SME", "sme", "sme", None)
+    share = Estimate(0.8, 0.7, 0.9, 100)
+    points = [TradeOff(key, share, Estimate(ms, ms - 0.1, ms + 0.1, 100)) for ms in (2.0, 4.0)]
+    figure = plot_trade_off(points, x_label="accuracy (%)")
+    figure.draw_without_rendering()
+    [axes] = figure.axes
+    labels = [label.get_text() for label in axes.yaxis.get_ticklabels(which="both")]
+    assert "2" in labels
+    assert not any("$" in label for label in labels)
