@@ -8,12 +8,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from numba import njit
+from engines import compilation
 
-# Numba's own cache looks at the file that a function stands in, not at those of the functions that
-# it calls. The digest, as part of the name, makes a change anywhere a change everywhere.
 _SOURCES = hashlib.sha256(
     b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
+    + Path(compilation.__file__).read_bytes()
 ).hexdigest()[:12]
 
 
@@ -25,10 +24,5 @@ with contextlib.suppress(OSError):
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function when it is first called, or load what was compiled before."""
-    function.__qualname__ += f"_{_SOURCES}"
-    how = {"error_model": "numpy", "fastmath": {"contract"}}
-    try:
-        return njit(cache=True, **how)(function)
-    except RuntimeError:  # nowhere to keep it: neither beside the sources nor in a home folder
-        return njit(**how)(function)
+    """See :func:`engines.compilation.compile_kept`."""
+    return compilation.compile_kept(function, _SOURCES)

@@ -1,0 +1,25 @@
+"""Compilation by numba, kept on disk: one way for all packages that have compiled functions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from numba import njit
+
+
+def compile_kept(function: Callable[..., Any], digest: str) -> Callable[..., Any]:
+    """Compile a function when it is first called, or load what was compiled before.
+
+    Args:
+        function: to be compiled.
+        digest: of all files that it hangs on, this one too. Numba's own cache looks at the file
+            that a function stands in, not at those of the functions that it calls; as part of the
+            name, the digest makes a change anywhere a change everywhere.
+    """
+    function.__qualname__ += f"_{digest}"
+    how = {"error_model": "numpy", "fastmath": {"contract"}}
+    try:
+        return njit(cache=True, **how)(function)
+    except RuntimeError:  # nowhere to keep it: neither beside the sources nor in a home folder
+        return njit(**how)(function)
