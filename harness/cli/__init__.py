@@ -22,6 +22,7 @@ from harness.cli.terminal import (
     positive_number,
     print_table,
     progress_bar,
+    resumable,
     say,
     status_line,
 )
@@ -309,19 +310,15 @@ def _study_run(options: argparse.Namespace) -> None:
 
     study = load_study(options.study)
     directory = options.output or Path("runs") / study.name
-    try:
-        with progress_bar("judging") as advance:
-            computed = run_study(
-                study,
-                directory,
-                workers=options.workers,
-                rerun=options.rerun,
-                resume=options.resume,
-                progress=advance,
-            )
-    except KeyboardInterrupt:
-        say(f"What is finished stays in {directory}; run the same command to go on.")
-        raise
+    with resumable(directory), progress_bar("judging") as advance:
+        computed = run_study(
+            study,
+            directory,
+            workers=options.workers,
+            rerun=options.rerun,
+            resume=options.resume,
+            progress=advance,
+        )
     for warning in study_warnings(load_manifest(directory)["envelope"]):
         say(warning)
     print(f"{computed} rows computed; results in {directory}")

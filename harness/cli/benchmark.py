@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from harness.cli.terminal import at_least, print_table, progress_bar, say
+from harness.cli.terminal import at_least, print_table, progress_bar, resumable
 from harness.layouts.benchmark import Part, load_benchmark
 from harness.layouts.benchmark.build import PLANAR_OPTIONS, BuildOptions
 from harness.layouts.benchmark.dataset import SETS
@@ -218,18 +218,14 @@ def _label(options: argparse.Namespace) -> None:
     wanted = {"test": options.test, "validation": options.validation}
     given = {name: size for name, size in wanted.items() if size is not None}
     sizes = replace(split_sizes(read_tables(options.directory)[3]), **given)
-    try:
-        with progress_bar("labelling") as advance:
-            label_set(
-                options.directory,
-                sizes=sizes,
-                judges=PANELS[options.judges],
-                workers=options.workers,
-                progress=lambda _, done, total: advance(done, total),
-            )
-    except KeyboardInterrupt:
-        say(f"What is finished stays in {options.directory}; run the same command to go on.")
-        raise
+    with resumable(options.directory), progress_bar("labelling") as advance:
+        label_set(
+            options.directory,
+            sizes=sizes,
+            judges=PANELS[options.judges],
+            workers=options.workers,
+            progress=lambda _, done, total: advance(done, total),
+        )
     print(f"labels and opinions -> {options.directory}")
 
 

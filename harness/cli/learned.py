@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from harness.cli.terminal import at_least, say, status_line
+from harness.cli.terminal import at_least, resumable, status_line
 from harness.methods.spec import nearest
 
 
@@ -68,22 +68,18 @@ def _learned(options: argparse.Namespace) -> None:
     if options.judge_on is not None:
         check_part(options.judge_on)
     plan = load_plan(options.plan)
-    try:
-        with status_line() as tell:
-            record = learner_study(
-                plan,
-                options.work,
-                only=[Section(name) for name in options.only or ()],
-                part=Part(options.judge_on) if options.judge_on else None,
-                limit=options.limit,
-                foreign=options.foreign,
-                workers=options.workers,
-                generating=lambda done, total: tell(f"item lists: {done} of {total}"),
-                training=lambda done, total: tell(f"trainings: {done} of {total}"),
-                judging=lambda done, total: tell(f"verdicts: {done} of {total}"),
-            )
-    except KeyboardInterrupt:
-        say(f"What is finished stays in {options.work}; run the same command to go on.")
-        raise
+    with resumable(options.work), status_line() as tell:
+        record = learner_study(
+            plan,
+            options.work,
+            only=[Section(name) for name in options.only or ()],
+            part=Part(options.judge_on) if options.judge_on else None,
+            limit=options.limit,
+            foreign=options.foreign,
+            workers=options.workers,
+            generating=lambda done, total: tell(f"item lists: {done} of {total}"),
+            training=lambda done, total: tell(f"trainings: {done} of {total}"),
+            judging=lambda done, total: tell(f"verdicts: {done} of {total}"),
+        )
     page = learned_page(record, provenance_lines())
     print(write_page(page, options.output or options.work))

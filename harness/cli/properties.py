@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from harness.cli.terminal import at_least, progress_bar, say
+from harness.cli.terminal import at_least, progress_bar, resumable, say
 from harness.properties import PropertyError
 
 _PROFILES = ("quick", "ci", "deep")
@@ -73,14 +73,10 @@ def _properties(options: argparse.Namespace) -> int:
     )
     manifest = made_with(study)
     work = options.work or options.output
-    try:
-        with progress_bar("asking") as advance:
-            table = run_properties(
-                study, work, output=options.output, workers=options.workers, progress=advance
-            )
-    except KeyboardInterrupt:
-        say(f"What is finished stays in {work}; run the same command to go on.")
-        raise
+    with resumable(work), progress_bar("asking") as advance:
+        table = run_properties(
+            study, work, output=options.output, workers=options.workers, progress=advance
+        )
     print(write_page(properties_page(table, manifest), options.output))
     violated = violations(table.rows)
     for row in violated:

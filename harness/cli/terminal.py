@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import argparse
 import math
+import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -35,12 +37,33 @@ def positive_number(text: str) -> float:
     return value
 
 
+_SECONDS = {"s": 1.0, "m": 60.0, "h": 3600.0}
+
+
+def duration(text: str) -> float:
+    """A type for an argument: seconds, from ``90``, ``90s``, ``20m`` or ``1.5h``."""
+    match = re.fullmatch(r"(\d+(?:\.\d+)?)([smh]?)", text)
+    if match is None or not float(match[1]):
+        raise argparse.ArgumentTypeError(f"{text!r}; allowed: a time such as 90s, 20m or 1.5h")
+    return float(match[1]) * _SECONDS[match[2] or "s"]
+
+
 _errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 
 
 def say(sentence: str) -> None:
     """Tell the user something on stderr, where no pipe reads it."""
     _errors.print(sentence)
+
+
+@contextmanager
+def resumable(where: Path) -> Iterator[None]:
+    """Work whose interruption loses nothing: says so, where what is finished stays."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        say(f"What is finished stays in {where}; run the same command to go on.")
+        raise
 
 
 def print_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

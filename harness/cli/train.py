@@ -7,8 +7,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from harness.cli.terminal import at_least, progress_bar, say
-from harness.cli.tune import duration
+from harness.cli.terminal import at_least, duration, progress_bar, resumable, say
 from harness.methods.spec import nearest
 
 _WORK = Path("runs")
@@ -127,7 +126,7 @@ def _train(options: argparse.Namespace) -> None:
         check_before(options.ship or name, leaky=job.leaky)
     directory = options.output or _WORK / "train" / f"{preset.name}-{job.options.seed}"
     where = {"threads": options.threads, "device": options.device}
-    try:
+    with resumable(directory):
         if options.search:
             with progress_bar("searching") as advance:
                 job = search_options(
@@ -144,9 +143,6 @@ def _train(options: argparse.Namespace) -> None:
                 ),
                 **where,
             )
-    except KeyboardInterrupt:
-        say(f"What is finished stays in {directory}; run the same command to go on.")
-        raise
     made = load_weights(weights).manifest
     found = made["validation"]["mean"]
     of = ", ".join(f"{k} {100.0 * v:.1f} %" for k, v in found.items() if k != "all")
@@ -213,14 +209,8 @@ def _generate(options: argparse.Namespace) -> None:
         most=options.most,
         scenarios=tuple(options.scenario or known),
     )
-    try:
-        with progress_bar("item lists") as advance:
-            made = generate_labelled(
-                chosen, options.output, workers=options.workers, progress=advance
-            )
-    except KeyboardInterrupt:
-        say(f"What is finished stays in {options.output}; run the same command to go on.")
-        raise
+    with resumable(options.output), progress_bar("item lists") as advance:
+        made = generate_labelled(chosen, options.output, workers=options.workers, progress=advance)
     for crash in made["crashed"]:
         say(f"left out: {crash}")
     print(f"{made['cases']} cases of {made['layouts']} layouts -> {options.output}")

@@ -5,23 +5,12 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import os
-import re
 from pathlib import Path
 from typing import Any
 
-from harness.cli.terminal import at_least, progress_bar, say
+from harness.cli.terminal import at_least, duration, progress_bar, resumable, say
 
 _WORK, _REMADE = Path("runs/tune"), Path("runs/remade")
-
-_SECONDS = {"s": 1.0, "m": 60.0, "h": 3600.0}
-
-
-def duration(text: str) -> float:
-    """A type for an argument: seconds, from ``90``, ``90s``, ``20m`` or ``1.5h``."""
-    match = re.fullmatch(r"(\d+(?:\.\d+)?)([smh]?)", text)
-    if match is None or not float(match[1]):
-        raise argparse.ArgumentTypeError(f"{text!r}; allowed: a time such as 90s, 20m or 1.5h")
-    return float(match[1]) * _SECONDS[match[2] or "s"]
 
 
 def add_tune(commands: Any) -> None:
@@ -104,14 +93,11 @@ def _tune(options: argparse.Namespace) -> int:
     search = Search(directory, chosen)
     if options.write_preset:  # said before hours are spent
         check_remakable(search.ledger.facts.get("made_by") or provenance())
-    try:
+    with resumable(directory):
         if chosen.model is None and "model" not in search.ledger.facts:
             search.options = dataclasses.replace(chosen, model=_cost_model(chosen, options))
         with progress_bar("searching") as advance:
             search.run(workers=options.workers, progress=advance, report=say)
-    except KeyboardInterrupt:
-        say(f"What is finished stays in {directory}; run the same command to go on.")
-        raise
     record = tuning_of([search])
     print(write_page(tuning_page(record, provenance_lines(search.made_by)), directory))
     # Compared before it takes the place of what it is compared with.
@@ -175,16 +161,12 @@ def _tuned(options: argparse.Namespace) -> None:
     if options.write_presets:
         for best, *_ in by_worth(searches).values():
             print(write_preset(best))
-    try:
-        with progress_bar("judging") as advance:
-            record = tuning_study(
-                searches,
-                options.work,
-                workers=options.workers,
-                limit=options.limit,
-                progress=advance,
-            )
-    except KeyboardInterrupt:
-        say(f"What is finished stays in {options.work}; run the same command to go on.")
-        raise
+    with resumable(options.work), progress_bar("judging") as advance:
+        record = tuning_study(
+            searches,
+            options.work,
+            workers=options.workers,
+            limit=options.limit,
+            progress=advance,
+        )
     print(write_page(tuning_page(record, provenance_lines()), options.output or options.work))
