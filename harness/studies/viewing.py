@@ -12,7 +12,6 @@ from harness.methods.recording import RecordedStep, Recording, record_loading
 from harness.methods.registry import make_method
 from harness.methods.spec import nearest
 from harness.studies.results import provenance_lines
-from reports.view_page import view_html
 from reports.view_records import Movement, View, ViewedItem, ViewedLoading, ViewedStep
 
 
@@ -34,6 +33,9 @@ def write_view(layout: Layout, methods: Sequence[str], output: str | Path) -> Pa
         ThreeJsError: the library that draws is missing.
         OSError: the page cannot be written.
     """
+    # Whoever only wants the errors, as the command does at its start, needs no templates.
+    from reports.view_page import view_html
+
     judges = [make_method(spec) for spec in methods]
     for judge in judges:
         judge.prepare(len(layout))
