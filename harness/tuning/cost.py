@@ -25,6 +25,7 @@ from harness.methods.method import Effort
 from harness.methods.registry import make_method
 from harness.methods.simulation_parameters import SimulationParameters
 from harness.methods.spec import SpecError
+from harness.methods.tuned import TUNED, tuned
 from harness.studies.executors import SinglePart, run_units
 from harness.studies.results import judged_by
 from harness.tuning import TuningError
@@ -57,8 +58,8 @@ _REDRAWN = 0.3
 """Share of the genes in which a genotype near the start of a space differs from it."""
 
 _ANCHOR_WEIGHT = 4.0
-"""Of the goal and the start of a space among parameter sets: every cost of a search is held against
-the one, and searches spend their time near the other."""
+"""Of the goal, the start of a space and what was found in it before, among parameter sets: every
+cost of a search is held against the first, and searches spend their time near the others."""
 
 _USUAL_ITERATIONS = 50
 """Of an engine that was not told."""
@@ -116,15 +117,15 @@ def calibrate(
     """Measure genotypes of a space and what its goal is a share of, and fit the model to them.
 
     Half of the genotypes are random ones, half are near the start of the space, where searches
-    spend their time.
+    spend their time. What was found in the space before, and is the preset, is measured too.
 
     Args:
         space: of the engine.
         source: where the layouts are from.
         workers: processes beside this one; 0 measures here.
         seed: of the genotypes.
-        parameter_sets: how many, the goal and the start among them; those that cannot be are left
-            out.
+        parameter_sets: how many, the goal and the start among them, a preset beside them; those
+            that cannot be are left out.
         cases: each is measured on so many, spread evenly.
         repeats: each case is judged so often; the median counts.
 
@@ -133,14 +134,16 @@ def calibrate(
     """
     random = np.random.default_rng(seed)
     sizes = [len(gene.values) for gene in space.genes]
-    genotypes = [space.start]
+    genotypes = []
     for number in range(parameter_sets - 2):
         drawn = random.integers(sizes)
         kept = random.random(len(sizes)) >= (_REDRAWN if number % 2 else 1.0)
         genotypes.append(tuple(np.where(kept, space.start, drawn).tolist()))
-    goal = GOAL.format(engine=space.engine)
-    anchors = (goal, space.spec(space.start))
-    specs = [goal]
+    anchors = [GOAL.format(engine=space.engine), space.spec(space.start)]
+    before = tuned().get(TUNED, {}).get(space.engine)
+    if before is not None and before.made_by["space"] == space.name:
+        anchors.append(f"{TUNED}@{space.engine}")
+    specs = list(anchors)
     for genotype in genotypes:
         with suppress(SpecError):
             specs.append(space.spec(genotype))
