@@ -59,6 +59,7 @@ class SearchRow:
     Attributes:
         engine, algorithm, space, seed: what searched where.
         population, generations: size, and how many were finished.
+        known: genotypes of the first generation that were found before the search.
         genotypes: different ones that were judged; ``whole`` on all cases, the others were given
             up; ``repeats`` came up again and were not judged again.
         cpu, wall: seconds spent.
@@ -75,6 +76,7 @@ class SearchRow:
     seed: int
     population: int
     generations: int
+    known: int
     genotypes: int
     whole: int
     repeats: int

@@ -19,6 +19,13 @@ def searches(rows: Sequence[SearchRow]) -> Section:
         + (f"; the other {judged - whole:,} were given up before." if judged > whole else ".")
     ]
     said.append("\n".join(_best_of(engine, rows) for engine in _engines(rows)))
+    begun = [f"{r.engine}, {r.algorithm}, seed {r.seed} with {r.known}" for r in rows if r.known]
+    if begun:
+        said.append(
+            "Some searches had parameter sets in their first generation that an earlier search had "
+            f"found, beside the start and random ones: {names(begun)}. What the earlier one spent "
+            "is not counted here."
+        )
     said.append(
         "*Population*: its size by the number of generations. *Repeats* came up again and were not "
         "judged again. Arrows go from the genotype that a search begins with to the best one "

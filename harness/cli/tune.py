@@ -43,6 +43,11 @@ def add_tune(commands: Any) -> None:
         help="genotypes a generation (default: 60; the paper has 1000)",
     )  # fmt: skip
     tune.add_argument(
+        "--begin-with", action="append", metavar="SPEC", default=[],
+        help="a simulation that the first generation holds, such as the preset found before; may "
+        "be repeated",
+    )  # fmt: skip
+    tune.add_argument(
         "--benchmark", metavar="SET",
         help="labelled set to tune on (default: the shipped one; for a 2-D engine the planar one)",
     )  # fmt: skip
@@ -86,6 +91,7 @@ def _tune(options: argparse.Namespace) -> int:
             population=options.population,
             generations=options.generations,
             budget=options.budget,
+            begin_with=tuple(options.begin_with),
         )
     name = f"{chosen.engine}-{chosen.algorithm}-{chosen.space}-{chosen.seed}"
     # What is remade must not find what was judged the first time.
@@ -95,7 +101,7 @@ def _tune(options: argparse.Namespace) -> int:
         check_remakable(search.ledger.facts.get("made_by") or provenance())
     with resumable(directory):
         if chosen.model is None and "model" not in search.ledger.facts:
-            search.options = dataclasses.replace(chosen, model=_cost_model(chosen, options))
+            search.options = dataclasses.replace(search.options, model=_cost_model(chosen, options))
         with progress_bar("searching") as advance:
             search.run(workers=options.workers, progress=advance, report=say)
     record = tuning_of([search])

@@ -54,6 +54,7 @@ def search_row(search: Search) -> SearchRow:
         seed=options.seed,
         population=options.population,
         generations=len(ledger.ends),
+        known=len(options.begin_with),
         genotypes=len(entries),
         whole=len(search.whole()),
         repeats=asked - len(entries),
@@ -125,6 +126,7 @@ def preset(search: Search) -> Tuned:
             "seed": options.seed,
             "population": options.population,
             "generations": len(search.ledger.ends),
+            "begin_with": list(options.begin_with),
             "source": dataclasses.asdict(options.source),
             "model": search.ledger.facts["model"],
             "found": {

@@ -42,6 +42,7 @@ def identity(options: SearchOptions, space: Space) -> dict[str, Any]:
         "start": list(space.start),
         "seed": options.seed,
         "population": options.population,
+        "begin_with": list(options.begin_with),
         "source": dataclasses.asdict(options.source),
         "code": judged_by(method)[:16],
         "search": _search_code(),

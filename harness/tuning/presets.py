@@ -71,6 +71,7 @@ def options_of(spec: str) -> SearchOptions:
         seed=made_by["seed"],
         population=made_by["population"],
         generations=made_by["generations"],
+        begin_with=tuple(made_by["begin_with"]),
         source=CaseSource(**made_by["source"]),
         model=CostModel(**made_by["model"]),
     )

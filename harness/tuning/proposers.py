@@ -51,12 +51,14 @@ class Proposer(Protocol):
         ...
 
 
-def first_generation(space: Space, population: int, seed: int) -> list[Genotype]:
-    """The start of the space, and random genotypes."""
+def first_generation(
+    space: Space, population: int, seed: int, known: Sequence[Genotype] = ()
+) -> list[Genotype]:
+    """The start of the space, what was known before, and random genotypes."""
     random = np.random.default_rng(seed)
     sizes = [len(gene.values) for gene in space.genes]
-    drawn = [tuple(map(int, random.integers(sizes))) for _ in range(population - 1)]
-    return [space.start, *drawn]
+    drawn = [tuple(map(int, random.integers(sizes))) for _ in range(population - 1 - len(known))]
+    return [space.start, *known, *drawn]
 
 
 class Genetic:
@@ -69,8 +71,10 @@ class Genetic:
     needs = "pygad"
     wants_front = False
 
-    def __init__(self, space: Space, population: int, seed: int) -> None:
-        first = first_generation(space, population, seed)
+    def __init__(
+        self, space: Space, population: int, seed: int, known: Sequence[Genotype] = ()
+    ) -> None:
+        first = first_generation(space, population, seed, known)
         sizes = [len(gene.values) for gene in space.genes]
         context = multiprocessing.get_context("spawn")
         self._line, theirs = context.Pipe()
@@ -133,7 +137,9 @@ class MultiObjective:
     needs = "optuna"
     wants_front = True
 
-    def __init__(self, space: Space, population: int, seed: int) -> None:
+    def __init__(
+        self, space: Space, population: int, seed: int, known: Sequence[Genotype] = ()
+    ) -> None:
         import optuna
 
         optuna.logging.set_verbosity(optuna.logging.ERROR)
@@ -143,7 +149,7 @@ class MultiObjective:
             directions=["maximize", "minimize"],
             sampler=optuna.samplers.NSGAIISampler(population_size=population, seed=seed),
         )
-        for genotype in first_generation(space, population, seed):
+        for genotype in first_generation(space, population, seed, known):
             self._study.enqueue_trial(dict(zip(self._sizes, genotype, strict=True)))
         self._asked: list[optuna.Trial] = []
 

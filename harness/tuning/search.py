@@ -61,11 +61,14 @@ class SearchOptions:
         generations: how many; None for as many as the budget allows.
         budget: wall seconds, over all starts of the search; no generation is begun beyond it. None
             for no limit.
+        begin_with: specs of simulations on the engine that the first generation holds, beside the
+            start of the space and random genotypes.
         source: the cases.
         model: what judging costs; None measures it first.
 
     Raises:
-        TuningError: neither generations nor a budget, or a value that is not allowed.
+        TuningError: neither generations nor a budget, or a value that is not allowed; more to begin
+            with than a generation holds.
     """
 
     engine: str
@@ -75,6 +78,7 @@ class SearchOptions:
     population: int = 60
     generations: int | None = None
     budget: float | None = None
+    begin_with: tuple[str, ...] = ()
     source: CaseSource = field(default_factory=CaseSource)
     model: CostModel | None = None
 
@@ -85,6 +89,11 @@ class SearchOptions:
             )
         if self.population < 4:
             raise TuningError(f"population is {self.population}; allowed: 4 or more")
+        if len(self.begin_with) >= self.population:
+            raise TuningError(
+                f"{len(self.begin_with)} parameter sets to begin with; allowed: fewer than the "
+                f"population, {self.population}"
+            )
         if self.generations is None and self.budget is None:
             raise TuningError("a search needs a number of generations or a budget")
 
@@ -116,8 +125,11 @@ class Search:
     """
 
     def __init__(self, directory: Path, options: SearchOptions) -> None:
-        self.options = options
         self.space = space_on(options.engine, options.space)
+        self.known = tuple(self.space.genotype(spec) for spec in options.begin_with)
+        # Spelled out: a preset may be another one when the search goes on.
+        spelled = tuple(self.space.spec(genotype) for genotype in self.known)
+        self.options = options = dataclasses.replace(options, begin_with=spelled)
         self.cases = load_cases(options.source)
         self._identity = identity(options, self.space)
         self.ledger = Ledger(directory, self._identity)
@@ -143,6 +155,7 @@ class Search:
             seed=found["seed"],
             population=found["population"],
             generations=len(ledger.ends),
+            begin_with=tuple(found["begin_with"]),
             source=CaseSource(**found["source"]),
         )
         search.cases = load_cases(search.options.source)
@@ -196,7 +209,9 @@ class Search:
             self.ledger = Ledger(self._directory, self._identity)
             self._prepare(workers, report)
             options = self.options
-            proposer = ALGORITHMS[options.algorithm](self.space, options.population, options.seed)
+            proposer = ALGORITHMS[options.algorithm](
+                self.space, options.population, options.seed, self.known
+            )
             try:
                 number = 0
                 while not self._finished(number):

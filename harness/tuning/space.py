@@ -90,6 +90,28 @@ class Space:
         bound = self.parameters(genotype)
         return spec_of(self.engine, bound, [*self.fixed, *(g.name for g in self.genes)])
 
+    def genotype(self, spec: str) -> Genotype:
+        """The genotype of a simulation, given as the spec of a method.
+
+        Raises:
+            SpecError: see :func:`harness.methods.registry.make_method`.
+            TuningError: it is no simulation on the engine, or has a value that none has here.
+        """
+        method = make_method(spec)
+        parameters = getattr(method, "parameters", None)
+        if not isinstance(parameters, parameters_on(self.engine)):
+            raise TuningError(f"{spec}: is no simulation on engine {self.engine!r}")
+        values = as_plain(parameters)
+        allowed = {name: (value,) for name, value in self.fixed.items()}
+        allowed |= {gene.name: gene.values for gene in self.genes}
+        for name, among in allowed.items():
+            if values[name] not in among:
+                raise TuningError(
+                    f"{spec}: {name} is {values[name]!r}; allowed in space {self.name!r}: "
+                    + ", ".join(map(repr, among))
+                )
+        return tuple(gene.values.index(values[gene.name]) for gene in self.genes)
+
     def with_values(self, genotype: Genotype, values: Mapping[str, Any]) -> Genotype:
         """The genotype with some genes at other values; they must be among those of the gene."""
         return tuple(

@@ -64,10 +64,10 @@ def held_against(engine, *, accuracy=0.985, ahead_of_ps5=0.08, ratio=0.13):
     )
 
 
-def search(engine, algorithm, seed, hypervolume):
+def search(engine, algorithm, seed, hypervolume, known=0):
     judged = [(0.7, 1.0, True), (0.9, 2.0, True), (0.85, 3.0, False), (0.984, 9.0, True)]
     return SearchRow(
-        engine, algorithm, "all", seed, 40, 2, 61, 23, 19, 5400.0, 150.0,
+        engine, algorithm, "all", seed, 40, 2, known, 61, 23, 19, 5400.0, 150.0,
         (0.91, 0.92, 14.4), (0.9731, 0.984, 5.1), hypervolume,
         tuple(
             GenerationRow(k, 0.9 + 0.03 * k, 0.5 + 0.1 * k, 0.98, 5.0, 20 * (k + 1), 0.5 + 0.1 * k)
@@ -174,6 +174,17 @@ def test_one_algorithm_is_not_held_against_itself():
     assert list(sections(replace(EMPTY, searches=(FULL.searches[0], elsewhere)))) == [
         "The searches"
     ]
+
+
+def test_a_page_says_what_searches_began_with():
+    began = "Some searches had parameter sets in their first generation that an earlier"
+    assert began not in sections(FULL)["The searches"].text
+    known = replace(EMPTY, searches=(*FULL.searches, search("dart", "genetic", 4, 0.9, known=2)))
+    text = sections(known)["The searches"].text
+    assert (
+        f"{began} search had found, beside the start and random ones: dart, genetic, seed 4 with 2."
+        in text
+    )
 
 
 def test_a_page_has_its_pictures_and_the_same_bytes_again(tmp_path):

@@ -12,7 +12,8 @@ from harness.methods.tuned import Tuned, write_tuned
 from harness.tuning import TuningError
 from harness.tuning.cases import CaseSource
 from harness.tuning.cost import TERMS, CostModel
-from harness.tuning.history import preset
+from harness.tuning.history import preset, tuning_of
+from harness.tuning.judging import fitness
 from harness.tuning.presets import differences, options_of, write_preset
 from harness.tuning.search import Search, SearchOptions
 from harness.tuning.study import tuning_study
@@ -116,6 +117,28 @@ def test_a_preset_is_found_again(search, presets_file, tmp_path):
         found, parameters={**found.parameters, "eps_t": 99}))  # fmt: skip
     [unlike] = differences("ps_opt@mujoco", preset(again))
     assert unlike == f"eps_t is {found.parameters['eps_t']!r}, was 99"
+
+
+def test_what_a_search_began_with_is_written_down(search, presets_file, tmp_path):
+    """As values: the name will stand for something else."""
+    found = preset(search)
+    write_tuned("ps_opt", "mujoco", dataclasses.replace(
+        found, parameters={**found.parameters, "eps_t": 11.5, "shrink": 1e-4}))  # fmt: skip
+    known = search.space.genotype("ps_opt@mujoco")
+    assert known not in search.ledger.entries
+    begun = dataclasses.replace(OPTIONS, seed=9, generations=1, begin_with=("ps_opt@mujoco",))
+    later = Search(tmp_path / "later", begun)
+    best = later.run(workers=0)
+    judged = later.ledger.entries[known]
+    assert judged.generation == 0
+    assert fitness(best.sheet, later.goal) >= fitness(judged.sheet, later.goal)
+    assert Search.of(tmp_path / "later").options.begin_with == (search.space.spec(known),)
+    assert tuning_of([later]).searches[0].known == 1
+    write_tuned("ps_opt", "mujoco", preset(later))
+    again = Search(tmp_path / "again", options_of("ps_opt@mujoco"))
+    assert again.known == (known,)
+    again.run(workers=0)
+    assert differences("ps_opt@mujoco", preset(again)) == []
 
 
 def test_what_nobody_could_make_again_is_no_preset(search, presets_file):

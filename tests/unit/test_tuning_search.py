@@ -251,6 +251,10 @@ def test_a_budget_ends_a_search_over_all_its_starts(tmp_path):
     [
         ({"algorithm": "genetics"}, "unknown algorithm 'genetics'; did you mean 'genetic'?"),
         ({"population": 3}, "population is 3; allowed: 4 or more"),
+        (
+            {"begin_with": ("label@mujoco",) * 6},
+            "6 parameter sets to begin with; allowed: fewer than",
+        ),
         ({"generations": None}, "needs a number of generations or a budget"),
     ],
 )

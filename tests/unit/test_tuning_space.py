@@ -79,6 +79,25 @@ def test_a_spec_says_all_of_a_genotype(tunable, name):
         for key, value in {**space.fixed, **space.values(genotype)}.items():
             assert plain[key] == value
         assert space.with_values(space.start, space.values(genotype)) == genotype
+        assert space.genotype(space.spec(genotype)) == genotype
+
+
+@pytest.mark.parametrize(
+    ("spec", "message"),
+    [
+        ("sme", "sme: is no simulation on engine 'mujoco'"),
+        ("label@bullet", "label@bullet: is no simulation on engine 'mujoco'"),
+        (
+            "ps_opt@mujoco:eps_t=10.2",
+            "eps_t is 10.2; allowed in space 'extended': 6.0, 6.5, 7.0",
+        ),
+        ("label@mujoco:scope=all", "scope is 'all'; allowed in space 'extended': 'widening'"),
+    ],
+)
+def test_what_a_space_does_not_hold_is_named(spec, message):
+    with pytest.raises(TuningError) as caught:
+        space_on("mujoco").genotype(spec)
+    assert message in str(caught.value)
 
 
 TIMES = ("t_max", "frequency")
