@@ -57,7 +57,7 @@ _CLOSE = 1e-4
 _REDRAWN = 0.3
 """Share of the genes in which a genotype near the start of a space differs from it."""
 
-_ANCHOR_WEIGHT = 4.0
+_ANCHOR_WEIGHT = 16.0
 """Of the goal, the start of a space and what was found in it before, among parameter sets: every
 cost of a search is held against the first, and searches spend their time near the others."""
 
