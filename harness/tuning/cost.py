@@ -111,8 +111,8 @@ def calibrate(
     workers: int,
     seed: int = 0,
     parameter_sets: int = 32,
-    cases: int = 36,
-    repeats: int = 3,
+    cases: int = 90,
+    repeats: int = 2,
 ) -> CostModel:
     """Measure genotypes of a space and what its goal is a share of, and fit the model to them.
 
