@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from learners.study.calibration import BINS, abstention, reliability, sureness
+from harness.studies.reliability import BINS, abstention, reliability
+from learners.study.calibration import sureness
 from reports.learned_page import learned_page
 from reports.learned_records import (
-    Abstention,
     Foreign,
     ForeignRow,
     JudgeCalibration,
@@ -17,14 +17,13 @@ from reports.learned_records import (
     LeakRow,
     Learned,
     ProvenanceRow,
-    Reliability,
-    ReliabilityBin,
     SizeCurve,
     TimeRow,
     TrainedRow,
 )
 from reports.pages import write_page
 from reports.records import Estimate, MethodKey
+from reports.reliability_records import Abstention, Reliability, ReliabilityBin
 
 SCENARIOS = ("S1", "S2a", "S2b")
 PARTS = ("all", *SCENARIOS)
