@@ -25,6 +25,7 @@ from harness.studies.outlook import (
     Sampling,
     outlook,
     standing_interval,
+    variance_by_scramblings,
 )
 
 BALANCE = make_method("equilibrium")
@@ -163,6 +164,18 @@ def test_even_samples_narrow_the_interval():
         np.subtract(*standing_interval(each.ravel(), np.zeros(256))) for each in (random, even)
     ]
     assert apart[1] / apart[0] == pytest.approx(0.5, abs=0.1)  # worth four times as many, at most
+
+
+def test_scramblings_lie_closer_together_than_random_samples():
+    # One number decides, and each scrambling has one of its 16 points in every sixteenth of it.
+    found = outlook(
+        BALANCE, towers(4.8), Uncertainty(com=0.5), Sampling(half_width=0.001, most=256)
+    )
+    stands = np.array(found.said) == 2
+    random = stands.mean() * (1.0 - stands.mean()) / 256
+    assert variance_by_scramblings(stands) < random / 3.0
+    shuffled = np.random.default_rng(0).permutation(stands)
+    assert variance_by_scramblings(shuffled) > random / 3.0
 
 
 def test_a_sample_is_the_same_for_every_method_layout_and_length():
