@@ -20,6 +20,9 @@ from reports.tables import (
 )
 from reports.uncertain_records import Check, Checked, Uncertain, UncertainRow
 
+_FEW = 10
+"""A mean of fewer cases is not shown."""
+
 
 def uncertain_page(found: Uncertain, manifest: Mapping[str, str]) -> Page:
     """Compose the page."""
@@ -45,11 +48,12 @@ def uncertain_page(found: Uncertain, manifest: Mapping[str, str]) -> Page:
 
 def _shows(found: Uncertain) -> Section:
     said = [
-        f"- {row.method.title} (n {row.unsure.n}): {_one(row.changed)} % of the samples fail at "
-        f"another step than the plan, {_one(row.changed_fragile)} % where the label is fragile and "
-        f"{_one(row.changed_robust)} % where it is robust; P lies from 5 to 95 % for "
-        f"{_one(row.unsure)} % of the cases. Of the tenth that it is least sure of it gets "
-        f"{_one(row.abstention.unsure)} % right, of the others {_one(row.abstention.sure)} %."
+        f"- {row.method.title} (n {row.plan.n}): the likeliest step is right for "
+        f"{_one(row.likeliest)} % of the cases, the plan's for {_one(row.plan)} %. "
+        f"{_one(row.changed)} % of the samples fail at another step than the plan"
+        f"{_by_label(row)}; P lies from 5 to 95 % for {_one(row.unsure)} % of the cases. Of the "
+        f"tenth that it is least sure of it gets {_one(row.abstention.unsure)} % right, of the "
+        f"others {_one(row.abstention.sure)} %."
         for row in found.rows
     ]
     said += [f"- {title} has no verdict on any of its cases." for title in found.silent]
@@ -69,6 +73,13 @@ def _shows(found: Uncertain) -> Section:
             "random ones there."
         )
     return Section("What it shows", "\n".join(said))
+
+
+def _by_label(row: UncertainRow) -> str:
+    robust, fragile = row.changed_robust, row.changed_fragile
+    if min(robust.n, fragile.n) < _FEW:
+        return ""
+    return f", {_one(fragile)} % where the label is fragile and {_one(robust)} % where it is robust"
 
 
 def _accuracy(rows: Sequence[UncertainRow]) -> Section:
@@ -108,7 +119,8 @@ def _firm(rows: Sequence[UncertainRow]) -> Section:
         "How firm a plan's verdict is",
         "*Unsure*: P lies from 5 to 95 %. *Changed*: mean share of samples with another failing "
         "step than the plan, over all cases, and over those whose label is *robust* (all judges "
-        "of its ensemble name the same step) or *fragile* (one does not).",
+        f"of its ensemble name the same step) or *fragile* (one does not); fewer than {_FEW} cases "
+        "tell no mean.",
         [
             markdown_table(
                 header,
@@ -152,8 +164,8 @@ def _calibration(rows: Sequence[UncertainRow]) -> Section:
         "likeliest step is right as often as its share says. A label is one verdict on the plan: "
         "P says what may become of the plan, so a P of 50 % promises no coin toss of the label, "
         "only that the label could easily be another. *Expected calibration error*: the distance "
-        "between mean probability and share that happened, over ten bins, weighted; noise alone "
-        "makes it larger than 0.",
+        "between mean probability and share that happened, over the bins below, weighted; noise "
+        "alone makes it larger than 0.",
         [
             errors_table(kinds),
             "Accuracy of the likeliest step without the tenth of the cases of which it has the "
@@ -214,7 +226,8 @@ def _check(check: Check) -> Section:
     return Section(
         "Against many random samples",
         f"{check.method.title}, the {len(check.rows)} first layouts, scenarios in turn, of which "
-        f"some samples stand and some fall; {check.random} random samples a layout, drawn apart. "
+        "some samples stand and some fall (other samples than those shown, so that nothing is "
+        f"chosen by its own luck); {check.random} random samples a layout, drawn apart. "
         f"Their share lies in the interval for {percent(check.inside)} % of the layouts (by chance "
         "it may miss for one in twenty); at most the two are "
         f"{significant(100 * farthest, 2)} points apart. One quasi-random sample is worth "
@@ -240,7 +253,11 @@ def _checked(row: Checked) -> tuple[str, ...]:
 
 
 def _with_n(*estimates: Estimate) -> tuple[str, ...]:
-    return tuple(text for each in estimates for text in (percent(each), str(each.n)))
+    return tuple(
+        text
+        for each in estimates
+        for text in (percent(each) if each.n >= _FEW else MISSING, str(each.n))
+    )
 
 
 def _one(estimate: Estimate) -> str:

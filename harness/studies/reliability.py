@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -10,7 +13,8 @@ from reports.records import Estimate
 from reports.reliability_records import Abstention, Reliability, ReliabilityBin
 
 BINS = 10
-"""Of equal width, from 0 to 1."""
+EDGES = tuple(number / BINS for number in range(BINS + 1))
+"""Of bins of equal width, from 0 to 1."""
 
 UNSURE = 0.1
 """The share of cases that are not judged."""
@@ -19,7 +23,12 @@ _CURVE = 20
 """Places of the curve of risk against coverage."""
 
 
-def reliability(said: ArrayLike, happened: ArrayLike, clusters: ArrayLike) -> Reliability:
+def reliability(
+    said: ArrayLike,
+    happened: ArrayLike,
+    clusters: ArrayLike,
+    edges: Sequence[float] = EDGES,
+) -> Reliability:
     """How probabilities keep what they say.
 
     The interval of the expected calibration error is a percentile bootstrap over clusters. Noise
@@ -30,11 +39,13 @@ def reliability(said: ArrayLike, happened: ArrayLike, clusters: ArrayLike) -> Re
         said: probabilities, 0 to 1, one or more.
         happened: whether each came true.
         clusters: a label for each; those of equal labels belong together.
+        edges: of the bins, rising from 0 to 1; a probability on an edge is in the upper bin.
     """
     p, y = np.asarray(said, dtype=float), np.asarray(happened, dtype=float)
     _, member = np.unique(np.asarray(clusters), return_inverse=True)
-    where = np.minimum((p * BINS).astype(int), BINS - 1)
-    shape = (int(member.max()) + 1, BINS)
+    count = len(edges) - 1
+    where = np.minimum(np.searchsorted(edges, p, side="right") - 1, count - 1)
+    shape = (int(member.max()) + 1, count)
     gaps, sizes = np.zeros(shape), np.zeros(shape)
     np.add.at(gaps, (member, where), p - y)
     np.add.at(sizes, (member, where), 1.0)
@@ -47,12 +58,11 @@ def reliability(said: ArrayLike, happened: ArrayLike, clusters: ArrayLike) -> Re
     low, high = np.quantile(drawn, (0.025, 0.975))
     error = float(np.abs(gaps.sum(axis=0)).sum() / len(p))
     bins = []
-    for number in range(BINS):
+    for number, ends in enumerate(pairwise(edges)):
         inside = where == number
         if inside.any():
             happening = share(y[inside], member[inside])
-            edges = number / BINS, (number + 1) / BINS
-            bins.append(ReliabilityBin(*edges, float(p[inside].mean()), happening))
+            bins.append(ReliabilityBin(*ends, float(p[inside].mean()), happening))
     return Reliability(
         mean((p - y) ** 2, member), Estimate(error, float(low), float(high), len(p)), tuple(bins)
     )

@@ -8,35 +8,34 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from engines.registry import installed_versions
 from harness.atomic import write_atomically
 from harness.layouts.benchmark import Benchmark, Part, load_benchmark
 from harness.layouts.model import Layout
-from harness.methods.method import Status
 from harness.methods.registry import make_method
-from harness.methods.uncertainty import dimensions, judge_deviated, parse_uncertainty
-from harness.studies import outlook as looking
+from harness.methods.uncertainty import parse_uncertainty
+from harness.studies import outlook, uncertain_cases
 from harness.studies.executors import IN_THIS_PROCESS, run_units
-from harness.studies.outlook import Sampling, outlook, variance_by_scramblings
+from harness.studies.outlook import FIRST_LOOK, Sampling
 from harness.studies.results import ResultsError, judged_by
 from harness.studies.runner import locked
+from harness.studies.uncertain_cases import Row, Unit, crashed_row, sample_unit
 
 CHECK = "equilibrium"
 """The method whose probabilities are held against those of many random samples."""
 
 _SHARD = 10
-_MEASURING = (looking.__file__, __file__)
+_MEASURING = (outlook.__file__, uncertain_cases.__file__)
+"""The code that a row depends on, besides that of methods and engines."""
 
-Row = dict[str, Any]
 Progress = Callable[[int, int], None]
 
 
@@ -53,8 +52,8 @@ class Questions:
         alone: what deviates by itself, to tell what matters.
         alone_method: which method is asked that.
         checked: layouts on which :data:`CHECK` is held against random samples; 0 for none.
-        check_cases: a scenario, among which they are the first that neither stand nor fall at
-            every sample.
+        check_cases: a scenario, among which they are the first of which some samples stand and
+            some fall, by :data:`FIRST_LOOK` samples of another seed.
         random: samples a checked layout.
         sampling: how long to sample.
     """
@@ -69,105 +68,18 @@ class Questions:
     alone: tuple[str, ...] = ("com=5mm", "position=3mm", "weight=5%", "friction=0.1")
     alone_method: str = "equilibrium:time=0.3"
     checked: int = 50
-    check_cases: int = 300
+    check_cases: int = 500
     random: int = 4096
     sampling: Sampling = field(default_factory=Sampling)
 
 
 @dataclass(frozen=True, slots=True)
 class Sampled:
-    """What a run found, tables with a row a case in the order of :meth:`Benchmark.select`.
-
-    Columns: ``layout, scenario, item_count``; ``nominal``, items placed safely by the plan (all: it
-    stands), missing without a verdict; ``safe``, the same of samples, with how many; ``samples,
-    lost``; ``low, high, ending``; ``variance`` of the share that stands; ``cpu, nominal_cpu`` [s];
-    ``random``, the share of random samples that stand, missing where there were none.
-    """
+    """What a run found: tables with the columns of :data:`Row`, a row a case."""
 
     methods: dict[str, pd.DataFrame]
     alone: dict[str, pd.DataFrame]
     check: pd.DataFrame
-
-
-@dataclass(frozen=True, slots=True)
-class Unit:
-    """A unit of work: one question to some cases, and the file that the answers go to."""
-
-    method: str
-    uncertainty: str
-    cases: tuple[tuple[str, Layout], ...]
-    sampling: Sampling
-    random: int
-    path: Path
-
-    def __len__(self) -> int:
-        return len(self.cases)
-
-    def without(self, done: int) -> Unit:
-        """The unit without its first cases."""
-        return replace(self, cases=self.cases[done:])
-
-    def describe(self, part: int) -> str:
-        """A case for people."""
-        scenario, layout = self.cases[part]
-        return f"{self.method} on layout {layout.name!r} ({scenario}), {self.uncertainty}"
-
-
-def sample_unit(unit: Unit) -> Iterator[Row]:
-    """Prepare a unit's method, then sample: a row a case."""
-    make_method(unit.method).prepare(max(len(layout) for _, layout in unit.cases))
-    return (_row(unit, part) for part in range(len(unit)))
-
-
-def _row(unit: Unit, part: int) -> Row:
-    scenario, layout = unit.cases[part]
-    method, uncertainty = make_method(unit.method), parse_uncertainty(unit.uncertainty)
-    found = outlook(method, layout, uncertainty, unit.sampling)
-    stands = [safe == len(layout) for safe in found.said]
-    return {
-        "layout": layout.name,
-        "scenario": scenario,
-        "item_count": len(layout),
-        "nominal": _safe(found.nominal.status, found.nominal.failing_step, len(layout)),
-        "safe": sorted(Counter(s for s in found.said if s is not None).items()),
-        "samples": found.samples,
-        "lost": sum(found.without_verdict.values()),
-        "low": found.low,
-        "high": found.high,
-        "ending": str(found.ending),
-        "variance": variance_by_scramblings(stands) if stands else None,
-        "cpu": found.cpu,
-        "nominal_cpu": found.nominal.cpu.total,
-        "random": _random_share(unit, part) if unit.random else None,
-    }
-
-
-def _safe(status: Status, failing_step: int | None, item_count: int) -> int | None:
-    if status is not Status.DONE:
-        return None
-    return item_count if failing_step is None else failing_step
-
-
-def _random_share(unit: Unit, part: int) -> float:
-    """How many of random samples stand, drawn apart from the quasi-random ones."""
-    _, layout = unit.cases[part]
-    digest = int(layout.content_hash()[:8], 16)
-    random = np.random.default_rng([unit.sampling.seed, digest])
-    uniforms = random.random((unit.random, dimensions(len(layout))))
-    verdicts = judge_deviated(
-        make_method(unit.method), layout, parse_uncertainty(unit.uncertainty), uniforms
-    )
-    return float(np.mean([verdict.stable for verdict in verdicts]))
-
-
-def _crashed(unit: Unit, part: int, reason: str) -> Row:
-    """The row of a case that ends the process it is judged in."""
-    scenario, layout = unit.cases[part]
-    return {
-        "layout": layout.name, "scenario": scenario, "item_count": len(layout), "nominal": None,
-        "safe": [], "samples": 0, "lost": 0, "low": 0.0, "high": 1.0, "variance": None,
-        "ending": f"crashed: {reason}", "cpu": 0.0, "nominal_cpu": 0.0, "random": None,
-    }  # fmt: skip
 
 
 def run_uncertain(
@@ -201,21 +113,31 @@ def run_uncertain(
     (directory / "cases").mkdir(parents=True, exist_ok=True)
     with locked(directory):
         run = _Run(asked, load_benchmark(), directory / "cases")
-        run.sample(run.first(), workers, progress)
-        check = run.unsure()
-        run.sample(run.units(CHECK, asked.uncertainty, check, asked.random), workers, progress)
+        by_method = {spec: run.by_method(spec) for spec in asked.methods}
+        alone = {what: run.alone(what) for what in asked.alone}
+        glance = run.glance()
+        run.sample([*by_method.values(), *alone.values(), glance], workers, progress)
+        check = replace(
+            glance, cases=_unsure(glance, run.table(glance))[: asked.checked],
+            sampling=asked.sampling, random=asked.random,
+        )  # fmt: skip
+        run.sample([check], workers, progress)
         return Sampled(
-            {m: run.table(m, asked.uncertainty, run.cases(_many(asked, m))) for m in asked.methods},
-            {
-                text: run.table(asked.alone_method, text, run.cases(asked.engine_cases))
-                for text in asked.alone
-            },
-            run.table(CHECK, asked.uncertainty, check, asked.random),
+            {spec: run.table(question) for spec, question in by_method.items()},
+            {what: run.table(question) for what, question in alone.items()},
+            run.table(check),
         )
 
 
-def _many(asked: Questions, spec: str) -> int:
-    return asked.cases if make_method(spec).spec.engine is None else asked.engine_cases
+@dataclass(frozen=True, slots=True)
+class _Question:
+    """One method, asked one thing of some cases."""
+
+    method: str
+    uncertainty: str
+    cases: tuple[tuple[str, Layout], ...]
+    sampling: Sampling
+    random: int = 0
 
 
 class _Run:
@@ -225,90 +147,70 @@ class _Run:
         # Of the code that samples, not of what it has become meanwhile.
         self._made_by = {spec: _made_by(spec) for spec in specs}
 
-    def cases(self, limit: int) -> list[tuple[str, Layout]]:
+    def by_method(self, spec: str) -> _Question:
+        """How sure a method is."""
+        asked = self._asked
+        limit = asked.cases if make_method(spec).spec.engine is None else asked.engine_cases
+        return _Question(spec, asked.uncertainty, self._cases(limit), asked.sampling)
+
+    def alone(self, what: str) -> _Question:
+        """What changes where one thing alone deviates."""
+        asked = self._asked
+        return _Question(asked.alone_method, what, self._cases(asked.engine_cases), asked.sampling)
+
+    def glance(self) -> _Question:
+        """Which layouts are to be checked: by samples that do not count any more then."""
+        asked = self._asked
+        cases = self._cases(asked.check_cases) if asked.checked else ()
+        few = replace(asked.sampling, most=FIRST_LOOK, seed=asked.sampling.seed + 1)
+        return _Question(CHECK, asked.uncertainty, cases, few)
+
+    def _cases(self, limit: int) -> tuple[tuple[str, Layout], ...]:
         """The first so many cases a scenario."""
         chosen = self._benchmark.select(self._asked.part, limit=limit)
-        return [
+        return tuple(
             (scenario, self._benchmark.layout(name, scenario))
             for name, scenario in zip(chosen["layout"], chosen["scenario"], strict=True)
-        ]
+        )
 
-    def units(
-        self,
-        spec: str,
-        uncertainty: str,
-        cases: Sequence[tuple[str, Layout]],
-        random: int = 0,
-    ) -> list[Unit]:
-        """One question in parts."""
-        question = [spec, str(parse_uncertainty(uncertainty)), repr(self._asked.sampling), random]
-        units = []
-        for start in range(0, len(cases), _SHARD):
-            part = tuple(cases[start : start + _SHARD])
-            identity = [*question, *self._made_by[spec]]
-            identity += [[scenario, lay.name, lay.content_hash()] for scenario, lay in part]
-            digest = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:20]
-            path = self._folder / f"{digest}.json"
-            units.append(Unit(spec, uncertainty, part, self._asked.sampling, random, path))
-        return units
-
-    def first(self) -> list[Unit]:
-        """All that is asked without knowing any answer."""
-        asked = self._asked
-        units = [
-            unit
-            for spec in asked.methods
-            for unit in self.units(spec, asked.uncertainty, self.cases(_many(asked, spec)))
-        ]
-        for text in asked.alone:
-            units += self.units(asked.alone_method, text, self.cases(asked.engine_cases))
-        if asked.checked:
-            units += self.units(CHECK, asked.uncertainty, self.cases(asked.check_cases))
-        return list({unit.path: unit for unit in units}.values())
-
-    def unsure(self) -> list[tuple[str, Layout]]:
-        """The first cases of which some samples stand and some fall, scenarios in turn."""
-        if not self._asked.checked:
-            return []
-        cases = self.cases(self._asked.check_cases)
-        table = self.table(CHECK, self._asked.uncertainty, cases)
-        both = [
-            case
-            for case, safe in zip(cases, table["safe"], strict=True)
-            if 0 < dict(safe).get(len(case[1]), 0) < sum(dict(safe).values())
-        ]
-        turns = Counter[str]()
-        rank = []
-        for scenario, _ in both:
-            rank.append(turns[scenario])
-            turns[scenario] += 1
-        order = sorted(range(len(both)), key=lambda k: rank[k])
-        return [both[k] for k in order[: self._asked.checked]]
-
-    def sample(self, units: Sequence[Unit], workers: int, progress: Progress) -> None:
+    def sample(self, questions: Sequence[_Question], workers: int, progress: Progress) -> None:
         """Answer what is missing."""
-        missing = [unit for unit in units if _rows(unit.path) is None]
-        total, done = sum(map(len, units)), sum(map(len, units)) - sum(map(len, missing))
+        units = {unit.path: unit for question in questions for unit in self._units(question)}
+        missing = [unit for path, unit in units.items() if _answers(path) is None]
+        total = sum(map(len, units.values()))
+        done = total - sum(map(len, missing))
         progress(done, total)
-        for unit, rows in run_units(sample_unit, missing, workers=workers, crashed=_crashed):
+        for unit, rows in run_units(sample_unit, missing, workers=workers, crashed=crashed_row):
             write_atomically(unit.path, json.dumps({"cases": rows}) + "\n")
             done += len(rows)
             progress(done, total)
 
-    def table(
-        self,
-        spec: str,
-        uncertainty: str,
-        cases: Sequence[tuple[str, Layout]],
-        random: int = 0,
-    ) -> pd.DataFrame:
-        """The answers to a question, as they are kept."""
-        rows: list[Row] = []
-        for unit in self.units(spec, uncertainty, cases, random):
-            found = _rows(unit.path)
-            assert found is not None, "sampled before"
-            rows += found
-        return pd.DataFrame(rows)
+    def table(self, question: _Question) -> pd.DataFrame:
+        """The answers to a question that was sampled, as they are kept."""
+        answers = [_answers(unit.path) for unit in self._units(question)]
+        return pd.DataFrame([row for rows in answers for row in rows or ()])
+
+    def _units(self, question: _Question) -> Iterator[Unit]:
+        """A question in parts; a file's name is a hash of all that its rows depend on."""
+        method, uncertainty = question.method, question.uncertainty
+        sampling, random = question.sampling, question.random
+        asked = [method, str(parse_uncertainty(uncertainty)), repr(sampling), random]
+        for start in range(0, len(question.cases), _SHARD):
+            part = question.cases[start : start + _SHARD]
+            cases = [[scenario, layout.name, layout.content_hash()] for scenario, layout in part]
+            identity = json.dumps([asked, self._made_by[method], cases])
+            path = self._folder / f"{hashlib.sha256(identity.encode()).hexdigest()[:20]}.json"
+            yield Unit(method, uncertainty, part, sampling, random, path)
+
+
+def _unsure(glance: _Question, table: pd.DataFrame) -> tuple[tuple[str, Layout], ...]:
+    """The cases of which some samples stand and some fall, scenarios in turn."""
+    turns: dict[str, list[tuple[str, Layout]]] = {scenario: [] for scenario, _ in glance.cases}
+    for case, safe in zip(glance.cases, table["safe"] if len(table) else (), strict=True):
+        counts = dict(safe)
+        if 0 < counts.get(len(case[1]), 0) < sum(counts.values()):
+            turns[case[0]].append(case)
+    return tuple(case for turn in zip_longest(*turns.values()) for case in turn if case is not None)
 
 
 def _made_by(spec: str) -> list[Any]:
@@ -317,7 +219,7 @@ def _made_by(spec: str) -> list[Any]:
     return [judged_by(method), installed_versions(method.spec.engine or ""), code.hexdigest()]
 
 
-def _rows(path: Path) -> list[Row] | None:
+def _answers(path: Path) -> list[Row] | None:
     """What is there; a file that cannot be read counts as not there."""
     try:
         found: list[Row] = json.loads(path.read_bytes())["cases"]

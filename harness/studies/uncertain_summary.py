@@ -22,6 +22,9 @@ from reports.uncertain_records import Alone, Check, Checked, Uncertain, Uncertai
 UNSURE = (0.05, 0.95)
 """Probabilities from the one to the other are neither stable nor unstable for sure."""
 
+_BINS = (0.0, UNSURE[0], 0.35, 0.65, UNSURE[1], 1.0)
+"""Few cases are unsure, so that bins of equal width would be all but empty."""
+
 
 def summarise(asked: Questions, sampled: Sampled) -> Uncertain:
     """The records of a run, against the labels of the set that comes with the package."""
@@ -121,8 +124,8 @@ def _row(spec: str, cases: _Cases) -> UncertainRow:
         unjudged=int((~judged).sum()),
         cpu=mean(1e3 * table["cpu"], lists),
         plan_cpu=mean(1e3 * table["nominal_cpu"], lists),
-        stands=reliability(cases.stands[judged], cases.stable[judged], lists[judged]),
-        right=reliability(cases.sure[judged], right[judged], lists[judged]),
+        stands=reliability(cases.stands[judged], cases.stable[judged], lists[judged], _BINS),
+        right=reliability(cases.sure[judged], right[judged], lists[judged], _BINS),
         plan_brier=mean((plan_stands - cases.stable)[judged] ** 2, lists[judged]),
         abstention=abstention(cases.sure[judged], right[judged], lists[judged]),
     )

@@ -12,7 +12,8 @@ from harness.layouts.benchmark import load_benchmark
 from harness.layouts.formats import Format, write_layouts
 from harness.methods.registry import make_method
 from harness.studies.outlook import Sampling
-from harness.studies.uncertain import Questions, Sampled, Unit, run_uncertain, sample_unit
+from harness.studies.uncertain import Questions, Sampled, run_uncertain
+from harness.studies.uncertain_cases import Unit, sample_unit
 from harness.studies.uncertain_summary import summarise
 from reports.pages import write_page
 from reports.uncertain_page import uncertain_page
