@@ -60,7 +60,8 @@ def _rows(method: Method, unit: Unit) -> Iterator[Row]:
     judge(method, first)
     numbers = np.full((2, dimensions(len(first))), 0.5)
     judge_deviated(method, first, parse_uncertainty(unit.uncertainty), numbers)
-    return (_row(method, unit, part) for part in range(len(unit)))
+    for part in range(len(unit)):
+        yield _row(method, unit, part)
 
 
 def _row(method: Method, unit: Unit, part: int) -> Row:
