@@ -196,8 +196,9 @@ def _cost(found: Uncertain) -> Section:
     )  # fmt: skip
     return Section(
         "Cost",
-        "A case and all of its samples; drawing what deviates is part of it. *Ended*: cases by "
-        "why there were not more samples; *narrow*: the interval is as narrow as asked for; "
+        "A case and all of its samples; drawing what deviates is part of it. Other work on the "
+        "machine lengthens times; rows are to be held against one another. *Ended*: cases by why "
+        "there were not more samples; *narrow*: the interval is as narrow as asked for; "
         "*spent*: there were as many as there may be.",
         [
             markdown_table(
