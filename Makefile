@@ -3,7 +3,7 @@ PYTHON ?= python3.11
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help study test lint types bench engines verify extremes properties benchmark planar accuracy tuning learned docs clean
+.PHONY: help study test lint types bench engines verify extremes properties benchmark planar accuracy uncertain tuning learned docs clean
 
 help: ## list these targets
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -56,6 +56,9 @@ planar: $(READY) ## remake the planar labelled set (a quarter of an hour); goes 
 accuracy: $(READY) ## remake the accuracies on the whole test split (ten minutes)
 	$(BIN)/steadyload study run reports/published/accuracy/study.toml -o runs/accuracy
 	$(BIN)/steadyload report runs/accuracy -o reports/published/accuracy
+
+uncertain: $(READY) ## remake the page of how sure verdicts are (a quarter of an hour); goes on where it was
+	$(BIN)/steadyload uncertain --output reports/published/uncertain
 
 tuning: $(READY) ## remake the page of tuning from the searches in runs/tune; goes on where it was
 	$(BIN)/steadyload tuned runs/tune/*/ --output reports/published/tuning

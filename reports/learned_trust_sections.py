@@ -4,37 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from reports.learned_figures import plot_reliability, plot_risk
-from reports.learned_records import Foreign, ForeignRow, JudgeCalibration, Reliability
+from reports.learned_records import Foreign, ForeignRow, JudgeCalibration
 from reports.pages import Picture, Section
-from reports.records import Estimate
-from reports.tables import compact, markdown_table, percent, significant
+from reports.reliability_figures import plot_reliability, plot_risk
+from reports.reliability_tables import abstention_table, bins_table, errors_table
+from reports.tables import markdown_table, percent
 
 
 def calibration(judges: Sequence[JudgeCalibration]) -> Section:
     """Whether probabilities keep what they say, and what abstaining gives."""
-    abstaining = markdown_table(
-        (
-            "judge", "judges when as sure as", "n", "all %", "n", "the surer nine tenths %", "n",
-            "the unsure tenth %",
-        ),
-        [
-            (
-                judge.title,
-                significant(judge.abstention.least),
-                *(
-                    text
-                    for share in (
-                        judge.abstention.every,
-                        judge.abstention.sure,
-                        judge.abstention.unsure,
-                    )
-                    for text in (str(share.n), percent(share))
-                ),
-            )
-            for judge in judges
-        ],
-    )  # fmt: skip
+    kinds = {
+        "a step is unstable": {judge.title: judge.steps for judge in judges},
+        "a score is right": {judge.title: judge.layouts for judge in judges},
+    }
+    abstaining = {judge.title: judge.abstention for judge in judges}
     return Section(
         "Calibration, and not judging the unsure",
         "\n".join(_won(judge) for judge in judges)
@@ -48,21 +31,21 @@ def calibration(judges: Sequence[JudgeCalibration]) -> Section:
         "by the number of predictions; noise alone makes it larger than 0, and its interval leans "
         "upward.",
         [
-            _errors(judges),
+            errors_table(kinds),
             f"Accuracy without the tenth of the cases that a judge is least sure of:\n\n"
-            f"{abstaining}",
-            _bins(judges),
+            f"{abstention_table(abstaining)}",
+            bins_table(kinds),
         ],
         [
             Picture(
                 "learned-reliability",
-                plot_reliability(judges),
+                plot_reliability(kinds),
                 "How often it happened against the probability that was given, of steps and of "
                 "scores, with 95 % intervals; the diagonal keeps what it says.",
             ),
             Picture(
                 "learned-risk",
-                plot_risk(judges),
+                plot_risk(abstaining),
                 "Share of wrong scores against the share of cases that are judged, the surest "
                 "first.",
             ),
@@ -77,47 +60,6 @@ def _won(judge: JudgeCalibration) -> str:
         f"{100 * found.sure.value:.1f} % without the tenth that it is least sure of, "
         f"{100 * found.unsure.value:.1f} % on that tenth."
     )
-
-
-def _errors(judges: Sequence[JudgeCalibration]) -> str:
-    return markdown_table(
-        ("judge", "of", "n", "Brier", "expected calibration error"),
-        [
-            (judge.title, of, str(found.brier.n), _number(found.brier), _number(found.error))
-            for judge in judges
-            for of, found in _kinds(judge)
-        ],
-        left=2,
-    )
-
-
-def _bins(judges: Sequence[JudgeCalibration]) -> str:
-    return markdown_table(
-        ("judge", "of", "from", "to", "n", "mean probability %", "happened %"),
-        [
-            (
-                judge.title,
-                of,
-                f"{each.low:g}",
-                f"{each.high:g}",
-                str(each.happened.n),
-                f"{100 * each.mean:.1f}",
-                percent(each.happened),
-            )
-            for judge in judges
-            for of, found in _kinds(judge)
-            for each in found.bins
-        ],
-        left=2,
-    )
-
-
-def _kinds(judge: JudgeCalibration) -> tuple[tuple[str, Reliability], ...]:
-    return ("steps", judge.steps), ("scores", judge.layouts)
-
-
-def _number(estimate: Estimate) -> str:
-    return f"{compact(estimate.value)} [{compact(estimate.low)}, {compact(estimate.high)}]"
 
 
 def foreign(found: Foreign) -> Section:

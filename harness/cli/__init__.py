@@ -28,6 +28,13 @@ from harness.cli.terminal import (
 )
 from harness.cli.train import add_generate, add_train
 from harness.cli.tune import add_tune, add_tuned
+from harness.cli.uncertain import (
+    add_uncertain,
+    add_uncertainty,
+    asked_for,
+    uncertain_table,
+    without_effect,
+)
 from harness.cli.verify import add_verify
 from harness.cli.view import add_view
 from harness.layouts.benchmark import BenchmarkError
@@ -126,8 +133,9 @@ def _parser() -> argparse.ArgumentParser:
         help="draw centres of mass (default: as in the file)",
     )
     score.add_argument(
-        "--seed", type=at_least(0), default=0, help="seed of the scenario (default: 0)"
+        "--seed", type=at_least(0), default=0, help="of scenario and deviations (default: 0)"
     )
+    add_uncertainty(score)
     score.add_argument("--max-items", type=at_least(1), metavar="J", help="only the first J items")
     score.add_argument("--limit", type=at_least(1), metavar="N", help="only the first N layouts")
     score.add_argument(
@@ -220,6 +228,7 @@ def _parser() -> argparse.ArgumentParser:
     add_learned(commands)
     add_benchmark(commands)
     add_properties(commands)
+    add_uncertain(commands)
     add_view(commands)
 
     methods = commands.add_parser(
@@ -265,12 +274,16 @@ def _score(options: argparse.Namespace) -> None:
             snap_gap=_snap_gap(options),
             skip_invalid=options.skip_invalid,
             timeout=options.timeout,
+            **asked_for(options),
             progress=advance,
         )
-    for warning in score_warnings(records):
+    for warning in [*score_warnings(records), *without_effect(records)]:
         say(warning)
     if options.json:
         print(json.dumps(records, indent=1))
+        return
+    if options.uncertain is not None:
+        print_table(*uncertain_table(records))
         return
     rows = [
         (

@@ -272,3 +272,12 @@ class Method(ABC):
     @abstractmethod
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         """The judgement itself; may raise :class:`RefusedError`."""
+
+
+def judge(method: Method, layout: Layout, timeout: float | None = None) -> Verdict:
+    """Like :meth:`Method.judge`, but an unexpected exception becomes a verdict ``error``."""
+    try:
+        return method.judge(layout, timeout=timeout)
+    except Exception as error:
+        reason = f"{type(error).__name__}: {error}"
+        return Verdict(item_count=len(layout), status=Status.ERROR, reason=reason)

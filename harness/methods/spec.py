@@ -19,7 +19,7 @@ from typing import Any
 
 _NAME = r"[A-Za-z0-9_][A-Za-z0-9_.\-]*"
 _SPEC = re.compile(rf"(?P<name>{_NAME})(@(?P<engine>{_NAME}))?(:(?P<rest>.*))?", re.DOTALL)
-_QUANTITY = re.compile(r"(?P<number>[^a-zA-Z]*([eE][+-]?\d+)?)(?P<unit>[a-zA-Z]*)", re.ASCII)
+_QUANTITY = re.compile(r"(?P<number>[^a-zA-Z%]*([eE][+-]?\d+)?)(?P<unit>%|[a-zA-Z]*)", re.ASCII)
 
 _UNITS: dict[str, dict[str, float]] = {
     "cm": {"cm": 1.0, "m": 100.0, "mm": 0.1},
@@ -29,6 +29,7 @@ _UNITS: dict[str, dict[str, float]] = {
     "m/s2": {},
     "Hz": {"Hz": 1.0, "kHz": 1000.0},
     "deg": {"deg": 1.0, "rad": math.degrees(1.0)},
+    "share": {"%": 0.01},
 }
 
 
@@ -70,16 +71,26 @@ def parse_spec(text: str) -> MethodSpec:
     match = _SPEC.fullmatch(text.strip())
     if match is None:
         raise SpecError(f"method {text!r} is not of the form name[@engine][:key=value,...]")
+    values = split_values(match["rest"] or "", f"method {text!r}")
+    return MethodSpec(match["name"], match["engine"], tuple(values.items()))
+
+
+def split_values(text: str, where: str) -> dict[str, str]:
+    """Split ``key=value,...``; keys and values are not looked up yet.
+
+    Raises:
+        SpecError: a part is not of this form, or a key stands there twice.
+    """
     values: dict[str, str] = {}
-    for part in filter(None, (match["rest"] or "").split(",")):
+    for part in filter(None, text.split(",")):
         key, equals, value = part.partition("=")
         key = key.strip()
         if not equals or not key or not value.strip():
-            raise SpecError(f"method {text!r}: {part!r} is not of the form key=value")
+            raise SpecError(f"{where}: {part!r} is not of the form key=value")
         if key in values:
-            raise SpecError(f"method {text!r}: {key} stands there twice")
+            raise SpecError(f"{where}: {key} stands there twice")
         values[key] = value.strip()
-    return MethodSpec(match["name"], match["engine"], tuple(values.items()))
+    return values
 
 
 def bind(parameters: type[Any], values: Mapping[str, Any], *, where: str) -> Any:

@@ -16,7 +16,7 @@ from engines.registry import installed_versions
 from harness.atomic import write_atomically
 from harness.layouts.formats import Format, write_layouts
 from harness.layouts.model import Layout
-from harness.methods.method import Method, Status, Verdict
+from harness.methods.method import Method, Status, Verdict, judge
 from harness.methods.registry import make_method
 from harness.studies.definition import StudyDefinition
 from harness.studies.envelope_use import envelope_use
@@ -66,15 +66,6 @@ class Unit:
         """A judgement for people."""
         _, scenario, layout = self.judgements[part]
         return f"{self.method} on layout {layout.name!r} ({scenario})"
-
-
-def judge(method: Method, layout: Layout, timeout: float | None = None) -> Verdict:
-    """Like :meth:`Method.judge`, but an unexpected exception becomes a verdict ``error``."""
-    try:
-        return method.judge(layout, timeout=timeout)
-    except Exception as error:
-        reason = f"{type(error).__name__}: {error}"
-        return Verdict(item_count=len(layout), status=Status.ERROR, reason=reason)
 
 
 def judge_unit(unit: Unit) -> Iterator[Row]:

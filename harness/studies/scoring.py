@@ -11,10 +11,11 @@ from harness.layouts.model import Layout
 from harness.layouts.record import Refused
 from harness.layouts.scenarios import Scenario
 from harness.methods.envelope import leaves
-from harness.methods.method import Method, Status, Verdict
+from harness.methods.method import Method, Status, Verdict, judge
 from harness.methods.registry import make_method
+from harness.methods.uncertainty import Uncertainty
 from harness.studies.definition import case
-from harness.studies.runner import judge
+from harness.studies.outlook import Outlook, Sampling, outlook
 
 Record = dict[str, Any]
 
@@ -30,6 +31,8 @@ def score_layouts(
     snap_gap: float = 0.0,
     skip_invalid: bool = False,
     timeout: float | None = None,
+    uncertainty: Uncertainty | None = None,
+    sampling: Sampling | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> list[Record]:
     """Judge every layout of some files with every method. All input is checked before any judging.
@@ -44,6 +47,8 @@ def score_layouts(
         snap_gap: close vertical gaps up to this when reading [cm]; 0 closes none.
         skip_invalid: make an invalid layout a record with status ``refused`` instead of an error.
         timeout: wall seconds a judgement may take.
+        uncertainty: what deviates from the plans; None judges the plans alone.
+        sampling: how long to sample what may become of a plan; None for the defaults.
         progress: called with the number of finished judgements and of all.
 
     Returns:
@@ -69,9 +74,45 @@ def score_layouts(
         if isinstance(entry, Layout):
             entry = case(entry, scenario, seed, max_items)
         for method in judges:
-            records.append(_record(file, entry, method, scenario, timeout))
+            found = None
+            if uncertainty is not None and isinstance(entry, Layout):
+                found = outlook(method, entry, uncertainty, sampling, timeout=timeout)
+            record = _record(file, entry, method, scenario, timeout, found)
+            if uncertainty is not None:
+                record["uncertain"] = found and uncertain_record(found)
+            records.append(record)
             progress(len(records), total)
     return records
+
+
+def uncertain_record(found: Outlook) -> Record:
+    """An outlook as JSON can hold it.
+
+    Returns:
+        ``stands``, the probability that the whole load stands, with the ``interval`` that holds it
+        (95 %); ``distribution``, the share of every failing step as a text, ``none`` for none;
+        ``likeliest_step`` with ``likeliest_share``, null for none; ``expected_score``; ``samples``
+        and those ``without_verdict`` by status, ``why`` the first of these; ``ending``,
+        ``without_effect``; ``seconds`` and ``cpu_seconds`` for everything. See
+        :class:`harness.studies.outlook.Outlook`.
+    """
+    shares = found.shares
+    likeliest = found.likeliest if shares else None
+    return {
+        "stands": found.stands,
+        "interval": [found.low, found.high],
+        "distribution": {"none" if k is None else str(k): share for k, share in shares.items()},
+        "likeliest_step": likeliest,
+        "likeliest_share": shares.get(likeliest),
+        "expected_score": found.expected_score,
+        "samples": found.samples,
+        "without_verdict": dict(found.without_verdict),
+        "why": found.why,
+        "ending": str(found.ending),
+        "without_effect": list(found.without_effect),
+        "seconds": found.wall,
+        "cpu_seconds": found.cpu,
+    }
 
 
 def _read(
@@ -94,9 +135,10 @@ def _record(
     method: Method,
     scenario: Scenario | None,
     timeout: float | None,
+    found: Outlook | None,
 ) -> Record:
     if isinstance(entry, Layout):
-        verdict = judge(method, entry, timeout)
+        verdict = judge(method, entry, timeout) if found is None else found.nominal
         items, outside = verdict.item_count, list(leaves(entry, method))
     else:
         verdict = Verdict(item_count=0, status=Status.REFUSED, reason=str(entry.error))

@@ -10,11 +10,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.methods.method import Status
+from harness.methods.method import Status, judge
 from harness.methods.registry import make_method
 from harness.methods.spec import SpecError
 from harness.studies.executors import SinglePart
-from harness.studies.runner import judge
 from harness.tuning.cases import CaseSource, load_cases
 from harness.tuning.cost import CostModel
 

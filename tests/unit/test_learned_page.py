@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from learners.study.calibration import BINS, abstention, reliability, sureness
+from harness.studies.reliability import BINS, abstention, reliability
+from learners.study.calibration import sureness
 from reports.learned_page import learned_page
 from reports.learned_records import (
-    Abstention,
     Foreign,
     ForeignRow,
     JudgeCalibration,
@@ -17,14 +17,13 @@ from reports.learned_records import (
     LeakRow,
     Learned,
     ProvenanceRow,
-    Reliability,
-    ReliabilityBin,
     SizeCurve,
     TimeRow,
     TrainedRow,
 )
 from reports.pages import write_page
 from reports.records import Estimate, MethodKey
+from reports.reliability_records import Abstention, Reliability, ReliabilityBin
 
 SCENARIOS = ("S1", "S2a", "S2b")
 PARTS = ("all", *SCENARIOS)
@@ -210,6 +209,9 @@ def test_brier_and_calibration_error_have_closed_forms():
     assert found.error.value == pytest.approx(0.5 * 0.15 + 0.5 * 0.0)
     assert [(b.happened.value, b.happened.n) for b in found.bins] == [(0.2, 10), (0.6, 10)]
     assert [b.mean for b in found.bins] == pytest.approx([0.2, 0.75])
+    halves = reliability(p, y, np.arange(20), (0.0, 0.5, 1.0))
+    assert [(b.low, b.high) for b in halves.bins] == [(0.0, 0.5), (0.5, 1.0)]
+    assert halves.error.value == pytest.approx(found.error.value)
     sure = reliability([0.0, 1.0, 1.0], [0, 1, 1], [0, 1, 2])
     assert (sure.brier.value, sure.error.value, sure.error.high) == (0.0, 0.0, 0.0)
     wrong = reliability([0.0, 1.0, 1.0], [1, 0, 0], [0, 1, 2])

@@ -1,0 +1,193 @@
+"""``score --uncertain`` and the page of uncertain verdicts."""
+
+import json
+import math
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from harness.cli import main
+from harness.layouts.benchmark import load_benchmark
+from harness.layouts.formats import Format, write_layouts
+from harness.methods.registry import make_method
+from harness.studies.outlook import Sampling
+from harness.studies.uncertain import Questions, Sampled, run_uncertain
+from harness.studies.uncertain_cases import Unit, sample_unit
+from harness.studies.uncertain_summary import summarise
+from reports.pages import write_page
+from reports.uncertain_page import uncertain_page
+
+
+@pytest.fixture(scope="module")
+def benchmark():
+    return load_benchmark()
+
+
+@pytest.fixture
+def layout_file(tmp_path, stack):
+    layouts = [stack(0.0, 0.0).renamed("sure"), stack(0.0, 4.7).renamed("unsure")]
+    write_layouts(tmp_path / "layouts.json", layouts, Format.NATIVE)
+    return str(tmp_path / "layouts.json")
+
+
+def test_scores_say_how_sure_they_are(layout_file, capsys):
+    what = ("--uncertain", "com=5mm,friction=0.1", "--half-width", "0.04")
+    assert main(["score", layout_file, "-m", "sme", *what, "--json"]) == 0
+    out, err = capsys.readouterr()
+    assert err == "sme: has no parameter friction; that it is uncertain has no effect\n"
+    sure, unsure = json.loads(out)
+    assert (sure["score"], sure["uncertain"]["distribution"]) == (1.0, {"none": 1.0})
+    found = unsure["uncertain"]
+    # The upper cube stands where its centre of mass deviates by less than 3 mm.
+    truth = 0.5 * (1.0 + math.erf(0.3 / 0.5 / math.sqrt(2.0)))
+    low, high = found["interval"]
+    assert low <= truth <= high <= low + 0.08
+    assert found["stands"] == found["distribution"]["none"] == 1.0 - found["distribution"]["1"]
+    assert (found["likeliest_step"], found["likeliest_share"]) == (None, found["stands"])
+    assert found["expected_score"] == pytest.approx(0.5 + 0.5 * found["stands"])
+    assert (found["ending"], found["without_verdict"]) == ("narrow", {})
+    assert main(["score", layout_file, "-m", "sme", "--json"]) == 0
+    assert "uncertain" not in json.loads(capsys.readouterr().out)[0]
+
+
+def test_the_table_has_probability_and_distribution(layout_file, capsys):
+    what = ("--uncertain", "com=5mm", "--samples", "64")
+    assert main(["score", layout_file, "-m", "sme", *what]) == 0
+    header, sure, unsure = capsys.readouterr().out.splitlines()
+    assert "stands %" in header
+    assert "100.0 [94.4, 100.0]" in sure  # 0.025 ** (1 / 64), of a single look
+    assert "none (7" in unsure
+    assert "more samples would narrow the interval" in unsure
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--uncertain", "comm=5mm"), "did you mean 'com'?"),
+        (("--uncertain", "com=5mm", "--decide", "2"), "decide is 2; allowed: 0 to 1"),
+        (("--uncertain", "com=5mm", "--half-width", "x"), "allowed: a finite number"),
+        (("--uncertain", "com=5mm", "--samples", "5"), "most is 5; allowed: 64 to 65536"),
+        (("--decide", "0.9"), "need --uncertain"),
+    ],
+)
+def test_bad_input_is_one_sentence(layout_file, capsys, arguments, message):
+    assert main(["score", layout_file, *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert message in err
+
+
+def test_an_invalid_layout_has_no_outlook(tmp_path, layout_file, capsys):
+    content = json.loads(Path(layout_file).read_text())
+    content["layouts"][0]["items"][0]["weight"] = 0
+    (tmp_path / "bad.json").write_text(json.dumps(content))
+    command = ["score", str(tmp_path / "bad.json"), "--skip-invalid", "--uncertain", "com=5mm"]
+    assert main([*command, "--json"]) == 0
+    bad, good = json.loads(capsys.readouterr().out)
+    assert (bad["status"], bad["uncertain"]) == ("refused", None)
+    assert good["uncertain"]["samples"] >= 64
+    assert main(command) == 0
+    assert "weight is 0 kg" in capsys.readouterr().out
+
+
+def test_random_samples_of_a_case_agree(benchmark):
+    layout = benchmark.layout("H10_Class_2_Instance_12_ULD_0", "S1")
+    unit = Unit("equilibrium", "com=5mm,position=3mm", (("S1", layout),), Sampling(), 400, Path())
+    (row,) = sample_unit(unit)
+    assert 0.0 < row["random"] < 1.0
+    assert row["low"] - 0.08 <= row["random"] <= row["high"] + 0.08
+    share = dict(row["safe"])[len(layout)] / row["samples"]
+    assert 0.0 < row["variance"] < share * (1.0 - share) / row["samples"]
+
+
+def asked(**changes):
+    few = {"cases": 4, "engine_cases": 1, "alone": ("com=5mm",), "checked": 1, "check_cases": 1}
+    return Questions(methods=("sme", "ps3@chipmunk"), random=64, **few | changes)
+
+
+def test_a_run_goes_on_and_its_page_has_the_accuracy_of_the_plans(tmp_path, benchmark):
+    seen = []
+    sampled = run_uncertain(asked(), tmp_path, progress=lambda *counts: seen.append(counts))
+    # Twelve cases by the rule, three by the engine, for what matters, and to find unsure ones.
+    assert seen[0] == (0, 21)
+    stamps = {path: path.stat().st_mtime_ns for path in tmp_path.glob("cases/*.json")}
+    next(iter(stamps)).write_text("cut o")
+    again = []
+    run_uncertain(asked(), tmp_path, progress=lambda *counts: again.append(counts))
+    changed = [p for p, stamp in stamps.items() if p.stat().st_mtime_ns != stamp]
+    assert changed == [next(iter(stamps))]
+    assert again[0][0] >= 11
+    record = summarise(asked(), sampled)
+    (row,) = record.rows
+    right = 0
+    for case in benchmark.select("test", limit=4).itertuples():
+        verdict = make_method("sme").judge(benchmark.layout(case.layout, case.scenario))
+        label = None if case.failing_step is pd.NA else int(case.failing_step)
+        right += verdict.failing_step == label
+    assert row.plan.value == pytest.approx(right / 12)
+    assert record.silent == ("PS_3 @ chipmunk",)  # refuses what is not planar
+    text = write_page(uncertain_page(record, {}), tmp_path / "page").read_text()
+    assert "SME" in text
+    assert "PS_3 @ chipmunk has no verdict on any of its cases" in text
+    assert (tmp_path / "page" / "figures" / "reliability.png").stat().st_size > 10_000
+
+
+def case(row, nominal, safe, **changes):
+    samples = sum(count for _, count in safe)
+    return {
+        "layout": row.layout, "scenario": row.scenario, "item_count": row.item_count,
+        "nominal": nominal, "safe": safe, "samples": samples, "lost": 0, "low": 0.4, "high": 0.6,
+        "ending": "narrow", "variance": 0.001, "cpu": 0.5, "nominal_cpu": 0.001, "random": None,
+    } | changes  # fmt: skip
+
+
+def test_a_pages_numbers_follow_from_its_samples(benchmark):
+    chosen = benchmark.select("test", scenarios=("S1",), limit=8)
+    whole, other, *_ = chosen[chosen["failing_step"].isna()].itertuples()
+    falls, *_ = chosen[chosen["failing_step"].notna()].itertuples()
+    count, step = other.item_count, int(falls.failing_step)
+    table = pd.DataFrame(
+        [
+            case(whole, whole.item_count, [(whole.item_count, 64)]),
+            # The plan is wrong, most samples are right.
+            case(other, 0, [(0, 16), (count, 48)]),
+            # No sample has a verdict.
+            case(falls, step, [], samples=64, lost=64, ending="no verdict"),
+        ]
+    )
+    check = pd.DataFrame(
+        [
+            case(other, 0, [(0, 32), (count, 32)], random=0.58),
+            case(whole, 0, [(0, 16), (whole.item_count, 48)], low=0.7, high=0.8, random=0.6),
+        ]
+    )
+    found = summarise(Questions(), Sampled({"sme": table}, {}, check))
+    (row,) = found.rows
+    right = pytest.approx(2 / 3)
+    assert (row.plan.value, row.likeliest.value, row.unjudged, row.lost) == (right, right, 1, 64)
+    assert row.ahead.value == pytest.approx(0.0)
+    assert row.unsure.value == pytest.approx(1 / 2)
+    assert row.changed.value == pytest.approx((0.0 + 0.75) / 2)
+    assert row.stands.brier.value == pytest.approx((0.0 + 0.25**2) / 2)
+    assert row.plan_brier.value == pytest.approx((0.0 + 1.0) / 2)
+    assert row.cpu.value == pytest.approx(500.0)
+    assert row.endings == {"narrow": 2, "no verdict": 1}
+    assert [each.inside for each in found.check.rows] == [True, False]
+    spread = (0.25 / 64 + 0.1875 / 64) / 2
+    assert found.check.gain.value == pytest.approx(spread / 0.001)
+    assert "within the interval of 1" in page_text(found)
+
+
+def page_text(found):
+    page = uncertain_page(found, {})
+    return "\n".join([page.summary, *(s.text + "\n".join(s.tables) for s in page.sections)])
+
+
+def test_the_command_writes_the_page(tmp_path, capsys):
+    few = ("-m", "sme", "--cases", "1", "--engine-cases", "1", "--checked", "0")
+    where = ("--work", str(tmp_path / "work"), "-o", str(tmp_path / "page"))
+    assert main(["uncertain", *few, *where, "--uncertain", "com=1cm"]) == 0
+    assert capsys.readouterr().out.strip() == str(tmp_path / "page" / "report.md")
+    assert "`com=1`" in (tmp_path / "page" / "report.md").read_text()
+    assert main(["uncertain", *few, *where, "--uncertain", "nothing=1cm"]) == 2
