@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.layouts.model import FloatArray, Item, Layout, Pallet, Vector
+from harness.layouts.model import Arrangement, FloatArray, Item, Layout, Pallet, Vector
 from learners.compiled import compiled
 from learners.support import COLUMNS, support_table
 
@@ -52,7 +52,7 @@ def names(kind: FeatureKind) -> tuple[str, ...]:
     return PLAIN if kind is FeatureKind.PLAIN else PLAIN + COLUMNS
 
 
-def features(layout: Layout, kind: FeatureKind) -> Array32:
+def features(layout: Arrangement, kind: FeatureKind) -> Array32:
     """The features of every step, not yet normalised: shape (J, len(names(kind))).
 
     Row j hangs on the items 0 to j alone.

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -37,6 +37,16 @@ class _Attention:
     mixed: tuple[Array32, Array32]
     key: tuple[Array32, Array32]
     value: tuple[Array32, Array32]
+
+
+class Memory(NamedTuple):
+    """What a network carries from step to step.
+
+    ``seen``: so many steps. ``states``: of every layer, its output and its cell, (2, H).
+    """
+
+    seen: int
+    states: tuple[Array32, ...]
 
 
 class Network:
@@ -72,12 +82,30 @@ class Network:
         Args:
             rows: features, not normalised, (J, F).
         """
-        below = rows
-        for layer in self._layers:
-            below = _run(below, layer.inward, layer.recurrent, layer.bias)
+        return self.go_on(rows, self.start())[0]
+
+    def start(self) -> Memory:
+        """The memory of a network that has seen no step."""
+        widths = [len(layer.recurrent) for layer in self._layers]
+        return Memory(0, tuple(np.zeros((2, width), dtype=np.float32) for width in widths))
+
+    def go_on(self, rows: Array32, memory: Memory) -> tuple[Array32, Memory]:
+        """That a step is unstable, for the steps of a layout that have not been seen.
+
+        Args:
+            rows: features of all steps, not normalised, (J, F).
+            memory: of the steps seen; it stays as it is.
+
+        Returns:
+            Shape (J - seen,), and the memory of all steps.
+        """
+        below, states = rows[memory.seen :], tuple(state.copy() for state in memory.states)
+        for layer, state in zip(self._layers, states, strict=True):
+            below = _run(below, layer.inward, layer.recurrent, layer.bias, state)
+        after = Memory(len(rows), states)
         if self._attention is None:
-            return _decide(below, self._head, self._last)
-        return self._sigmoid(self._attended(rows[None], below[None]))[0]
+            return _decide(below, self._head, self._last), after
+        return self._sigmoid(self._attended(rows[None], below[None]))[0], after
 
     def probabilities_of_many(self, rows: Array32) -> Array32:
         """That a step is unstable, for every step of many layouts.
@@ -102,13 +130,12 @@ class Network:
         return 0.5 * np.tanh(0.5 * logits) + 0.5
 
     def _attended(self, rows: Array32, states: Array32) -> Array32:
-        """Logits of states that look back at the items placed by then."""
+        """Logits of states, those of the last steps or of all, that look back at all before."""
         assert self._attention is not None
         weights = self._attention
         many, steps, width = states.shape
-        shape = (many, steps, HEADS, width // HEADS)
         query, key, value = (
-            (of @ matrix + bias).reshape(shape).transpose(0, 2, 1, 3)
+            (of @ matrix + bias).reshape(many, -1, HEADS, width // HEADS).transpose(0, 2, 1, 3)
             for of, (matrix, bias) in (
                 (states, weights.query),
                 (rows, weights.key),
@@ -116,12 +143,13 @@ class Network:
             )
         )
         scores = query @ key.transpose(0, 1, 3, 2) / np.float32(math.sqrt(width // HEADS))
-        scores[..., np.triu(np.ones((steps, steps), dtype=bool), k=1)] = -np.inf
+        seen = rows.shape[1] - steps
+        scores[..., np.triu(np.ones(scores.shape[2:], dtype=bool), k=1 + seen)] = -np.inf
         scores = np.exp(scores - scores.max(axis=-1, keepdims=True))
         scores /= scores.sum(axis=-1, keepdims=True)
-        seen = (scores @ value).transpose(0, 2, 1, 3).reshape(many, steps, width)
+        back = (scores @ value).transpose(0, 2, 1, 3).reshape(many, steps, width)
         matrix, bias = weights.mixed
-        mixed = np.maximum(np.concatenate((states, seen), axis=2) @ matrix + bias, 0.0)
+        mixed = np.maximum(np.concatenate((states, back), axis=2) @ matrix + bias, 0.0)
         return mixed @ self._head + np.float32(self._last)
 
 
@@ -174,22 +202,32 @@ def _run_many(rows: Array32, layer: _Layer) -> Array32:
 
 
 @compiled
-def _run(rows: Array32, inward: Array32, recurrent: Array32, bias: Array32) -> Array32:
-    """One layer over one layout: states (J, H) of inputs (J, F)."""
+def _run(
+    rows: Array32, inward: Array32, recurrent: Array32, bias: Array32, state: Array32
+) -> Array32:
+    """One layer over one layout: outputs (J, H) of inputs (J, F).
+
+    Args:
+        rows: the inputs.
+        inward: weights of the inputs.
+        recurrent: weights of the output before.
+        bias: of the gates.
+        state: output and cell before the first step, (2, H); then those after the last.
+    """
     steps, width = len(rows), len(recurrent)
     out = np.empty((steps, width), dtype=np.float32)
-    cell = np.zeros(width, dtype=np.float32)
     gates = np.empty(4 * width, dtype=np.float32)
+    last, cell = state[0], state[1]
     for step in range(steps):
         gates[:] = bias
         _add_product(rows[step], inward, gates)
-        if step:
-            _add_product(out[step - 1], recurrent, gates)
+        _add_product(last, recurrent, gates)
         for m in range(3 * width):
             gates[m] = np.float32(1.0) / (np.float32(1.0) + math.exp(-gates[m]))
         for m in range(width):
             cell[m] = gates[width + m] * cell[m] + gates[m] * math.tanh(gates[3 * width + m])
-            out[step, m] = gates[2 * width + m] * math.tanh(cell[m])
+            last[m] = gates[2 * width + m] * math.tanh(cell[m])
+        out[step] = last
     return out
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
@@ -14,10 +14,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from engines.quantities import quantity
-from harness.layouts.model import Item, Layout, Pallet
+from harness.layouts.growing import GrowingLayout
+from harness.layouts.model import Arrangement, Item, Layout, Pallet
 from harness.methods.method import (
     STABLE,
     Finding,
+    Loader,
     Method,
     RefusedError,
     Seconds,
@@ -27,6 +29,7 @@ from harness.methods.method import (
     Verdict,
 )
 from learners.features import Array32, features
+from learners.inference import Memory
 from learners.scoring import THRESHOLD
 from learners.weights import Weights, load_weights
 
@@ -110,9 +113,36 @@ class LearnedJudge(Method):
 
         Whether the layout is one that the networks know is not asked.
         """
+        return self.go_on(layout, self.start())[0]
+
+    def start(self) -> list[Memory]:
+        """What the members remember before the first step."""
+        return [network.start() for network in self.weights.networks]
+
+    def go_on(
+        self, layout: Arrangement, memories: Sequence[Memory]
+    ) -> tuple[Array32, list[Memory]]:
+        """As :meth:`probabilities`, for the steps that the members have not seen.
+
+        Args:
+            layout: with the steps that they have.
+            memories: of the members; they stay as they are.
+
+        Returns:
+            Probabilities of the other steps, and what the members remember then.
+        """
         rows = features(layout, self.weights.kind)
-        found = [network.probabilities(rows) for network in self.weights.networks]
-        return found[0] if len(found) == 1 else np.mean(found, axis=0, dtype=np.float32)
+        found: list[Array32] = []
+        after: list[Memory] = []
+        for network, memory in zip(self.weights.networks, memories, strict=True):
+            probabilities, remembered = network.go_on(rows, memory)
+            found.append(probabilities)
+            after.append(remembered)
+        # The mean over one network is what it says, but takes longer.
+        mean: Array32 = found[0]
+        if len(found) > 1:
+            mean = np.mean(found, axis=0, dtype=np.float32)
+        return mean, after
 
     def probabilities_of_many(self, layouts: Iterable[Layout]) -> list[Array32]:
         """As :meth:`probabilities`, in batches; layouts of about one length go together."""
@@ -165,13 +195,28 @@ class LearnedJudge(Method):
             for layout, finding in zip(given, findings, strict=True)
         ]
 
-    def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
+    def begin(self, layout: GrowingLayout) -> Loader:
+        """A loader that carries what the networks remember; features are made anew."""
+        return _LearnedLoader(self, layout)
+
+    def judge_from(
+        self, layout: Arrangement, memories: Sequence[Memory]
+    ) -> tuple[Finding, list[Memory]]:
+        """The finding on the steps that the members have not seen; see :meth:`go_on`.
+
+        Raises:
+            RefusedError: the layout is not one that the networks know.
+        """
         outside = self._outside(layout)
         if outside.status is not Status.DONE:
             raise RefusedError(outside.reason)
-        return self._finding(self.probabilities(layout), outside.reason)
+        found, after = self.go_on(layout, memories)
+        return self._finding(found, outside.reason, first=len(layout) - len(found)), after
 
-    def _outside(self, layout: Layout) -> Finding:
+    def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
+        return self.judge_from(layout, self.start())[0]
+
+    def _outside(self, layout: Arrangement) -> Finding:
         """What is to be said of a layout before it is judged."""
         sentence = self.weights.ranges.outside(layout)
         if not sentence:
@@ -182,7 +227,8 @@ class LearnedJudge(Method):
             status=Status.REFUSED, reason=f"{sentence}; with outside=accept it is judged"
         )
 
-    def _finding(self, probabilities: Array32, said: str) -> Finding:
+    def _finding(self, probabilities: Array32, said: str, first: int = 0) -> Finding:
+        """What probabilities of the steps from ``first`` on come to."""
         if not np.isfinite(probabilities).all():
             # Not a number is above no threshold, and would pass for stable.
             reason = "the network says no number of a step: its weights are not fit to judge by"
@@ -190,9 +236,32 @@ class LearnedJudge(Method):
         fails = probabilities > self.parameters.threshold
         if not fails.any():
             return Finding(reason=said)
-        step = int(fails.argmax())
-        reason = f"item {step} makes the layout unstable with probability {probabilities[step]:.2f}"
+        at = int(fails.argmax())
+        step, likely = first + at, probabilities[at]
+        reason = f"item {step} makes the layout unstable with probability {likely:.2f}"
         return Finding(failing_step=step, reason=f"{reason}; {said}" if said else reason)
+
+
+class _LearnedLoader(Loader):
+    """Keeps what the networks remember after every placement."""
+
+    def __init__(self, method: LearnedJudge, layout: GrowingLayout) -> None:
+        super().__init__(layout)
+        self._method = method
+        self._memories = [method.start()]
+
+    def place(self, watch: Stopwatch) -> Finding:
+        finding, memories = self._method.judge_from(self.layout, self._memories[-1])
+        self._memories.append(memories)
+        return finding
+
+    def go_back(self, count: int) -> None:
+        del self._memories[count + 1 :]
+
+    def fork(self, layout: GrowingLayout) -> _LearnedLoader:
+        other = _LearnedLoader(self._method, layout)
+        other._memories = list(self._memories)
+        return other
 
 
 class LearnedEnsemble(LearnedJudge):

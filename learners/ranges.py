@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from harness.layouts.model import FloatArray, Layout
+from harness.layouts.model import Arrangement, FloatArray
 from learners.compiled import compiled
 
 SLACK = 0.1
@@ -23,7 +23,7 @@ QUANTITIES: Mapping[str, str] = {
 """What is looked at, and its unit. Positions lie in the pallet, and need no range of their own."""
 
 
-def _of_items(layout: Layout) -> FloatArray:
+def _of_items(layout: Arrangement) -> FloatArray:
     """The quantities of every item, (J, 4), in the order of :data:`QUANTITIES`."""
     return _quantities(layout.lower, layout.upper, layout.weights, layout.mass_offsets)
 
@@ -58,7 +58,7 @@ def extent_of(
     """The least and the greatest value of every quantity in one layout, (2, quantities).
 
     Args:
-        lower: as in a :class:`Layout`, and so are the next three.
+        lower: as in a layout, and so are the next three.
         upper: likewise.
         weights: likewise.
         offsets: likewise.
@@ -104,7 +104,7 @@ class TrainedRanges:
         self._least = ends[:, 0] * (1.0 - SLACK)
         self._most = ends[:, 1] * (1.0 + SLACK)
 
-    def outside(self, layout: Layout) -> str:
+    def outside(self, layout: Arrangement) -> str:
         """What lies outside, of which item: a sentence; empty where nothing does."""
         # Asked first, so that any layout compiles all of it.
         of_items = _of_items(layout)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.layouts.model import TOLERANCE, FloatArray, Layout
+from harness.layouts.model import TOLERANCE, Arrangement, FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +32,7 @@ class Contacts:
         return np.where(self.carries, (self.corners_high - self.corners_low).prod(axis=2), 0.0)
 
 
-def find_contacts(layout: Layout) -> Contacts:
+def find_contacts(layout: Arrangement) -> Contacts:
     """All vertical contacts: faces level to within :data:`TOLERANCE` that share an area."""
     floor_plan_low, floor_plan_high = layout.lower[:, ::2], layout.upper[:, ::2]
     low = np.maximum(floor_plan_low[:, None], floor_plan_low[None])
@@ -44,3 +45,59 @@ def find_contacts(layout: Layout) -> Contacts:
         corners_low=low,
         corners_high=high,
     )
+
+
+class Patch(NamedTuple):
+    """A contact patch: who carries whom, and where [cm]."""
+
+    below: int
+    above: int
+    x0: float
+    z0: float
+    x1: float
+    z1: float
+
+
+@dataclass(slots=True)
+class Supports:
+    """Vertical contacts as lists by item: for those who look at a few items at a time.
+
+    Attributes:
+        on_floor: item stands on the floor.
+        below: the patches that an item stands on, in the order of the items that carry it.
+        above: the items that it carries, in order.
+    """
+
+    on_floor: list[bool]
+    below: list[list[Patch]]
+    above: list[list[int]]
+
+    def joined(self, item: int, *, floor: bool = True) -> list[int]:
+        """An item and all earlier ones joined to it by standing on each other, in order.
+
+        Args:
+            item: counts from 0.
+            floor: items on the floor are among them, and join others.
+        """
+        todo, seen = [item], {item}
+        while todo:
+            at = todo.pop()
+            for other in [p.below for p in self.below[at]] + self.above[at]:
+                if other <= item and other not in seen and (floor or not self.on_floor[other]):
+                    seen.add(other)
+                    todo.append(other)
+        return sorted(seen)
+
+
+def find_supports(layout: Arrangement) -> Supports:
+    """All vertical contacts of a layout, as lists."""
+    contacts = find_contacts(layout)
+    count = range(len(layout))
+    found = Supports(contacts.on_floor.tolist(), [[] for _ in count], [[] for _ in count])
+    below, above = np.nonzero(contacts.carries)
+    low, high = contacts.corners_low[below, above], contacts.corners_high[below, above]
+    corners = np.concatenate((low, high), axis=1).tolist()
+    for i, j, patch in zip(below.tolist(), above.tolist(), corners, strict=True):
+        found.below[j].append(Patch(i, j, *patch))
+        found.above[i].append(j)
+    return found

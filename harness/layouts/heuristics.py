@@ -12,7 +12,7 @@ the only places that change axes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from itertools import permutations
@@ -142,6 +142,10 @@ _Size = tuple[float, float, float]
 _Preference = Callable[[Space], tuple[float, ...]]
 """Of a box in a space: the orientation with the smallest value is taken."""
 
+Accept = Callable[[int, Space], bool]
+"""Whether a box may be packed: the number of its bin, counted from 0, and the box along the rule
+axes. What is accepted is packed."""
+
 _Entry = tuple[tuple[float, ...], int, int, Space]
 """A space as it is sorted: key, bin, number of creation, the space."""
 
@@ -172,7 +176,12 @@ def orientations(item: Vector, *, planar: bool = False) -> list[_Size]:
 
 
 def pack_bins(
-    size: Vector, items: Iterable[Vector], heuristic: Heuristic, *, planar: bool = False
+    size: Vector,
+    items: Iterable[Vector],
+    heuristic: Heuristic,
+    *,
+    planar: bool = False,
+    accept: Accept | None = None,
 ) -> list[list[Space]]:
     """Pack items in their order into as many bins as it takes.
 
@@ -184,11 +193,13 @@ def pack_bins(
         items: width, height, depth [cm]; each fits into an empty bin.
         heuristic: the rules.
         planar: as in :func:`orientations`.
+        accept: asked of every place before it is taken, the one that the rules want first, then
+            what they want without that; an item without a place even in an empty bin is left out.
 
     Returns:
         By bin, in the order of opening, its items as boxes along the rule axes, in packing order.
     """
-    packer = Packer(size, heuristic, planar=planar)
+    packer = Packer(size, heuristic, planar=planar, accept=accept)
     for item in items:
         packer.add(item)
     return packer.bins
@@ -197,9 +208,16 @@ def pack_bins(
 class Packer:
     """Bins that are being filled by one heuristic; see :func:`pack_bins`."""
 
-    def __init__(self, size: Vector, heuristic: Heuristic, *, planar: bool = False) -> None:
+    def __init__(
+        self,
+        size: Vector,
+        heuristic: Heuristic,
+        *,
+        planar: bool = False,
+        accept: Accept | None = None,
+    ) -> None:
         self.heuristic = heuristic
-        self._planar = planar
+        self._planar, self._accept = planar, accept
         self.bins: list[list[Space]] = []
         self._size = sizes_by_rule_axes(size)
         self._key = space_key(heuristic.space, self._size)
@@ -229,15 +247,14 @@ class Packer:
         """
         turned = orientations(item, planar=self._planar)
         for spaces in self._offers():
-            found = self._find(spaces, turned)
-            if found is not None:
-                self._put(*found)
+            if self._take(spaces, turned):
                 return
         self._open()
-        found = self._find(self._ordered[-1], turned)
-        if found is None:
+        if self._take(self._ordered[-1], turned):
+            return
+        if next(self._places(self._ordered[-1], turned), None) is None:
             raise HeuristicError(f"an item of {item} cm; allowed: what fits a bin of {self._size}")
-        self._put(*found)
+        self._shut()
 
     def _offers(self) -> Iterable[Sequence[_Entry]]:
         """Spaces to choose from, one list after the other."""
@@ -259,6 +276,19 @@ class Packer:
         self._undersides.append(set())
         self._packed.append(0.0)
 
+    def _shut(self) -> None:
+        """Take back the bin that was opened last, and is empty."""
+        for values in (self.bins, self._spaces, self._ordered, self._undersides, self._packed):
+            values.pop()
+
+    def _take(self, spaces: Iterable[_Entry], turned: Sequence[_Size]) -> bool:
+        """Pack a box in the first place that is accepted; whether there was one."""
+        for which, box in self._places(spaces, turned):
+            if self._accept is None or self._accept(which, box):
+                self._put(which, box)
+                return True
+        return False
+
     def _put(self, which: int, box: Space) -> None:
         self.bins[which].append(box)
         self._packed[which] += volume(box)
@@ -275,12 +305,14 @@ class Packer:
         self._spaces[which] = left
         self._ordered[which] = sorted(entries + fresh)
 
-    def _find(self, spaces: Iterable[_Entry], turned: Sequence[_Size]) -> tuple[int, Space] | None:
-        """Bin and box of the place that the placement rule takes, None when nothing holds it."""
+    def _places(
+        self, spaces: Iterable[_Entry], turned: Sequence[_Size]
+    ) -> Iterator[tuple[int, Space]]:
+        """Bins and boxes, the one that the placement rule takes first, then the next best."""
         rule = self.heuristic.placement
         several = rule in (PlacementRule.BEST_FILL, PlacementRule.FAR_FROM_FRONT)
-        best: tuple[int, Space] | None = None
-        best_score, seen = 0.0, 0
+        compared: list[tuple[float, int, Space]] = []
+        seen = 0
         for _, which, _, space in spaces:
             x0, y0, z0, x1, y1, z1 = space
             deep, wide, high = x1 - x0, y1 - y0, z1 - z0
@@ -290,16 +322,20 @@ class Packer:
             boxes = self._boxes(which, space, fitting)
             if not boxes:
                 continue
-            box = boxes[0] if len(boxes) == 1 else min(boxes, key=_PREFERENCE[rule](space, self))
+            if len(boxes) > 1:
+                boxes.sort(key=_PREFERENCE[rule](space, self))
             if not several:
-                return which, box
-            score = volume(space) if rule is PlacementRule.BEST_FILL else -self.distance(box)
-            if best is None or score < best_score:
-                best, best_score = (which, box), score
+                for box in boxes:
+                    yield which, box
+                continue
+            for box in boxes:
+                fill = rule is PlacementRule.BEST_FILL
+                compared.append((volume(space) if fill else -self.distance(box), which, box))
             seen += 1
-            if seen == SPACES_COMPARED:
-                break
-        return best
+            if seen % SPACES_COMPARED == 0:
+                yield from _best_first(compared)
+                compared.clear()
+        yield from _best_first(compared)
 
     def _boxes(self, which: int, space: Space, fitting: Sequence[_Size]) -> list[Space]:
         """Where the item would stand in a space, by orientation, less what is refused."""
@@ -323,6 +359,12 @@ class Packer:
     def distance(self, box: Space) -> float:
         """Squared distance of a box's front-right-top corner from the bin's [cm2]."""
         return sum((self._size[axis] - box[3 + axis]) ** 2 for axis in range(3))
+
+
+def _best_first(places: list[tuple[float, int, Space]]) -> Iterator[tuple[int, Space]]:
+    """Places by score, the smallest first; equal ones in their order."""
+    for _, which, box in sorted(places, key=lambda place: place[0]):
+        yield which, box
 
 
 def _margins(space: Space, _: Packer) -> _Preference:

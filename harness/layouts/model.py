@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -140,6 +141,36 @@ class Pallet:
         return (self.width, self.height, self.depth)
 
 
+class Arrangement(Protocol):
+    """Items at their places: a :class:`Layout`, or one that still grows."""
+
+    @property
+    def name(self) -> str:
+        """See :class:`Layout`."""
+
+    @property
+    def pallet(self) -> Pallet:
+        """See :class:`Layout`."""
+
+    @property
+    def lower(self) -> FloatArray:
+        """See :class:`Layout`."""
+
+    @property
+    def upper(self) -> FloatArray:
+        """See :class:`Layout`."""
+
+    @property
+    def weights(self) -> FloatArray:
+        """See :class:`Layout`."""
+
+    @property
+    def mass_offsets(self) -> FloatArray:
+        """See :class:`Layout`."""
+
+    def __len__(self) -> int: ...
+
+
 @dataclass(frozen=True, eq=False)
 class Layout:
     """A sequence of items on a pallet (A_i in the paper); items are kept in loading order.
@@ -213,12 +244,9 @@ class Layout:
         outside = np.maximum(-self.lower, self.upper - size)
         if outside.max() <= TOLERANCE:
             return
-        index, axis = np.unravel_index(int(outside.argmax()), outside.shape)
-        raise LayoutError(
-            f"spans {_AXES[axis]} = {self.lower[index, axis]:g} to {self.upper[index, axis]:g} cm; "
-            f"allowed: inside the pallet's contour, 0 to {size[axis]:g} cm (+-{TOLERANCE:g})",
-            item=str(self.items[index]),
-        )
+        index, axis = (int(k) for k in np.unravel_index(int(outside.argmax()), outside.shape))
+        span = (float(self.lower[index, axis]), float(self.upper[index, axis]))
+        raise outside_error(self.items[index], self.pallet, axis, span)
 
     def _check_overlaps(self) -> None:
         lower, upper = self.lower, self.upper
@@ -232,11 +260,7 @@ class Layout:
             if depth.max() > TOLERANCE:
                 row, other = np.unravel_index(int(depth.argmax()), depth.shape)
                 first, second = sorted((int(row) + start, int(other)))
-                raise LayoutError(
-                    f"overlaps item {self.items[first]} by {depth.max():g} cm along every axis; "
-                    f"allowed: at most {TOLERANCE:g} cm",
-                    item=str(self.items[second]),
-                )
+                raise overlap_error(self.items[second], self.items[first], float(depth.max()))
 
     def __len__(self) -> int:
         return len(self.items)
@@ -274,6 +298,24 @@ class Layout:
 def replace_items(layout: Layout, items: tuple[Item, ...], *, name: str | None = None) -> Layout:
     """A layout on the same pallet with other items."""
     return Layout(layout.name if name is None else name, layout.pallet, items)
+
+
+def outside_error(item: Item, pallet: Pallet, axis: int, span: tuple[float, float]) -> LayoutError:
+    """What is wrong with an item that stands out of the pallet's contour along an axis."""
+    return LayoutError(
+        f"spans {_AXES[axis]} = {span[0]:g} to {span[1]:g} cm; allowed: inside the pallet's "
+        f"contour, 0 to {pallet.size[axis]:g} cm (+-{TOLERANCE:g})",
+        item=str(item),
+    )
+
+
+def overlap_error(item: Item, other: Item, depth: float) -> LayoutError:
+    """What is wrong with an item that overlaps one placed before it, by a depth [cm]."""
+    return LayoutError(
+        f"overlaps item {other} by {depth:g} cm along every axis; "
+        f"allowed: at most {TOLERANCE:g} cm",
+        item=str(item),
+    )
 
 
 def _digest(*arrays: FloatArray) -> str:

@@ -255,11 +255,14 @@ def _packed(
 
 
 def _layout(name: str, instance: Instance, boxes: Sequence[Space], weights: WeightRule) -> Layout:
-    items = []
-    for sequence, box in enumerate(boxes[:MOST_ITEMS]):
-        position, size = layout_corners(box)
-        items.append(Item(sequence, position, size, weigh(size, weights)))
+    items = [packed_item(k, box, weights) for k, box in enumerate(boxes[:MOST_ITEMS])]
     return Layout(name, instance.pallet, tuple(items))
+
+
+def packed_item(sequence: int, box: Space, weights: WeightRule = WeightRule.PAPER) -> Item:
+    """A box along the rule axes as an item."""
+    position, size = layout_corners(box)
+    return Item(sequence, position, size, weigh(size, weights))
 
 
 def random_item_list(
@@ -278,6 +281,7 @@ def pack(
     *,
     most_items: int = 20,
     least_support: float = 0.0,
+    accept: Callable[[Item], bool] | None = None,
 ) -> Layout | None:
     """Pack items in the given order; what fits nowhere is left out.
 
@@ -292,6 +296,8 @@ def pack(
         most_items: stop at this many.
         least_support: leave out spaces in which less than this share of the base would rest on
             something; 0, the default, asks for nothing.
+        accept: asked of every item at the place it would get, whether it may stand there; what is
+            accepted is placed. None asks nobody.
 
     Returns:
         The layout, or None when no item fits.
@@ -300,21 +306,26 @@ def pack(
     spaces: list[Space] = [(0.0, 0.0, 0.0, *pallet.size)]
     items: list[Item] = []
 
-    def rests(corner: Vector, oriented: Vector) -> bool:
-        return not least_support or _support(items, corner, oriented) >= least_support
+    def accepted(corner: Vector, oriented: Vector) -> bool:
+        if least_support and _support(items, corner, oriented) < least_support:
+            return False
+        # In this order of the factors: published layouts hold the last bit it gives.
+        weight = DENSITY * 1e-6 * oriented[0] * oriented[1] * oriented[2]
+        item = Item(len(items), corner, oriented, weight)
+        if accept is not None and not accept(item):
+            return False
+        items.append(item)
+        return True
 
     for size in sizes:
         if len(items) == most_items:
             break
         # Ties go to the space that sorts first, so that a layout does not depend on hashing.
         ordered = sorted(spaces, key=lambda s: (key(s), s))
-        placed = _first_fit(ordered, size, rests)
+        placed = _first_fit(ordered, size, accepted)
         if placed is None:
             continue
         corner, oriented = placed
-        # In this order of the factors: published layouts hold the last bit it gives.
-        weight = DENSITY * 1e-6 * oriented[0] * oriented[1] * oriented[2]
-        items.append(Item(len(items), corner, oriented, weight))
         x, y, z = (corner[axis] + oriented[axis] for axis in range(3))
         spaces = without((*corner, x, y, z), spaces)
     return Layout(name, pallet, tuple(items)) if items else None

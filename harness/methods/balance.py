@@ -14,14 +14,14 @@ new one by standing on each other.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import nnls
 
-from harness.layouts.contacts import find_contacts
-from harness.layouts.model import FloatArray, Layout
+from harness.layouts.contacts import Patch, Supports, find_supports
+from harness.layouts.model import Arrangement, FloatArray
 from harness.methods.plane import Point
 
 EDGE = 1e-5
@@ -35,16 +35,8 @@ to what the group weighs more than the item."""
 _Press = tuple[float, float, float]
 """A force [kg] and its moments about the axes, that is: force times x, force times z [kg cm]."""
 
-
-class Patch(NamedTuple):
-    """A contact patch: who carries whom, and where [cm]."""
-
-    below: int
-    above: int
-    x0: float
-    z0: float
-    x1: float
-    z1: float
+_Before = tuple[int, bool, dict[int, _Press]]
+"""An item, whether it was balanced, and what it pressed on those below it."""
 
 
 class Solution(NamedTuple):
@@ -147,36 +139,65 @@ class VerticalBalance:
     """Balance of a layout's items, step by step, with forces at hand for all that balances.
 
     Args:
-        layout: any layout.
+        layout: any layout, or one that grows: then what is new is taken in by :meth:`add`.
+        supports: its contacts, where somebody has them already.
 
     Attributes:
-        centres: centres of mass (x, y, z) [cm], shape (J, 3).
-        sizes: sides [cm], shape (J, 3).
         solved: how often the whole problem had to be solved so far.
+        changed: where a list, the items whose forces :meth:`place` replaces are noted there, with
+            what :meth:`restore` needs.
     """
 
-    def __init__(self, layout: Layout) -> None:
-        contacts = find_contacts(layout)
-        self.sizes = layout.upper - layout.lower
-        self.centres = 0.5 * (layout.lower + layout.upper) + layout.mass_offsets
+    def __init__(self, layout: Arrangement, supports: Supports | None = None) -> None:
         self.solved = 0
-        self._masses = layout.weights
-        self._weights: list[float] = layout.weights.tolist()
-        self._points: list[Point] = [(x, z) for x, _, z in self.centres.tolist()]
-        self._bases: list[float] = layout.lower[:, 1].tolist()
-        self._on_floor: list[bool] = contacts.on_floor.tolist()
-        self._patches: list[list[Patch]] = [[] for _ in self._weights]
-        self._carried: list[list[int]] = [[] for _ in self._weights]
-        below, above = np.nonzero(contacts.carries)
-        low, high = contacts.corners_low[below, above], contacts.corners_high[below, above]
-        corners = np.concatenate((low, high), axis=1).tolist()
-        for i, j, patch in zip(below.tolist(), above.tolist(), corners, strict=True):
-            if not self._on_floor[j]:
-                self._patches[j].append(Patch(i, j, *patch))
-                self._carried[i].append(j)
-        self._balanced = [True] * len(self._weights)
+        self.changed: list[_Before] | None = None
+        self._layout = layout
+        self._supports = find_supports(layout) if supports is None else supports
+        self._weights: list[float] = []
+        self._points: list[Point] = []
+        self._bases: list[float] = []
+        self._balanced: list[bool] = []
         # What every item presses on each of the items below it.
-        self._presses: list[dict[int, _Press]] = [{} for _ in self._weights]
+        self._presses: list[dict[int, _Press]] = []
+        self.add()
+
+    @property
+    def centres(self) -> FloatArray:
+        """Centres of mass (x, y, z) [cm], shape (J, 3)."""
+        layout = self._layout
+        return 0.5 * (layout.lower + layout.upper) + layout.mass_offsets
+
+    @property
+    def sizes(self) -> FloatArray:
+        """Sides [cm], shape (J, 3)."""
+        return self._layout.upper - self._layout.lower
+
+    def add(self) -> None:
+        """Take in the layout's items that are not there yet."""
+        new = slice(len(self._weights), None)
+        lower, upper = self._layout.lower[new], self._layout.upper[new]
+        centres = 0.5 * (lower + upper) + self._layout.mass_offsets[new]
+        self._weights += self._layout.weights[new].tolist()
+        self._points += [(x, z) for x, _, z in centres.tolist()]
+        self._bases += lower[:, 1].tolist()
+        self._balanced += [True] * len(lower)
+        self._presses += [{} for _ in lower]
+
+    def cut(self, count: int) -> None:
+        """Forget all items but the first ``count``; what others press is :meth:`restore`'s."""
+        for values in (self._weights, self._points, self._bases, self._balanced, self._presses):
+            del values[count:]
+
+    def restore(self, before: Sequence[_Before]) -> None:
+        """Give items the forces that they had before they were changed."""
+        for item, balanced, presses in reversed(before):
+            self._balanced[item], self._presses[item] = balanced, presses
+
+    def copy(self, layout: Arrangement, supports: Supports) -> VerticalBalance:
+        """The same for a copy of the layout."""
+        other = VerticalBalance(layout, supports)
+        other._balanced, other._presses = list(self._balanced), list(self._presses)
+        return other
 
     def place(self, step: int) -> int | None:
         """Place an item; the item whose balance cannot be met, or None when all stand.
@@ -184,41 +205,41 @@ class VerticalBalance:
         Args:
             step: the new item. All items before it must have been placed, whatever came of it.
         """
-        if self._on_floor[step]:
+        if self._supports.on_floor[step]:
             return None
-        if not any(j < step for j in self._carried[step]):
+        if not any(j < step for j in self._supports.above[step]):
             presses = self._passed_down(step)
             if presses is not None:
+                self._note(presses)
                 for item, loads in presses.items():
                     self._presses[item] = loads
                 return None
             # Nothing holds down the newest item, so no forces elsewhere help it.
-            patches = [p for p in self._patches[step] if p.below < step]
+            patches = [p for p in self._supports.below[step] if p.below < step]
             if _spread(self._weights[step], self._points[step], patches) is None:
-                for item in self.group(step):
+                group = self.group(step)
+                self._note(group)
+                for item in group:
                     self._balanced[item] = False
                 return step
         return self._solve(step)
 
     def group(self, step: int) -> list[int]:
         """Items joined to the one placed last by standing on each other, floor items left out."""
-        todo, seen = [step], {step}
-        while todo:
-            item = todo.pop()
-            for other in [p.below for p in self._patches[item]] + self._carried[item]:
-                if other <= step and other not in seen and not self._on_floor[other]:
-                    seen.add(other)
-                    todo.append(other)
-        return sorted(seen)
+        return self._supports.joined(step, floor=False)
 
     def solution(self, items: Sequence[int], step: int, grow: float = EDGE) -> Solution:
         """The whole problem for a group after a step, see :func:`solve`."""
         self.solved += 1
         patches = self._present(items, step)
-        return solve(items, patches, self._masses, self.centres, self.sizes, grow)
+        return solve(items, patches, self._layout.weights, self.centres, self.sizes, grow)
 
     def _present(self, items: Sequence[int], step: int) -> list[Patch]:
-        return [p for j in items for p in self._patches[j] if p.below <= step]
+        return [p for j in items for p in self._supports.below[j] if p.below <= step]
+
+    def _note(self, items: Iterable[int]) -> None:
+        if self.changed is not None:
+            self.changed += [(k, self._balanced[k], self._presses[k]) for k in items]
 
     def _passed_down(self, step: int) -> dict[int, dict[int, _Press]] | None:
         """The new weight passed down one way: the presses that change, or None when it fails."""
@@ -233,11 +254,11 @@ class VerticalBalance:
             force = self._weights[item]
             x, z = self._points[item]
             x, z = force * x, force * z
-            for other in self._carried[item]:
+            for other in self._supports.above[item]:
                 if other <= step:
                     more, along_x, along_z = changed.get(other, self._presses[other])[item]
                     force, x, z = force + more, x + along_x, z + along_z
-            patches = [p for p in self._patches[item] if p.below < step]
+            patches = [p for p in self._supports.below[item] if p.below < step]
             loads = _spread(force, (x / force, z / force), patches)
             if loads is None:
                 return None
@@ -245,7 +266,7 @@ class VerticalBalance:
             # Supporters that no longer get anything must hear of it, too.
             for below in {*loads, *self._presses[item]}:
                 loads.setdefault(below, (0.0, 0.0, 0.0))
-                if not self._on_floor[below] and (-self._bases[below], below) not in todo:
+                if not self._supports.on_floor[below] and (-self._bases[below], below) not in todo:
                     todo.append((-self._bases[below], below))
             for patch in patches:
                 loads.setdefault(patch.below, (0.0, 0.0, 0.0))
@@ -254,6 +275,7 @@ class VerticalBalance:
     def _solve(self, step: int) -> int | None:
         items = self.group(step)
         found = self.solution(items, step)
+        self._note(items)
         for j in items:
             self._balanced[j] = found.balanced
             self._presses[j] = {}

@@ -8,9 +8,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from engines.quantities import quantity
-from harness.layouts.contacts import Contacts, find_contacts
-from harness.layouts.model import TOLERANCE, Layout
-from harness.methods.method import STABLE, Finding, Method, Stopwatch, Trait
+from harness.layouts.contacts import find_contacts
+from harness.layouts.growing import GrowingLayout
+from harness.layouts.model import TOLERANCE, FloatArray, Layout
+from harness.methods.method import STABLE, Finding, Loader, Method, Stopwatch, Trait
 from harness.methods.spec import NoParameters
 
 _ROUNDING = 1e-9
@@ -47,17 +48,57 @@ class PartialBaseSupport(Method):
         placed_before = np.triu(contacts.areas(), k=1).sum(axis=0)
         sides = layout.upper - layout.lower
         support = np.where(contacts.on_floor, 1.0, placed_before / (sides[:, 0] * sides[:, 2]))
-        for item in np.flatnonzero(support < self._alpha - _ROUNDING):
-            if not _rests_but_for_slivers(layout, contacts, int(item)):
-                step = int(item)
-                break
-        else:
+        for step in np.flatnonzero(support < self._alpha - _ROUNDING).tolist():
+            below = np.flatnonzero(contacts.carries[:step, step])
+            low, high = contacts.corners_low[below, step], contacts.corners_high[below, step]
+            base = (layout.lower[step, ::2], layout.upper[step, ::2])
+            if not _covered_but_for_slivers(base, low, high):
+                return self._too_little(step, float(support[step]))
+        return STABLE
+
+    def begin(self, layout: GrowingLayout) -> Loader:
+        """A loader that looks at the new item and what it stands on."""
+        return _SupportLoader(self, layout)
+
+    def place(self, layout: GrowingLayout) -> Finding:
+        """Judge the item that was put on a layout last."""
+        step = len(layout) - 1
+        if layout.supports.on_floor[step]:
             return STABLE
+        width, _, depth = layout.items[step].size
+        patches = layout.supports.below[step]
+        share = sum((p.x1 - p.x0) * (p.z1 - p.z0) for p in patches) / (width * depth)
+        if share >= self._alpha - _ROUNDING:
+            return STABLE
+        corners = np.array(patches).reshape(-1, 6)
+        base = (layout.lower[step, ::2], layout.upper[step, ::2])
+        if _covered_but_for_slivers(base, corners[:, 2:4], corners[:, 4:6]):
+            return STABLE
+        return self._too_little(step, share)
+
+    def _too_little(self, step: int, support: float) -> Finding:
         return Finding(
             failing_step=step,
             moved_item=step,
-            reason=f"{support[step]:.1%} of its base is supported; required: {self._alpha:.1%}",
+            reason=f"{support:.1%} of its base is supported; required: {self._alpha:.1%}",
         )
+
+
+class _SupportLoader(Loader):
+    """Keeps nothing: what is below an item does not change, nor does its share of support."""
+
+    def __init__(self, method: PartialBaseSupport, layout: GrowingLayout) -> None:
+        super().__init__(layout)
+        self._method = method
+
+    def place(self, watch: Stopwatch) -> Finding:
+        return self._method.place(self.layout)
+
+    def go_back(self, count: int) -> None:
+        pass
+
+    def fork(self, layout: GrowingLayout) -> _SupportLoader:
+        return _SupportLoader(self._method, layout)
 
 
 class FullBaseSupport(PartialBaseSupport):
@@ -70,20 +111,25 @@ class FullBaseSupport(PartialBaseSupport):
         return 1.0
 
 
-def _rests_but_for_slivers(layout: Layout, contacts: Contacts, item: int) -> bool:
+def _covered_but_for_slivers(
+    base: tuple[FloatArray, FloatArray], low: FloatArray, high: FloatArray
+) -> bool:
     """Whether nothing of an item's base is bare but slivers narrower than :data:`TOLERANCE`.
 
     Such slivers come from rounding in a file; they count as supported, whatever their area.
+
+    Args:
+        base: its corners (x, z) [cm].
+        low: corners of the patches that it stands on, shape (k, 2).
+        high: the opposite corners.
     """
-    below = np.flatnonzero(contacts.carries[:item, item])
-    bare = layout.upper[item, ::2] - layout.lower[item, ::2]
-    missing = bare.prod() - contacts.areas()[below, item].sum()
-    if missing > TOLERANCE * 2.0 * bare.sum() * (len(below) + 1):
+    bare = base[1] - base[0]
+    missing = bare.prod() - (high - low).prod(axis=1).sum()
+    if missing > TOLERANCE * 2.0 * bare.sum() * (len(low) + 1):
         return False
     # Every contact rectangle grown by half the tolerance; then no cell of the base may be bare.
-    low = contacts.corners_low[below, item] - TOLERANCE / 2.0
-    high = contacts.corners_high[below, item] + TOLERANCE / 2.0
-    inner = (layout.lower[item, ::2] + TOLERANCE / 2.0, layout.upper[item, ::2] - TOLERANCE / 2.0)
+    low, high = low - TOLERANCE / 2.0, high + TOLERANCE / 2.0
+    inner = (base[0] + TOLERANCE / 2.0, base[1] - TOLERANCE / 2.0)
     middles = []
     for axis in (0, 1):
         edges = np.concatenate((low[:, axis], high[:, axis], [inner[0][axis], inner[1][axis]]))

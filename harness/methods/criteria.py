@@ -52,7 +52,7 @@ class Examiner:
     """Compares poses with the planned ones.
 
     Args:
-        items: all boxes of a layout, at their planned poses.
+        items: all boxes of a layout, at their planned poses; more can be added.
         criterion: what is measured.
         eps_t: displacement that counts as unstable [cm].
         eps_r: angle that counts as unstable [degrees].
@@ -62,9 +62,21 @@ class Examiner:
         self, items: Sequence[Box], criterion: Criterion, eps_t: float, eps_r: float
     ) -> None:
         self._criterion, self._eps_t, self._eps_r = criterion, eps_t, eps_r
-        self._planned = np.array([b.centre for b in items])
-        self._corners = -0.5 * np.array([b.size for b in items])
+        self._planned = np.array([b.centre for b in items]).reshape(-1, 3)
+        self._corners = -0.5 * np.array([b.size for b in items]).reshape(-1, 3)
         self._half_diagonals = np.sqrt((self._corners**2).sum(axis=1))
+
+    def add(self, items: Sequence[Box]) -> None:
+        """Take in the boxes that come next."""
+        new = Examiner(items, self._criterion, self._eps_t, self._eps_r)
+        self._planned = np.concatenate((self._planned, new._planned))
+        self._corners = np.concatenate((self._corners, new._corners))
+        self._half_diagonals = np.concatenate((self._half_diagonals, new._half_diagonals))
+
+    def cut(self, count: int) -> None:
+        """Forget all boxes but the first ``count``."""
+        self._planned, self._corners = self._planned[:count], self._corners[:count]
+        self._half_diagonals = self._half_diagonals[:count]
 
     def examine(
         self, step: int, poses: Poses, items: Indices, excess: float = 1.0

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
 
 from engines.quantities import quantity
-from harness.layouts.model import Layout
+from harness.layouts.growing import GrowingLayout
+from harness.layouts.model import Arrangement, Layout
 from harness.methods.balance import VerticalBalance
 from harness.methods.friction import Sides, unbalanced_item
-from harness.methods.method import STABLE, Finding, Method, Status, Stopwatch, Trait
+from harness.methods.method import STABLE, Finding, Loader, Method, Status, Stopwatch, Trait
 from harness.methods.motion import Bodies, moved
 from harness.methods.touching import touching_points
 
@@ -45,6 +47,10 @@ class EquilibriumParameters:
     eps_r: float = quantity(10, "with time: angle that counts as unstable", unit="deg", least=0)
 
 
+_Near = Callable[[Sequence[int], float], Sequence[int]]
+"""Of some items and a reach [cm]: at least those that they can meet within it."""
+
+
 class Equilibrium(Method):
     """Exact equilibrium: the loading fails where no contact forces balance every item.
 
@@ -75,35 +81,46 @@ class Equilibrium(Method):
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         balance = VerticalBalance(layout)
-        try:
-            for step in range(len(layout)):
-                watch.check()
-                item = balance.place(step)
-                if item is not None:
-                    finding = self._unbalanced(layout, balance, step, item)
-                    if finding is not None:
-                        return finding
-        except RuntimeError as error:  # the solver's only way to say that it gave up
-            return Finding(status=Status.ERROR, reason=f"step {step}: {error}")
+        for step in range(len(layout)):
+            watch.check()
+            finding = self.judge_step(layout, balance, step)
+            if finding is not None:
+                return finding
         return STABLE
 
-    def _unbalanced(
-        self, layout: Layout, balance: VerticalBalance, step: int, item: int
-    ) -> Finding | None:
-        """The finding at a step where vertical forces alone do not balance an item."""
-        p = self.parameters
-        if p.sides is not Sides.NONE:
-            exact = p.cones is Cones.EXACT
-            among = unbalanced_item(layout, step, p.sides, p.friction, p.facets, exact=exact)
-            if among is None:
-                return None
-            item = among
-        if p.time is None:
-            reason = f"no contact forces balance item {item} when item {step} is placed"
-            return Finding(step, item, reason=reason)
-        return self._moved(layout, balance, step)
+    def begin(self, layout: GrowingLayout) -> Loader:
+        """A loader that passes the new weight down, and asks more only where that fails."""
+        return _BalanceLoader(self, layout)
 
-    def _moved(self, layout: Layout, balance: VerticalBalance, step: int) -> Finding | None:
+    def judge_step(
+        self, layout: Arrangement, balance: VerticalBalance, step: int, near: _Near | None = None
+    ) -> Finding | None:
+        """The finding at a step, None where it does not fail.
+
+        Args:
+            layout: with the step's item, and perhaps later ones.
+            balance: of the layout; all steps before have been judged with it.
+            step: counts from 0.
+            near: which items may be in the way; None for all that have been placed.
+        """
+        p = self.parameters
+        try:
+            item = balance.place(step)
+            if item is not None and p.sides is not Sides.NONE:
+                exact = p.cones is Cones.EXACT
+                item = unbalanced_item(layout, step, p.sides, p.friction, p.facets, exact=exact)
+            if item is None:
+                return None
+            if p.time is not None:
+                return self._moved(layout, balance, step, near)
+        except RuntimeError as error:  # the solver's only way to say that it gave up
+            return Finding(status=Status.ERROR, reason=f"step {step}: {error}")
+        reason = f"no contact forces balance item {item} when item {step} is placed"
+        return Finding(step, item, reason=reason)
+
+    def _moved(
+        self, layout: Arrangement, balance: VerticalBalance, step: int, near: _Near | None
+    ) -> Finding | None:
         """The finding when something gets too far within the time.
 
         Items beside the group are in the way and do not move. Letting those move, too, that the
@@ -111,11 +128,12 @@ class Equilibrium(Method):
         """
         p = self.parameters
         items = balance.group(step)
-        others = sorted(set(range(step + 1)) - set(items))
         sizes = balance.sizes[items]
         # How far a corner can come before its item counts as moved.
         turned = 2.0 * math.sin(0.5 * math.radians(min(p.eps_r, 180.0)))
         reach = p.eps_t + turned * float(np.sqrt((sizes**2).sum(axis=1)).max())
+        among = range(step + 1) if near is None else near(items, reach)
+        others = sorted(set(among).difference(items))
         points = touching_points(layout, items, others, reach=reach)
         rough = (points.axes == 1) | (p.sides is Sides.FRICTION)
         centres = balance.centres[items]
@@ -131,3 +149,33 @@ class Equilibrium(Method):
         shift, turn = float(shifts[worst]), min(float(turns[worst]), 180.0)
         reason = f"item {items[worst]} loses its balance and tips or falls too far in {p.time:g} s"
         return Finding(step, items[worst], shift, turn, reason)
+
+
+class _BalanceLoader(Loader):
+    """Carries the forces from placement to placement, and what they were before each."""
+
+    def __init__(self, method: Equilibrium, layout: GrowingLayout) -> None:
+        super().__init__(layout)
+        self._method = method
+        self._balance = VerticalBalance(layout, layout.supports)
+        # By step: the forces that it has changed.
+        self._before: list[list] = []
+
+    def place(self, watch: Stopwatch) -> Finding:
+        self._balance.add()
+        self._balance.changed = []
+        self._before.append(self._balance.changed)
+        step = len(self.layout) - 1
+        found = self._method.judge_step(self.layout, self._balance, step, self.layout.beside)
+        return found or STABLE
+
+    def go_back(self, count: int) -> None:
+        while len(self._before) > count:
+            self._balance.restore(self._before.pop())
+        self._balance.cut(count)
+
+    def fork(self, layout: GrowingLayout) -> _BalanceLoader:
+        other = _BalanceLoader(self._method, layout)
+        other._balance = self._balance.copy(layout, layout.supports)
+        other._before = list(self._before)
+        return other

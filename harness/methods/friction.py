@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 from scipy.optimize import nnls
 
-from harness.layouts.model import TOLERANCE, FloatArray, Layout
+from harness.layouts.model import TOLERANCE, Arrangement, FloatArray
 from harness.methods.balance import EDGE
 from harness.methods.touching import Points, directions, touching_points, wrenches
 
@@ -32,7 +32,13 @@ class Sides(StrEnum):
 
 
 def unbalanced_item(
-    layout: Layout, step: int, sides: Sides, friction: float, facets: int, *, exact: bool = False
+    layout: Arrangement,
+    step: int,
+    sides: Sides,
+    friction: float,
+    facets: int,
+    *,
+    exact: bool = False,
 ) -> int | None:
     """The item whose balance cannot be met at a step, or None when forces exist for all.
 
@@ -62,7 +68,7 @@ def unbalanced_item(
         edges = min(2 * edges, FINEST)
 
 
-def _joined(layout: Layout, step: int) -> list[int]:
+def _joined(layout: Arrangement, step: int) -> list[int]:
     """Items joined to the new one by touching, directly or over others."""
     lower, upper = layout.lower[: step + 1], layout.upper[: step + 1]
     gaps = np.maximum(lower[:, None] - upper[None], lower[None] - upper[:, None]).max(axis=2)
@@ -77,7 +83,7 @@ def _joined(layout: Layout, step: int) -> list[int]:
 
 
 def _fastest(
-    layout: Layout, group: list[int], points: Points, friction: FloatArray, facets: int
+    layout: Arrangement, group: list[int], points: Points, friction: FloatArray, facets: int
 ) -> int | None:
     """The item that starts fastest under the best forces; None when nothing starts."""
     masses = layout.weights[group] / layout.weights[group].mean()

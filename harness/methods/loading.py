@@ -1,4 +1,4 @@
-"""Algorithm 1 of the paper: the one loading loop, over any engine."""
+"""Algorithm 1 of the paper, over any engine: on a whole layout, and on one that grows."""
 
 from __future__ import annotations
 
@@ -6,33 +6,25 @@ import math
 
 import numpy as np
 
-from engines.registry import open_world, world_class
-from engines.world import Box, FixedStepWorld, WorldSettings
+from engines.registry import world_class
 from harness.layouts.contacts import find_contacts
-from harness.layouts.model import Layout
-from harness.methods.criteria import Criterion, Examiner, Indices
-from harness.methods.method import STABLE, Effort, Finding, Phase, RefusedError, Stopwatch
+from harness.layouts.growing import GrowingLayout
+from harness.layouts.model import Arrangement, Layout
+from harness.methods.criteria import Examiner, Indices
+from harness.methods.method import STABLE, Finding, RefusedError, Stopwatch
+from harness.methods.placements import Placements
 from harness.methods.scene import (
     Across,
+    Neighbourhood,
     boxes,
     joined_groups,
     neighbourhood,
     planar_scene,
 )
-from harness.methods.scene import fixed as as_fixed
 from harness.methods.simulation_parameters import BetweenSteps, Scope, SimulationParameters
 
-_SUBSTEPS_BETWEEN_LOOKS_AT_THE_CLOCK = 10
 
-_PATIENCE = 3.0
-"""A placement is at rest no earlier than after this many times the free fall to the rest speed."""
-
-_FIXED = -1
-
-NOTHING: Indices = np.zeros(0, dtype=np.intp)
-
-
-class Loading:
+class Loading(Placements):
     """One run of Algorithm 1.
 
     Args:
@@ -54,46 +46,12 @@ class Loading:
         watch: Stopwatch,
         examiner: type[Examiner] = Examiner,
     ) -> None:
-        self.layout, self.engine, self.parameters, self.watch = layout, engine, parameters, watch
-        across: Across = "width"
-        if world_class(engine).capabilities.dimensions == 2:
-            scene = planar_scene(layout)
-            if scene.across is None:
-                raise RefusedError(scene.reason)
-            across = scene.across
-        self.across = across
-        self.items = boxes(
-            layout,
-            across=across,
-            shrink=parameters.shrink,
-            jitter=parameters.jitter,
-            seed=parameters.seed,
-        )
-        self.examiner = examiner(
-            self.items, parameters.criterion, parameters.eps_t, parameters.eps_r
-        )
-        reseat = parameters.between_steps is BetweenSteps.RESEAT
+        p = parameters
+        self.layout, self.across = layout, _across(layout, engine)
+        items = boxes(layout, across=self.across, shrink=p.shrink, jitter=p.jitter, seed=p.seed)
+        examines = examiner(items, p.criterion, p.eps_t, p.eps_r)
         subsets = parameters.scope is Scope.WIDENING and world_class(engine).capabilities.subsets
-        self._stage = _Stage(
-            engine, parameters.world_settings(), self.items, reseat=reseat, subsets=subsets
-        )
-        self._substeps = self._body_substeps = self._looks = 0
-        # Whatever is going to move needs some time to become faster than the speed of rest.
-        fall = _PATIENCE * parameters.rest_speed / parameters.gravity if parameters.gravity else 0.0
-        self._patience = max(1, math.ceil(fall * parameters.frequency))
-
-    def _reach(self) -> float:
-        """How far a corner of any item can come before it counts as moved [cm]."""
-        p = self.parameters
-        sides = self.layout.upper - self.layout.lower
-        diagonal = float(np.sqrt((sides * sides).sum(axis=1)).max())
-        return p.eps_t + 2.0 * math.sin(math.radians(min(p.eps_r, 180.0)) / 2.0) * diagonal
-
-    @property
-    def effort(self) -> Effort:
-        """What has been simulated so far."""
-        stage = self._stage
-        return Effort(stage.worlds, stage.boxes, self._looks, self._substeps, self._body_substeps)
+        super().__init__(engine, parameters, items, examines, watch, subsets=subsets)
 
     def load(self) -> Finding:
         """Place item after item until one moves or all stand."""
@@ -107,21 +65,19 @@ class Loading:
             with np.errstate(over="ignore", invalid="ignore"):
                 return ways[self.parameters.scope]()
         finally:
-            self.watch.enter(Phase.BUILD)
-            self._stage.close()
+            self.close()
 
     def _load_all(self) -> Finding:
         for step in range(len(self.items)):
-            finding = self._settle(step, np.arange(step + 1))
+            finding = self.among_all(step)
             if finding is not None:
                 return finding
         return STABLE
 
     def _load_locally(self) -> Finding:
-        reach = self._reach()
         for step, group in enumerate(joined_groups(find_contacts(self.layout))):
-            part = neighbourhood(self.layout, group, reach)
-            finding = self._settle(step, part.free, part.fixed)
+            reach = _reach(self.layout, group, self.parameters)
+            finding = self.locally(step, neighbourhood(self.layout, group, reach))
             if finding is not None:
                 return finding
         return STABLE
@@ -131,146 +87,107 @@ class Loading:
         carried = contacts.on_floor.copy()
         for step, group in enumerate(joined_groups(contacts)):
             carried |= contacts.carries[step]
-            alone = len(group) == 1 and contacts.on_floor[step]
-            # What hangs over a gap would fall past what is below it, and might rest on the floor.
-            apart = len(group) <= step and carried[group].all()
-            if alone or (apart and self._rests(step, group)):
-                continue
-            finding = self._settle(step, np.arange(step + 1))
+            on_floor, firm = bool(contacts.on_floor[step]), bool(carried[group].all())
+            finding = self.widening(step, group, on_floor=on_floor, carried=firm)
             if finding is not None:
                 return finding
         return STABLE
 
-    def _rests(self, step: int, items: Indices) -> bool:
-        """Whether these items come to rest by themselves, within the limits.
 
-        Gives up on items that speed up: they need not be watched to the end.
-        """
-        p = self.parameters
-        world = self._hold(items)
-        start, speed = self._substeps, math.inf
-        for _ in range(p.samples):
-            executed = self._step(world, p.t_max / p.samples)
-            if not executed or self._substeps - start < self._patience:
-                continue
-            before, speed = speed, self._fastest(world)
-            if speed >= p.rest_speed and speed > before:
-                return False
-            if speed < p.rest_speed and before < p.rest_speed:
-                return self._examine(step, world, items) is None
-        return False
+class GrowingLoading:
+    """Algorithm 1 on a layout that grows, placement by placement.
 
-    def _settle(self, step: int, items: Indices, fixed: Indices = NOTHING) -> Finding | None:
-        """Simulate one placement; a finding when something moves too far."""
-        p = self.parameters
-        world = self._hold(items, fixed)
-        items = np.concatenate((items, fixed))
-        any_sample = p.criterion is Criterion.PAPER
-        calm = False
-        start = self._substeps
-        for sample in range(1, p.samples + 1):
-            last = sample == p.samples
-            executed = self._step(world, p.t_max / p.samples)
-            if not executed and not last:
-                continue
-            if p.rest_speed and not last and self._substeps - start >= self._patience:
-                was_calm, calm = calm, self._fastest(world) < p.rest_speed
-                if was_calm and calm:
-                    return self._examine(step, world, items)
-            # What is calm has no reason to end early.
-            excess = 1.0 if last or any_sample else 0.0 if calm else p.early_exit
-            if excess:
-                finding = self._examine(step, world, items, excess)
-                if finding is not None:
-                    return finding
-        return None
-
-    def _hold(self, items: Indices, fixed: Indices = NOTHING) -> FixedStepWorld:
-        self.watch.enter(Phase.BUILD)
-        return self._stage.hold(items.tolist(), fixed.tolist())
-
-    def _step(self, world: FixedStepWorld, duration: float) -> int:
-        """Step ``duration`` seconds; under a timeout in parts, with a look at the clock after each.
-
-        The parts add up to the same substeps: the clock of a world counts exactly.
-        """
-        self.watch.enter(Phase.STEP)
-        length, parts = 1.0 / self.parameters.frequency, 1
-        if self.watch.timeout is not None:
-            parts = math.ceil(duration / length / _SUBSTEPS_BETWEEN_LOOKS_AT_THE_CLOCK)
-        limit = math.ceil(duration / length) + 1
-        before = self._substeps
-        for _ in range(parts):
-            executed = world.stepSimulation(duration / parts, limit, length).executed
-            self._substeps += executed
-            self._body_substeps += executed * self._stage.taking_part
-            self.watch.check()
-        return self._substeps - before
-
-    def _examine(
-        self, step: int, world: FixedStepWorld, items: Indices, excess: float = 1.0
-    ) -> Finding | None:
-        self.watch.enter(Phase.READ)
-        self._looks += 1
-        return self.examiner.examine(step, world.poses(), items, excess)
-
-    def _fastest(self, world: FixedStepWorld) -> float:
-        """The largest speed of any item [m/s]: of its centre of mass, or a point 10 cm from it."""
-        self.watch.enter(Phase.READ)
-        self._looks += 1
-        linear, angular = world.speeds().T
-        return float((linear + 0.1 * angular).max())
-
-
-class _Stage:
-    """The world that items are placed in: one at a time, kept while the next items only add to it.
+    With ``reseat`` a placement is simulated by itself, and without, as long as no item is taken
+    off again: then what has been placed is simulated once more.
 
     Args:
-        engine: registered name.
-        settings: of every world.
-        items: all items of the layout.
-        reseat: put those that stay back to their planned poses.
-        subsets: keep one world, with items that do not take part; needs ``reseat``.
+        layout: what is loaded.
+        engine: the engine's registered name.
+        parameters: those of the method on that engine.
     """
 
     def __init__(
-        self, engine: str, settings: WorldSettings, items: list[Box], *, reseat: bool, subsets: bool
+        self, layout: GrowingLayout, engine: str, parameters: SimulationParameters
     ) -> None:
-        self._engine, self._settings, self._items = engine, settings, items
-        self._reseat, self._subsets = reseat, subsets
-        self._world: FixedStepWorld | None = None
-        self._held: list[int] = []
-        self.worlds = self.boxes = self.taking_part = 0
+        p = parameters
+        self._layout, self._engine, self._parameters = layout, engine, p
+        self._across: Across = "width"
+        examiner = Examiner([], p.criterion, p.eps_t, p.eps_r)
+        self.placements = Placements(engine, p, [], examiner, Stopwatch())
+        self._carried = 0
+        """So many placements have made the state that is carried on."""
 
-    def hold(self, free: list[int], fixed: list[int]) -> FixedStepWorld:
-        """A world with these items in this order, as planned and ready to be stepped.
+    def place(self) -> Finding:
+        """Simulate the placement of the item that was put on the layout last.
 
-        Without ``reseat``, items that are in it already are where they have come to.
+        Raises:
+            RefusedError: see :class:`Loading`.
         """
-        # In the order of all items whichever is asked for first, as engines take them in order.
-        wanted = list(range(free[-1] + 1)) if self._subsets else free
-        held, partly = self._held, len(free) < len(wanted)
-        if self._world is None or fixed or wanted[: len(held)] != held:
-            self.close()
-            self._world = open_world(self._engine, self._settings)
-            self.worlds += 1
-        elif self._reseat and held and not partly:
-            self._world.reset_poses()
-        for index in wanted[len(self._held) :]:
-            self._world.add_box(self._items[index])
-        for index in fixed:
-            self._world.add_box(as_fixed(self._items[index]))
-        self.boxes += len(wanted) - len(self._held) + len(fixed)
-        # Fixed boxes come last, and nothing can be added before them.
-        self._held = wanted + [_FIXED] * len(fixed)
-        self.taking_part = len(free) + len(fixed)
-        if partly:
-            self._world.reset_poses(only=free)
-        self._world.prepare()
-        return self._world
+        step = len(self._layout) - 1
+        self._take_in()
+        with np.errstate(over="ignore", invalid="ignore"):
+            if self._parameters.between_steps is BetweenSteps.CARRY:
+                for earlier in range(self._carried, step):
+                    self.placements.among_all(earlier)
+                self._carried = step + 1
+            return self._simulate(step) or STABLE
+
+    def go_back(self, count: int) -> None:
+        """Forget all items but the first ``count``."""
+        del self.placements.items[count:]
+        self.placements.examiner.cut(count)
+        self.close()
 
     def close(self) -> None:
-        """Give back the world, if there is one."""
-        if self._world is not None:
-            self._world.close()
-        self._world, self._held = None, []
+        """Give back the world, if there is one; another placement opens a new one."""
+        self.placements.close()
+        self._carried = 0
+
+    def _take_in(self) -> None:
+        """Boxes for the items that are new; for all, where they lie in another plane now."""
+        p, run = self._parameters, self.placements
+        across = _across(self._layout, self._engine)
+        if across != self._across:
+            self.go_back(0)
+            self._across = across
+        fresh = boxes(
+            self._layout, across=across, shrink=p.shrink, jitter=p.jitter, seed=p.seed,
+            first=len(run.items),
+        )  # fmt: skip
+        run.items += fresh
+        run.examiner.add(fresh)
+
+    def _simulate(self, step: int) -> Finding | None:
+        scope, run = self._parameters.scope, self.placements
+        if scope is Scope.ALL:
+            return run.among_all(step)
+        supports = self._layout.supports
+        group = np.array(supports.joined(step))
+        if scope is Scope.LOCAL:
+            reach = _reach(self._layout, group, self._parameters)
+            beside = self._layout.beside(group.tolist(), reach)
+            return run.locally(step, Neighbourhood(group, np.array(beside, dtype=np.intp)))
+        carried = all(supports.on_floor[i] or supports.below[i] for i in group)
+        return run.widening(step, group, on_floor=supports.on_floor[step], carried=carried)
+
+
+def _across(layout: Arrangement, engine: str) -> Across:
+    """The axis along which nothing happens, for a 2-D engine; for others any will do.
+
+    Raises:
+        RefusedError: the engine has two dimensions and the layout is not planar.
+    """
+    if world_class(engine).capabilities.dimensions == 3:
+        return "width"
+    scene = planar_scene(layout)
+    if scene.across is None:
+        raise RefusedError(scene.reason)
+    return scene.across
+
+
+def _reach(layout: Arrangement, group: Indices, parameters: SimulationParameters) -> float:
+    """How far a corner of any item of a group can come before it counts as moved [cm]."""
+    sides = layout.upper[group] - layout.lower[group]
+    diagonal = float(np.sqrt((sides * sides).sum(axis=1)).max())
+    turn = 2.0 * math.sin(math.radians(min(parameters.eps_r, 180.0)) / 2.0)
+    return parameters.eps_t + turn * diagonal

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linprog
 
-from harness.layouts.contacts import find_contacts
+from harness.layouts.contacts import Patch, find_contacts
 from harness.layouts.model import FloatArray, Layout
-from harness.methods.balance import Patch, corner_columns, solve
+from harness.methods.balance import corner_columns, solve
 
 _FLOOR = -1
 _HALVINGS = 24

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, ClassVar
 
+from harness.layouts.growing import GrowingLayout
 from harness.layouts.model import Layout
 from harness.methods.spec import MethodSpec
 
@@ -191,6 +192,91 @@ class Stopwatch:
         return cpu, wall
 
 
+def verdict_by(
+    find: Callable[[Stopwatch], Finding], item_count: int, timeout: float | None
+) -> Verdict:
+    """The verdict that a judgement comes to, with the time that it takes.
+
+    Args:
+        find: judges; may raise :class:`RefusedError` and :class:`TimeoutExpiredError`.
+        item_count: of the layout.
+        timeout: of :meth:`Method.judge`.
+    """
+    watch = Stopwatch(timeout)
+    try:
+        finding = find(watch)
+    except RefusedError as error:
+        finding = Finding(status=Status.REFUSED, reason=str(error))
+    except TimeoutExpiredError as error:
+        finding = Finding(status=Status.TIMEOUT, reason=str(error))
+    cpu, wall = watch.stop()
+    return Verdict(
+        item_count=item_count,
+        status=finding.status,
+        failing_step=finding.failing_step,
+        moved_item=finding.moved_item,
+        displacement=finding.displacement,
+        rotation=finding.rotation,
+        reason=finding.reason,
+        ignored=finding.ignored,
+        emulated=finding.emulated,
+        effort=finding.effort,
+        cpu=cpu,
+        wall=wall,
+    )
+
+
+class Loader(ABC):
+    """Judges the items of a growing layout as they are placed, each once: see :meth:`Method.begin`.
+
+    Only the last placement may have failed; whoever calls takes that item off again before the
+    next. What a loader says of a placement is what :meth:`Method.judge` says of the layout by then.
+
+    Args:
+        layout: what is loaded; it is changed by whoever calls.
+    """
+
+    def __init__(self, layout: GrowingLayout) -> None:
+        self.layout = layout
+
+    @abstractmethod
+    def place(self, watch: Stopwatch) -> Finding:
+        """Judge the placement of the item that was put on the layout last.
+
+        All items before it stand. May raise :class:`RefusedError`.
+        """
+
+    @abstractmethod
+    def go_back(self, count: int) -> None:
+        """Forget all items but the first ``count``, those that never came to a finding too."""
+
+    @abstractmethod
+    def fork(self, layout: GrowingLayout) -> Loader:
+        """A loader that has come as far, for a copy of the layout that goes on by itself."""
+
+    def close(self) -> None:
+        """Give back what engines hold. Closing twice is allowed."""
+
+
+class WholeLoader(Loader):
+    """A loader for any method: judges the whole layout at every placement, so its cost grows."""
+
+    def __init__(self, method: Method, layout: GrowingLayout) -> None:
+        super().__init__(layout)
+        self._method = method
+
+    def place(self, watch: Stopwatch) -> Finding:
+        """See :meth:`Loader.place`."""
+        return self._method._judge(self.layout.layout(), watch)
+
+    def go_back(self, count: int) -> None:
+        """Nothing is kept."""
+
+    def fork(self, layout: GrowingLayout) -> WholeLoader:
+        """See :meth:`Loader.fork`."""
+        return WholeLoader(self._method, layout)
+
+
 class Method(ABC):
     """A judge with fixed parameters.
 
@@ -240,34 +326,24 @@ class Method(ABC):
             timeout: wall-clock seconds after which a long judgement ends with status ``timeout``;
                 looked at between engine calls, so a single call may overrun it.
         """
-        watch = Stopwatch(timeout)
-        try:
-            finding = self._judge(layout, watch)
-        except RefusedError as error:
-            finding = Finding(status=Status.REFUSED, reason=str(error))
-        except TimeoutExpiredError as error:
-            finding = Finding(status=Status.TIMEOUT, reason=str(error))
-        cpu, wall = watch.stop()
-        return Verdict(
-            item_count=len(layout),
-            status=finding.status,
-            failing_step=finding.failing_step,
-            moved_item=finding.moved_item,
-            displacement=finding.displacement,
-            rotation=finding.rotation,
-            reason=finding.reason,
-            ignored=finding.ignored,
-            emulated=finding.emulated,
-            effort=finding.effort,
-            cpu=cpu,
-            wall=wall,
-        )
+        return verdict_by(lambda watch: self._judge(layout, watch), len(layout), timeout)
 
     def judge_many(
         self, layouts: Iterable[Layout], *, timeout: float | None = None
     ) -> list[Verdict]:
         """Judge layouts, in order; a method that gains from batches overrides this."""
         return [self.judge(layout, timeout=timeout) for layout in layouts]
+
+    def begin(self, layout: GrowingLayout) -> Loader:
+        """A loader that judges placements on a layout while it grows.
+
+        The default judges all of the layout at every placement. A method whose verdict on a step
+        takes less than that overrides it.
+
+        Args:
+            layout: without items yet; whoever calls puts items on it and takes them off.
+        """
+        return WholeLoader(self, layout)
 
     @abstractmethod
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:

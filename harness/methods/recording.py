@@ -15,8 +15,9 @@ import numpy as np
 from engines.world import EngineError, FixedStepWorld, FloatArray, Poses
 from harness.layouts.model import Layout
 from harness.methods.criteria import Indices, Moved
-from harness.methods.loading import NOTHING, Loading
+from harness.methods.loading import Loading
 from harness.methods.method import Finding, Method, Status, Stopwatch, Verdict
+from harness.methods.placements import NOTHING
 from harness.methods.scene import in_layout
 from harness.methods.simulation import Simulation
 from harness.methods.simulation_parameters import BetweenSteps, SimulationParameters

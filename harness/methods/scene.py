@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from engines.world import Box, Poses
 from harness.layouts.contacts import Contacts
-from harness.layouts.model import TOLERANCE, Layout
+from harness.layouts.model import TOLERANCE, Arrangement
 
 CM = 0.01
 """Metres in a centimetre."""
@@ -28,12 +28,13 @@ _ALONG_WIDTH: tuple[tuple[int, int], ...] = ((0, 1), (2, -1), (1, 1))
 
 
 def boxes(
-    layout: Layout,
+    layout: Arrangement,
     *,
     across: Across = "width",
     shrink: float = 0.0,
     jitter: float = 0.0,
     seed: int = 0,
+    first: int = 0,
 ) -> list[Box]:
     """A layout's items as boxes of a world. The one place where units and axes change.
 
@@ -45,19 +46,25 @@ def boxes(
             not touch; never more than a thousandth of a side.
         jitter: displace every item along every axis by up to this [m], at random.
         seed: of the jitter; together with the layout's name it fixes every displacement.
+        first: only boxes of the items from this one on.
     """
     axes, signs = _frame(across)
-    sizes = (layout.upper - layout.lower)[:, axes] * CM
+    lower, upper = layout.lower[first:], layout.upper[first:]
+    sizes = (upper - lower)[:, axes] * CM
     sizes[:, :2] -= 2.0 * np.minimum(shrink, 1e-3 * sizes[:, :2])
-    centres = (0.5 * (layout.lower + layout.upper))[:, axes] * signs * CM
-    offsets = layout.mass_offsets[:, axes] * signs * CM
+    centres = (0.5 * (lower + upper))[:, axes] * signs * CM
+    offsets = layout.mass_offsets[first:, axes] * signs * CM
     if jitter:
         random = np.random.default_rng([seed, zlib.crc32(layout.name.encode())])
-        centres += random.uniform(-jitter, jitter, centres.shape)
+        centres += random.uniform(-jitter, jitter, (len(layout), 3))[first:]
     return [
         Box(tuple(size), weight, tuple(centre), tuple(offset))
         for size, weight, centre, offset in zip(
-            sizes.tolist(), layout.weights.tolist(), centres.tolist(), offsets.tolist(), strict=True
+            sizes.tolist(),
+            layout.weights[first:].tolist(),
+            centres.tolist(),
+            offsets.tolist(),
+            strict=True,
         )
     ]
 
@@ -101,7 +108,7 @@ class PlanarScene:
     reason: str = ""
 
 
-def planar_scene(layout: Layout) -> PlanarScene:
+def planar_scene(layout: Arrangement) -> PlanarScene:
     """Say whether a 2-D engine can judge a layout exactly.
 
     It can when all items have the same extent along one horizontal axis (walls of full depth, a
@@ -160,7 +167,7 @@ def joined_groups(contacts: Contacts) -> list[NDArray[np.intp]]:
     return found
 
 
-def neighbourhood(layout: Layout, group: NDArray[np.intp], reach: float) -> Neighbourhood:
+def neighbourhood(layout: Arrangement, group: NDArray[np.intp], reach: float) -> Neighbourhood:
     """What placing the last of some joined items on all items before it can affect.
 
     Args:

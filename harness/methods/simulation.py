@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 
 from engines.registry import world_class
 from engines.world import EngineError
+from harness.layouts.growing import GrowingLayout
 from harness.layouts.model import Layout
-from harness.methods.loading import Loading
+from harness.methods.loading import GrowingLoading, Loading
 from harness.methods.method import (
     Finding,
+    Loader,
     Method,
     Phase,
     Status,
@@ -17,6 +20,7 @@ from harness.methods.method import (
     TimeoutExpiredError,
     Trait,
 )
+from harness.methods.placements import Placements
 from harness.methods.simulation_parameters import SimulationParameters, parameters_on
 
 
@@ -55,20 +59,50 @@ class Simulation(Method):
         """
         world_class(self._engine).warm_up(item_count)
 
+    def begin(self, layout: GrowingLayout) -> Loader:
+        """A loader that simulates nothing but the new placement; see :class:`GrowingLoading`."""
+        return _SimulationLoader(self, layout)
+
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         watch.enter(Phase.BUILD)
-        settings = self.parameters.world_settings()
         run = Loading(layout, self._engine, self.parameters, watch)
+        return self.simulated(run, run.load)
+
+    def simulated(self, run: Placements, load: Callable[[], Finding]) -> Finding:
+        """What a simulation finds, with what it took and what the engine did not honour."""
         try:
-            finding = run.load()
+            finding = load()
         except EngineError as error:
             finding = Finding(status=Status.ERROR, reason=str(error))
         except TimeoutExpiredError as error:
             finding = Finding(status=Status.TIMEOUT, reason=str(error))
-        facts = world_class(self._engine).capabilities
+        facts, settings = world_class(self._engine).capabilities, self.parameters.world_settings()
         return dataclasses.replace(
             finding,
             ignored=facts.ignored(settings),
             emulated=facts.emulated(settings),
             effort=run.effort,
         )
+
+
+class _SimulationLoader(Loader):
+    def __init__(self, method: Simulation, layout: GrowingLayout) -> None:
+        super().__init__(layout)
+        self._method = method
+        self._loading = GrowingLoading(layout, method._engine, method.parameters)
+
+    def place(self, watch: Stopwatch) -> Finding:
+        watch.enter(Phase.BUILD)
+        run = self._loading.placements
+        run.start(watch)
+        return self._method.simulated(run, self._loading.place)
+
+    def go_back(self, count: int) -> None:
+        self._loading.go_back(count)
+
+    def fork(self, layout: GrowingLayout) -> _SimulationLoader:
+        """Boxes are made, and a state that is carried on is simulated, when they are needed."""
+        return _SimulationLoader(self._method, layout)
+
+    def close(self) -> None:
+        self._loading.close()

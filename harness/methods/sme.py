@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from harness.layouts.contacts import Contacts, find_contacts
-from harness.layouts.model import Layout
-from harness.methods.method import STABLE, Finding, Method, Stopwatch, Trait
+from harness.layouts.contacts import Supports, find_supports
+from harness.layouts.growing import GrowingLayout
+from harness.layouts.model import Arrangement, Layout
+from harness.methods.method import STABLE, Finding, Loader, Method, Stopwatch, Trait
 from harness.methods.plane import Point, strictly_inside_hull
 from harness.methods.spec import NoParameters
 
@@ -29,67 +30,97 @@ class StaticMechanicalEquilibrium(Method):
         return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS))
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
-        scene = _Scene(layout)
+        scene = _Scene(find_supports(layout))
+        scene.add(layout)
         for step in range(len(layout)):
             culprit = scene.unsupported_at(step)
             if culprit is not None:
-                return Finding(
-                    failing_step=step,
-                    moved_item=culprit,
-                    reason="the resultant of its load lies outside its support"
-                    if scene.below[culprit]
-                    else "nothing supports it",
-                )
+                return scene.finding(step, culprit)
         return STABLE
+
+    def begin(self, layout: GrowingLayout) -> Loader:
+        """A loader that asks the new item and what carries it."""
+        return _SmeLoader(layout)
+
+
+class _SmeLoader(Loader):
+    def __init__(self, layout: GrowingLayout) -> None:
+        super().__init__(layout)
+        self._scene = _Scene(layout.supports)
+
+    def place(self, watch: Stopwatch) -> Finding:
+        step = len(self.layout) - 1
+        self._scene.add(self.layout)
+        culprit = self._scene.unsupported_at(step)
+        return STABLE if culprit is None else self._scene.finding(step, culprit)
+
+    def go_back(self, count: int) -> None:
+        self._scene.cut(count)
+
+    def fork(self, layout: GrowingLayout) -> _SmeLoader:
+        other = _SmeLoader(layout)
+        other._scene.add(layout)
+        return other
 
 
 class _Scene:
-    """A layout as nested lists in the plane (x, z): faster than arrays for a few items a step."""
+    """A layout as lists in the plane (x, z): faster than arrays for a few items a step."""
 
-    def __init__(self, layout: Layout) -> None:
-        contacts = find_contacts(layout)
-        count = range(len(layout))
-        carries = contacts.carries.tolist()
-        self.on_floor: list[bool] = contacts.on_floor.tolist()
-        self.below = [[i for i in count if carries[i][j]] for j in count]
-        self.above = [[j for j in count if carries[i][j]] for i in count]
-        centres = 0.5 * (layout.lower + layout.upper) + layout.mass_offsets
-        self.weights: list[float] = layout.weights.tolist()
-        self.centres: list[Point] = [(x, z) for x, _, z in centres.tolist()]
-        self.low: list[Point] = [(x, z) for x, _, z in layout.lower.tolist()]
-        self.high: list[Point] = [(x, z) for x, _, z in layout.upper.tolist()]
-        self.contacts: Contacts = contacts
+    def __init__(self, supports: Supports) -> None:
+        self._supports = supports
+        self._weights: list[float] = []
+        self._centres: list[Point] = []
+        self._low: list[Point] = []
+        self._high: list[Point] = []
+
+    def add(self, layout: Arrangement) -> None:
+        """Take in the items of a layout that are not there yet."""
+        new = slice(len(self._weights), None)
+        lower, upper = layout.lower[new], layout.upper[new]
+        centres = 0.5 * (lower + upper) + layout.mass_offsets[new]
+        self._weights += layout.weights[new].tolist()
+        self._centres += [(x, z) for x, _, z in centres.tolist()]
+        self._low += [(x, z) for x, _, z in lower.tolist()]
+        self._high += [(x, z) for x, _, z in upper.tolist()]
+
+    def cut(self, count: int) -> None:
+        """Forget all items but the first ``count``."""
+        for values in (self._weights, self._centres, self._low, self._high):
+            del values[count:]
 
     def unsupported_at(self, step: int) -> int | None:
-        """The first item at or below item ``step`` that is not supported, or None."""
-        todo, seen = [step], {step}
-        while todo:
-            item = todo.pop()
-            if self.on_floor[item]:
-                continue
-            supporters = [i for i in self.below[item] if i <= step]
-            if not self._supported(item, step, supporters):
+        """The first item at or below item ``step`` that is not supported, or None.
+
+        All items before it are placed and were supported. So only it and what carries it need be
+        asked: further down nothing is loaded in another way than when it was asked last.
+        """
+        carriers = [p.below for p in self._supports.below[step] if p.below < step]
+        for item in (step, *reversed(carriers)):
+            if not self._supports.on_floor[item] and not self._supported(item, step):
                 return item
-            todo.extend(i for i in supporters if i not in seen)
-            seen.update(supporters)
         return None
 
-    def _supported(self, item: int, step: int, supporters: list[int]) -> bool:
-        weight = self.weights[item]
-        x, z = (weight * c for c in self.centres[item])
-        for other in self.above[item]:
+    def finding(self, step: int, culprit: int) -> Finding:
+        """What is said of an item that is not supported."""
+        below = self._supports.below[culprit]
+        lies = "the resultant of its load lies outside its support"
+        return Finding(step, culprit, reason=lies if below else "nothing supports it")
+
+    def _supported(self, item: int, step: int) -> bool:
+        weight = self._weights[item]
+        x, z = (weight * c for c in self._centres[item])
+        for other in self._supports.above[item]:
             if other <= step:
-                weight += self.weights[other]
-                x += self.weights[other] * self.centres[other][0]
-                z += self.weights[other] * self.centres[other][1]
+                weight += self._weights[other]
+                x += self._weights[other] * self._centres[other][0]
+                z += self._weights[other] * self._centres[other][1]
         x, z = x / weight, z / weight
-        for i in supporters:
-            (x0, z0), (x1, z1) = self.low[i], self.high[i]
+        patches = [p for p in self._supports.below[item] if p.below <= step]
+        for patch in patches:
+            (x0, z0), (x1, z1) = self._low[patch.below], self._high[patch.below]
             if x0 - _ROUNDING <= x <= x1 + _ROUNDING and z0 - _ROUNDING <= z <= z1 + _ROUNDING:
                 return True
         corners = []
-        for i in supporters:
-            (x0, z0) = self.contacts.corners_low[i, item].tolist()
-            (x1, z1) = self.contacts.corners_high[i, item].tolist()
+        for _, _, x0, z0, x1, z1 in patches:
             corners += [(x0, z0), (x0, z1), (x1, z0), (x1, z1)]
         return strictly_inside_hull((x, z), corners, _ROUNDING)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.layouts.model import TOLERANCE, FloatArray, Layout
+from harness.layouts.model import TOLERANCE, Arrangement, FloatArray
 
 Indices = NDArray[np.intp]
 
@@ -39,7 +39,7 @@ class Points:
 
 
 def touching_points(
-    layout: Layout,
+    layout: Arrangement,
     items: Sequence[int],
     firm: Sequence[int] = (),
     *,

@@ -165,6 +165,16 @@ def test_local_scope_gives_the_verdicts_of_the_whole(engine):
     )
 
 
+def test_local_scope_reaches_as_far_as_what_may_move_and_not_as_what_comes_later():
+    # Cubes 20 cm apart, out of reach of each other; a beam as long as its reach is 16 cm more.
+    cubes = [Item(k, (30.0 * k, 0.0, 0.0), (10.0, 10.0, 10.0), 1.0) for k in range(2)]
+    beam = Item(2, (0.0, 0.0, 90.0), (90.0, 10.0, 10.0), 1.0)
+    method = make_method("simulation@mujoco:between_steps=reseat,scope=local")
+    few = method.judge(Layout("cubes", PALLET, tuple(cubes))).effort.boxes
+    many = method.judge(Layout("cubes", PALLET, (*cubes, beam))).effort.boxes
+    assert (few, many) == (2, 3)
+
+
 @pytest.mark.parametrize("scope", ["local", "widening"])
 def test_a_scope_needs_reseating(scope):
     with pytest.raises(ValueError, match=f"scope={scope} needs between_steps=reseat"):

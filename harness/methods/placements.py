@@ -1,0 +1,234 @@
+"""One placement at a time in an engine's world: what the loading loop is made of."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from engines.registry import open_world
+from engines.world import Box, FixedStepWorld, WorldSettings
+from harness.methods.criteria import Criterion, Examiner, Indices
+from harness.methods.method import Effort, Finding, Phase, Stopwatch
+from harness.methods.scene import Neighbourhood
+from harness.methods.scene import fixed as as_fixed
+from harness.methods.simulation_parameters import BetweenSteps, SimulationParameters
+
+_SUBSTEPS_BETWEEN_LOOKS_AT_THE_CLOCK = 10
+
+_PATIENCE = 3.0
+"""A placement is at rest no earlier than after this many times the free fall to the rest speed."""
+
+_FIXED = -1
+
+NOTHING: Indices = np.zeros(0, dtype=np.intp)
+
+
+class Placements:
+    """Simulates placements of boxes, one at a time.
+
+    Args:
+        engine: its registered name.
+        parameters: those of the method on that engine.
+        items: at their planned poses; may grow.
+        examiner: looks at them at every sample.
+        watch: of the judgement.
+        subsets: where only some items take part, keep one world with all of them.
+    """
+
+    def __init__(
+        self,
+        engine: str,
+        parameters: SimulationParameters,
+        items: list[Box],
+        examiner: Examiner,
+        watch: Stopwatch,
+        *,
+        subsets: bool = False,
+    ) -> None:
+        self.engine, self.parameters, self.watch = engine, parameters, watch
+        self.items, self.examiner = items, examiner
+        reseat = parameters.between_steps is BetweenSteps.RESEAT
+        settings = parameters.world_settings()
+        self._stage = _Stage(engine, settings, items, reseat=reseat, subsets=subsets)
+        self._substeps = self._body_substeps = self._looks = 0
+        # Whatever is going to move needs some time to become faster than the speed of rest.
+        fall = _PATIENCE * parameters.rest_speed / parameters.gravity if parameters.gravity else 0.0
+        self._patience = max(1, math.ceil(fall * parameters.frequency))
+
+    @property
+    def effort(self) -> Effort:
+        """What has been simulated so far."""
+        stage = self._stage
+        return Effort(stage.worlds, stage.boxes, self._looks, self._substeps, self._body_substeps)
+
+    def among_all(self, step: int) -> Finding | None:
+        """Place an item among all that have been placed; a finding when something moves too far."""
+        return self._settle(step, np.arange(step + 1))
+
+    def locally(self, step: int, part: Neighbourhood) -> Finding | None:
+        """The same in ``scope=local``, among what the placement can affect."""
+        return self._settle(step, part.free, part.fixed)
+
+    def widening(
+        self, step: int, group: Indices, *, on_floor: bool, carried: bool
+    ) -> Finding | None:
+        """The same in ``scope=widening``.
+
+        Args:
+            step: the item.
+            group: it and all that are joined to it by standing on each other.
+            on_floor: the item stands on the floor.
+            carried: every item of the group stands on the floor or on another.
+        """
+        alone = len(group) == 1 and on_floor
+        # What hangs over a gap would fall past what is below it, and might rest on the floor.
+        apart = len(group) <= step and carried
+        if alone or (apart and self._rests(step, group)):
+            return None
+        return self.among_all(step)
+
+    def start(self, watch: Stopwatch) -> None:
+        """Another judgement begins: its time and effort count from here."""
+        self.watch = watch
+        self._substeps = self._body_substeps = self._looks = 0
+        self._stage.worlds = self._stage.boxes = 0
+
+    def close(self) -> None:
+        """Give back the world, if there is one; the next placement opens another."""
+        self.watch.enter(Phase.BUILD)
+        self._stage.close()
+
+    def _rests(self, step: int, items: Indices) -> bool:
+        """Whether these items come to rest by themselves, within the limits.
+
+        Gives up on items that speed up: they need not be watched to the end.
+        """
+        p = self.parameters
+        world = self._hold(items)
+        start, speed = self._substeps, math.inf
+        for _ in range(p.samples):
+            executed = self._step(world, p.t_max / p.samples)
+            if not executed or self._substeps - start < self._patience:
+                continue
+            before, speed = speed, self._fastest(world)
+            if speed >= p.rest_speed and speed > before:
+                return False
+            if speed < p.rest_speed and before < p.rest_speed:
+                return self._examine(step, world, items) is None
+        return False
+
+    def _settle(self, step: int, items: Indices, fixed: Indices = NOTHING) -> Finding | None:
+        """Simulate one placement; a finding when something moves too far."""
+        p = self.parameters
+        world = self._hold(items, fixed)
+        items = np.concatenate((items, fixed))
+        any_sample = p.criterion is Criterion.PAPER
+        calm = False
+        start = self._substeps
+        for sample in range(1, p.samples + 1):
+            last = sample == p.samples
+            executed = self._step(world, p.t_max / p.samples)
+            if not executed and not last:
+                continue
+            if p.rest_speed and not last and self._substeps - start >= self._patience:
+                was_calm, calm = calm, self._fastest(world) < p.rest_speed
+                if was_calm and calm:
+                    return self._examine(step, world, items)
+            # What is calm has no reason to end early.
+            excess = 1.0 if last or any_sample else 0.0 if calm else p.early_exit
+            if excess:
+                finding = self._examine(step, world, items, excess)
+                if finding is not None:
+                    return finding
+        return None
+
+    def _hold(self, items: Indices, fixed: Indices = NOTHING) -> FixedStepWorld:
+        self.watch.enter(Phase.BUILD)
+        return self._stage.hold(items.tolist(), fixed.tolist())
+
+    def _step(self, world: FixedStepWorld, duration: float) -> int:
+        """Step ``duration`` seconds; under a timeout in parts, with a look at the clock after each.
+
+        The parts add up to the same substeps: the clock of a world counts exactly.
+        """
+        self.watch.enter(Phase.STEP)
+        length, parts = 1.0 / self.parameters.frequency, 1
+        if self.watch.timeout is not None:
+            parts = math.ceil(duration / length / _SUBSTEPS_BETWEEN_LOOKS_AT_THE_CLOCK)
+        limit = math.ceil(duration / length) + 1
+        before = self._substeps
+        for _ in range(parts):
+            executed = world.stepSimulation(duration / parts, limit, length).executed
+            self._substeps += executed
+            self._body_substeps += executed * self._stage.taking_part
+            self.watch.check()
+        return self._substeps - before
+
+    def _examine(
+        self, step: int, world: FixedStepWorld, items: Indices, excess: float = 1.0
+    ) -> Finding | None:
+        self.watch.enter(Phase.READ)
+        self._looks += 1
+        return self.examiner.examine(step, world.poses(), items, excess)
+
+    def _fastest(self, world: FixedStepWorld) -> float:
+        """The largest speed of any item [m/s]: of its centre of mass, or a point 10 cm from it."""
+        self.watch.enter(Phase.READ)
+        self._looks += 1
+        linear, angular = world.speeds().T
+        return float((linear + 0.1 * angular).max())
+
+
+class _Stage:
+    """The world that items are placed in: one at a time, kept while the next items only add to it.
+
+    Args:
+        engine: registered name.
+        settings: of every world.
+        items: all items of the layout.
+        reseat: put those that stay back to their planned poses.
+        subsets: keep one world, with items that do not take part; needs ``reseat``.
+    """
+
+    def __init__(
+        self, engine: str, settings: WorldSettings, items: list[Box], *, reseat: bool, subsets: bool
+    ) -> None:
+        self._engine, self._settings, self._items = engine, settings, items
+        self._reseat, self._subsets = reseat, subsets
+        self._world: FixedStepWorld | None = None
+        self._held: list[int] = []
+        self.worlds = self.boxes = self.taking_part = 0
+
+    def hold(self, free: list[int], fixed: list[int]) -> FixedStepWorld:
+        """A world with these items in this order, as planned and ready to be stepped.
+
+        Without ``reseat``, items that are in it already are where they have come to.
+        """
+        # In the order of all items whichever is asked for first, as engines take them in order.
+        wanted = list(range(free[-1] + 1)) if self._subsets else free
+        held, partly = self._held, len(free) < len(wanted)
+        if self._world is None or fixed or wanted[: len(held)] != held:
+            self.close()
+            self._world = open_world(self._engine, self._settings)
+            self.worlds += 1
+        elif self._reseat and held and not partly:
+            self._world.reset_poses()
+        for index in wanted[len(self._held) :]:
+            self._world.add_box(self._items[index])
+        for index in fixed:
+            self._world.add_box(as_fixed(self._items[index]))
+        self.boxes += len(wanted) - len(self._held) + len(fixed)
+        # Fixed boxes come last, and nothing can be added before them.
+        self._held = wanted + [_FIXED] * len(fixed)
+        self.taking_part = len(free) + len(fixed)
+        if partly:
+            self._world.reset_poses(only=free)
+        self._world.prepare()
+        return self._world
+
+    def close(self) -> None:
+        """Give back the world, if there is one."""
+        if self._world is not None:
+            self._world.close()
+        self._world, self._held = None, []

@@ -1,0 +1,150 @@
+"""A loading that is judged while it is planned: for packing heuristics and searches."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import TracebackType
+
+from harness.layouts.growing import GrowingLayout
+from harness.layouts.model import Item, Layout, Pallet
+from harness.methods.method import Method, Verdict, verdict_by
+from harness.methods.registry import make_method
+
+
+class SessionError(ValueError):
+    """A step that a session cannot go: says what was asked and what is allowed."""
+
+
+class LoadingSession:
+    """Items are placed one after the other, and each is judged at once.
+
+    What :meth:`try_place` says is what the method says of the whole layout by then; how much of it
+    is looked at anew depends on the method (docs/session.md).
+
+    Args:
+        pallet: what is loaded.
+        method: a spec string, or a method.
+        name: of the layout. Verdicts depend on it only where positions are jittered.
+        timeout: wall-clock seconds that a placement may take, as of :meth:`Method.judge`.
+
+    Raises:
+        SpecError: there is no such method.
+        EngineNotInstalledError: the library of its engine is missing.
+
+    Attributes:
+        method: which judges.
+    """
+
+    def __init__(
+        self,
+        pallet: Pallet,
+        method: str | Method = "sme",
+        *,
+        name: str = "session",
+        timeout: float | None = None,
+    ) -> None:
+        self.method = make_method(method) if isinstance(method, str) else method
+        self.method.prepare()
+        self._timeout = timeout
+        self._layout = GrowingLayout(pallet, name)
+        self._loader = self.method.begin(self._layout)
+
+    def __len__(self) -> int:
+        """How many items are loaded."""
+        return len(self._layout)
+
+    @property
+    def pallet(self) -> Pallet:
+        """What is loaded."""
+        return self._layout.pallet
+
+    @property
+    def items(self) -> tuple[Item, ...]:
+        """What has been loaded, in order."""
+        return tuple(self._layout.items)
+
+    def try_place(self, item: Item) -> Verdict:
+        """Place an item if the loading stays stable; otherwise the session stays as it was.
+
+        Args:
+            item: its sequence number is not looked at: it comes next.
+
+        Returns:
+            The verdict on the items loaded so far with the new one; the item stays if and only if
+            the verdict is ``stable``.
+
+        Raises:
+            LayoutError: the item stands out of the pallet's contour or overlaps another.
+        """
+        count = len(self._layout)
+        self._layout.put(item if item.sequence == count else replace(item, sequence=count))
+        stays = False
+        try:
+            verdict = verdict_by(self._loader.place, count + 1, self._timeout)
+            stays = verdict.stable
+        finally:
+            # Also where something was raised, or the user interrupted.
+            if not stays:
+                self._go_back(count)
+        return verdict
+
+    def undo(self, steps: int = 1) -> tuple[Item, ...]:
+        """Take off the items placed last.
+
+        Args:
+            steps: how many, 0 or more.
+
+        Returns:
+            The items that were taken off, in loading order.
+
+        Raises:
+            SessionError: there are not so many.
+        """
+        count = len(self._layout)
+        if not 0 <= steps <= count:
+            raise SessionError(f"undo {steps!r} steps; allowed: 0 to {count}, the items loaded")
+        gone = tuple(self._layout.items[count - steps :])
+        self._go_back(count - steps)
+        return gone
+
+    def fork(self) -> LoadingSession:
+        """A session that has come as far and goes on by itself, as a branch of a search does.
+
+        Nothing is judged again. The cost grows with the number of items loaded, slowly.
+        """
+        other = LoadingSession.__new__(LoadingSession)
+        other.method, other._timeout = self.method, self._timeout
+        other._layout = self._layout.copy()
+        other._loader = self._loader.fork(other._layout)
+        return other
+
+    def layout(self, name: str | None = None) -> Layout:
+        """What has been loaded, as a layout that can be saved and judged.
+
+        Args:
+            name: None for the session's.
+
+        Raises:
+            LayoutError: nothing has been loaded.
+        """
+        return self._layout.layout(name)
+
+    def close(self) -> None:
+        """Give back what an engine holds. Closing twice is allowed."""
+        self._loader.close()
+
+    def __enter__(self) -> LoadingSession:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _go_back(self, count: int) -> None:
+        self._loader.go_back(count)
+        while len(self._layout) > count:
+            self._layout.take_off()

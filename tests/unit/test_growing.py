@@ -1,0 +1,125 @@
+"""A growing layout is at any time what the layout of its items is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from harness.layouts import Item, Layout, LayoutError, Pallet
+from harness.layouts.contacts import find_supports
+from harness.layouts.grid import BoxGrid
+from harness.layouts.growing import GrowingLayout
+from harness.layouts.packing import random_layouts
+from harness.methods.scene import neighbourhood
+from harness.properties.strategies import layouts, packings
+
+FEW = settings(
+    max_examples=60, deadline=None, derandomize=True, database=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)  # fmt: skip
+
+
+def assert_equal(growing, items):
+    """The growing layout holds these items, and knows of them what can be known."""
+    whole = Layout("growing", growing.pallet, tuple(items))
+    assert growing.layout().items == whole.items
+    for name in ("lower", "upper", "weights", "mass_offsets"):
+        assert (getattr(growing, name) == getattr(whole, name)).all()
+    assert growing.supports == find_supports(whole)
+
+
+@FEW
+@given(data=st.data(), layout=layouts() | packings(most=15))
+def test_it_grows_and_shrinks_in_any_order(data, layout):
+    left = list(data.draw(st.permutations(layout.items)))
+    growing, items = GrowingLayout(layout.pallet, "growing"), []
+    while left:
+        items.append(replace(left.pop(0), sequence=len(items)))
+        growing.put(items[-1])
+        assert_equal(growing, items)
+        for _ in range(data.draw(st.sampled_from((0, 0, 1, 2)))):
+            if items[1:] and left:
+                left.append(items.pop())
+                assert growing.take_off() == left[-1]
+                assert_equal(growing, items)
+    copy = growing.copy()
+    for item in reversed(items[1:]):
+        assert growing.take_off() == item
+    assert_equal(copy, items)
+
+
+def test_what_is_beside_some_items_is_what_all_items_tell():
+    for layout in random_layouts(12, seed=3):
+        growing = GrowingLayout(layout.pallet, "growing")
+        for item in layout.items:
+            growing.put(item)
+        for reach in (0.0, 1.0, 7.5, 60.0):
+            # The neighbourhood of a group ends with its last item.
+            group = np.array([0, len(layout) - 1])
+            fixed = neighbourhood(layout, group, reach).fixed
+            assert growing.beside(group.tolist(), reach) == fixed.tolist()
+
+
+@pytest.mark.parametrize(
+    ("position", "size"),
+    [
+        ((95.0, 0.0, 0.0), (10.0, 10.0, 10.0)),
+        ((0.0, 95.0, 0.0), (10.0, 10.0, 10.0)),
+        ((0.0, 0.0, -0.02), (10.0, 10.0, 10.0)),
+        ((25.0, 5.0, 25.0), (10.0, 10.0, 10.0)),
+        ((10.0, 0.0, 10.0), (5.0, 5.0, 5.0)),  # inside
+        ((0.0, 0.0, 0.0), (60.0, 60.0, 60.0)),  # around two, deeper into the second
+    ],
+)
+def test_an_item_that_cannot_be_is_refused_as_a_layout_refuses_it(position, size):
+    items = [
+        Item(0, (0.0, 0.0, 0.0), (30.0, 20.0, 30.0), 1.0, name="a"),
+        Item(1, (31.0, 0.0, 0.0), (29.0, 30.0, 30.0), 1.0, name="b"),
+    ]
+    growing = GrowingLayout(Pallet(100.0, 100.0, 100.0), "growing")
+    for item in items:
+        growing.put(item)
+    wrong = Item(2, position, size, 1.0, name="c")
+    with pytest.raises(LayoutError) as whole:
+        Layout("growing", growing.pallet, (*items, wrong))
+    with pytest.raises(LayoutError) as found:
+        growing.put(wrong)
+    assert (found.value.message, found.value.item) == (whole.value.message, whole.value.item)
+    assert_equal(growing, items)
+
+
+def test_faces_within_the_tolerance_touch_and_do_not_overlap():
+    growing = GrowingLayout(Pallet(100.0, 100.0, 100.0), "growing")
+    items = [
+        Item(0, (0.0, 0.0, 0.0), (10.0, 10.0, 10.0), 1.0),
+        Item(1, (0.0, 9.995, 0.0), (10.0, 10.0, 10.0), 1.0),
+        Item(2, (9.992, 0.009, 0.0), (10.0, 19.993, 10.0), 1.0),
+    ]
+    for item in items:
+        growing.put(item)
+    assert_equal(growing, items)
+
+
+sides = st.sampled_from((0.05, 1.0, 3.0, 9.0, 10.0, 27.0, 80.0, 1e5)) | st.floats(0.05, 300.0)
+boxes = st.lists(st.tuples(*[st.floats(-50.0, 500.0)] * 3, *[sides] * 3), min_size=1, max_size=30)
+
+
+@FEW
+@given(boxes=boxes, region=st.tuples(*[st.floats(-50.0, 500.0)] * 3, *[sides] * 3))
+def test_the_grid_finds_what_a_look_at_all_boxes_finds(boxes, region):
+    grid, corners = BoxGrid(), {}
+    for number, (x, y, z, *size) in enumerate(boxes):
+        corners[number] = (x, y, z), tuple(a + s for a, s in zip((x, y, z), size, strict=True))
+        grid.add(number, *corners[number])
+    for number in list(corners)[::3]:
+        grid.remove(number, *corners.pop(number))
+    low = region[:3]
+    high = tuple(a + s for a, s in zip(low, region[3:], strict=True))
+    meeting = [
+        number
+        for number, (a, b) in corners.items()
+        if all(a[k] <= high[k] and b[k] >= low[k] for k in range(3))
+    ]
+    assert sorted(grid.meeting(low, high)) == meeting

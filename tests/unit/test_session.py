@@ -1,0 +1,312 @@
+"""A session says of every placement what its method says of the whole layout by then."""
+
+import sys
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from engines.world import EngineError
+from harness.layouts import Item, Layout, LayoutError, Pallet
+from harness.layouts.contacts import find_supports
+from harness.layouts.packing import random_layouts
+from harness.methods import Status
+from harness.methods.method import STABLE, Finding, Method, WholeLoader
+from harness.methods.placements import Placements
+from harness.methods.plane import strictly_inside_hull
+from harness.methods.session import LoadingSession, SessionError
+from harness.methods.spec import MethodSpec
+from harness.properties.strategies import layouts, packings
+
+FEW = settings(
+    max_examples=40, deadline=None, derandomize=True, database=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)  # fmt: skip
+
+RULES = (
+    "fbs",
+    "pbs0.7",
+    "sme",
+    "equilibrium",
+    "equilibrium:time=0.3",
+    "equilibrium:sides=friction",
+    "lstm_1:outside=accept",
+    "lstm_e:outside=accept",
+)
+
+
+def step(verdict):
+    """What is asked of every method."""
+    return (verdict.item_count, verdict.status, verdict.failing_step)
+
+
+def said(verdict):
+    """All of a verdict but its times and what was simulated for it."""
+    moved = (verdict.displacement, verdict.rotation)
+    numbers = (None if m is None else pytest.approx(m, rel=1e-6, abs=1e-6) for m in moved)
+    return (*step(verdict), verdict.moved_item, verdict.reason, *numbers)
+
+
+def place_and_compare(session, item, told=said):
+    """Try an item; see that the verdict is that on the whole, and that a rejected one is gone."""
+    before = session.items
+    verdict = session.try_place(item)
+    after = (*before, replace(item, sequence=len(before)))
+    whole = session.method.judge(Layout("session", session.pallet, after))
+    assert told(verdict) == told(whole)
+    assert session.items == (after if verdict.stable else before)
+    return verdict
+
+
+def walk(session, items, undos=(0,), told=said):
+    """Place items, and undo so many steps after each; returns how many placements were stable."""
+    stable = 0
+    for place, item in enumerate(items):
+        stable += place_and_compare(session, item, told).stable
+        kept = session.items
+        gone = session.undo(min(undos[place % len(undos)], len(session)))
+        assert (*session.items, *gone) == kept
+    return stable
+
+
+@pytest.mark.parametrize("spec", RULES)
+@FEW
+@given(data=st.data(), layout=layouts() | packings(most=15))
+def test_a_rule_says_step_by_step_what_it_says_of_the_whole(spec, data, layout):
+    # In any order: then items float, and others are pushed in below them.
+    items = data.draw(st.permutations(layout.items) | st.just(layout.items))
+    undos = data.draw(st.lists(st.sampled_from((0, 0, 0, 1, 3)), min_size=1, max_size=20))
+    walk(LoadingSession(layout.pallet, spec), items, undos)
+
+
+@pytest.mark.parametrize(
+    ("spec", "told"),
+    [
+        ("label@mujoco", said),
+        ("label@mujoco:scope=local,jitter=1mm", said),
+        ("ps_opt@mujoco", said),  # widening
+        ("ps_opt-paper@mujoco", said),  # carries its state on
+        # Of Bullet's worlds one differs from the next in some digits, whoever asks.
+        ("label@bullet:scope=local", step),
+        ("ps_opt@bullet", step),
+    ],
+)
+def test_a_simulation_says_step_by_step_what_it_says_of_the_whole(spec, told):
+    stable = count = 0
+    for layout in random_layouts(4, seed=5):
+        items = layout.first(8).items
+        with LoadingSession(layout.pallet, spec) as session:
+            stable += walk(session, items, (0, 0, 0, 2, 0), told)
+        count += len(items)
+    assert 0 < stable < count
+
+
+def test_a_planar_engine_judges_in_the_plane_that_is_left():
+    # The second box leaves the first's depth, the third its width: then there is no plane.
+    plank = {"size": (30.0, 10.0, 20.0), "weight": 2.0}
+    items = [
+        Item(0, (0.0, 0.0, 40.0), **plank),
+        Item(0, (0.0, 10.0, 45.0), **plank),
+        Item(0, (5.0, 20.0, 45.0), **plank),
+        Item(0, (0.0, 20.0, 65.0), **plank),  # falls
+        Item(0, (0.0, 20.0, 45.0), **plank),
+    ]
+    with LoadingSession(Pallet(100.0, 100.0, 100.0), "label@chipmunk") as session:
+        verdicts = [place_and_compare(session, item) for item in items]
+        assert [v.stable for v in verdicts] == [True, True, False, False, True]
+        assert [v.status for v in verdicts[2:4]] == [Status.REFUSED, Status.DONE]
+        session.undo(2)
+        # Now the depth is shared again, and the width no more.
+        assert place_and_compare(session, Item(0, (10.0, 10.0, 40.0), **plank)).stable
+
+
+def recursively_supported(layout, step):
+    """SME as the authors write it: the new item, and then everything below it."""
+    scene = find_supports(layout)
+    part = layout.first(step + 1)
+    centre = 0.5 * (part.lower + part.upper) + part.mass_offsets
+
+    def supported(item):
+        if scene.on_floor[item]:
+            return True
+        who = [item, *(a for a in scene.above[item] if a <= step)]
+        x, _, z = np.average(centre[who], axis=0, weights=part.weights[who])
+        patches = [p for p in scene.below[item] if p.below <= step]
+        corners = [(a, b) for p in patches for a in (p.x0, p.x1) for b in (p.z0, p.z1)]
+        low, high = part.lower, part.upper
+        over = any(
+            low[p.below, 0] - 1e-9 <= x <= high[p.below, 0] + 1e-9
+            and low[p.below, 2] - 1e-9 <= z <= high[p.below, 2] + 1e-9
+            for p in patches
+        )
+        inside = over or strictly_inside_hull((x, z), corners, 1e-9)
+        return inside and all(supported(p.below) for p in patches)
+
+    return supported(step)
+
+
+@FEW
+@given(data=st.data(), layout=layouts() | packings(most=15))
+def test_sme_asks_enough_when_it_asks_the_new_item_and_its_carriers(data, layout):
+    items = data.draw(st.permutations(layout.items) | st.just(layout.items))
+    session = LoadingSession(layout.pallet, "sme")
+    for item in items:
+        after = (*session.items, replace(item, sequence=len(session)))
+        whole = Layout("session", layout.pallet, after)
+        assert session.try_place(item).stable == recursively_supported(whole, len(whole) - 1)
+
+
+# --- searches -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("spec", [*RULES, "ps_opt@mujoco", "ps_opt-paper@mujoco"])
+def test_a_fork_and_what_it_came_from_go_on_by_themselves(spec):
+    many = spec in RULES
+    for layout in random_layouts(6 if many else 3, seed=8):
+        items = layout.first(12 if many else 8).items
+        session = LoadingSession(layout.pallet, spec)
+        half = len(items) // 2
+        walk(session, items[:half])
+        other = session.fork()
+        assert other.items == session.items
+        walk(session, items[half:])
+        kept = session.items
+        walk(other, items[:half:-1], (0, 2))
+        assert session.items == kept
+        session.undo(len(session) - min(half // 2, len(session)))
+        walk(session, items[half:])
+
+
+class _Counting(Method):
+    """Every item is fine but those that are named; what is asked is kept."""
+
+    def __init__(self):
+        super().__init__(MethodSpec("counting"), None)
+        self.asked = []
+
+    def _judge(self, layout, watch):
+        self.asked.append(len(layout))
+        name = layout.items[-1].name
+        if name == "raises":
+            raise ZeroDivisionError(name)
+        return Finding(failing_step=len(layout) - 1) if name == "fails" else STABLE
+
+
+def cube(x, name=""):
+    return Item(0, (x, 0.0, 0.0), (10.0, 10.0, 10.0), 1.0, name=name)
+
+
+def test_a_method_without_a_loader_of_its_own_judges_the_whole():
+    method = _Counting()
+    session = LoadingSession(Pallet(100.0, 20.0, 20.0), method)
+    assert isinstance(method.begin(None), WholeLoader)
+    assert session.try_place(cube(0.0)).stable
+    assert not session.try_place(cube(10.0, "fails")).stable
+    assert session.try_place(cube(10.0)).stable
+    other = session.fork()
+    assert other.try_place(cube(20.0)).item_count == 3
+    assert len(session) == 2
+    assert method.asked == [1, 2, 2, 3]
+
+
+def test_whatever_a_placement_comes_to_the_session_stays_as_it_was():
+    session = LoadingSession(Pallet(100.0, 20.0, 20.0), _Counting())
+    session.try_place(cube(0.0))
+    with pytest.raises(ZeroDivisionError):
+        session.try_place(cube(10.0, "raises"))
+    for x, wrong in ((5.0, "overlaps item 0 by 5 cm"), (95.0, "spans x = 95 to 105 cm")):
+        with pytest.raises(LayoutError, match=wrong):
+            session.try_place(cube(x))
+    assert session.items == (cube(0.0),)
+    assert session.layout().items == session.items
+
+
+def test_a_placement_that_takes_too_long_is_not_kept():
+    with LoadingSession(Pallet(100.0, 20.0, 20.0), "label@mujoco", timeout=1e-9) as session:
+        assert session.try_place(cube(0.0)).status is Status.TIMEOUT
+        assert len(session) == 0
+
+
+@pytest.mark.parametrize("spec", ["label@mujoco", "ps_opt@bullet", "ps_opt-paper@mujoco"])
+def test_an_engine_that_fails_at_one_item_judges_the_next(spec, monkeypatch):
+    settle = Placements._settle
+
+    def give_up(self, step, *others):
+        found = settle(self, step, *others)
+        if step == 2:
+            raise EngineError("out of memory")
+        return found
+
+    with LoadingSession(Pallet(100.0, 40.0, 20.0), spec) as session:
+        walk(session, [cube(0.0), cube(10.0)], told=step)
+        with monkeypatch.context() as patch:
+            patch.setattr(Placements, "_settle", give_up)
+            on_top = replace(cube(5.0), position=(5.0, 10.0, 0.0))
+            verdict = session.try_place(on_top)
+            assert (verdict.status, verdict.reason) == (Status.ERROR, "out of memory")
+        assert walk(session, [on_top, cube(20.0)], told=step) == 2
+
+
+def test_only_what_is_loaded_can_be_undone():
+    session = LoadingSession(Pallet(100.0, 20.0, 20.0), "fbs")
+    session.try_place(cube(0.0))
+    for steps in (2, -1):
+        with pytest.raises(SessionError, match="allowed: 0 to 1, the items loaded"):
+            session.undo(steps)
+    assert session.undo() == (cube(0.0),)
+    with pytest.raises(LayoutError, match="has no items"):
+        session.layout()
+
+
+# --- cost ---------------------------------------------------------------------------------------
+
+
+def instructions(call):
+    """How many byte codes Python runs in a call."""
+    count = 0
+
+    def trace(frame, event, argument):
+        nonlocal count
+        frame.f_trace_opcodes = True
+        count += event == "opcode"
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        call()
+    finally:
+        sys.settrace(before)
+    return count
+
+
+def pile(number):
+    """Five boxes at a place of their own: a bridge on two posts, loaded twice."""
+    z = 81.0 * number  # a whole number of cells of the index: all piles lie alike in them
+    boxes = [
+        ((0.0, 0.0), (10.0, 20.0)), ((30.0, 0.0), (10.0, 20.0)), ((0.0, 20.0), (40.0, 5.0)),
+        ((5.0, 25.0), (12.0, 12.0)), ((20.0, 25.0), (18.0, 7.0)),
+    ]  # fmt: skip
+    return [Item(0, (x, y, z), (w, h, 20.0), 1.0) for (x, y), (w, h) in boxes]
+
+
+@pytest.mark.parametrize("spec", ["pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3"])
+def test_a_placement_takes_as_much_after_800_items_as_after_500(spec):
+    session = LoadingSession(Pallet(100.0, 100.0, 14_000.0), spec)
+    taken = {}
+    for number in range(161):
+        *first, last = pile(number)
+        overhanging = replace(last, position=(39.5, *last.position[1:]))
+        tried = [*first, overhanging, last]
+        work = [partial(session.try_place, item) for item in tried]
+        work += [session.undo, partial(session.try_place, last)]
+        if number in (100, 160):
+            taken[number] = [instructions(call) for call in work]
+        else:
+            for call in work:
+                call()
+    assert len(session) == 161 * 5
+    assert taken[160] == pytest.approx(taken[100], rel=0.1)
