@@ -14,7 +14,7 @@ from harness.methods.envelope import leaves
 from harness.methods.method import Method, Status, Verdict
 from harness.methods.registry import make_method
 from harness.studies.definition import case
-from harness.studies.runner import judge
+from harness.studies.units import judge
 
 Record = dict[str, Any]
 

@@ -14,7 +14,7 @@ from harness.methods.method import Status
 from harness.methods.registry import make_method
 from harness.methods.spec import SpecError
 from harness.studies.executors import SinglePart
-from harness.studies.runner import judge
+from harness.studies.units import judge
 from harness.tuning.cases import CaseSource, load_cases
 from harness.tuning.cost import CostModel
 
