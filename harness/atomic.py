@@ -4,34 +4,40 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 
 
-def write_atomically(path: Path, content: str | bytes) -> None:
+def write_atomically(path: Path, content: str | bytes | Iterable[str]) -> None:
     """Write ``content`` to ``path`` under another name first, then rename it into place.
 
     A link is followed; what is not a regular file (a device, a pipe) is written to as it is.
 
+    Args:
+        path: the file.
+        content: what is to stand in it; texts that follow each other are asked for in turn.
+
     Raises:
         OSError: names ``path``; the folder does not exist or cannot be written to.
     """
-    data = content.encode() if isinstance(content, str) else content
+    whole = content.encode() if isinstance(content, str) else content
+    parts = [whole] if isinstance(whole, bytes) else (text.encode() for text in whole)
     try:
         target = path.resolve()
         if target.exists() and not target.is_file():
             with target.open("wb") as file:
-                file.write(data)
+                file.writelines(parts)
             return
-        _replace(target, data)
+        _replace(target, parts)
     except OSError as error:
         raise type(error)(error.errno, error.strerror, str(path)) from None
 
 
-def _replace(target: Path, data: bytes) -> None:
+def _replace(target: Path, parts: Iterable[bytes]) -> None:
     handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     try:
         with os.fdopen(handle, "wb") as file:
-            file.write(data)
+            file.writelines(parts)
         umask = os.umask(0)
         os.umask(umask)
         Path(name).chmod(0o666 & ~umask)

@@ -17,12 +17,12 @@ from harness.cli.benchmark import add_benchmark
 from harness.cli.extremes import add_extremes
 from harness.cli.learned import add_learned
 from harness.cli.properties import add_properties
+from harness.cli.study import add_report, add_study
 from harness.cli.terminal import (
     at_least,
     positive_number,
     print_table,
     progress_bar,
-    resumable,
     say,
     status_line,
 )
@@ -47,10 +47,10 @@ from harness.methods.recording import RecordingError
 from harness.methods.registry import method_listing
 from harness.methods.spec import SpecError, nearest
 from harness.properties import PropertyError
-from harness.studies.definition import EMBEDDED, StudyError, load_study
-from harness.studies.envelope_use import score_warnings, study_warnings
-from harness.studies.executors import WorkerDiedError
-from harness.studies.results import ResultsError, load_manifest
+from harness.studies.definition import StudyError
+from harness.studies.envelope_use import score_warnings
+from harness.studies.executors import ExecutorError, WorkerDiedError
+from harness.studies.results import ResultsError
 from harness.studies.scoring import score_layouts
 from harness.studies.viewing import ViewError
 from harness.tuning import TuningError
@@ -61,6 +61,7 @@ _BAD_INPUT = (
     LayoutError,
     SpecError,
     StudyError,
+    ExecutorError,
     ResultsError,
     BenchmarkError,
     PropertyError,
@@ -108,7 +109,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _sentence(error: Exception) -> str:
     if isinstance(error, OSError) and error.filename is not None:
         return f"{error.filename}: {error.strerror}"
-    return " ".join(str(error).split())
+    return " ".join([*str(error).split(), *getattr(error, "__notes__", [])])
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -161,39 +162,8 @@ def _parser() -> argparse.ArgumentParser:
     _add_snap(convert)
     convert.set_defaults(run=_convert)
 
-    study = commands.add_parser(
-        "study", help="compare methods on many layouts, or on labelled ones"
-    )
-    actions = study.add_subparsers(required=True, metavar="ACTION")
-    run = actions.add_parser("run", help="run or resume a study")
-    run.add_argument(
-        "study",
-        metavar="STUDY.toml",
-        help=f"a study file, or the word {EMBEDDED!r}: a slice of the shipped labelled set",
-    )
-    run.add_argument("--output", "-o", type=Path, metavar="DIR", help="default: runs/NAME")
-    run.add_argument(
-        "--workers",
-        "-j",
-        type=at_least(1),
-        default=os.cpu_count() or 1,
-        help="processes that judge (default: all cores)",
-    )
-    past = run.add_mutually_exclusive_group()
-    past.add_argument("--rerun", action="store_true", help="compute everything anew")
-    past.add_argument(
-        "--resume",
-        action="store_true",
-        help="go on with a run; wrong where there is none (default: go on or begin)",
-    )
-    run.set_defaults(run=_study_run)
-
-    report = commands.add_parser("report", help="write report.md of a study's folder")
-    report.add_argument("directory", type=Path, metavar="DIR")
-    report.add_argument(
-        "--output", "-o", type=Path, metavar="DIR", help="folder of the page (default: the study's)"
-    )
-    report.set_defaults(run=_report)
+    add_study(commands)
+    add_report(commands)
 
     bench = commands.add_parser("bench", help="compare engines: agreement, options, speed")
     bench.add_argument("--output", "-o", type=Path, metavar="DIR", default=Path("runs/bench"))
@@ -316,34 +286,6 @@ def _convert(options: argparse.Namespace) -> None:
     by_name = Format.CSV if options.output.suffix.lower() == ".csv" else Format.NATIVE
     write_layouts(options.output, layouts, Format(options.to) if options.to else by_name)
     print(f"{len(layouts)} layouts -> {options.output}")
-
-
-def _study_run(options: argparse.Namespace) -> None:
-    from harness.studies.runner import run_study
-
-    study = load_study(options.study)
-    directory = options.output or Path("runs") / study.name
-    with resumable(directory), progress_bar("judging") as advance:
-        computed = run_study(
-            study,
-            directory,
-            workers=options.workers,
-            rerun=options.rerun,
-            resume=options.resume,
-            progress=advance,
-        )
-    for warning in study_warnings(load_manifest(directory)["envelope"]):
-        say(warning)
-    print(f"{computed} rows computed; results in {directory}")
-
-
-def _report(options: argparse.Namespace) -> None:
-    from harness.studies.comparison import compare
-    from reports.pages import write_page
-    from reports.study_page import study_page
-
-    page = study_page(compare(options.directory))
-    print(write_page(page, options.output or options.directory))
 
 
 def _bench(options: argparse.Namespace) -> None:

@@ -7,13 +7,13 @@ are described in ``docs/layouts.md``, the native one also in ``docs/layouts.sche
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator
 from enum import StrEnum
 from pathlib import Path
 
 from harness.atomic import write_atomically
 from harness.layouts.model import Layout, LayoutError
-from harness.layouts.readers import read_aclpp, read_csv, read_json
+from harness.layouts.readers import read_aclpp, read_blocks, read_csv, read_json
 from harness.layouts.record import FormatError, Record, Refused, to_layout
 from harness.layouts.snapping import snap
 from harness.layouts.writers import as_csv, as_job, as_native
@@ -116,6 +116,8 @@ def _records(path: Path) -> Iterator[Record | Refused]:
 def write_layouts(path: str | Path, layouts: Iterable[Layout], kind: Format) -> None:
     """Write layouts to one file, whole or not at all. Reading it back gives equal layouts.
 
+    Those of a native file are asked for one by one.
+
     Raises:
         FormatError: two layouts have the same name; or ``kind`` is ACLPP YAML, which has no place
             for pallet sizes and centres of mass and is only read.
@@ -123,7 +125,10 @@ def write_layouts(path: str | Path, layouts: Iterable[Layout], kind: Format) -> 
     """
     if kind not in _WRITERS:
         raise FormatError(f"cannot be written as {kind}; allowed: {', '.join(_WRITERS)}")
-    layouts = list(layouts)
+    write_atomically(Path(path), _WRITERS[kind](_each_once(layouts)))
+
+
+def _each_once(layouts: Iterable[Layout]) -> Iterator[Layout]:
     names: set[str] = set()
     for layout in layouts:
         if layout.name in names:
@@ -131,7 +136,27 @@ def write_layouts(path: str | Path, layouts: Iterable[Layout], kind: Format) -> 
                 "two of the layouts to write have this name; allowed: each once", layout=layout.name
             )
         names.add(layout.name)
-    write_atomically(Path(path), _WRITERS[kind](layouts))
+        yield layout
+
+
+def read_written(path: str | Path, names: Container[str] | None = None) -> Iterator[Layout]:
+    """The layouts of a native file as :func:`write_layouts` leaves it, however large, in turn.
+
+    Args:
+        path: the file; others of this format may stand in other lines and are not read.
+        names: those wanted; None for all.
+
+    Raises:
+        LayoutError: the file is no such file, is cut off, or holds an invalid layout.
+        OSError: the file cannot be read.
+    """
+    try:
+        with Path(path).open(encoding="utf-8") as file:
+            for record in read_blocks(file):
+                if names is None or record.name in names:
+                    yield to_layout(record)
+    except LayoutError as error:
+        raise error.located(file=str(path)) from None
 
 
 _READERS: dict[Format, Callable[[str], Iterator[Record | Refused]]] = {
@@ -140,7 +165,7 @@ _READERS: dict[Format, Callable[[str], Iterator[Record | Refused]]] = {
     Format.ACLPP: read_aclpp,
 }
 
-_WRITERS: dict[Format, Callable[[Sequence[Layout]], str]] = {
+_WRITERS: dict[Format, Callable[[Iterable[Layout]], str | Iterator[str]]] = {
     Format.NATIVE: as_native,
     Format.CSV: as_csv,
     Format.JOB: as_job,

@@ -11,10 +11,10 @@ data set, several bins an instance. :func:`pack` is a simpler rule for one bin, 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from itertools import permutations
+from itertools import islice, permutations
 
 import numpy as np
 
@@ -332,21 +332,24 @@ def pack(
 
 
 def random_layouts(count: int, seed: int, *, scenario: Scenario | None = None) -> list[Layout]:
-    """Layouts to compare methods on: 3 to 20 items, the three classes in turn.
+    """The first ``count`` of :func:`drawn_layouts`."""
+    return list(islice(drawn_layouts(seed, scenario=scenario), count))
+
+
+def drawn_layouts(seed: int, *, scenario: Scenario | None = None) -> Iterator[Layout]:
+    """Layouts to compare methods on, without end: 3 to 20 items, the three classes in turn.
 
     Three of four are packed from the bottom up, the fourth by one of the other rules; about three
-    quarters of them can be loaded, as in the paper's natural set.
+    quarters of them can be loaded, as in the paper's natural set. No two are equal.
 
     Args:
-        count: how many; no two are equal.
-        seed: the same seed gives the same layouts, and more of them start with fewer.
+        seed: the same seed gives the same layouts.
         scenario: where the centres of mass lie; None takes the three scenarios in turn.
     """
     random = np.random.default_rng(np.random.SeedSequence(seed))
-    layouts: list[Layout] = []
+    number = 0
     hashes: set[str] = set()
-    while len(layouts) < count:
-        number = len(layouts)
+    while True:
         item_class = ITEM_CLASSES[1 + number % len(ITEM_CLASSES)]
         sizes = random_item_list(item_class, _OFFERED, random)
         most = int(random.integers(_FEWEST, _MOST + 1))
@@ -357,8 +360,8 @@ def random_layouts(count: int, seed: int, *, scenario: Scenario | None = None) -
             continue
         hashes.add(layout.geometry_hash())
         which = scenario or list(Scenario)[number // len(ITEM_CLASSES) % len(Scenario)]
-        layouts.append(apply_scenario(layout, which, seed))
-    return layouts
+        yield apply_scenario(layout, which, seed)
+        number += 1
 
 
 def _first_fit(

@@ -7,7 +7,7 @@ import difflib
 import io
 import json
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import yaml
@@ -89,6 +89,33 @@ def _read_native(content: Mapping[str, Any]) -> _Parsed:
         if not isinstance(name, str):
             raise FormatError(f"layouts[{index}] has name {shown(name)}; allowed: a text")
         yield _attempt(name, layout, _native_record)
+
+
+def read_blocks(lines: Iterable[str]) -> Iterator[Record]:
+    """Records of a native file as it is written here: a layout begins and ends at two spaces.
+
+    Raises:
+        FormatError: the lines are none of such a file, or some are missing.
+    """
+    block: list[str] = []
+    last = ""
+    for line in lines:
+        last = line
+        if line.startswith("  "):
+            block.append(line)
+        if line.rstrip(",\n") == "  }":
+            yield _block_record("".join(block).rstrip(",\n"))
+            block = []
+    if block or last != "}\n":
+        raise FormatError("is not as steadyload writes it, or is cut off")
+
+
+def _block_record(text: str) -> Record:
+    try:
+        layout = json.loads(text)
+    except ValueError:
+        raise FormatError("is not as steadyload writes it, or is cut off") from None
+    return _native_record(_text(_mapping(layout, "a layout").get("name"), "name"), layout)
 
 
 def _native_record(name: str, layout: Mapping[str, Any]) -> Record:

@@ -6,40 +6,44 @@ import csv
 import io
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator
+from textwrap import indent
+from typing import Any
 
 from harness.layouts.model import Layout
 from harness.layouts.readers import CSV_COLUMNS, NATIVE_FORMAT, NATIVE_VERSION
 
 
-def as_native(layouts: Sequence[Layout]) -> str:
-    """steadyload JSON."""
-    content = {
-        "format": NATIVE_FORMAT,
-        "version": NATIVE_VERSION,
-        "layouts": [
+def as_native(layouts: Iterable[Layout]) -> Iterator[str]:
+    """steadyload JSON, a text for each layout."""
+    head = json.dumps({"format": NATIVE_FORMAT, "version": NATIVE_VERSION, "layouts": []}, indent=1)
+    yield head.removesuffix("]\n}")
+    before = "\n"
+    for layout in layouts:
+        yield before + indent(json.dumps(_native(layout), indent=1), "  ")
+        before = ",\n"
+    yield "]\n}\n" if before == "\n" else "\n ]\n}\n"
+
+
+def _native(layout: Layout) -> dict[str, Any]:
+    return {
+        "name": layout.name,
+        "pallet": dict(zip(("width", "height", "depth"), layout.pallet.size, strict=True)),
+        "items": [
             {
-                "name": layout.name,
-                "pallet": dict(zip(("width", "height", "depth"), layout.pallet.size, strict=True)),
-                "items": [
-                    {
-                        "sequence": item.sequence,
-                        "name": item.name,
-                        "position": item.position,
-                        "size": item.size,
-                        "weight": item.weight,
-                        "mass_offset": item.mass_offset,
-                    }
-                    for item in layout.items
-                ],
+                "sequence": item.sequence,
+                "name": item.name,
+                "position": item.position,
+                "size": item.size,
+                "weight": item.weight,
+                "mass_offset": item.mass_offset,
             }
-            for layout in layouts
+            for item in layout.items
         ],
     }
-    return json.dumps(content, indent=1) + "\n"
 
 
-def as_csv(layouts: Sequence[Layout]) -> str:
+def as_csv(layouts: Iterable[Layout]) -> str:
     """CSV, one row an item."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -61,8 +65,9 @@ def as_csv(layouts: Sequence[Layout]) -> str:
     return text.getvalue()
 
 
-def as_job(layouts: Sequence[Layout]) -> str:
+def as_job(layouts: Iterable[Layout]) -> str:
     """The job JSON of the published benchmark; several layouts share its list of ``ulds``."""
+    layouts = list(layouts)
     ulds = []
     for number, layout in enumerate(layouts, start=1):
         width, height, depth = layout.pallet.size

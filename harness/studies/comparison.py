@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from engines.world import SETTINGS
-from harness.layouts.formats import read_layouts
+from harness.layouts.formats import read_written
 from harness.layouts.model import Layout
 from harness.layouts.scenarios import Scenario, apply_scenario
 from harness.methods.method import Method
@@ -22,7 +22,7 @@ from harness.studies.accuracy import accuracies
 from harness.studies.definition import AS_GIVEN
 from harness.studies.labels import labelled_layout, load_labels
 from harness.studies.metrics import agreement, mean, outcomes, same, share
-from harness.studies.results import ResultsError, load_manifest, load_results
+from harness.studies.results import KEYS, ResultsError, each_shard, load_manifest, load_results
 from reports.extreme_records import BeyondEnvelope
 from reports.records import (
     AgreementMatrix,
@@ -47,6 +47,10 @@ _TITLES = {
     "lstm_e": "LSTM_e",
 }
 _CPU_PHASES = (("cpu", "build"), ("cpu", "step"), ("cpu", "read"))
+_COLUMNS = (
+    *KEYS, "item_count", "method_name", "engine", "parameters", "status", "failing_step", "score",
+    *(f"cpu_{phase}" for phase in ("build", "step", "read", "total")), "wall_total",
+)  # fmt: skip
 _MOST_DISAGREEMENTS = 10
 _COMMON = frozenset(f.name for f in dataclasses.fields(SimulationParameters))
 
@@ -59,7 +63,7 @@ def compare(directory: str | Path) -> Comparison:
     """
     directory = Path(directory)
     manifest = load_manifest(directory)
-    results = load_results(directory)
+    results = load_results(directory, _COLUMNS)
     order = [m for m in manifest["study"]["methods"] if m in set(results["method"])]
     rows, results = len(results), _judged_by_all(results, len(order))
     if results.empty:
@@ -76,10 +80,10 @@ def compare(directory: str | Path) -> Comparison:
     summaries = _summaries(results, said, keys)
     order_of = {str(s): k for k, s in enumerate(Scenario)}
     scenarios = tuple(sorted(set(results["scenario"]), key=lambda s: order_of.get(s, -1)))
-    uses = tuple(
-        _settings_use(results[results["method"] == m], key) for m, key in keys.items() if key.engine
-    )
-    layouts = {layout.name: layout for layout in read_layouts(directory / "layouts.json")}
+    first = results.drop_duplicates("method").set_index("method")["parameters"]
+    engines = {m: key for m, key in keys.items() if key.engine}
+    kept = _not_honoured(directory) if engines else {}
+    uses = tuple(_settings_use(key, first[m], *kept[m]) for m, key in engines.items())
     disputed = said[said.nunique(axis=1, dropna=False) > 1]
     by_scenario = {
         scenario: _summaries(
@@ -103,7 +107,7 @@ def compare(directory: str | Path) -> Comparison:
         tunings=_same_tunings(results, said, summaries, uses, together),
         uses=uses,
         disagreements=_disagreements(
-            results, said, keys, layouts, manifest["study"]["seed"], labels
+            results, said, keys, directory / "layouts.json", manifest["study"]["seed"], labels
         ),
         disputed=len(disputed),
         missing_rows=manifest["rows"] - rows,
@@ -227,10 +231,21 @@ def _mean_agreement(
     return mean(equal.mean(axis=0), groups)
 
 
-def _settings_use(rows: pd.DataFrame, key: MethodKey) -> SettingsUse:
-    parameters = json.loads(rows.iloc[0]["parameters"])
-    ignored = tuple(dict.fromkeys(name for names in rows["ignored"] for name in names))
-    emulated = tuple(dict.fromkeys(name for names in rows["emulated"] for name in names))
+def _not_honoured(directory: Path) -> dict[str, tuple[dict[str, None], dict[str, None]]]:
+    """By method, settings that an engine ignored and emulated, in the order in which it says so."""
+    found: dict[str, tuple[dict[str, None], dict[str, None]]] = {}
+    for shard in each_shard(directory, ["method", "ignored", "emulated"]):
+        for method, rows in shard.groupby("method"):
+            ignored, emulated = found.setdefault(str(method), ({}, {}))
+            ignored |= dict.fromkeys(name for names in rows["ignored"] for name in names)
+            emulated |= dict.fromkeys(name for names in rows["emulated"] for name in names)
+    return found
+
+
+def _settings_use(
+    key: MethodKey, parameters_text: str, ignored: Iterable[str], emulated: Iterable[str]
+) -> SettingsUse:
+    parameters, ignored, emulated = json.loads(parameters_text), tuple(ignored), tuple(emulated)
     asked = [
         name
         for name, value in parameters.items()
@@ -300,7 +315,7 @@ def _disagreements(
     results: pd.DataFrame,
     said: pd.DataFrame,
     keys: Mapping[str, MethodKey],
-    layouts: Mapping[str, Layout],
+    kept: Path,
     seed: int,
     labels: pd.DataFrame | None,
 ) -> tuple[Disagreement, ...]:
@@ -317,7 +332,10 @@ def _disagreements(
     )
     rows = results[results["repetition"] == 0].set_index(["layout", "scenario", "method"])
     found = []
-    for name, scenario in ranking.index[:_MOST_DISAGREEMENTS]:
+    shown = ranking.index[:_MOST_DISAGREEMENTS]
+    names = set(shown.get_level_values("layout"))
+    layouts = {layout.name: layout for layout in read_written(kept, names)} if names else {}
+    for name, scenario in shown:
         layout, label = layouts[name], {}
         if labels is not None:
             row = labels.loc[(name, scenario)]

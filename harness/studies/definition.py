@@ -5,8 +5,10 @@ from __future__ import annotations
 import glob
 import re
 import tomllib
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
 from importlib import resources
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +16,7 @@ from harness.layouts.benchmark import Part
 from harness.layouts.benchmark.dataset import SETS
 from harness.layouts.formats import read_layouts
 from harness.layouts.model import Layout
-from harness.layouts.packing import random_layouts
+from harness.layouts.packing import drawn_layouts
 from harness.layouts.scenarios import Scenario, apply_scenario
 from harness.methods.registry import make_method
 from harness.methods.spec import SpecError, nearest
@@ -98,36 +100,39 @@ class StudyDefinition:
             if given:
                 raise StudyError(f"{key} cannot stand beside benchmark: {why}")
 
-    def layouts(self) -> list[Layout]:
-        """The study's own layouts, whole and without scenarios, those of the files first.
+    def layouts(self) -> Iterator[Layout]:
+        """The study's own layouts in turn, whole and without scenarios, those of the files first.
 
         Those of a labelled set come from :func:`harness.studies.labels.labelled_material`.
 
         Raises:
             LayoutError: a file is invalid, or a name stands in two files.
-            StudyError: two layouts have the same name.
+            StudyError: two layouts have the same name, or a file cannot be read.
         """
-        layouts: list[Layout] = []
-        for file in self.files:
-            layouts += read_layouts(file, snap_gap=self.snap_gap)
-            if self.limit is not None and len(layouts) >= self.limit:
-                break
-        layouts = [*layouts, *random_layouts(self.generated, self.seed)][: self.limit]
-        names = [layout.name for layout in layouts]
-        twice = next((n for n in names if names.count(n) > 1), None) if names else None
-        if twice is not None:
-            raise StudyError(f"layouts: name {twice!r} stands in two files; allowed: once")
-        if not layouts:
+        names: set[str] = set()
+        for layout in islice(self._sources(), self.limit):
+            if layout.name in names:
+                raise StudyError(
+                    f"layouts: name {layout.name!r} stands in two files; allowed: once"
+                )
+            names.add(layout.name)
+            yield layout
+        if not names:
             raise StudyError("layouts: the files hold none; allowed: one or more")
-        return layouts
 
-    def cases(self, layouts: list[Layout]) -> list[tuple[str, Layout]]:
+    def _sources(self) -> Iterator[Layout]:
+        for file in self.files:
+            try:
+                yield from read_layouts(file, snap_gap=self.snap_gap)
+            except OSError as error:
+                raise StudyError(f"layouts: {file}: {error.strerror}") from None
+        yield from islice(drawn_layouts(self.seed), self.generated)
+
+    def cases(self, layouts: Iterable[Layout]) -> Iterator[tuple[str, Layout]]:
         """Every (scenario, layout) to judge, cut to ``max_items`` after the scenario is drawn."""
-        return [
-            (str(scenario or AS_GIVEN), case(layout, scenario, self.seed, self.max_items))
-            for scenario in self.scenarios or (None,)
-            for layout in layouts
-        ]
+        for layout in layouts:
+            for scenario in self.scenarios or (None,):
+                yield str(scenario or AS_GIVEN), case(layout, scenario, self.seed, self.max_items)
 
 
 def case(

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from harness.layouts.model import Layout
-from harness.methods.envelope import Extent, Limit, beyond, envelope_of, extent
+from harness.methods.envelope import Limit, beyond, envelope_of, extent
 from harness.methods.registry import make_method
 
 EnvelopeUse = dict[str, dict[str, Any]]
@@ -15,46 +15,53 @@ and ``reasons``, the most frequent first: ``limit``, ``cases``, the first one as
 the ``sentence`` that says how far it goes."""
 
 
-def envelope_use(methods: Iterable[str], cases: Sequence[tuple[str, Layout]]) -> EnvelopeUse:
-    """What a manifest says of envelopes: methods without an engine are left out.
+class EnvelopeCount:
+    """Counts cases beyond envelopes, one after the other.
 
     Args:
-        methods: spec strings.
-        cases: scenario and layout.
+        methods: spec strings; those without an engine are left out.
     """
-    use: EnvelopeUse = {}
-    extents: list[Extent] = []
-    for spec in methods:
-        method = make_method(spec)
-        if method.spec.engine is None:
-            continue
-        held = envelope_of(method)
-        if held is None:
-            use[spec] = {"measured": False}
-            continue
-        extents = extents or [extent(layout) for _, layout in cases]
-        found = [beyond(one, held) for one in extents]
-        named = [(said, layout.name) for said, (_, layout) in zip(found, cases, strict=True)]
-        reasons = [reason for limit in Limit if (reason := _reason(limit, named))]
-        use[spec] = {
+
+    def __init__(self, methods: Iterable[str]) -> None:
+        judges = {spec: make_method(spec) for spec in methods}
+        self._held = {
+            spec: envelope_of(method) for spec, method in judges.items() if method.spec.engine
+        }
+        self._of = 0
+        self._beyond = dict.fromkeys(self._held, 0)
+        self._reasons: dict[str, dict[Limit, dict[str, Any]]] = {spec: {} for spec in self._held}
+
+    def add(self, layout: Layout) -> None:
+        """Count a case."""
+        self._of += 1
+        known = {spec: held for spec, held in self._held.items() if held is not None}
+        reach = extent(layout) if known else None
+        for spec, held in known.items():
+            assert reach is not None
+            said = beyond(reach, held)
+            self._beyond[spec] += bool(said)
+            for limit, sentence in said.items():
+                first = {
+                    "limit": str(limit), "cases": 0, "example": layout.name, "sentence": sentence
+                }  # fmt: skip
+                self._reasons[spec].setdefault(limit, first)["cases"] += 1
+
+    @property
+    def use(self) -> EnvelopeUse:
+        """What a manifest says of envelopes."""
+        return {
+            spec: {"measured": False} if held is None else self._use(spec)
+            for spec, held in self._held.items()
+        }
+
+    def _use(self, spec: str) -> dict[str, Any]:
+        reasons = [self._reasons[spec][limit] for limit in Limit if limit in self._reasons[spec]]
+        return {
             "measured": True,
-            "cases": sum(map(bool, found)),
-            "of": len(cases),
+            "cases": self._beyond[spec],
+            "of": self._of,
             "reasons": sorted(reasons, key=lambda r: -r["cases"]),
         }
-    return use
-
-
-def _reason(
-    limit: Limit, found: Sequence[tuple[Mapping[Limit, str], str]]
-) -> dict[str, Any] | None:
-    sentences = [(name, said[limit]) for said, name in found if limit in said]
-    if not sentences:
-        return None
-    name, sentence = sentences[0]
-    return {
-        "limit": str(limit), "cases": len(sentences), "example": name, "sentence": sentence
-    }  # fmt: skip
 
 
 def study_warnings(use: EnvelopeUse) -> list[str]:

@@ -7,6 +7,7 @@ the labelled set itself.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ import pyarrow as pa
 from harness.layouts.benchmark import Benchmark, BenchmarkError, load_benchmark
 from harness.layouts.benchmark.dataset import KEYS
 from harness.layouts.benchmark.tables import is_table, read_parquet, write_parquet
+from harness.layouts.formats import read_written
 from harness.layouts.model import Layout
 from harness.studies.definition import StudyDefinition
 from harness.studies.results import ResultsError
@@ -43,19 +45,23 @@ null when all are zero."""
 _FILE = "labels.parquet"
 
 
+Case = tuple[str, Layout]
+"""A scenario, and the layout as it is judged."""
+
+
 @dataclass(frozen=True)
 class Material:
-    """What a study judges.
+    """What a study judges. Layouts and cases come in turn, so that there may be any number.
 
     Attributes:
-        layouts: as the run folder keeps them, without scenarios.
-        cases: every (scenario, layout) to judge.
+        layouts: as the run folder keeps them, without scenarios; to be gone through once.
+        cases: all cases, from the file that the layouts were written to; each call begins anew.
         labels: a row a case, :data:`LABELS`; None without labels.
         about: what a manifest says of the labels; None without labels.
     """
 
-    layouts: list[Layout]
-    cases: list[tuple[str, Layout]]
+    layouts: Iterable[Layout]
+    cases: Callable[[Path], Iterable[Case]]
     labels: pd.DataFrame | None = None
     about: dict[str, Any] | None = None
 
@@ -64,10 +70,10 @@ def own_material(study: StudyDefinition) -> Material:
     """What a study without labels judges.
 
     Raises:
-        LayoutError, StudyError: see :meth:`StudyDefinition.layouts`.
+        LayoutError, StudyError: when its layouts are asked for, see
+            :meth:`StudyDefinition.layouts`.
     """
-    layouts = study.layouts()
-    return Material(layouts, study.cases(layouts))
+    return Material(study.layouts(), lambda kept: study.cases(read_written(kept)))
 
 
 def labelled_material(study: StudyDefinition) -> Material:
@@ -97,7 +103,7 @@ def labelled_material(study: StudyDefinition) -> Material:
     }
     if isinstance(study.benchmark_directory, str):
         about["set"] = study.benchmark_directory
-    return Material(centred, cases, labels, about)
+    return Material(centred, lambda kept: cases, labels, about)
 
 
 def _labels(benchmark: Benchmark, chosen: pd.DataFrame) -> pd.DataFrame:

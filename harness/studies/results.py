@@ -12,7 +12,7 @@ import inspect
 import json
 import platform
 import subprocess
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -109,16 +109,42 @@ def write_shard(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:
     write_atomically(path, sink.getvalue().to_pybytes())
 
 
-def load_results(directory: str | Path) -> pd.DataFrame:
+def load_results(directory: str | Path, columns: Sequence[str] | None = None) -> pd.DataFrame:
     """All rows of a run folder as a DataFrame with the columns of :data:`SCHEMA`.
 
     Integer columns that may be missing come as pandas' nullable ``Int32``. Rows are sorted, so
     equal studies give equal frames whatever order they were computed in.
 
+    Args:
+        directory: the run folder.
+        columns: those to read, in the order wanted, :data:`KEYS` among them; None for all. Where
+            rows are many, leave out what is not needed: ``ignored`` and ``emulated`` take as much
+            memory as all other columns.
+
     Raises:
         ResultsError: not a run folder, one of another schema version, or a damaged one.
     """
-    directory = Path(directory)
+    tables = [_read(shard, columns) for shard in _shards(Path(directory))]
+    return _frame(pa.concat_tables(tables)).sort_values(KEYS, kind="stable", ignore_index=True)
+
+
+def each_shard(
+    directory: str | Path, columns: Sequence[str] | None = None
+) -> Iterator[pd.DataFrame]:
+    """The rows of a run folder, one shard after the other, however many there are.
+
+    Args:
+        directory: the run folder.
+        columns: those to read; None for all.
+
+    Raises:
+        ResultsError: as :func:`load_results`.
+    """
+    for shard in _shards(Path(directory)):
+        yield _frame(_read(shard, columns))
+
+
+def _shards(directory: Path) -> list[Path]:
     manifest = load_manifest(directory)
     found = manifest["schema_version"]
     if found != SCHEMA_VERSION:
@@ -127,13 +153,18 @@ def load_results(directory: str | Path) -> pd.DataFrame:
     shards = [path for path in paths if path.exists()]
     if not shards:
         raise ResultsError(f"{directory}: holds no results yet")
-    damaged = next((path for path in shards if not is_whole(path)), None)
-    if damaged:
-        raise ResultsError(f"{damaged}: is damaged; run the study again to compute it anew")
-    table = pa.concat_tables([pq.read_table(shard, schema=SCHEMA) for shard in shards])
+    return shards
+
+
+def _read(shard: Path, columns: Sequence[str] | None) -> pa.Table:
+    if not is_whole(shard):
+        raise ResultsError(f"{shard}: is damaged; run the study again to compute it anew")
+    return pq.read_table(shard, schema=SCHEMA, columns=None if columns is None else list(columns))
+
+
+def _frame(table: pa.Table) -> pd.DataFrame:
     nullable = {pa.int32(): pd.Int32Dtype()}
-    frame = table.to_pandas(types_mapper=nullable.get)
-    return frame.sort_values(KEYS, kind="stable", ignore_index=True)
+    return table.to_pandas(types_mapper=nullable.get)
 
 
 def load_manifest(directory: str | Path) -> dict[str, Any]:

@@ -1,27 +1,30 @@
-"""Methods x layouts -> results: split into units, judged over processes, resumable."""
+"""Methods x layouts -> results: split into units, judged wherever, resumable.
+
+Nothing here holds all layouts, units or rows: they come in turn, so that a study may have any
+number. What grows with it are the names of shards and of layouts.
+"""
 
 from __future__ import annotations
 
 import fcntl
 import hashlib
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from engines.registry import installed_versions
 from harness.atomic import write_atomically
 from harness.layouts.formats import Format, write_layouts
 from harness.layouts.model import Layout
-from harness.methods.method import Method, Status, Verdict, judge
 from harness.methods.registry import make_method
 from harness.studies.definition import StudyDefinition
-from harness.studies.envelope_use import envelope_use
-from harness.studies.executors import IN_THIS_PROCESS, run_units
+from harness.studies.envelope_use import EnvelopeCount
+from harness.studies.executors import IN_THIS_PROCESS, Executor, run_units
 from harness.studies.labels import (
+    Case,
     Material,
     has_labels,
     labelled_material,
@@ -32,72 +35,20 @@ from harness.studies.results import (
     SCHEMA_VERSION,
     ResultsError,
     is_whole,
-    judged_by,
     load_manifest,
     provenance,
-    result_row,
     write_shard,
 )
+from harness.studies.units import Unit, crashed_row, judge_unit, made_now, study_units
 
-Row = dict[str, Any]
-"""A row of :data:`harness.studies.results.SCHEMA`."""
-
-
-@dataclass(frozen=True, slots=True)
-class Unit:
-    """A unit of work: one method, what it is to judge, and the shard the rows go to.
-
-    A judgement is a repetition, a scenario and a layout; a row each.
-    """
-
-    method: str
-    judgements: tuple[tuple[int, str, Layout], ...]
-    shard: Path
-    timeout: float | None = None
-
-    def __len__(self) -> int:
-        return len(self.judgements)
-
-    def without(self, done: int) -> Unit:
-        """The unit without its first ``done`` judgements."""
-        return replace(self, judgements=self.judgements[done:])
-
-    def describe(self, part: int) -> str:
-        """A judgement for people."""
-        _, scenario, layout = self.judgements[part]
-        return f"{self.method} on layout {layout.name!r} ({scenario})"
-
-
-def judge_unit(unit: Unit) -> Iterator[Row]:
-    """Prepare a unit's method, then judge: a row of the results for every judgement, in turn.
-
-    The first layout is judged once beforehand, so that no reported time holds imports, compilation
-    or first connections.
-    """
-    method = make_method(unit.method)
-    method.prepare(max(len(layout) for _, _, layout in unit.judgements))
-    return _rows(method, unit)
-
-
-def _rows(method: Method, unit: Unit) -> Iterator[Row]:
-    judge(method, unit.judgements[0][2], unit.timeout)
-    for repetition, scenario, layout in unit.judgements:
-        verdict = judge(method, layout, unit.timeout)
-        yield result_row(layout, scenario, method, repetition, verdict)
-
-
-def _crashed(unit: Unit, part: int, reason: str) -> Row:
-    """The row of a judgement that ends the process it is made in."""
-    repetition, scenario, layout = unit.judgements[part]
-    verdict = Verdict(item_count=len(layout), status=Status.CRASHED, reason=reason)
-    return result_row(layout, scenario, make_method(unit.method), repetition, verdict)
+_KEPT = "layouts.json"
 
 
 def run_study(
     study: StudyDefinition,
     directory: Path,
     *,
-    workers: int = IN_THIS_PROCESS,
+    workers: int | Executor = IN_THIS_PROCESS,
     rerun: bool = False,
     resume: bool = False,
     progress: Callable[[int, int], None] = lambda done, total: None,
@@ -111,8 +62,8 @@ def run_study(
     Args:
         study: what to compare.
         directory: the run folder; made when it does not exist.
-        workers: processes beside this one, in which an engine may crash: that costs one row of
-            status ``crashed``. 0 judges in this process, and a crash ends it.
+        workers: processes beside this one, or an executor, in which an engine may crash: that costs
+            one row of status ``crashed``. 0 judges in this process, and a crash ends it.
         rerun: compute everything anew.
         resume: there must be a run to go on with; without it, one is begun where there is none.
         progress: called with rows done and rows in all, first with what is already there.
@@ -123,6 +74,7 @@ def run_study(
         EngineNotInstalledError: a method's engine is missing.
         LayoutError, StudyError: see :meth:`StudyDefinition.layouts`.
         BenchmarkError: see :func:`harness.studies.labels.labelled_material`.
+        OtherCodeError: a process that is to judge has other code or packages than this one.
         WorkerDiedError: see :func:`harness.studies.executors.run_units`.
     """
     if resume and not (directory / "manifest.json").exists():
@@ -132,47 +84,86 @@ def run_study(
     material = own_material(study) if study.benchmark is None else labelled_material(study)
     _claim(directory, study)
     with locked(directory):
-        units = list(_units(study, material.cases, directory / "results"))
-        missing = [unit for unit in units if rerun or not is_whole(unit.shard)]
-        total = sum(map(len, units))
-        present = total - sum(map(len, missing))
-        progress(present, total)
-        manifest = _manifest(study, material, [unit.shard.stem for unit in units], total)
-        if not missing and _is_finished(directory, manifest):
-            return 0
-        for unit in missing:
-            unit.shard.unlink(missing_ok=True)
-        for unfinished in (directory / "results").glob(".*.parquet.*"):
-            unfinished.unlink()
-        _write_manifest(directory, manifest)
-        write_layouts(directory / "layouts.json", material.layouts, Format.NATIVE)
-        write_labels(directory, material.labels)
-        computed = 0
-        for unit, rows in run_units(judge_unit, missing, workers=workers, crashed=_crashed):
-            write_shard(unit.shard, rows)
-            computed += len(rows)
-            progress(present + computed, total)
-        _write_manifest(directory, {**manifest, "finished": _now()})
+        return _run(study, material, directory, workers, rerun, progress)
+
+
+def _run(
+    study: StudyDefinition,
+    material: Material,
+    directory: Path,
+    workers: int | Executor,
+    rerun: bool,
+    progress: Callable[[int, int], None],
+) -> int:
+    results, layouts = directory / "results", directory / f".{_KEPT}"
+    for unfinished in (*directory.glob(f".{_KEPT}*"), *results.glob(".*.parquet.*")):
+        unfinished.unlink()
+    made_by = made_now(study.methods)
+    survey = _Survey(EnvelopeCount(study.methods), of_cases=material.about is not None)
+    write_layouts(layouts, survey.kept(material.layouts), Format.NATIVE)
+    for unit in study_units(study, survey.judged(material.cases(layouts)), results, made_by):
+        survey.add(unit, missing=rerun or not is_whole(unit.shard))
+    progress(survey.present, survey.rows)
+    manifest = _manifest(study, material, survey)
+    if not survey.missing and _is_finished(directory, manifest):
+        layouts.unlink()
+        return 0
+    for name in survey.missing:
+        (results / f"{name}.parquet").unlink(missing_ok=True)
+    _write_manifest(directory, manifest)
+    layouts.replace(directory / _KEPT)
+    write_labels(directory, material.labels)
+    computed = 0
+    units = study_units(study, material.cases(directory / _KEPT), results, made_by)
+    missing = (unit for unit in units if unit.shard.stem in survey.missing)
+    for unit, rows in run_units(judge_unit, missing, workers=workers, crashed=crashed_row):
+        write_shard(unit.shard, rows)
+        computed += len(rows)
+        progress(survey.present + computed, survey.rows)
+    _write_manifest(directory, {**manifest, "finished": _now()})
     return computed
 
 
-def _units(study: StudyDefinition, cases: list[tuple[str, Layout]], folder: Path) -> Iterator[Unit]:
-    """The study in parts; a shard's name is a hash of all that its rows depend on."""
-    for method in study.methods:
-        chosen = make_method(method)
-        versions = installed_versions(chosen.spec.engine or "")
-        made_by = [SCHEMA_VERSION, judged_by(chosen), versions]
-        for start in range(0, len(cases), study.shard_size):
-            part = tuple(cases[start : start + study.shard_size])
-            identity = [method, study.repetitions, study.timeout, *made_by]
-            identity += [[s, lay.name, lay.content_hash()] for s, lay in part]
-            digest = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:20]
-            judgements = tuple(
-                (repetition, scenario, layout)
-                for repetition in range(study.repetitions)
-                for scenario, layout in part
-            )
-            yield Unit(method, judgements, folder / f"{digest}.parquet", study.timeout)
+@dataclass
+class _Survey:
+    """What is to be known of a study before it begins, from going through it once."""
+
+    envelope: EnvelopeCount
+    of_cases: bool
+    """Whether the hash of the data is one of cases, rather than of layouts: scenarios follow from a
+    study's own layouts, but a labelled set has its own cases."""
+    shards: list[str] = field(default_factory=list)
+    missing: set[str] = field(default_factory=set)
+    rows: int = 0
+    present: int = 0
+    layouts: int = 0
+    digest: Any = field(default_factory=hashlib.sha256)
+
+    def kept(self, layouts: Iterable[Layout]) -> Iterator[Layout]:
+        """The layouts, while they go by."""
+        for layout in layouts:
+            self.layouts += 1
+            if not self.of_cases:
+                self.digest.update(layout.content_hash().encode())
+            yield layout
+
+    def judged(self, cases: Iterable[Case]) -> Iterator[Case]:
+        """The cases, while they go by."""
+        for scenario, layout in cases:
+            self.envelope.add(layout)
+            if self.of_cases:
+                self.digest.update(layout.content_hash().encode())
+            yield scenario, layout
+
+    def add(self, unit: Unit, *, missing: bool) -> None:
+        """Take note of a unit."""
+        name = unit.shard.stem
+        self.shards.append(name)
+        self.rows += len(unit)
+        if missing:
+            self.missing.add(name)
+        else:
+            self.present += len(unit)
 
 
 def _claim(directory: Path, study: StudyDefinition) -> None:
@@ -183,9 +174,14 @@ def _claim(directory: Path, study: StudyDefinition) -> None:
         name = load_manifest(directory)["study"]["name"]
         if name != study.name:
             raise ResultsError(f"{directory}: holds the study {name!r}; choose another folder")
-    elif directory.exists() and {p.name for p in directory.iterdir()} - {"results", ".lock"}:
+    elif directory.exists() and any(map(_is_foreign, directory.iterdir())):
         raise ResultsError(f"{directory}: holds something that is no study; choose another folder")
     (directory / "results").mkdir(parents=True, exist_ok=True)
+
+
+def _is_foreign(found: Path) -> bool:
+    """Not what an interrupted beginning leaves."""
+    return found.name not in ("results", ".lock") and not found.name.startswith(f".{_KEPT}")
 
 
 @contextmanager
@@ -213,9 +209,7 @@ def _is_finished(directory: Path, manifest: dict[str, Any]) -> bool:
     return same and complete and found["finished"] is not None
 
 
-def _manifest(
-    study: StudyDefinition, material: Material, shards: list[str], rows: int
-) -> dict[str, Any]:
+def _manifest(study: StudyDefinition, material: Material, survey: _Survey) -> dict[str, Any]:
     definition = {
         "name": study.name,
         "methods": list(study.methods),
@@ -231,19 +225,16 @@ def _manifest(
     }
     if study.benchmark is not None:
         definition["benchmark"] = str(study.benchmark)
-    # Scenarios follow from a study's own layouts; a labelled set has its own cases.
-    judged = material.layouts if material.about is None else [case for _, case in material.cases]
-    data = hashlib.sha256("".join(lay.content_hash() for lay in judged).encode()).hexdigest()
     return {
         "schema_version": SCHEMA_VERSION,
         "study": definition,
         "study_hash": hashlib.sha256(json.dumps(definition).encode()).hexdigest()[:16],
-        "data_hash": data[:16],
-        "layouts": len(material.layouts),
-        "rows": rows,
-        "shards": shards,
+        "data_hash": survey.digest.hexdigest()[:16],
+        "layouts": survey.layouts,
+        "rows": survey.rows,
+        "shards": survey.shards,
         **({} if material.about is None else {"labels": material.about}),
-        "envelope": envelope_use(study.methods, material.cases),
+        "envelope": survey.envelope.use,
         **provenance(),
         "started": _now(),
         "finished": None,

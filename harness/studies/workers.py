@@ -12,11 +12,13 @@ import os
 import pickle
 import signal
 import threading
+import time
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
 from typing import Any
@@ -31,6 +33,9 @@ _RAISED_BY_LIBRARIES = frozenset(
 )
 """Signals that native code brings upon itself; others come from outside, as from a user or from a
 system that is out of memory."""
+
+_STARTING = threading.Lock()
+"""Held while a process is started, because the environment is changed for it."""
 
 _LAST_WORDS = 10.0
 """Seconds for a worker that has hung up, or has nothing left to do, to end by itself."""
@@ -93,7 +98,7 @@ class Worker:
         self.connection, theirs = context.Pipe()
         self._process = context.Process(target=_serve, args=(theirs, work))
         try:
-            with _one_thread(), interrupts_ignored():
+            with _STARTING, _one_thread(), interrupts_held_back():
                 self._process.start()
         except (pickle.PicklingError, AttributeError, TypeError) as error:
             self.connection.close()
@@ -107,10 +112,7 @@ class Worker:
         Raises:
             UnpicklableError: it cannot be sent.
         """
-        try:
-            message = ForkingPickler.dumps(unit)
-        except Exception as error:
-            raise _unpicklable(unit, error) from error
+        message = pickled(unit)
         with contextlib.suppress(OSError):  # one that has died says so when it is heard next
             self.connection.send_bytes(message)
 
@@ -121,8 +123,15 @@ class Worker:
         except (EOFError, OSError):
             self._process.join(_LAST_WORDS)
             self.kill()
-            assert self._process.exitcode is not None
-            return Event.ENDED, Ending(self._process.exitcode)
+            return Event.ENDED, Ending(self._exit_code())
+
+    def _exit_code(self) -> int:
+        """Another thread that starts a process asks after all there are, and may be told first."""
+        deadline = time.monotonic() + _LAST_WORDS
+        while (code := self._process.exitcode) is None and time.monotonic() < deadline:
+            time.sleep(0.001)
+        assert code is not None, "somebody else waits for processes that are ours"
+        return code
 
     def dismiss(self) -> None:
         """Let it go: it ends when it has nothing left to do. To be followed by :meth:`end`."""
@@ -133,8 +142,12 @@ class Worker:
         self._process.join(_LAST_WORDS)
         self.kill()
 
+    def stop(self) -> None:
+        """End it now, whoever waits for what it says: that hears of its end."""
+        self._process.kill()
+
     def kill(self) -> None:
-        """End it now."""
+        """End it now; nobody else listens to it."""
         self._process.kill()
         self._process.join()
         self.connection.close()
@@ -143,6 +156,7 @@ class Worker:
 def _serve(connection: Connection, work: Work) -> None:
     """What a worker does: units of work until there are no more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     _end_with_parent()
     with contextlib.suppress(BrokenPipeError, ConnectionResetError):  # nobody listens any more
         connection.send((Event.READY, None))
@@ -155,19 +169,11 @@ def _serve(connection: Connection, work: Work) -> None:
                 answers = work(pickle.loads(message))  # noqa: S301 - from the process above
                 connection.send((Event.PREPARED, None))
                 for answer in answers:
-                    _send_answer(connection, answer)
+                    connection.send_bytes(pickled((Event.ANSWER, answer)))
                 connection.send((Event.DONE, None))
             except Exception as error:
                 told = (_picklable(error), traceback.format_exc())
                 connection.send((Event.FAILED, told))
-
-
-def _send_answer(connection: Connection, answer: object) -> None:
-    try:
-        message = ForkingPickler.dumps((Event.ANSWER, answer))
-    except Exception as error:
-        raise _unpicklable(answer, error) from error
-    connection.send_bytes(message)
 
 
 def _picklable(error: Exception) -> Exception:
@@ -177,6 +183,18 @@ def _picklable(error: Exception) -> Exception:
     except Exception:
         return RuntimeError(f"{type(error).__name__}: {error}")
     return error
+
+
+def pickled(thing: object) -> bytes:
+    """A thing as it is sent to another process.
+
+    Raises:
+        UnpicklableError: it cannot be sent.
+    """
+    try:
+        return bytes(ForkingPickler.dumps(thing))
+    except Exception as error:
+        raise _unpicklable(thing, error) from error
 
 
 def _unpicklable(thing: object, error: Exception) -> UnpicklableError:
@@ -204,20 +222,19 @@ def _one_thread() -> Iterator[None]:
 
 
 @contextmanager
-def interrupts_ignored() -> Iterator[None]:
-    """A process that is started meanwhile inherits this.
+def interrupts_held_back() -> Iterator[None]:
+    """A process that this thread starts meanwhile gets no interrupts until it asks for them.
 
-    Ctrl-C reaches the whole process group, and only the parent answers. A worker says so itself,
-    too, but only once it has started.
+    Ctrl-C reaches the whole process group, and only the parent answers. A worker says that it
+    ignores interrupts, but only once it has started. Threads that are started meanwhile hand it
+    on to all processes that they start.
     """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    resource_tracker.ensure_running()  # when it starts, it lets this thread have interrupts again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _end_with_parent() -> None:

@@ -11,7 +11,7 @@ from typing import ClassVar, Protocol
 
 import numpy as np
 
-from harness.studies.workers import interrupts_ignored
+from harness.studies.workers import interrupts_held_back
 from harness.tuning.space import Genotype, Space
 
 _WHEEL = 150
@@ -81,7 +81,7 @@ class Genetic:
         self._process = context.Process(
             target=_evolve, args=(theirs, first, sizes, seed), daemon=True
         )
-        with interrupts_ignored():
+        with interrupts_held_back():
             self._process.start()
         theirs.close()
 

@@ -1,6 +1,5 @@
 """Workers that die: nothing is lost but what was in flight, and nothing is marked falsely."""
 
-import importlib
 import json
 import multiprocessing
 import os
@@ -9,43 +8,21 @@ import subprocess
 import sys
 import threading
 import time
-from pathlib import Path
+from itertools import islice
 
 import pandas as pd
 import pytest
 
 from harness.layouts.formats import Format, write_layouts
 from harness.layouts.packing import random_layouts
-from harness.methods import registry
 from harness.studies.comparison import compare
 from harness.studies.definition import StudyDefinition
-from harness.studies.executors import WorkerDiedError, run_units
+from harness.studies.executors import Processes, WorkerDiedError, run_units
 from harness.studies.results import ResultsError, load_results
 from harness.studies.runner import run_study
 from harness.studies.workers import RemoteTracebackError, UnpicklableError
 
-OUTSIDE = Path(__file__).parent / "outside"
 BAD = "layout-0002"
-
-
-@pytest.fixture
-def outside(tmp_path, monkeypatch):
-    """The judges of another distribution, found by entry points as an installed one's are."""
-    site = tmp_path / "site"
-    about = site / "outside_judges-1.0.dist-info"
-    about.mkdir(parents=True)
-    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: outside-judges\nVersion: 1.0\n")
-    (about / "entry_points.txt").write_text(
-        "[steadyload.methods]\nharmful = outside_judges:Harmful\n"
-    )
-    (site / "outside_judges.py").write_bytes((OUTSIDE / "outside_judges.py").read_bytes())
-    monkeypatch.syspath_prepend(site)
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(site), *filter(None, sys.path)]))
-    monkeypatch.setenv("OUTSIDE_JUDGES", str(tmp_path))
-    registry._from_other_distributions.cache_clear()
-    yield importlib.import_module("outside_judges")
-    registry._from_other_distributions.cache_clear()
-    del sys.modules["outside_judges"]
 
 
 def study_of(*methods, generated=6, shard_size=6, **values):
@@ -202,6 +179,39 @@ def test_workers_keep_to_one_thread(outside, monkeypatch):
 def test_fewer_workers_than_none_are_refused(outside):
     with pytest.raises(ValueError, match="workers is -1; allowed: 0"):
         list(run_units(outside.variables, [], workers=-1, crashed=no_crash))
+
+
+def test_no_more_units_are_asked_for_than_there_is_room_for(outside):
+    drawn = []
+
+    def units():
+        while True:
+            drawn.append(len(drawn))
+            yield outside.Words((f"UNSET_{len(drawn)}",))
+
+    answers = run_units(outside.variables, units(), workers=2, crashed=no_crash)
+    for done, (_, answer) in enumerate(islice(answers, 20), start=1):
+        assert answer == [None]
+        assert len(drawn) - done < 4
+    answers.close()
+    assert not multiprocessing.active_children()
+
+
+def test_an_executor_keeps_its_workers_for_the_same_work(outside):
+    def answers(work):
+        units = [outside.Words(("PID",)) for _ in range(3)]
+        found = run_units(work, units, workers=executor, crashed=no_crash)
+        return {answer for _, (answer,) in found}
+
+    with Processes(1) as executor:
+        first = answers(outside.processes)
+        assert len(first) == 1
+        with pytest.raises(RuntimeError, match="_OddError"):
+            answers(outside.odd_failures)
+        assert answers(outside.variables) == {None}
+        again = answers(outside.processes)
+        assert again == answers(outside.processes) != first
+    assert not multiprocessing.active_children()
 
 
 def test_a_script_without_a_guard_is_told_so(tmp_path):

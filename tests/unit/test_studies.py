@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -17,10 +18,12 @@ from engines.world import EngineNotInstalledError
 from harness.layouts.formats import Format, write_layouts
 from harness.layouts.packing import random_layouts
 from harness.methods import Status
+from harness.methods.method import judge
 from harness.methods.registry import make_method
 from harness.studies.definition import StudyError, load_study
 from harness.studies.results import SCHEMA, ResultsError, load_manifest, load_results
-from harness.studies.runner import judge, run_study
+from harness.studies.runner import run_study
+from harness.studies.units import OtherCodeError, Unit, judge_unit, made_now
 
 STUDY = """
 name = "small"
@@ -105,6 +108,19 @@ def test_changed_code_counts_as_missing(study_file, tmp_path, monkeypatch):
     monkeypatch.setattr("harness.studies.results.code_fingerprint", lambda *_: "another")
     assert run_study(study, run) == 18
     assert len(load_results(run)) == 18
+
+
+def test_other_code_where_it_is_judged_is_refused(stack):
+    made_by = made_now(["sme"])["sme"]
+    judgements = ((0, "S1", stack(0.0)),)
+    assert len(list(judge_unit(Unit("sme", judgements, Path("x"), made_by)))) == 1
+    for name, value, message in (
+        ("code", "another", f"would judge by code {made_by['code'][:16]} instead of another;"),
+        ("mujoco", "99", f"would judge by mujoco {made_by['mujoco']} instead of 99;"),
+        ("jolt", "5", "would judge by jolt missing instead of 5;"),
+    ):
+        with pytest.raises(OtherCodeError, match=re.escape(message)):
+            judge_unit(Unit("sme", judgements, Path("x"), {**made_by, name: value}))
 
 
 def test_a_study_that_was_killed_resumes_to_the_same_table(tmp_path):
@@ -243,7 +259,7 @@ def test_new_engine_versions_count_as_missing(study_file, tmp_path, monkeypatch)
     study, run = load_study(study_file), tmp_path / "run"
     run_study(study, run)
     monkeypatch.setattr(
-        "harness.studies.runner.installed_versions", lambda engine=None: {"mujoco": "99"}
+        "harness.studies.units.installed_versions", lambda engine=None: {"mujoco": "99"}
     )
     assert run_study(study, run) == 18
 

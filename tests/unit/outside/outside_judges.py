@@ -30,6 +30,7 @@ class Harm(StrEnum):
     ABORT_ONCE = "abort-once"
     EXIT = "exit"
     KILL = "kill"
+    KILL_PARENT = "kill-parent"
     PREPARE = "prepare"
 
 
@@ -64,6 +65,9 @@ class Harmful(Method):
                     ctypes.CDLL(None).exit(3)
                 case Harm.KILL:
                     os.kill(os.getpid(), signal.SIGKILL)
+                case Harm.KILL_PARENT:
+                    os.kill(os.getppid(), signal.SIGKILL)
+                    time.sleep(60)
         return STABLE
 
 
@@ -92,8 +96,16 @@ def variables(unit):
     return (os.getenv(word) for word in unit.words)
 
 
+def processes(unit):
+    return (os.getpid() for _ in unit.words)
+
+
 def locks(unit):
     return (threading.Lock() for _ in unit.words)
+
+
+def no_crash(unit, part, reason):
+    raise AssertionError(reason)
 
 
 class _OddError(Exception):

@@ -1,0 +1,108 @@
+"""Studies of any number of rows: what is held at a time does not grow with them."""
+
+import gc
+import json
+
+import pandas as pd
+import pytest
+
+from harness.layouts.formats import Format, read_layouts, read_written, write_layouts
+from harness.layouts.model import Layout, LayoutError
+from harness.layouts.packing import random_layouts
+from harness.studies.definition import StudyDefinition, StudyError
+from harness.studies.results import KEYS, ResultsError, each_shard, load_results
+from harness.studies.runner import run_study
+from harness.studies.scale import scale
+from reports.pages import write_page
+from reports.scale_page import scale_page
+
+
+def test_a_study_holds_no_more_layouts_than_it_is_at(tmp_path):
+    study = StudyDefinition("many", ("fbs", "sme"), generated=120, seed=1, shard_size=4)
+    held = []
+
+    def count(done, total):
+        if done % 80 == 0:
+            held.append(sum(isinstance(thing, Layout) for thing in gc.get_objects()))
+
+    before = sum(isinstance(thing, Layout) for thing in gc.get_objects())
+    assert run_study(study, tmp_path / "run", progress=count) == 240
+    assert len(held) == 4
+    assert max(held) - before <= 2 * study.shard_size
+
+
+def test_units_come_as_they_are_asked_for(tmp_path):
+    """All methods judge the first cases before the next: an interrupted study can be compared."""
+    study = StudyDefinition("many", ("fbs", "sme"), generated=6, seed=1, shard_size=2)
+
+    def interrupt(done, total):
+        if done == 8:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_study(study, tmp_path / "run", progress=interrupt)
+    judged = load_results(tmp_path / "run").groupby("method")["layout"].agg(set)
+    assert judged["fbs"] == judged["sme"] == {f"layout-000{k}" for k in range(4)}
+    assert run_study(study, tmp_path / "run") == 4
+
+
+def test_layouts_that_were_written_are_read_in_turn(tmp_path):
+    file, layouts = tmp_path / "layouts.json", random_layouts(4, seed=2)
+    write_layouts(file, iter(layouts), Format.NATIVE)
+    # As json.dump writes it, and as older run folders hold it.
+    assert file.read_text() == json.dumps(json.loads(file.read_text()), indent=1) + "\n"
+    for found in (read_layouts(file), list(read_written(file))):
+        assert [(lay.name, lay.items) for lay in found] == [
+            (lay.name, lay.items) for lay in layouts
+        ]
+    (one,) = read_written(file, {"layout-0002"})
+    assert one.items == layouts[2].items
+    write_layouts(tmp_path / "none.json", [], Format.NATIVE)
+    assert list(read_written(tmp_path / "none.json")) == []
+
+
+@pytest.mark.parametrize("keep", [0, 100, 1000, -1, -4, -5])
+def test_a_cut_off_file_is_refused(tmp_path, keep):
+    file = tmp_path / "layouts.json"
+    write_layouts(file, random_layouts(2, seed=2), Format.NATIVE)
+    file.write_text(file.read_text()[:keep])
+    with pytest.raises(LayoutError, match=r"layouts\.json: .* cut off"):
+        list(read_written(file))
+
+
+def test_a_name_that_stands_in_two_files_is_refused_before_anything_is_judged(tmp_path):
+    for name in ("a.json", "b.json"):
+        write_layouts(tmp_path / name, random_layouts(2, seed=2), Format.NATIVE)
+    study = StudyDefinition("twice", ("fbs",), files=(tmp_path / "a.json", tmp_path / "b.json"))
+    with pytest.raises(StudyError, match="'layout-0000' stands in two files"):
+        run_study(study, tmp_path / "run")
+    assert not list((tmp_path / "run").glob("*.json"))
+    (tmp_path / "b.json").unlink()
+    with pytest.raises(StudyError, match=r"b\.json: No such file"):
+        run_study(study, tmp_path / "run")
+    assert run_study(StudyDefinition("once", ("fbs",), generated=1), tmp_path / "run") == 1
+
+
+def test_results_can_be_read_by_column_and_by_shard(tmp_path):
+    study = StudyDefinition("small", ("fbs", "sme"), generated=5, seed=1, shard_size=2)
+    run_study(study, tmp_path / "run")
+    rows = load_results(tmp_path / "run")
+    some = load_results(tmp_path / "run", [*KEYS, "score"])
+    pd.testing.assert_frame_equal(some, rows[[*KEYS, "score"]])
+    shards = list(each_shard(tmp_path / "run"))
+    assert [len(shard) for shard in shards] == [2, 2, 2, 2, 1, 1]
+    together = pd.concat(shards).sort_values(KEYS, ignore_index=True)
+    pd.testing.assert_frame_equal(together, rows)
+    with pytest.raises(ResultsError, match=r"no manifest\.json"):
+        next(each_shard(tmp_path))
+
+
+def test_what_a_study_needs_is_measured(tmp_path):
+    points = scale([80], workers=1)
+    (point,) = points
+    assert (point.rows, point.layouts) == (80, 2)
+    for step in (point.run, point.load, point.report):
+        assert step.cpu > 0.0
+        assert 10.0 < step.peak < 10_000.0
+    text = write_page(scale_page(points, "So.", {}), tmp_path).read_text()
+    assert f" {point.run.peak:.0f} |" in text
