@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -22,6 +23,7 @@ from harness.methods.method import (
     RefusedError,
     Seconds,
     Status,
+    StepJudge,
     Stopwatch,
     Trait,
     Verdict,
@@ -165,6 +167,17 @@ class LearnedJudge(Method):
             for layout, finding in zip(given, findings, strict=True)
         ]
 
+    def steps(self, layout: Layout, watch: Stopwatch) -> StepJudge:
+        """See :meth:`Method.steps`: the risk is the probability that the step is unstable.
+
+        There is no opinion of steps from the first item on that lies outside what the networks were
+        trained on.
+        """
+        known = len(layout)
+        if self.parameters.outside is Outside.REFUSE:
+            known = self.weights.ranges.steps_inside(layout)
+        return _LikelySteps(self.probabilities(layout)[:known], self.parameters.threshold)
+
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         outside = self._outside(layout)
         if outside.status is not Status.DONE:
@@ -193,6 +206,15 @@ class LearnedJudge(Method):
         step = int(fails.argmax())
         reason = f"item {step} makes the layout unstable with probability {probabilities[step]:.2f}"
         return Finding(failing_step=step, reason=f"{reason}; {said}" if said else reason)
+
+
+class _LikelySteps(StepJudge):
+    def __init__(self, probabilities: Array32, threshold: float) -> None:
+        self._risks: list[float] = probabilities.tolist()
+        self.brink = threshold
+
+    def risk(self, step: int) -> float:
+        return self._risks[step] if step < len(self._risks) else math.nan
 
 
 class LearnedEnsemble(LearnedJudge):

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 
 import numpy as np
 
 from engines.registry import open_world, world_class
 from engines.world import Box, FixedStepWorld, WorldSettings
-from harness.layouts.contacts import find_contacts
+from harness.layouts.contacts import Contacts, find_contacts
 from harness.layouts.model import Layout
 from harness.methods.criteria import Criterion, Examiner, Indices
 from harness.methods.method import STABLE, Effort, Finding, Phase, RefusedError, Stopwatch
@@ -77,11 +78,18 @@ class Loading:
         self._stage = _Stage(
             engine, parameters.world_settings(), self.items, reseat=reseat, subsets=subsets
         )
+        self._ways = {
+            Scope.ALL: self._place_among_all,
+            Scope.LOCAL: self._place_locally,
+            Scope.WIDENING: self._place_widening,
+        }
+        self._looked_at: tuple[FixedStepWorld, Indices] | None = None
         self._substeps = self._body_substeps = self._looks = 0
         # Whatever is going to move needs some time to become faster than the speed of rest.
         fall = _PATIENCE * parameters.rest_speed / parameters.gravity if parameters.gravity else 0.0
         self._patience = max(1, math.ceil(fall * parameters.frequency))
 
+    @cached_property
     def _reach(self) -> float:
         """How far a corner of any item can come before it counts as moved [cm]."""
         p = self.parameters
@@ -97,49 +105,64 @@ class Loading:
 
     def load(self) -> Finding:
         """Place item after item until one moves or all stand."""
-        ways = {
-            Scope.ALL: self._load_all,
-            Scope.LOCAL: self._load_locally,
-            Scope.WIDENING: self._load_widening,
-        }
         try:
-            # What diverges may overflow on its way; that it did is found out when it is examined.
-            with np.errstate(over="ignore", invalid="ignore"):
-                return ways[self.parameters.scope]()
+            for step in range(len(self.items)):
+                finding = self.place(step)
+                if finding is not None:
+                    return finding
+            return STABLE
         finally:
-            self.watch.enter(Phase.BUILD)
-            self._stage.close()
+            self.close()
 
-    def _load_all(self) -> Finding:
-        for step in range(len(self.items)):
-            finding = self._settle(step, np.arange(step + 1))
-            if finding is not None:
-                return finding
-        return STABLE
+    def place(self, step: int) -> Finding | None:
+        """Place one item; a finding when something moves too far.
 
-    def _load_locally(self) -> Finding:
-        reach = self._reach()
-        for step, group in enumerate(joined_groups(find_contacts(self.layout))):
-            part = neighbourhood(self.layout, group, reach)
-            finding = self._settle(step, part.free, part.fixed)
-            if finding is not None:
-                return finding
-        return STABLE
+        Args:
+            step: above that of the placement before. Where the state is carried over, the next one;
+                where items are reseated any, and the items left out are put where they are planned.
+        """
+        self._looked_at = None
+        # What diverges may overflow on its way; that it did is found out when it is examined.
+        with np.errstate(over="ignore", invalid="ignore"):
+            return self._ways[self.parameters.scope](step)
 
-    def _load_widening(self) -> Finding:
-        contacts = find_contacts(self.layout)
-        carried = contacts.on_floor.copy()
-        for step, group in enumerate(joined_groups(contacts)):
-            carried |= contacts.carries[step]
-            alone = len(group) == 1 and contacts.on_floor[step]
-            # What hangs over a gap would fall past what is below it, and might rest on the floor.
-            apart = len(group) <= step and carried[group].all()
-            if alone or (apart and self._rests(step, group)):
-                continue
-            finding = self._settle(step, np.arange(step + 1))
-            if finding is not None:
-                return finding
-        return STABLE
+    def beyond(self) -> float:
+        """How far the item furthest from its plan is after the last placement, in thresholds."""
+        if self._looked_at is None:
+            return 0.0
+        world, items = self._looked_at
+        return self.examiner.most_moved(world.poses(), items).beyond
+
+    def close(self) -> None:
+        """Give back the world."""
+        self.watch.enter(Phase.BUILD)
+        self._stage.close()
+        self._looked_at = None
+
+    def _place_among_all(self, step: int) -> Finding | None:
+        return self._settle(step, np.arange(step + 1))
+
+    def _place_locally(self, step: int) -> Finding | None:
+        part = neighbourhood(self.layout, self._groups[step], self._reach)
+        return self._settle(step, part.free, part.fixed)
+
+    def _place_widening(self, step: int) -> Finding | None:
+        contacts, group = self._contacts, self._groups[step]
+        carried = contacts.on_floor | contacts.carries[: step + 1].any(axis=0)
+        alone = len(group) == 1 and contacts.on_floor[step]
+        # What hangs over a gap would fall past what is below it, and might rest on the floor.
+        apart = len(group) <= step and carried[group].all()
+        if alone or (apart and self._rests(step, group)):
+            return None
+        return self._place_among_all(step)
+
+    @cached_property
+    def _contacts(self) -> Contacts:
+        return find_contacts(self.layout)
+
+    @cached_property
+    def _groups(self) -> list[Indices]:
+        return joined_groups(self._contacts)
 
     def _rests(self, step: int, items: Indices) -> bool:
         """Whether these items come to rest by themselves, within the limits.
@@ -148,6 +171,7 @@ class Loading:
         """
         p = self.parameters
         world = self._hold(items)
+        self._looked_at = world, items
         start, speed = self._substeps, math.inf
         for _ in range(p.samples):
             executed = self._step(world, p.t_max / p.samples)
@@ -165,6 +189,7 @@ class Loading:
         p = self.parameters
         world = self._hold(items, fixed)
         items = np.concatenate((items, fixed))
+        self._looked_at = world, items
         any_sample = p.criterion is Criterion.PAPER
         calm = False
         start = self._substeps
