@@ -14,6 +14,7 @@ from harness.layouts import Item, Layout, Pallet
 from harness.layouts.packing import random_layouts
 from harness.methods import registry
 from harness.methods.base_support import FullBaseSupport
+from harness.methods.cascade import Cascade
 from harness.methods.method import Finding, RefusedError, Status, StepJudge, Stopwatch
 from harness.methods.registry import make_method
 from harness.methods.spec import SpecError
@@ -340,3 +341,13 @@ def test_a_cascade_is_judged_step_by_step(name, cascade):
     found = search(PROPERTIES[name], Subject(str(asked.spec)), examples=15, seed=1)
     assert found.counterexample is None
     assert found.asked > 0
+
+
+def test_the_shipped_thresholds_are_those_of_the_shipped_judges(layouts):
+    shipped = make_method("cascade@mujoco")
+    assert isinstance(shipped, Cascade)
+    shipped.prepare()
+    assert shipped.ladder.last == LAST
+    assert shipped.thresholds.default in shipped.thresholds.ladders
+    verdicts = shipped.judge_many(layouts[:4])
+    assert all(verdict.status is Status.DONE for verdict in verdicts)
