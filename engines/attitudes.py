@@ -26,6 +26,14 @@ def lengths(vectors: FloatArray) -> FloatArray:
     return np.sqrt((vectors * vectors).sum(axis=-1))
 
 
+def cross(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Cross products of vectors (n, 3), at a fraction of what ``np.cross`` costs for few."""
+    (a, b, c), (x, y, z) = first.T, second.T
+    found = np.empty_like(first)
+    found[:, 0], found[:, 1], found[:, 2] = b * z - c * y, c * x - a * z, a * y - b * x
+    return found
+
+
 def rotate(quaternions: FloatArray, vectors: FloatArray) -> FloatArray:
     """Vectors (n, 3) turned by unit quaternions (n, 4; w, x, y, z)."""
     w, x, y, z = quaternions.T

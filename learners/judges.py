@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -24,6 +25,7 @@ from harness.methods.method import (
     RefusedError,
     Seconds,
     Status,
+    StepJudge,
     Stopwatch,
     Trait,
     Verdict,
@@ -195,6 +197,17 @@ class LearnedJudge(Method):
             for layout, finding in zip(given, findings, strict=True)
         ]
 
+    def steps(self, layout: Layout, watch: Stopwatch) -> StepJudge:
+        """See :meth:`Method.steps`: the risk is the probability that the step is unstable.
+
+        There is no opinion of steps from the first item on that lies outside what the networks were
+        trained on.
+        """
+        known = len(layout)
+        if self.parameters.outside is Outside.REFUSE:
+            known = self.weights.ranges.steps_inside(layout)
+        return _LikelySteps(self.probabilities(layout)[:known], self.parameters.threshold)
+
     def begin(self, layout: GrowingLayout) -> Loader:
         """A loader that carries what the networks remember; features are made anew."""
         return _LearnedLoader(self, layout)
@@ -262,6 +275,15 @@ class _LearnedLoader(Loader):
         other = _LearnedLoader(self._method, layout)
         other._memories = list(self._memories)
         return other
+
+
+class _LikelySteps(StepJudge):
+    def __init__(self, probabilities: Array32, threshold: float) -> None:
+        self._risks: list[float] = probabilities.tolist()
+        self.brink = threshold
+
+    def risk(self, step: int) -> float:
+        return self._risks[step] if step < len(self._risks) else math.nan
 
 
 class LearnedEnsemble(LearnedJudge):

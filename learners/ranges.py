@@ -44,12 +44,13 @@ def _quantities(
 
 
 @compiled
-def _beyond(of_items: FloatArray, least: FloatArray, most: FloatArray) -> bool:
+def _inside(of_items: FloatArray, least: FloatArray, most: FloatArray) -> int:
+    """How many of the first items are within."""
     for j in range(len(of_items)):
         for k in range(of_items.shape[1]):
             if not least[k] <= of_items[j, k] <= most[k]:
-                return True
-    return False
+                return j
+    return len(of_items)
 
 
 def extent_of(
@@ -109,14 +110,22 @@ class TrainedRanges:
         # Asked first, so that any layout compiles all of it.
         of_items = _of_items(layout)
         least, most = self._least[2:], self._most[2:]
-        beyond = _beyond(of_items, least, most)
+        inside = _inside(of_items, least, most)
         for k, value in enumerate((len(layout), max(layout.pallet.size))):
             if not self._least[k] <= value <= self._most[k]:
                 return self._sentence("the layout", k, value)
-        if not beyond:
+        if inside == len(layout):
             return ""
-        item, quantity = np.argwhere((of_items < least) | (of_items > most))[0].tolist()
-        return self._sentence(f"item {item}", 2 + quantity, float(of_items[item, quantity]))
+        found = of_items[inside]
+        quantity = int(np.argmax(~((least <= found) & (found <= most))))
+        return self._sentence(f"item {inside}", 2 + quantity, float(found[quantity]))
+
+    def steps_inside(self, layout: Arrangement) -> int:
+        """How many first steps show nothing outside; all where :meth:`outside` is empty."""
+        if not self._least[1] <= max(layout.pallet.size) <= self._most[1]:
+            return 0
+        inside = _inside(_of_items(layout), self._least[2:], self._most[2:])
+        return min(inside, int(self._most[0]))
 
     def _sentence(self, of: str, quantity: int, value: float) -> str:
         name, unit = list(QUANTITIES.items())[quantity]

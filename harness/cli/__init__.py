@@ -14,9 +14,11 @@ from typing import Any
 
 from engines.registry import EngineNotInstalledError
 from harness.cli.benchmark import add_benchmark
+from harness.cli.cascade import add_cascade
 from harness.cli.extremes import add_extremes
 from harness.cli.learned import add_learned
 from harness.cli.properties import add_properties
+from harness.cli.recommend import add_recommend
 from harness.cli.study import add_report, add_study
 from harness.cli.terminal import (
     at_least,
@@ -50,6 +52,7 @@ from harness.properties import PropertyError
 from harness.studies.definition import StudyError
 from harness.studies.envelope_use import score_warnings
 from harness.studies.executors import ExecutorError, WorkerDiedError
+from harness.studies.front import FrontError
 from harness.studies.results import ResultsError
 from harness.studies.scoring import score_layouts
 from harness.studies.viewing import ViewError
@@ -66,6 +69,7 @@ _BAD_INPUT = (
     BenchmarkError,
     PropertyError,
     TuningError,
+    FrontError,
     LearnerError,
     RecordingError,
     ViewError,
@@ -196,6 +200,8 @@ def _parser() -> argparse.ArgumentParser:
     add_train(commands)
     add_generate(commands)
     add_learned(commands)
+    add_cascade(commands)
+    add_recommend(commands)
     add_benchmark(commands)
     add_properties(commands)
     add_uncertain(commands)

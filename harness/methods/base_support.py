@@ -8,10 +8,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from engines.quantities import quantity
-from harness.layouts.contacts import find_contacts
+from harness.layouts.contacts import Contacts, find_contacts
 from harness.layouts.growing import GrowingLayout
 from harness.layouts.model import TOLERANCE, FloatArray, Layout
-from harness.methods.method import STABLE, Finding, Loader, Method, Stopwatch, Trait
+from harness.methods.method import STABLE, Finding, Loader, Method, StepJudge, Stopwatch, Trait
 from harness.methods.spec import NoParameters
 
 _ROUNDING = 1e-9
@@ -43,11 +43,13 @@ class PartialBaseSupport(Method):
     def _alpha(self) -> float:
         return self.parameters.alpha
 
+    def steps(self, layout: Layout, watch: Stopwatch) -> StepJudge:
+        """See :meth:`Method.steps`."""
+        return _SupportedSteps(_support(layout, find_contacts(layout)), 1.0 - self._alpha)
+
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         contacts = find_contacts(layout)
-        placed_before = np.triu(contacts.areas(), k=1).sum(axis=0)
-        sides = layout.upper - layout.lower
-        support = np.where(contacts.on_floor, 1.0, placed_before / (sides[:, 0] * sides[:, 2]))
+        support = _support(layout, contacts)
         for step in np.flatnonzero(support < self._alpha - _ROUNDING).tolist():
             below = np.flatnonzero(contacts.carries[:step, step])
             low, high = contacts.corners_low[below, step], contacts.corners_high[below, step]
@@ -101,6 +103,22 @@ class _SupportLoader(Loader):
         return _SupportLoader(self._method, layout)
 
 
+class _SupportedSteps(StepJudge):
+    """The risk is the largest share of a base that hangs free, of all items placed by then: what
+    stands on full bases alone stands wherever centres of mass lie.
+    """
+
+    def __init__(self, support: FloatArray, brink: float) -> None:
+        # An area is a sum of products: full support may be less by rounding.
+        hanging = np.maximum(1.0 - support, 0.0)
+        hanging[hanging < _ROUNDING] = 0.0
+        self._risks: list[float] = np.maximum.accumulate(hanging).tolist()
+        self.brink = brink
+
+    def risk(self, step: int) -> float:
+        return self._risks[step]
+
+
 class FullBaseSupport(PartialBaseSupport):
     """FBS: the whole base must be supported, that is PBS with alpha = 1."""
 
@@ -109,6 +127,16 @@ class FullBaseSupport(PartialBaseSupport):
     @property
     def _alpha(self) -> float:
         return 1.0
+
+
+def _support(layout: Layout, contacts: Contacts) -> FloatArray:
+    """The share of every base that rests on the floor or on items placed before, shape (J,)."""
+    placed_before = np.triu(contacts.areas(), k=1).sum(axis=0)
+    sides = layout.upper - layout.lower
+    found: FloatArray = np.where(
+        contacts.on_floor, 1.0, placed_before / (sides[:, 0] * sides[:, 2])
+    )
+    return found
 
 
 def _covered_but_for_slivers(

@@ -9,12 +9,23 @@ from enum import StrEnum
 
 import numpy as np
 
+from engines.attitudes import cross
 from engines.quantities import quantity
 from harness.layouts.growing import GrowingLayout
 from harness.layouts.model import Arrangement, Layout
 from harness.methods.balance import VerticalBalance
+from harness.methods.criteria import Moved
 from harness.methods.friction import Sides, unbalanced_item
-from harness.methods.method import STABLE, Finding, Loader, Method, Status, Stopwatch, Trait
+from harness.methods.method import (
+    STABLE,
+    Finding,
+    Loader,
+    Method,
+    Status,
+    StepJudge,
+    Stopwatch,
+    Trait,
+)
 from harness.methods.motion import Bodies, moved
 from harness.methods.touching import touching_points
 
@@ -79,6 +90,10 @@ class Equilibrium(Method):
         exact = frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS, Trait.BALANCE))
         return exact if self.parameters.time is None else exact | {Trait.MOVEMENT}
 
+    def steps(self, layout: Layout, watch: Stopwatch) -> StepJudge:
+        """See :meth:`Method.steps`."""
+        return _BalancedSteps(self, layout)
+
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         balance = VerticalBalance(layout)
         for step in range(len(layout)):
@@ -103,28 +118,50 @@ class Equilibrium(Method):
             step: counts from 0.
             near: which items may be in the way; None for all that have been placed.
         """
-        p = self.parameters
         try:
             item = balance.place(step)
-            if item is not None and p.sides is not Sides.NONE:
-                exact = p.cones is Cones.EXACT
-                item = unbalanced_item(layout, step, p.sides, p.friction, p.facets, exact=exact)
-            if item is None:
+            among = None if item is None else self.braced(layout, step, item)
+            if among is None:
                 return None
-            if p.time is not None:
-                return self._moved(layout, balance, step, near)
+            if self.parameters.time is None:
+                reason = f"no contact forces balance item {among} when item {step} is placed"
+                return Finding(step, among, reason=reason)
+            far = self.farthest(layout, balance, step, near)
         except RuntimeError as error:  # the solver's only way to say that it gave up
             return Finding(status=Status.ERROR, reason=f"step {step}: {error}")
-        reason = f"no contact forces balance item {item} when item {step} is placed"
-        return Finding(step, item, reason=reason)
+        if not far.beyond > 1.0:
+            return None
+        within = f"{self.parameters.time:g} s"
+        reason = f"item {far.item} loses its balance and tips or falls too far in {within}"
+        return Finding(step, far.item, far.displacement, far.rotation, reason)
 
-    def _moved(
-        self, layout: Arrangement, balance: VerticalBalance, step: int, near: _Near | None
-    ) -> Finding | None:
-        """The finding when something gets too far within the time.
+    def braced(self, layout: Arrangement, step: int, item: int) -> int | None:
+        """The item that forces at sides, where asked for, do not balance either; None for none.
+
+        Args:
+            layout: any layout.
+            step: the item placed last.
+            item: the one that vertical forces alone do not balance.
+        """
+        p = self.parameters
+        if p.sides is Sides.NONE:
+            return item
+        exact = p.cones is Cones.EXACT
+        return unbalanced_item(layout, step, p.sides, p.friction, p.facets, exact=exact)
+
+    def farthest(
+        self, layout: Arrangement, balance: VerticalBalance, step: int, near: _Near | None = None
+    ) -> Moved:
+        """The item of the new one's group that gets furthest within the time.
 
         Items beside the group are in the way and do not move. Letting those move, too, that the
         group leans on was tried: four times the cost, and no more verdicts right.
+
+        Args:
+            layout: any layout.
+            balance: of it, with all items up to the new one placed.
+            step: the new item, which something is out of balance with.
+            near: which items may be in the way; None for all that have been placed.
         """
         p = self.parameters
         items = balance.group(step)
@@ -140,15 +177,46 @@ class Equilibrium(Method):
         bodies = Bodies(layout.weights[items], centres, sizes)
         way = moved(bodies, points, np.where(rough, p.friction, 0.0), p.time)
         corners = layout.lower[items] - centres
-        shifts = np.abs(way.shifts + np.cross(way.turns, corners)).max(axis=1)
+        shifts = np.abs(way.shifts + cross(way.turns, corners)).max(axis=1)
         turns = np.degrees(np.abs(way.turns)).max(axis=1)
         beyond = np.maximum(shifts / max(p.eps_t, 1e-12), turns / max(p.eps_r, 1e-12))
         worst = int(beyond.argmax())
-        if not beyond[worst] > 1.0:
-            return None
-        shift, turn = float(shifts[worst]), min(float(turns[worst]), 180.0)
-        reason = f"item {items[worst]} loses its balance and tips or falls too far in {p.time:g} s"
-        return Finding(step, items[worst], shift, turn, reason)
+        turn = min(float(turns[worst]), 180.0)
+        return Moved(items[worst], float(shifts[worst]), turn, float(beyond[worst]))
+
+
+class _BalancedSteps(StepJudge):
+    """A step that balances has no risk. One that does not has 1, or with time how far something
+    gets, in units of its threshold. Where something placed before is out of balance, or sides are
+    needed, a step that balances is no proof that nothing moves: 0.5, or with time no opinion.
+    """
+
+    def __init__(self, method: Equilibrium, layout: Layout) -> None:
+        self._method, self._layout = method, layout
+        self._balance = VerticalBalance(layout)
+        self._placed = 0
+        self._disturbed = False
+        self._timed = method.parameters.time is not None
+        self._unsure = math.nan if self._timed else 0.5
+        self.brink = 1.0 if self._timed else 0.5
+
+    def risk(self, step: int) -> float:
+        item, disturbed = None, self._disturbed
+        try:
+            for placed in range(self._placed, step + 1):
+                disturbed = self._disturbed
+                item = self._balance.place(placed)
+                self._placed = placed + 1
+                self._disturbed = disturbed or item is not None
+            if item is None:
+                return self._unsure if disturbed else 0.0
+            if self._method.braced(self._layout, step, item) is None:
+                return self._unsure
+            if not self._timed:
+                return 1.0
+            return self._method.farthest(self._layout, self._balance, step).beyond
+        except RuntimeError:  # the solver's only way to say that it gave up
+            return math.nan
 
 
 class _BalanceLoader(Loader):

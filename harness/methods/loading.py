@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 
 import numpy as np
 
 from engines.registry import world_class
-from harness.layouts.contacts import find_contacts
+from harness.layouts.contacts import Contacts, find_contacts
 from harness.layouts.growing import GrowingLayout
 from harness.layouts.model import Arrangement, Layout
 from harness.methods.criteria import Examiner, Indices
@@ -55,43 +56,42 @@ class Loading(Placements):
 
     def load(self) -> Finding:
         """Place item after item until one moves or all stand."""
-        ways = {
-            Scope.ALL: self._load_all,
-            Scope.LOCAL: self._load_locally,
-            Scope.WIDENING: self._load_widening,
-        }
         try:
-            # What diverges may overflow on its way; that it did is found out when it is examined.
-            with np.errstate(over="ignore", invalid="ignore"):
-                return ways[self.parameters.scope]()
+            for step in range(len(self.items)):
+                finding = self.place(step)
+                if finding is not None:
+                    return finding
+            return STABLE
         finally:
             self.close()
 
-    def _load_all(self) -> Finding:
-        for step in range(len(self.items)):
-            finding = self.among_all(step)
-            if finding is not None:
-                return finding
-        return STABLE
+    def place(self, step: int) -> Finding | None:
+        """Place one item; a finding when something moves too far.
 
-    def _load_locally(self) -> Finding:
-        for step, group in enumerate(joined_groups(find_contacts(self.layout))):
-            reach = _reach(self.layout, group, self.parameters)
-            finding = self.locally(step, neighbourhood(self.layout, group, reach))
-            if finding is not None:
-                return finding
-        return STABLE
+        Args:
+            step: above that of the placement before. Where the state is carried over, the next one;
+                where items are reseated any, and the items left out are put where they are planned.
+        """
+        # What diverges may overflow on its way; that it did is found out when it is examined.
+        with np.errstate(over="ignore", invalid="ignore"):
+            scope = self.parameters.scope
+            if scope is Scope.ALL:
+                return self.among_all(step)
+            group = self._groups[step]
+            if scope is Scope.LOCAL:
+                reach = _reach(self.layout, group, self.parameters)
+                return self.locally(step, neighbourhood(self.layout, group, reach))
+            floor, carries = self._contacts.on_floor, self._contacts.carries
+            carried = bool((floor[group] | carries[: step + 1, group].any(axis=0)).all())
+            return self.widening(step, group, on_floor=bool(floor[step]), carried=carried)
 
-    def _load_widening(self) -> Finding:
-        contacts = find_contacts(self.layout)
-        carried = contacts.on_floor.copy()
-        for step, group in enumerate(joined_groups(contacts)):
-            carried |= contacts.carries[step]
-            on_floor, firm = bool(contacts.on_floor[step]), bool(carried[group].all())
-            finding = self.widening(step, group, on_floor=on_floor, carried=firm)
-            if finding is not None:
-                return finding
-        return STABLE
+    @cached_property
+    def _contacts(self) -> Contacts:
+        return find_contacts(self.layout)
+
+    @cached_property
+    def _groups(self) -> list[Indices]:
+        return joined_groups(self._contacts)
 
 
 class GrowingLoading:

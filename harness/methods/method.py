@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 from harness.layouts.growing import GrowingLayout
 from harness.layouts.model import Layout
-from harness.methods.spec import MethodSpec
+from harness.methods.spec import MethodSpec, SpecError
 
 
 class Status(StrEnum):
@@ -77,6 +77,15 @@ class Effort:
     looks: int = 0
     substeps: int = 0
     body_substeps: int = 0
+
+    def __add__(self, other: Effort) -> Effort:
+        return Effort(
+            self.worlds + other.worlds,
+            self.boxes + other.boxes,
+            self.looks + other.looks,
+            self.substeps + other.substeps,
+            self.body_substeps + other.body_substeps,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,6 +155,10 @@ STABLE = Finding()
 
 class RefusedError(Exception):
     """A method does not apply to a layout; becomes a verdict with status ``refused``."""
+
+
+class NotStepwiseError(SpecError):
+    """A method that cannot be asked of single steps."""
 
 
 class TimeoutExpiredError(Exception):
@@ -277,11 +290,46 @@ class WholeLoader(Loader):
         return WholeLoader(self._method, layout)
 
 
+class StepJudge(ABC):
+    """What a method thinks of single steps of one layout, each judged by itself.
+
+    Steps are asked in ascending order, any of them left out. That the steps before were stable is
+    taken for granted, whatever the method would have said of them.
+
+    Attributes:
+        brink: the risk above which the method itself calls a step unstable.
+        ignored, emulated: as in a :class:`Verdict`.
+    """
+
+    brink: float
+    ignored: tuple[str, ...] = ()
+    emulated: tuple[str, ...] = ()
+
+    @property
+    def effort(self) -> Effort:
+        """What has been simulated so far."""
+        return Effort()
+
+    @abstractmethod
+    def risk(self, step: int) -> float:
+        """How unstable a step looks, on a scale of the method's own; not a number where it has no
+        opinion.
+        """
+
+    def finding(self, step: int) -> Finding:
+        """What is known of the step asked last: how it fails, or why there is no opinion."""
+        return Finding(failing_step=step)
+
+    def close(self) -> None:
+        """Give back what asking took. Closing twice is allowed."""
+
+
 class Method(ABC):
     """A judge with fixed parameters.
 
     A subclass declares ``Parameters`` (a frozen dataclass, see :mod:`harness.methods.spec`) and
-    :attr:`traits`, and implements :meth:`_judge`.
+    :attr:`traits`, and implements :meth:`_judge`. One that can be asked of single steps overrides
+    :meth:`steps`, too.
 
     Args:
         spec: the method's identity; parses and prints back.
@@ -344,6 +392,19 @@ class Method(ABC):
             layout: without items yet; whoever calls puts items on it and takes them off.
         """
         return WholeLoader(self, layout)
+
+    def steps(self, layout: Layout, watch: Stopwatch) -> StepJudge:
+        """Single steps of a layout, for a cascade to ask about.
+
+        Args:
+            layout: any valid layout.
+            watch: of the judgement that asks.
+
+        Raises:
+            NotStepwiseError: the method judges whole loadings alone.
+            RefusedError: the method does not apply to the layout.
+        """
+        raise NotStepwiseError(f"{self.spec}: judges whole loadings, no single steps")
 
     @abstractmethod
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:

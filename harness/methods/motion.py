@@ -16,13 +16,13 @@ Rigid items, contacts that neither stretch nor give. The model goes from event t
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import nnls
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
+from engines.attitudes import cross
 from engines.world import GRAVITY
 from harness.layouts.model import TOLERANCE, FloatArray
 from harness.methods.touching import FIRM, Indices, Points, directions, wrenches
@@ -125,10 +125,9 @@ class _Run:
         a, b = self.points.first[pushing], self.points.second[pushing]
         inner = (a != FIRM) & (b != FIRM)
         inner[inner] &= moving[a[inner]] & moving[b[inner]]
-        joined = coo_array((np.ones(inner.sum()), (a[inner], b[inner])), shape=(n, n))
-        count, part = connected_components(joined, directed=False)
-        total = np.bincount(part, energy, count)
-        growth = np.bincount(part, gain, count) / np.where(total > 0.0, total, 1.0)
+        part = _parts(n, zip(a[inner].tolist(), b[inner].tolist(), strict=True))
+        total = np.bincount(part, energy, n)
+        growth = np.bincount(part, gain, n) / np.where(total > 0.0, total, 1.0)
         return growth[part]
 
     def _coast(
@@ -157,8 +156,18 @@ class _Run:
         on = np.flatnonzero(self.points.first != FIRM)
         who = self.points.first[on]
         lever = positions[on] - self.bodies.centres[who]
-        positions[on] += self.way[who, :3] + np.cross(self.way[who, 3:], lever)
+        positions[on] += self.way[who, :3] + cross(self.way[who, 3:], lever)
         return positions
+
+
+def _parts(count: int, joined: Iterable[tuple[int, int]]) -> list[int]:
+    """The part that every body belongs to, where bodies of joined pairs are in one part."""
+    part = list(range(count))
+    for one, other in joined:
+        if part[one] != part[other]:
+            new, old = part[one], part[other]
+            part = [new if p == old else p for p in part]
+    return part
 
 
 def _pendulum(growth: FloatArray, t: FloatArray) -> FloatArray:

@@ -52,6 +52,7 @@ class Placements:
         settings = parameters.world_settings()
         self._stage = _Stage(engine, settings, items, reseat=reseat, subsets=subsets)
         self._substeps = self._body_substeps = self._looks = 0
+        self._looked_at: tuple[FixedStepWorld, Indices] | None = None
         # Whatever is going to move needs some time to become faster than the speed of rest.
         fall = _PATIENCE * parameters.rest_speed / parameters.gravity if parameters.gravity else 0.0
         self._patience = max(1, math.ceil(fall * parameters.frequency))
@@ -81,12 +82,20 @@ class Placements:
             on_floor: the item stands on the floor.
             carried: every item of the group stands on the floor or on another.
         """
+        self._looked_at = None
         alone = len(group) == 1 and on_floor
         # What hangs over a gap would fall past what is below it, and might rest on the floor.
         apart = len(group) <= step and carried
         if alone or (apart and self._rests(step, group)):
             return None
         return self.among_all(step)
+
+    def beyond(self) -> float:
+        """How far the item furthest from its plan is after the last placement, in thresholds."""
+        if self._looked_at is None:
+            return 0.0
+        world, items = self._looked_at
+        return self.examiner.most_moved(world.poses(), items).beyond
 
     def start(self, watch: Stopwatch) -> None:
         """Another judgement begins: its time and effort count from here."""
@@ -98,6 +107,7 @@ class Placements:
         """Give back the world, if there is one; the next placement opens another."""
         self.watch.enter(Phase.BUILD)
         self._stage.close()
+        self._looked_at = None
 
     def _rests(self, step: int, items: Indices) -> bool:
         """Whether these items come to rest by themselves, within the limits.
@@ -106,6 +116,7 @@ class Placements:
         """
         p = self.parameters
         world = self._hold(items)
+        self._looked_at = world, items
         start, speed = self._substeps, math.inf
         for _ in range(p.samples):
             executed = self._step(world, p.t_max / p.samples)
@@ -123,6 +134,7 @@ class Placements:
         p = self.parameters
         world = self._hold(items, fixed)
         items = np.concatenate((items, fixed))
+        self._looked_at = world, items
         any_sample = p.criterion is Criterion.PAPER
         calm = False
         start = self._substeps

@@ -38,6 +38,7 @@ METHODS: dict[str, str] = {
     "simulation": "harness.methods.simulation:Simulation",
     "lstm_1": "learners.judges:LearnedJudge",
     "lstm_e": "learners.judges:LearnedEnsemble",
+    "cascade": "harness.methods.cascade:Cascade",
 }
 
 

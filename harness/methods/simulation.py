@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable
 
 from engines.registry import world_class
@@ -11,17 +12,24 @@ from harness.layouts.growing import GrowingLayout
 from harness.layouts.model import Layout
 from harness.methods.loading import GrowingLoading, Loading
 from harness.methods.method import (
+    Effort,
     Finding,
     Loader,
     Method,
+    NotStepwiseError,
     Phase,
     Status,
+    StepJudge,
     Stopwatch,
     TimeoutExpiredError,
     Trait,
 )
 from harness.methods.placements import Placements
-from harness.methods.simulation_parameters import SimulationParameters, parameters_on
+from harness.methods.simulation_parameters import (
+    BetweenSteps,
+    SimulationParameters,
+    parameters_on,
+)
 
 
 class Simulation(Method):
@@ -47,7 +55,8 @@ class Simulation(Method):
         return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS, Trait.BALANCE, Trait.MOVEMENT))
 
     @property
-    def _engine(self) -> str:
+    def engine(self) -> str:
+        """The engine's registered name."""
         assert self.spec.engine is not None, "make_method asks for an engine"
         return self.spec.engine
 
@@ -57,7 +66,17 @@ class Simulation(Method):
         Raises:
             EngineNotInstalledError: its library is missing.
         """
-        world_class(self._engine).warm_up(item_count)
+        world_class(self.engine).warm_up(item_count)
+
+    def steps(self, layout: Layout, watch: Stopwatch) -> StepJudge:
+        """See :meth:`Method.steps`: the risk is how far an item got, in units of its threshold."""
+        if self.parameters.between_steps is BetweenSteps.CARRY:
+            raise NotStepwiseError(
+                f"{self.spec}: carries the state over from step to step; allowed: "
+                "between_steps=reseat"
+            )
+        watch.enter(Phase.BUILD)
+        return _SimulatedSteps(self, layout, watch)
 
     def begin(self, layout: GrowingLayout) -> Loader:
         """A loader that simulates nothing but the new placement; see :class:`GrowingLoading`."""
@@ -65,7 +84,7 @@ class Simulation(Method):
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         watch.enter(Phase.BUILD)
-        run = Loading(layout, self._engine, self.parameters, watch)
+        run = Loading(layout, self.engine, self.parameters, watch)
         return self.simulated(run, run.load)
 
     def simulated(self, run: Placements, load: Callable[[], Finding]) -> Finding:
@@ -76,20 +95,21 @@ class Simulation(Method):
             finding = Finding(status=Status.ERROR, reason=str(error))
         except TimeoutExpiredError as error:
             finding = Finding(status=Status.TIMEOUT, reason=str(error))
-        facts, settings = world_class(self._engine).capabilities, self.parameters.world_settings()
-        return dataclasses.replace(
-            finding,
-            ignored=facts.ignored(settings),
-            emulated=facts.emulated(settings),
-            effort=run.effort,
-        )
+        ignored, emulated = self.not_honoured()
+        return dataclasses.replace(finding, ignored=ignored, emulated=emulated, effort=run.effort)
+
+    def not_honoured(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Settings that the engine ignores, and those that it emulates."""
+        settings = self.parameters.world_settings()
+        facts = world_class(self.engine).capabilities
+        return facts.ignored(settings), facts.emulated(settings)
 
 
 class _SimulationLoader(Loader):
     def __init__(self, method: Simulation, layout: GrowingLayout) -> None:
         super().__init__(layout)
         self._method = method
-        self._loading = GrowingLoading(layout, method._engine, method.parameters)
+        self._loading = GrowingLoading(layout, method.engine, method.parameters)
 
     def place(self, watch: Stopwatch) -> Finding:
         watch.enter(Phase.BUILD)
@@ -106,3 +126,40 @@ class _SimulationLoader(Loader):
 
     def close(self) -> None:
         self._loading.close()
+
+
+class _SimulatedSteps(StepJudge):
+    brink = 1.0
+
+    def __init__(self, method: Simulation, layout: Layout, watch: Stopwatch) -> None:
+        self._watch = watch
+        self._run = Loading(layout, method.engine, method.parameters, watch)
+        self._limits = method.parameters.eps_t, method.parameters.eps_r
+        self.ignored, self.emulated = method.not_honoured()
+        self._found: Finding | None = None
+
+    @property
+    def effort(self) -> Effort:
+        return self._run.effort
+
+    def risk(self, step: int) -> float:
+        try:
+            found = self._run.place(step)
+            beyond = self._run.beyond() if found is None else math.nan
+        except EngineError as error:
+            found = Finding(status=Status.ERROR, reason=str(error))
+        finally:
+            self._watch.enter(None)
+        self._found = found
+        if found is None:
+            return beyond
+        if found.displacement is None or found.rotation is None:  # the engine came to no end
+            return math.nan
+        moved = found.displacement, found.rotation
+        return max(m / max(limit, 1e-12) for m, limit in zip(moved, self._limits, strict=True))
+
+    def finding(self, step: int) -> Finding:
+        return self._found or super().finding(step)
+
+    def close(self) -> None:
+        self._run.close()

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from engines.attitudes import cross
 from harness.layouts.model import TOLERANCE, Arrangement, FloatArray
 
 Indices = NDArray[np.intp]
@@ -155,5 +156,5 @@ def wrenches(
         who = body[column]
         lever = positions[point[column]] - centres[who]
         result[who, :3, column] += sign * force[column]
-        result[who, 3:, column] += sign * np.cross(lever, force[column])
+        result[who, 3:, column] += sign * cross(lever, force[column])
     return result

@@ -45,6 +45,7 @@ _TITLES = {
     "simulation": "PS",
     "lstm_1": "LSTM_1",
     "lstm_e": "LSTM_e",
+    "cascade": "Cascade",
 }
 _CPU_PHASES = (("cpu", "build"), ("cpu", "step"), ("cpu", "read"))
 _COLUMNS = (

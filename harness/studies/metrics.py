@@ -38,7 +38,7 @@ def share(hits: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
     if n == 0:
         return _NOTHING
     p = float(happened.mean())
-    low, high = _wilson(p, _effective_size(happened, clusters))
+    low, high = _wilson(p, effective_size(happened, clusters))
     return Estimate(p, low, high, n)
 
 
@@ -167,17 +167,14 @@ def resamples(count: int) -> Iterator[NDArray[np.int64]]:
         yield random.integers(0, count, (min(block, _RESAMPLES - start), count))
 
 
-def _wilson(p: float, n: float) -> tuple[float, float]:
-    z2 = _Z * _Z
-    middle = (p + z2 / (2 * n)) / (1 + z2 / n)
-    half = _Z / (1 + z2 / n) * math.sqrt(p * (1 - p) / n + z2 / (4 * n * n))
-    # At p = 0 and p = 1 the formula's own end is exact; floating point may miss it by an ulp.
-    low = 0.0 if p == 0.0 else max(0.0, middle - half)
-    high = 1.0 if p == 1.0 else min(1.0, middle + half)
-    return low, high
+def effective_size(hits: ArrayLike, clusters: ArrayLike | None) -> float:
+    """How many independent cases tell as much of a proportion as these do, see :func:`share`.
 
-
-def _effective_size(happened: NDArray[np.float64], clusters: ArrayLike | None) -> float:
+    Args:
+        hits: what happened in each case, as booleans.
+        clusters: a label for each case; cases with equal labels belong together.
+    """
+    happened = np.asarray(hits, dtype=float)
     n, p = len(happened), float(happened.mean())
     sums, sizes = _cluster_sums(happened, clusters)
     count = len(sums)
@@ -188,6 +185,16 @@ def _effective_size(happened: NDArray[np.float64], clusters: ArrayLike | None) -
         return alike
     spread = ((sums - p * sizes) ** 2).sum() / (n * n) * count / (count - 1)
     return float(np.clip(p * (1 - p) / max(spread, 1e-300), alike, n))
+
+
+def _wilson(p: float, n: float) -> tuple[float, float]:
+    z2 = _Z * _Z
+    middle = (p + z2 / (2 * n)) / (1 + z2 / n)
+    half = _Z / (1 + z2 / n) * math.sqrt(p * (1 - p) / n + z2 / (4 * n * n))
+    # At p = 0 and p = 1 the formula's own end is exact; floating point may miss it by an ulp.
+    low = 0.0 if p == 0.0 else max(0.0, middle - half)
+    high = 1.0 if p == 1.0 else min(1.0, middle + half)
+    return low, high
 
 
 def _cluster_sums(

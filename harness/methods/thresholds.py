@@ -1,0 +1,148 @@
+"""What the stages of a cascade hold sure: ``cascades.json``, fitted by a command, edited by nobody.
+
+``{engine: {"default": budget, "budgets": {budget: {"stages": ..., "last": ..., "found": ...}},
+"made_of": ..., "made_by": ...}}``; ``steadyload cascade fit`` writes it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from harness.atomic import write_atomically
+from harness.methods.method import Method
+from harness.methods.spec import SpecError, as_plain
+
+FILE = Path(str(resources.files("harness.methods"))) / "cascades.json"
+"""The thresholds that come with the package."""
+
+
+class ThresholdsError(SpecError):
+    """No thresholds for what is asked, or ones fitted with other judges than there are now."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """A method that decides the steps it is sure of.
+
+    Attributes:
+        method: its spec.
+        low: a risk below this is surely stable; None: no risk is.
+        high: a risk above this is surely unstable; None: no risk is.
+    """
+
+    method: str
+    low: float | None
+    high: float | None
+
+    def unstable(self, risk: float) -> bool | None:
+        """What a risk says of a step; None where the stage is not sure, or has no opinion."""
+        if self.low is not None and risk < self.low:
+            return False
+        if self.high is not None and risk > self.high:
+            return True
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class Ladder:
+    """Stages in the order in which they are asked.
+
+    Attributes:
+        stages: that decide what they are sure of.
+        last: spec of the method that decides the rest.
+        found: what the ladder came to on the cases it was fitted on, for people.
+    """
+
+    stages: tuple[Stage, ...]
+    last: str
+    found: Mapping[str, Any]
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """Specs of all that are asked."""
+        return (*(stage.method for stage in self.stages), self.last)
+
+
+@dataclass(frozen=True, slots=True)
+class Thresholds:
+    """What was fitted for one engine.
+
+    Attributes:
+        default: the budget that is taken where none is named [points of accuracy].
+        ladders: by budget.
+        made_of: by spec of every method, its :func:`fingerprint` when thresholds were fitted.
+        made_by: everything that is needed to fit them again.
+    """
+
+    default: float
+    ladders: Mapping[float, Ladder]
+    made_of: Mapping[str, str]
+    made_by: Mapping[str, Any]
+
+
+def fingerprint(method: Method) -> str:
+    """Hash of what a method's risks come from: its parameters, and trained weights."""
+    values = json.dumps(as_plain(method.parameters), sort_keys=True)
+    return hashlib.sha256(f"{values} {method.made_of()}".encode()).hexdigest()[:16]
+
+
+def load_thresholds(engine: str, file: Path = FILE) -> Thresholds:
+    """What was fitted for an engine.
+
+    Raises:
+        ThresholdsError: nothing was, or the file is none of thresholds.
+    """
+    entries = _read(file)
+    if engine not in entries:
+        fitted = f"thresholds were fitted for {', '.join(entries) or 'no engine yet'}"
+        raise ThresholdsError(
+            f"cascade@{engine}: {fitted}; to fit them run steadyload cascade fit --engine {engine}"
+        )
+    try:
+        return _thresholds(entries[engine])
+    except (KeyError, TypeError, ValueError, AttributeError):
+        raise ThresholdsError(f"{file}: holds no thresholds for {engine}") from None
+
+
+def write_thresholds(engine: str, fitted: Thresholds, file: Path = FILE) -> Path:
+    """Put what was fitted for an engine in the place of what was there; returns the file."""
+    entries = _read(file)
+    entries[engine] = {
+        "default": fitted.default,
+        "budgets": {f"{budget:g}": asdict(ladder) for budget, ladder in fitted.ladders.items()},
+        "made_of": dict(fitted.made_of),
+        "made_by": dict(fitted.made_by),
+    }
+    write_atomically(file, json.dumps(dict(sorted(entries.items())), indent=1) + "\n")
+    return file
+
+
+def _read(file: Path) -> dict[str, Any]:
+    if not file.exists():
+        return {}
+    try:
+        entries = json.loads(file.read_text())
+    except ValueError:
+        entries = None
+    if not isinstance(entries, dict):
+        raise ThresholdsError(f"{file}: is no file of thresholds")
+    return entries
+
+
+def _thresholds(entry: Mapping[str, Any]) -> Thresholds:
+    ladders = {
+        float(budget): Ladder(
+            tuple(Stage(**stage) for stage in ladder["stages"]), ladder["last"], ladder["found"]
+        )
+        for budget, ladder in entry["budgets"].items()
+    }
+    default = float(entry["default"])
+    if default not in ladders:
+        raise ValueError(default)
+    return Thresholds(default, ladders, dict(entry["made_of"]), dict(entry["made_by"]))

@@ -1,0 +1,244 @@
+"""From labelled cases to the thresholds of a cascade, with all that is needed to fit them again."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from itertools import chain
+from typing import Any
+
+import numpy as np
+
+from engines.registry import capabilities, engines
+from harness.layouts.benchmark import PLANAR, Part
+from harness.methods.registry import make_method
+from harness.methods.spec import SpecError, nearest
+from harness.methods.thresholds import Ladder, Stage, Thresholds, fingerprint
+from harness.studies.results import provenance
+from harness.tuning import TuningError
+from harness.tuning.cascade.fitting import Fit, fit, independent_cases, left_out
+from harness.tuning.cascade.opinions import Opinions, Table, ask
+from harness.tuning.cascade.outcome import outcome
+from harness.tuning.cases import Case, CaseSource, load_cases
+from harness.tuning.cases import fingerprint as cases_fingerprint
+
+CANDIDATES = (
+    "fbs",
+    "equilibrium",
+    "lstm_1",
+    "lstm_e",
+    "equilibrium:time=0.3",
+    "ps_opt@{engine}:scope=local",
+)
+"""Methods that may become stages, in the order in which they are asked."""
+
+LAST = "ps_opt@{engine}"
+"""The method that decides what no stage is sure of."""
+
+BUDGETS = (0.5, 1.0, 2.0, 5.0)
+"""Points of accuracy that stages may cost; the first is what a cascade has where none is named."""
+
+CONFIDENCE = 0.5
+"""Of the bound that keeps within the budget: as likely too high as too low."""
+
+SURE = 0.95
+"""Confidence of the bound that is told beside it."""
+
+ELSEWHERE = 200
+"""Cases a scenario of the training part that stages are asked of which learnt nothing from it."""
+
+Progress = Callable[[int, int], None]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class FitOptions:
+    """What is fitted.
+
+    Attributes:
+        engine: that the last method runs on.
+        budgets: points of accuracy, one or more; see :data:`BUDGETS`.
+        confidence: see :data:`CONFIDENCE`.
+        candidates: specs; ``{engine}`` stands for the engine.
+        directory: the labelled set whose validation part is fitted on, as a study names it; None
+            for the large one of the package.
+        data: folders of further sets, of whose training parts no judge may have learnt anything.
+        limit: only so many cases a scenario of every set.
+
+    Raises:
+        TuningError: no budget, or a number that is out of its range.
+        SpecError: no such engine, or a candidate that is no method.
+    """
+
+    engine: str
+    budgets: tuple[float, ...] = BUDGETS
+    confidence: float = CONFIDENCE
+    candidates: tuple[str, ...] = CANDIDATES
+    directory: str | None = None
+    data: tuple[str, ...] = ()
+    limit: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.engine not in engines():
+            raise SpecError(f"unknown engine {self.engine!r}; {nearest(self.engine, engines())}")
+        if not self.budgets:
+            raise TuningError("error budget: none is given; allowed: one or more")
+        for budget in self.budgets:
+            if not 0.0 < budget <= 100.0:
+                raise TuningError(f"error budget is {budget:g} points; allowed: above 0, to 100")
+        if not 0.0 < self.confidence < 1.0:
+            raise TuningError(f"confidence is {self.confidence:g}; allowed: between 0 and 1")
+        if self.directory is None and capabilities(self.engine).dimensions == 2:
+            object.__setattr__(self, "directory", PLANAR)
+        named = (str(make_method(self.of_engine(spec)).spec) for spec in self.candidates)
+        object.__setattr__(self, "candidates", tuple(named))
+
+    def of_engine(self, spec: str) -> str:
+        """A spec with the engine's name in its place."""
+        return spec.replace("{engine}", self.engine)
+
+    @property
+    def last(self) -> str:
+        """The method that decides the rest."""
+        return self.of_engine(LAST)
+
+    def sources(self) -> tuple[CaseSource, ...]:
+        """Where cases are from that thresholds are fitted on."""
+        own = CaseSource(str(Part.VALIDATION), self.directory, self.limit)
+        return (own, *(CaseSource(str(Part.TRAIN), path, self.limit) for path in self.data))
+
+
+def fit_cascade(
+    options: FitOptions, *, progress: Progress = lambda done, total: None
+) -> Thresholds:
+    """Ask all candidates of every step, then find what costs least within each budget.
+
+    Args:
+        options: what is fitted.
+        progress: called with methods asked and in all.
+
+    Raises:
+        TuningError: see :func:`harness.tuning.cascade.fitting.fit`.
+        NotStepwiseError: a candidate judges whole loadings alone.
+        BenchmarkError: no such labelled set.
+    """
+    cases = list(chain.from_iterable(_balanced(load_cases(s)) for s in options.sources()))
+    specs = [*options.candidates, options.last]
+    made_of = {spec: fingerprint(make_method(spec)) for spec in specs}
+    table = ask(specs, cases, progress=progress)
+    independent = independent_cases(table, options.candidates, options.last)
+    fits = {
+        budget: fit(
+            table,
+            options.candidates,
+            options.last,
+            budget=0.01 * budget,
+            confidence=options.confidence,
+            independent=independent,
+        )
+        for budget in options.budgets
+    }
+    used = list(dict.fromkeys(spec for f in fits.values() for spec in _methods(f)))
+    elsewhere = _elsewhere(table, [spec for spec in used if spec != options.last], options)
+    ladders = {
+        budget: Ladder(
+            found.stages, found.last, _told(table, found, 0.01 * budget, options, elsewhere)
+        )
+        for budget, found in fits.items()
+    }
+    made_by = {
+        **{key: _plain(value) for key, value in dataclasses.asdict(options).items()},
+        "cases": cases_fingerprint(cases),
+        **provenance(),
+    }
+    return Thresholds(options.budgets[0], ladders, {spec: made_of[spec] for spec in used}, made_by)
+
+
+def check_remakable(made_by: Mapping[str, Any]) -> None:
+    """Ask whether thresholds may come with the package.
+
+    Raises:
+        TuningError: they would be made by code that is in no commit.
+    """
+    if "dirty" in str(made_by["git"]):
+        raise TuningError(
+            f"thresholds would be made by {made_by['git']}, which is in no commit: nobody could "
+            "fit them again; commit first, or write them to a file of their own: --output FILE"
+        )
+
+
+def _balanced(cases: Sequence[Case]) -> list[Case]:
+    """As many stable as unstable cases of every scenario, the first ones of each."""
+    of: dict[str, tuple[list[Case], list[Case]]] = {}
+    for case in cases:
+        of.setdefault(case.scenario, ([], []))[case.safe < len(case.layout)].append(case)
+    kept = {id(c) for both in of.values() for part in both for c in part[: min(map(len, both))]}
+    return [case for case in cases if id(case) in kept]
+
+
+def _methods(found: Fit) -> tuple[str, ...]:
+    return (*(stage.method for stage in found.stages), found.last)
+
+
+def _elsewhere(table: Table, specs: Sequence[str], options: FitOptions) -> Table | None:
+    """What stages that learnt nothing from labels say of cases of the training part."""
+    asked = [spec for spec in specs if not table.opinions[spec].trained]
+    if not asked:
+        return None
+    source = CaseSource(str(Part.TRAIN), options.directory, options.limit or ELSEWHERE)
+    return ask(asked, load_cases(source))
+
+
+def _told(
+    table: Table, found: Fit, budget: float, options: FitOptions, elsewhere: Table | None
+) -> dict[str, Any]:
+    """What a ladder came to, for the file and for people. Shares are from 0 to 1."""
+    o, cases = found.outcome, len(table.lists)
+    lost, of = left_out(table, found, budget=budget, confidence=options.confidence)
+    return {
+        "cases": cases,
+        "item_lists": len(set(table.lists)),
+        "independent": round(found.independent, 1),
+        "allowed": found.most,
+        "lost": int(o.lost.sum()),
+        "gained": int(o.gained.sum()),
+        "bound": round(found.bound(options.confidence), 6),
+        "sure_bound": round(found.bound(SURE), 6),
+        "left_out": {"lost": lost, "cases": of},
+        "accuracy": round(float(o.right.mean()), 6),
+        "alone": round(float(o.alone.mean()), 6),
+        "milliseconds": round(float(o.cost.mean()), 4),
+        "milliseconds_alone": round(float(outcome(table, (), found.last).cost.mean()), 4),
+        "decided": [
+            {
+                "method": spec,
+                "steps": int((here := (o.by == number) & o.asked).sum()),
+                "wrong": int((here & (o.unstable != table.fails)).sum()),
+                "lost": int((o.lost & (o.blamed == number)).sum()),
+            }
+            for number, spec in enumerate(_methods(found))
+        ],
+        "elsewhere": [
+            _held(stage, elsewhere.opinions[stage.method], elsewhere)
+            for stage in found.stages
+            if elsewhere is not None and stage.method in elsewhere.opinions
+        ],
+    }
+
+
+def _held(stage: Stage, opinions: Opinions, table: Table) -> dict[str, Any]:
+    """How a stage's thresholds hold where it is asked of every step of other cases."""
+    said = [stage.unstable(risk) for risk in opinions.risks.tolist()]
+    decided = np.array([verdict is not None for verdict in said])
+    unstable = np.array([verdict is True for verdict in said])
+    return {
+        "method": stage.method,
+        "cases": len(table.lists),
+        "item_lists": len(set(table.lists)),
+        "steps": len(said),
+        "decided": int(decided.sum()),
+        "wrong": int((decided & (unstable != table.fails)).sum()),
+    }
+
+
+def _plain(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value

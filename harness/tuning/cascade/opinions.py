@@ -1,0 +1,150 @@
+"""What methods say of every step of labelled cases, and what it costs to ask them."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from harness.methods.method import Method, RefusedError, Stopwatch
+from harness.methods.registry import make_method
+from harness.tuning.cases import Case
+
+BoolArray = NDArray[np.bool_]
+FloatArray = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Opinions:
+    """What one method said of the steps of some cases, one below the other: N steps of M cases.
+
+    Attributes:
+        risks: see :class:`harness.methods.method.StepJudge`; not a number without an opinion, (N,).
+        cost: CPU time of asking [ms], (N,).
+        opening: CPU time before the first step is asked [ms], (M,).
+        brink: the risk above which the method itself calls a step unstable.
+        trained: something was learnt from labels.
+    """
+
+    risks: FloatArray
+    cost: FloatArray
+    opening: FloatArray
+    brink: float
+    trained: bool
+
+
+@dataclass(frozen=True)
+class Table:
+    """Cases, and what several methods said of each of their steps that has a label.
+
+    A step has one up to the first unstable one, that included: what comes after nobody knows.
+
+    Attributes:
+        of: the case of every step, (N,), ascending.
+        fails: whether the step is the label's failing step, (N,).
+        lists: the item list of every case, (M,).
+        opinions: by spec.
+    """
+
+    of: Indices
+    fails: BoolArray
+    lists: NDArray[np.object_]
+    opinions: Mapping[str, Opinions]
+
+    @property
+    def starts(self) -> Indices:
+        """The first step of every case, (M,)."""
+        return np.searchsorted(self.of, np.arange(len(self.lists)))
+
+    def chosen(self, cases: BoolArray) -> Table:
+        """Those cases alone."""
+        steps = cases[self.of]
+        renumbered = np.cumsum(cases) - 1
+        return Table(
+            renumbered[self.of[steps]],
+            self.fails[steps],
+            self.lists[cases],
+            {
+                spec: Opinions(o.risks[steps], o.cost[steps], o.opening[cases], o.brink, o.trained)
+                for spec, o in self.opinions.items()
+            },
+        )
+
+
+def ask(
+    specs: Sequence[str],
+    cases: Sequence[Case],
+    *,
+    progress: Progress = lambda done, total: None,
+) -> Table:
+    """Ask methods of every step that has a label, one method after the other.
+
+    Args:
+        specs: of methods, canonical.
+        cases: labelled.
+        progress: called with methods done and in all.
+
+    Raises:
+        NotStepwiseError: a method judges whole loadings alone.
+        as :meth:`Method.prepare`.
+    """
+    labelled = [min(case.safe + 1, len(case.layout)) for case in cases]
+    of = np.repeat(np.arange(len(cases)), labelled)
+    last = np.cumsum(labelled) - 1
+    fails = np.zeros(len(of), dtype=bool)
+    fails[last] = [case.safe < len(case.layout) for case in cases]
+    opinions = {}
+    for done, spec in enumerate(specs):
+        progress(done, len(specs))
+        opinions[spec] = _asked(make_method(spec), cases, labelled)
+    progress(len(specs), len(specs))
+    lists = np.array([case.instance for case in cases], dtype=object)
+    return Table(of, fails, lists, opinions)
+
+
+def _asked(method: Method, cases: Sequence[Case], labelled: Sequence[int]) -> Opinions:
+    method.prepare(max(len(case.layout) for case in cases))
+    risks, cost, opening = [], [], []
+    brink = math.nan
+    clock = time.process_time
+    _steps_of(method, cases[0], labelled[0])  # what is only done once is no cost of a step
+    for case, count in zip(cases, labelled, strict=True):
+        began = clock()
+        try:
+            judge = method.steps(case.layout, Stopwatch())
+        except RefusedError:
+            opening.append(clock() - began)
+            risks += [math.nan] * count
+            cost += [0.0] * count
+            continue
+        opening.append(clock() - began)
+        brink = judge.brink
+        with closing(judge):
+            for step in range(count):
+                began = clock()
+                risks.append(judge.risk(step))
+                cost.append(clock() - began)
+    return Opinions(
+        np.array(risks),
+        1e3 * np.array(cost),
+        1e3 * np.array(opening),
+        brink,
+        bool(method.made_of()),
+    )
+
+
+def _steps_of(method: Method, case: Case, count: int) -> None:
+    try:
+        with closing(method.steps(case.layout, Stopwatch())) as judge:
+            for step in range(count):
+                judge.risk(step)
+    except RefusedError:
+        pass

@@ -1,0 +1,353 @@
+"""Cascades: a stage decides what it is sure of, nothing else, and the rest goes on."""
+
+import dataclasses
+import json
+import math
+import sys
+import types
+from contextlib import closing
+
+import numpy as np
+import pytest
+
+from harness.layouts import Item, Layout, Pallet
+from harness.layouts.packing import random_layouts
+from harness.methods import registry
+from harness.methods.base_support import FullBaseSupport
+from harness.methods.cascade import Cascade
+from harness.methods.method import Finding, RefusedError, Status, StepJudge, Stopwatch
+from harness.methods.registry import make_method
+from harness.methods.spec import SpecError
+from harness.methods.thresholds import (
+    Ladder,
+    Stage,
+    Thresholds,
+    ThresholdsError,
+    fingerprint,
+    load_thresholds,
+    write_thresholds,
+)
+from harness.properties.property import Subject
+from harness.properties.registry import PROPERTIES
+from harness.properties.search import search
+
+LAST = "ps_opt@mujoco"
+
+
+@pytest.fixture(scope="module")
+def layouts():
+    return random_layouts(24, seed=5)
+
+
+@pytest.fixture
+def cascade(tmp_path):
+    """Makes a cascade of stages, each (method, low, high)."""
+
+    def make(*stages, last=LAST, **told):
+        ladder = Ladder(tuple(Stage(*stage) for stage in stages), last, {})
+        made_of = {spec: fingerprint(make_method(spec)) for spec in ladder.methods} | told
+        file = tmp_path / "thresholds.json"
+        write_thresholds("mujoco", Thresholds(0.5, {0.5: ladder}, made_of, {}), file)
+        return make_method(f"cascade@mujoco:thresholds={file}")
+
+    return make
+
+
+class Planted(FullBaseSupport):
+    """Says of steps what the test tells it; keeps what it was asked."""
+
+    asked: list[int]
+    says = staticmethod(lambda layout, step: math.nan)
+    finding = Finding()
+
+    def steps(self, layout, watch):
+        return _PlantedSteps(self, layout)
+
+
+class _PlantedSteps(StepJudge):
+    brink = 0.5
+
+    def __init__(self, method, layout):
+        self._method, self._layout = method, layout
+
+    def risk(self, step):
+        self._method.asked.append(step)
+        return self._method.says(self._layout, step)
+
+    def finding(self, step):
+        return self._method.finding
+
+
+@pytest.fixture
+def planted(monkeypatch):
+    """Registers a method that says what it is told."""
+
+    def make(says=None, name="planted", **members):
+        judge = type("Judge", (Planted,), {"asked": [], **members})
+        if says is not None:
+            judge.says = staticmethod(says)
+        monkeypatch.setitem(sys.modules, name, types.SimpleNamespace(Judge=judge))
+        monkeypatch.setitem(registry.METHODS, name, f"{name}:Judge")
+        return judge
+
+    return make
+
+
+STEPWISE = (
+    "fbs",
+    "pbs:alpha=0.7",
+    "equilibrium",
+    "equilibrium:sides=frictionless",
+    "equilibrium:time=0.3",
+    "lstm_1",
+    "label@mujoco",
+    "label@dart:scope=local",
+    "ps_opt@bullet",
+    "ps_opt@mujoco",
+)
+
+
+@pytest.mark.parametrize("spec", STEPWISE)
+def test_the_first_step_beyond_the_brink_is_the_failing_step_of_the_method(spec, layouts):
+    method = make_method(spec)
+    method.prepare()
+    for layout in layouts[:8]:
+        with closing(method.steps(layout, Stopwatch())) as judge:
+            unstable = (s for s in range(len(layout)) if judge.risk(s) > judge.brink)
+            verdict = method.judge(layout)
+            assert next(unstable, None) == verdict.failing_step
+            if "@" in spec and verdict.failing_step is not None:
+                assert judge.finding(verdict.failing_step).moved_item == verdict.moved_item
+
+
+@pytest.mark.parametrize("spec", ["label@mujoco", "label@bullet", "ps_opt@mujoco", "ps_opt@dart"])
+def test_a_simulated_step_hangs_on_no_step_that_was_left_out(spec, layouts):
+    method = make_method(spec)
+    for layout in layouts[:4]:
+        with closing(method.steps(layout, Stopwatch())) as judge:
+            one_by_one = [judge.risk(step) for step in range(len(layout))]
+        for step in range(len(layout) - 1, 0, -3):
+            with closing(method.steps(layout, Stopwatch())) as judge:
+                assert judge.risk(step) == one_by_one[step]
+
+
+def test_a_method_that_carries_the_state_over_has_no_single_steps(layouts):
+    with pytest.raises(SpecError, match=r"carries the state over .* between_steps=reseat"):
+        make_method("ps_opt-paper@mujoco").steps(layouts[0], Stopwatch())
+    with pytest.raises(SpecError, match="sme: judges whole loadings"):
+        make_method("sme").steps(layouts[0], Stopwatch())
+
+
+def test_stages_that_are_sure_of_nothing_leave_the_last_method_alone(cascade, layouts):
+    nothing = cascade(("equilibrium", None, None), ("lstm_1", None, None))
+    alone = make_method(LAST)
+    for layout in layouts:
+        ours, theirs = nothing.judge(layout), alone.judge(layout)
+        assert {d.stage for d in nothing.decisions(layout)} == {LAST}
+        for what in ("failing_step", "moved_item", "displacement", "rotation", "ignored", "effort"):
+            assert getattr(ours, what) == getattr(theirs, what)
+
+
+def test_an_oracle_decides_all_and_nothing_is_simulated(cascade, planted, layouts):
+    known = {x.content_hash(): make_method(LAST).judge(x).failing_step for x in layouts}
+    planted(lambda layout, step: float(step == known[layout.content_hash()]))
+    asked = cascade(("planted", 0.5, 0.5))
+    for layout in layouts:
+        verdict = asked.judge(layout)
+        assert verdict.failing_step == known[layout.content_hash()]
+        assert verdict.effort.worlds == 0
+        assert bool(verdict.reason) == (verdict.failing_step is not None)
+    assert 0 < sum(step is None for step in known.values()) < len(known)
+
+
+def test_only_what_no_stage_is_sure_of_is_simulated(cascade, planted, layouts):
+    """Every third step is left open, and is judged as the simulation judges it by itself."""
+    planted(lambda layout, step: 0.4 if step % 3 == 2 else 0.1)
+    asked = cascade(("planted", 0.2, 0.9))
+    for layout in layouts[:6]:
+        decisions = asked.decisions(layout)
+        assert [d.step for d in decisions if d.stage == LAST] == [
+            d.step for d in decisions if d.step % 3 == 2
+        ]
+        last = [d for d in decisions if d.stage == LAST]
+        alone = make_method(LAST)
+        for decision in last:
+            with closing(alone.steps(layout, Stopwatch())) as judge:
+                assert decision.unstable == (judge.risk(decision.step) > 1.0)
+
+
+@pytest.mark.parametrize("risk", [0.2, 0.5, 0.9, math.nan])
+def test_a_stage_at_or_between_its_thresholds_or_without_an_opinion_decides_nothing(
+    risk, cascade, planted, layouts
+):
+    planted(lambda layout, step: risk)
+    asked = cascade(("planted", 0.2, 0.9))
+    assert {d.stage for layout in layouts[:3] for d in asked.decisions(layout)} == {LAST}
+
+
+def test_the_first_unstable_step_ends_the_loading(cascade, planted):
+    judge = planted(lambda layout, step: float(step >= 2))
+    layout = next(x for x in random_layouts(5, seed=6) if len(x) > 4)
+    verdict = cascade(("planted", 0.5, 0.5)).judge(layout)
+    assert verdict.failing_step == 2
+    assert judge.asked == [0, 1, 2]
+    assert verdict.reason == "planted: risk 1"
+
+
+def test_a_later_stage_is_asked_only_what_is_left(cascade, planted, layouts):
+    first = planted(lambda layout, step: float(step % 2), name="first")
+    second = planted(lambda layout, step: 0.0, name="second")
+    asked = cascade(("first", 0.5, None), ("second", 0.5, None))
+    layout = max(layouts, key=len)
+    assert asked.judge(layout).stable
+    assert first.asked == list(range(len(layout)))
+    assert second.asked == list(range(1, len(layout), 2))
+
+
+def test_a_stage_that_refuses_leaves_the_layout_to_the_next(cascade, planted, layouts):
+    def refuse(self, layout, watch):
+        raise RefusedError("not this one")
+
+    planted(steps=refuse)
+    asked = cascade(("planted", 0.5, 0.5))
+    assert {d.stage for d in asked.decisions(layouts[0])} == {LAST}
+    verdict = cascade(last="planted").judge(layouts[0])
+    assert (verdict.status, verdict.reason) == (Status.REFUSED, "not this one")
+
+
+def test_a_stage_is_not_brought_in_before_it_is_needed(cascade, planted, layouts):
+    def never(self, layout, watch):
+        raise AssertionError
+
+    planted(lambda layout, step: 0.0, name="sure")
+    planted(name="never", steps=never)
+    assert cascade(("sure", 0.5, None), last="never").judge(layouts[0]).stable
+
+
+@pytest.mark.parametrize(
+    ("finding", "status", "reason"),
+    [
+        (Finding(status=Status.DIVERGED, reason="gone"), Status.DIVERGED, "gone"),
+        (Finding(), Status.ERROR, "no stage has an opinion of step 0"),
+    ],
+)
+def test_without_an_opinion_of_the_last_there_is_no_verdict(
+    finding, status, reason, cascade, planted, layouts
+):
+    planted(finding=finding)
+    verdict = cascade(last="planted").judge(layouts[0])
+    assert (verdict.status, verdict.reason, verdict.score) == (status, reason, None)
+
+
+def test_a_timeout_ends_a_cascade(cascade, planted, layouts):
+    verdict = cascade(("equilibrium", None, None)).judge(max(layouts, key=len), timeout=1e-9)
+    assert verdict.status is Status.TIMEOUT
+
+
+def test_thresholds_fitted_with_other_judges_are_refused(cascade, layouts):
+    stale = cascade(("lstm_1", 0.1, 0.9), lstm_1="of other weights")
+    for ask in (stale.prepare, stale.made_of, lambda: stale.judge(layouts[0])):
+        with pytest.raises(ThresholdsError, match=r"another lstm_1, .* cascade fit --engine muj"):
+            ask()
+
+
+def test_other_thresholds_are_another_method(cascade):
+    one = cascade(("lstm_1", 0.1, 0.9)).made_of()
+    assert one == cascade(("lstm_1", 0.1, 0.9)).made_of()
+    assert one != cascade(("lstm_1", 0.1, 0.8)).made_of()
+
+
+def test_a_fingerprint_tells_parameters_and_weights(tmp_path, monkeypatch):
+    plain = fingerprint(make_method("pbs:alpha=0.7"))
+    assert plain == fingerprint(make_method("pbs0.7")) != fingerprint(make_method("pbs0.5"))
+    monkeypatch.setattr(FullBaseSupport, "made_of", lambda self: "other weights")
+    assert fingerprint(make_method("fbs")) != plain
+
+
+def test_what_is_not_there_says_what_to_do(cascade, tmp_path):
+    file = tmp_path / "none.json"
+    with pytest.raises(ThresholdsError, match="no engine yet; to fit them run steadyload cascade"):
+        make_method(f"cascade@dart:thresholds={file}").prepare()
+    asked = cascade()
+    other = make_method(f"cascade@mujoco:budget=3,thresholds={asked.parameters.thresholds}")
+    with pytest.raises(ThresholdsError, match=r"budget is 3; allowed: 0\.5$"):
+        other.prepare()
+    for text in ("{", "[]", '{"dart": {}}', '{"dart": {"default": 1, "budgets": {}}}'):
+        file.write_text(text)
+        with pytest.raises(ThresholdsError, match=r"none.json: (is no file|holds no) "):
+            load_thresholds("dart", file)
+
+
+def test_thresholds_are_read_as_they_were_written(tmp_path):
+    ladder = Ladder((Stage("fbs", 0.1, None), Stage("lstm_1", None, 1 / 3)), LAST, {"lost": 1})
+    written = Thresholds(1.0, {1.0: ladder, 0.25: ladder}, {"fbs": "x"}, {"git": "y"})
+    file = tmp_path / "t.json"
+    write_thresholds("dart", written, file)
+    write_thresholds("mujoco", dataclasses.replace(written, default=0.25), file)
+    assert load_thresholds("dart", file) == written
+    assert load_thresholds("mujoco", file).default == 0.25
+    assert list(json.loads(file.read_text())) == ["dart", "mujoco"]
+
+
+def test_full_bases_have_no_risk_wherever_centres_of_mass_lie(stack):
+    layout = stack(0.0, 0.0, 3.0, 3.0)
+    with closing(make_method("fbs").steps(layout, Stopwatch())) as judge:
+        # Item 3 stands on item 2 in full, which does not.
+        assert [judge.risk(step) for step in range(4)] == pytest.approx([0.0, 0.0, 0.3, 0.3])
+
+
+def test_what_is_out_of_balance_disturbs_what_comes_after():
+    """A cube past an edge, then one beside it on the floor: no proof that the first stays."""
+    items = [((0, 0), (10, 10, 10)), ((6, 10), (10, 10, 10)), ((40, 0), (10, 10, 10))]
+    layout = Layout(
+        "edge",
+        Pallet(100, 100, 100),
+        tuple(Item(k, (x, y, 0), size, 1.0) for k, ((x, y), size) in enumerate(items)),
+    )
+    for spec, expected in (("equilibrium", 0.5), ("equilibrium:time=0.3", math.nan)):
+        with closing(make_method(spec).steps(layout, Stopwatch())) as judge:
+            risks = [judge.risk(step) for step in range(3)]
+        assert risks[0] == 0.0
+        assert risks[1] >= 1.0
+        np.testing.assert_equal(risks[2], expected)
+
+
+def test_a_learner_has_no_opinion_from_the_first_item_on_that_it_does_not_know(stack):
+    layout = stack(0.0, 0.0, 0.0, 0.0)
+    heavy = dataclasses.replace(layout.items[2], weight=1e5)
+    strange = Layout("strange", layout.pallet, (*layout.items[:2], heavy, layout.items[3]))
+    learner = make_method("lstm_1")
+    assert learner.judge(strange).status is Status.REFUSED
+    with closing(learner.steps(strange, Stopwatch())) as judge:
+        risks = [judge.risk(step) for step in range(4)]
+    assert np.isfinite(risks).tolist() == [True, True, False, False]
+    with closing(learner.steps(strange.first(2), Stopwatch())) as judge:
+        assert [judge.risk(step) for step in range(2)] == risks[:2]
+
+
+def test_a_layout_that_the_learner_refuses_is_judged_by_what_follows(cascade, stack):
+    layout = stack(0.0, 0.0, 7.0)
+    items = (*layout.items[:2], dataclasses.replace(layout.items[2], weight=1e5))
+    strange = Layout("strange", layout.pallet, items)
+    asked = cascade(("lstm_1", 0.5, 0.5))
+    assert [d.stage for d in asked.decisions(strange)] == ["lstm_1", "lstm_1", LAST]
+    assert asked.judge(strange).failing_step == make_method(LAST).judge(strange).failing_step == 2
+
+
+@pytest.mark.parametrize("name", ["score", "repeat", "prefix"])
+def test_a_cascade_is_judged_step_by_step(name, cascade):
+    asked = cascade(("equilibrium", 0.5, None), ("lstm_1", 0.05, 0.95))
+    assert PROPERTIES[name].applies(Subject(str(asked.spec)))
+    found = search(PROPERTIES[name], Subject(str(asked.spec)), examples=15, seed=1)
+    assert found.counterexample is None
+    assert found.asked > 0
+
+
+def test_the_shipped_thresholds_are_those_of_the_shipped_judges(layouts):
+    shipped = make_method("cascade@mujoco")
+    assert isinstance(shipped, Cascade)
+    shipped.prepare()
+    assert shipped.ladder.last == LAST
+    assert shipped.thresholds.default in shipped.thresholds.ladders
+    verdicts = shipped.judge_many(layouts[:4])
+    assert all(verdict.status is Status.DONE for verdict in verdicts)

@@ -1,0 +1,307 @@
+"""Fitting a cascade: losses are counted as they are, the budget is kept, the rest is cheap."""
+
+import dataclasses
+import itertools
+from contextlib import closing
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from harness.cli import main
+from harness.methods.method import Stopwatch
+from harness.methods.registry import make_method
+from harness.methods.spec import SpecError
+from harness.methods.thresholds import Stage, write_thresholds
+from harness.studies.metrics import effective_size
+from harness.tuning import TuningError
+from harness.tuning.cascade import fitted as fitted_module
+from harness.tuning.cascade.fitted import FitOptions, check_remakable, fit_cascade
+from harness.tuning.cascade.fitting import (
+    allowed_losses,
+    fit,
+    independent_cases,
+    left_out,
+    upper_bound,
+)
+from harness.tuning.cascade.opinions import Opinions, Table, ask
+from harness.tuning.cascade.outcome import outcome
+from harness.tuning.cases import CaseSource, load_cases
+
+
+def opinions(risks, cost=1.0, opening=0.0, brink=0.5, cases=None, trained=True):
+    risks = np.asarray(risks, dtype=float)
+    count = len(risks) if cases is None else cases
+    return Opinions(risks, np.full(len(risks), cost), np.full(count, opening), brink, trained)
+
+
+@pytest.fixture
+def three():
+    """Three cases: one that fails at its step 1, one of two steps that is stable, one that fails at
+    once; the last method is wrong about the third.
+    """
+    return Table(
+        of=np.array([0, 0, 1, 1, 2]),
+        fails=np.array([False, True, False, False, True]),
+        lists=np.array(["a", "b", "b"], dtype=object),
+        opinions={
+            "quick": opinions([0.1, 0.4, 0.3, 0.9, 0.8], cost=1.0, opening=10.0, cases=3),
+            "last": opinions([0.0, 2.0, 0.0, 0.0, 0.0], cost=100.0, brink=1.0, cases=3),
+        },
+    )
+
+
+def test_a_table_of_three_cases_by_hand(three):
+    found = outcome(three, (Stage("quick", 0.35, 0.85),), "last")
+    # Of case 0, quick says stable, last unstable. Of case 1, quick stable, then unstable, wrongly.
+    # Of case 2, last says stable, wrongly.
+    assert found.by.tolist() == [0, 1, 0, 0, 1]
+    assert found.unstable.tolist() == [False, True, False, True, False]
+    assert found.right.tolist() == [True, False, False]
+    assert found.alone.tolist() == [True, True, False]
+    assert found.lost.tolist() == [False, True, False]
+    assert found.blamed.tolist() == [-1, 0, 1]
+    assert found.cost.tolist() == [10 + 2 + 100, 10 + 2, 10 + 1 + 100]
+
+
+def test_what_a_stage_gains_is_told_apart_from_what_it_loses(three):
+    found = outcome(three, (Stage("quick", 0.35, 0.7),), "last")
+    assert found.gained.tolist() == [False, False, True]
+    assert found.lost.tolist() == [False, True, False]
+
+
+def test_nothing_is_asked_after_the_first_step_that_is_called_unstable(three):
+    found = outcome(three, (Stage("quick", None, 0.2),), "last")
+    assert found.asked.tolist() == [True, True, True, False, True]
+    assert found.cost[1] == 10 + 1
+
+
+def test_without_an_opinion_of_the_last_there_is_no_right_verdict(three):
+    three.opinions["last"].risks[0] = np.nan
+    assert outcome(three, (), "last").right.tolist() == [False, True, False]
+    # Nobody asks the last method of a step that a stage has decided.
+    assert outcome(three, (Stage("quick", 0.2, None),), "last").right.tolist()[0]
+
+
+def test_a_part_of_a_table_is_the_table_of_those_cases(three):
+    part = three.chosen(np.array([True, False, True]))
+    assert part.of.tolist() == [0, 0, 1]
+    assert part.starts.tolist() == [0, 2]
+    whole, own = (outcome(t, (Stage("quick", 0.35, 0.85),), "last") for t in (three, part))
+    assert own.cost.tolist() == whole.cost[[0, 2]].tolist()
+    assert own.right.tolist() == whole.right[[0, 2]].tolist()
+
+
+@pytest.mark.parametrize(("lost", "cases"), [(0, 50), (1, 200), (7, 900)])
+@pytest.mark.parametrize("confidence", [0.5, 0.95])
+def test_the_bound_is_the_share_at_which_so_few_losses_are_that_unlikely(lost, cases, confidence):
+    bound = upper_bound(lost, cases, cases, confidence)
+    assert binom.cdf(lost, cases, bound) == pytest.approx(1.0 - confidence)
+    assert upper_bound(lost, cases, cases / 3, confidence) > bound
+
+
+def test_as_many_losses_are_allowed_as_the_bound_lets():
+    for budget, confidence in itertools.product((0.002, 0.01, 0.05), (0.5, 0.8)):
+        most = allowed_losses(budget, 900, 400.0, confidence)
+        if most >= 0:
+            assert upper_bound(most, 900, 400.0, confidence) <= budget
+        assert upper_bound(most + 1, 900, 400.0, confidence) > budget
+    assert allowed_losses(0.001, 900, 400.0, 0.95) == -1
+    assert allowed_losses(1.0, 5, 5.0, 0.5) == 5
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    """600 cases of 60 lists: a cheap judge that errs now and then, a dear one that hardly does, and
+    one that says nothing; lists differ in how often the cheap one errs.
+    """
+    random = np.random.default_rng(0)
+    counts = random.integers(1, 8, 600)
+    of = np.repeat(np.arange(600), counts)
+    fails = np.zeros(len(of), dtype=bool)
+    last = np.cumsum(counts) - 1
+    fails[last] = random.random(600) < 0.5
+    lists = np.array([f"list {k % 60}" for k in range(600)], dtype=object)
+    noise = 0.15 + 0.15 * (np.arange(600) % 60 < 10)
+    cheap = fails + random.normal(0.0, 1.0, len(of)) * noise[of]
+    dear = fails + random.normal(0.0, 0.22, len(of))
+    return Table(
+        of,
+        fails,
+        lists,
+        {
+            "cheap": opinions(cheap, cost=0.01, opening=0.1, cases=600),
+            "idle": opinions(np.full(len(of), np.nan), cost=0.01, opening=0.1, cases=600),
+            "costly": opinions(dear, cost=50.0, cases=600),
+            "last": opinions(dear, cost=10.0, cases=600),
+        },
+    )
+
+
+CANDIDATES = ("cheap", "idle", "costly")
+
+
+@pytest.mark.parametrize("budget", [0.005, 0.02, 0.1])
+def test_the_budget_is_kept_and_what_is_spent_goes_down_with_it(drawn, budget):
+    independent = independent_cases(drawn, CANDIDATES, "last")
+    found = fit(drawn, CANDIDATES, "last", budget=budget, confidence=0.5, independent=independent)
+    assert [stage.method for stage in found.stages] == ["cheap"]
+    assert found.outcome.lost.sum() <= found.most
+    assert found.bound(0.5) <= budget
+    assert found.bound(0.95) > found.bound(0.5)
+    alone = outcome(drawn, (), "last").cost.mean()
+    tighter = fit(drawn, CANDIDATES, "last", budget=0.003, confidence=0.5, independent=independent)
+    assert found.outcome.cost.mean() < tighter.outcome.cost.mean() < alone
+
+
+def test_no_other_thresholds_of_one_stage_pass_less_on(drawn):
+    """Against every pair among the risks that are in the way."""
+    found = fit(drawn, ("cheap",), "last", budget=0.02, confidence=0.5, independent=500.0)
+    risks = drawn.opinions["cheap"].risks
+    lows = np.sort(risks[drawn.fails])[:30]
+    highs = np.sort(risks[~drawn.fails])[-30:]
+    tried = 0
+    for low, high in itertools.product(lows[lows <= 0.5], highs[highs >= 0.5]):
+        other = outcome(drawn, (Stage("cheap", low, high),), "last")
+        if other.lost.sum() <= found.most:
+            tried += 1
+            assert found.outcome.cost.mean() <= other.cost.mean() + 1e-9
+    assert tried > 20
+
+
+def test_thresholds_stay_on_their_side_of_the_brink(drawn):
+    """Where no case is in the way, nothing speaks for calling what looks unstable stable."""
+    fine = dataclasses.replace(drawn, opinions=dict(drawn.opinions))
+    risks = np.where(drawn.fails, 0.9, 0.1)
+    fine.opinions["cheap"] = opinions(risks, cost=0.01, cases=600)
+    fine.opinions["last"] = opinions(risks, cost=10.0, cases=600)
+    [stage] = fit(fine, ("cheap",), "last", budget=0.5, confidence=0.5, independent=600.0).stages
+    assert (stage.low, stage.high) == (0.5, 0.5)
+
+
+def test_a_budget_that_the_cases_cannot_bear_is_an_error(drawn):
+    with pytest.raises(TuningError) as caught:
+        fit(drawn, CANDIDATES, "last", budget=0.001, confidence=0.95, independent=100.0)
+    least = 1.0 - 0.05 ** (1 / 100.0)
+    assert f"error budget is 0.1 points; allowed: {100 * least:.2f} or more" in str(caught.value)
+    assert "600 cases of 60 item lists tell as much as 100 independent ones" in str(caught.value)
+
+
+def test_cases_that_go_wrong_together_count_for_less(drawn):
+    independent = independent_cases(drawn, CANDIDATES, "last")
+    assert 60 < independent < 500
+    shuffled = dataclasses.replace(drawn, lists=np.random.default_rng(1).permutation(drawn.lists))
+    assert independent_cases(shuffled, CANDIDATES, "last") > 1.3 * independent
+    assert effective_size(np.ones(4, dtype=bool), ["a", "a", "b", "b"]) == 2.0
+
+
+def test_lists_that_were_left_out_lose_more_than_those_fitted_on(drawn):
+    independent = independent_cases(drawn, CANDIDATES, "last")
+    found = fit(drawn, CANDIDATES, "last", budget=0.02, confidence=0.5, independent=independent)
+    lost, cases = left_out(drawn, found, budget=0.02, confidence=0.5)
+    assert cases == 600
+    assert lost > found.outcome.lost.sum()
+    assert lost < 0.1 * cases
+
+
+@pytest.fixture(scope="module")
+def real():
+    """Twelve labelled cases, and cheap methods that stand in for the default ones."""
+    return load_cases(CaseSource(limit=4))
+
+
+def test_methods_are_asked_of_every_step_that_has_a_label(real):
+    table = ask(["fbs", "equilibrium"], real)
+    assert len(table.of) == sum(min(case.safe + 1, len(case.layout)) for case in real)
+    assert table.fails.sum() == sum(case.safe < len(case.layout) for case in real)
+    for number, case in enumerate(real):
+        own = table.of == number
+        failing = np.flatnonzero(table.fails[own])
+        assert failing.tolist() == ([case.safe] if case.safe < len(case.layout) else [])
+        with closing(make_method("equilibrium").steps(case.layout, Stopwatch())) as judge:
+            expected = [judge.risk(step) for step in range(int(own.sum()))]
+        assert table.opinions["equilibrium"].risks[own].tolist() == expected
+    assert not table.opinions["fbs"].trained
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    options = FitOptions(
+        "mujoco", budgets=(60.0, 30.0), candidates=("equilibrium", "lstm_1"), limit=4
+    )
+    return fit_cascade(options)
+
+
+def test_a_fitted_cascade_comes_to_what_its_table_says(fitted, real, tmp_path):
+    file = tmp_path / "t.json"
+    write_thresholds("mujoco", fitted, file)
+    for budget, ladder in fitted.ladders.items():
+        cascade = make_method(f"cascade@mujoco:budget={budget:g},thresholds={file}")
+        said = [cascade.judge(case.layout).failing_step for case in real]
+        right = [
+            step == (case.safe if case.safe < len(case.layout) else None)
+            for step, case in zip(said, real, strict=True)
+        ]
+        assert np.mean(right) == pytest.approx(ladder.found["accuracy"], abs=1e-6)
+        found = ladder.found
+        assert found["lost"] - found["gained"] == pytest.approx(
+            12 * (found["alone"] - found["accuracy"]), abs=1e-4
+        )
+        assert found["lost"] <= found["allowed"]
+        assert sum(stage["lost"] for stage in found["decided"]) == found["lost"]
+    assert fitted.default == 60.0
+
+
+def test_what_learnt_nothing_is_held_against_other_cases_too(fitted):
+    for ladder in fitted.ladders.values():
+        told = {entry["method"] for entry in ladder.found["elsewhere"]}
+        assert told == {stage.method for stage in ladder.stages} - {"lstm_1"}
+
+
+def test_thresholds_say_what_they_were_made_by(fitted):
+    made_by = fitted.made_by
+    assert made_by["candidates"] == ["equilibrium", "lstm_1"]
+    assert {"git", "code", "versions", "cases", "confidence"} <= set(made_by)
+    with pytest.raises(TuningError, match="which is in no commit"):
+        check_remakable({"git": "0123456789ab-dirty"})
+    check_remakable({"git": "0123456789ab"})
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"engine": "mojuco"}, "did you mean 'mujoco'"),
+        ({"budgets": (0.0,)}, "error budget is 0 points; allowed: above 0, to 100"),
+        ({"budgets": ()}, "allowed: one or more"),
+        ({"confidence": 1.0}, "confidence is 1; allowed: between 0 and 1"),
+        ({"candidates": ("smee",)}, "did you mean 'sme'"),
+    ],
+)
+def test_wrong_options_say_what_is_allowed(given, message):
+    with pytest.raises((SpecError, TuningError), match=message):
+        FitOptions(**({"engine": "mujoco"} | given))
+
+
+def test_a_two_dimensional_engine_is_fitted_on_the_planar_set():
+    options = FitOptions("chipmunk")
+    assert options.sources()[0].directory == "planar"
+    assert options.last == "ps_opt@chipmunk"
+    assert options.candidates[-1] == "ps_opt@chipmunk:scope=local"
+
+
+def test_as_many_stable_as_unstable_cases_are_fitted_on(real):
+    few = fitted_module._balanced([c for c in real if c.safe < len(c.layout) or c.scenario == "S1"])
+    assert {c.scenario for c in few} == {"S1"}
+    assert sum(c.safe < len(c.layout) for c in few) * 2 == len(few) == 4
+
+
+def test_the_command_fits_and_prints(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(fitted_module, "ELSEWHERE", 2)
+    file = tmp_path / "t.json"
+    fit_few = ["cascade", "fit", "-o", str(file), "--limit", "2", "--candidate", "equilibrium"]
+    assert main([*fit_few, "--error-budget", "60"]) == 0
+    printed = capsys.readouterr().out
+    assert "cascade@mujoco" in printed
+    assert printed.endswith(f"{file}\n")
+    assert main([*fit_few, "--error-budget", "1"]) == 2
+    assert "error budget is 1 points; allowed: " in capsys.readouterr().err

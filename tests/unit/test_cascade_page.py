@@ -1,0 +1,152 @@
+"""The page of a cascade: what its study found, and nothing that it did not."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+
+from harness.layouts.benchmark import load_benchmark
+from harness.methods.registry import make_method
+from harness.methods.thresholds import Ladder, Stage, Thresholds, fingerprint, write_thresholds
+from harness.studies.results import load_results
+from harness.tuning.cascade.study import cascade_study
+from reports.cascade_page import cascade_page
+from reports.cascade_records import HeldAgainst
+from reports.pages import write_page
+from reports.records import Estimate
+
+FOUND = {
+    "cases": 900, "item_lists": 6, "independent": 450.0, "allowed": 3, "lost": 2, "gained": 1,
+    "bound": 0.004, "sure_bound": 0.0123, "left_out": {"lost": 5, "cases": 900}, "accuracy": 0.98,
+    "alone": 0.981, "milliseconds": 1.0, "milliseconds_alone": 2.5,
+    "decided": [{"method": "equilibrium", "steps": 10, "wrong": 0, "lost": 0}],
+    "elsewhere": [
+        {"method": "equilibrium", "cases": 600, "item_lists": 30, "steps": 3327, "decided": 2872,
+         "wrong": 0}
+    ],
+}  # fmt: skip
+LAST = "simulation@mujoco:t_max=0.1,frequency=60,between_steps=reseat"
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    """On eighteen cases, with thresholds that are made up."""
+    folder = tmp_path_factory.mktemp("cascade")
+    stages = (Stage("equilibrium", 0.7, None),)
+    made_of = {s: fingerprint(make_method(s)) for s in ("equilibrium", LAST)}
+    made_by = {"confidence": 0.5, "git": "0123456789ab", "code": "c", "cases": "d", "data": []}
+    ladders = {0.5: Ladder(stages, LAST, FOUND), 2.0: Ladder((), LAST, FOUND)}
+    file = folder / "t.json"
+    write_thresholds("mujoco", Thresholds(0.5, ladders, made_of, made_by), file)
+    return cascade_study(
+        "mujoco", folder, part="validation", limit=6, thresholds=str(file), workers=0,
+        beside=("fbs", LAST),
+    ), folder  # fmt: skip
+
+
+def test_shares_of_stages_add_up_and_tell_who_was_right(study):
+    record, _ = study
+    assert [s.method.spec for s in record.stages] == ["equilibrium", LAST]
+    assert sum(s.steps.value for s in record.stages) == pytest.approx(1.0)
+    assert sum(s.layouts.value for s in record.stages) == pytest.approx(1.0)
+    right = sum(s.layouts.value * s.layouts_right.value for s in record.stages)
+    assert right == pytest.approx(record.cascade.accuracy.value)
+    assert (record.stages[0].low, record.stages[0].high) == (0.7, None)
+
+
+def test_a_layout_belongs_to_the_last_stage_that_it_needed(study):
+    record, folder = study
+    cascade = make_method(f"cascade@mujoco:thresholds={folder / 't.json'}")
+    benchmark = load_benchmark()
+    cases = benchmark.select("validation", limit=6)
+    asked = [
+        [d.stage for d in cascade.decisions(benchmark.layout(name, scenario))]
+        for name, scenario in zip(cases["layout"], cases["scenario"], strict=True)
+    ]
+    assert record.stages[1].layouts.value == pytest.approx(np.mean([LAST in s for s in asked]))
+    # Of some an earlier stage decided the last step.
+    assert any(LAST in stages[:-1] and stages[-1] != LAST for stages in asked)
+
+
+def test_all_are_judged_on_the_same_cases_and_held_against_the_cascade(study):
+    record, folder = study
+    assert record.cases == 18
+    assert [m.budget for m in record.methods] == [0.5, 2.0, None, None]
+    by_title = {m.method.spec: m for m in record.methods}
+    fbs = by_title["fbs"]
+    assert fbs.ahead.value == pytest.approx(record.cascade.accuracy.value - fbs.accuracy.value)
+    assert by_title[LAST].simulation
+    assert not record.cascade.simulation
+    # With no stage before it, the last method is asked of every step: the same substeps.
+    assert record.methods[1].substeps == by_title[LAST].substeps > record.cascade.substeps > 0.0
+    rows = load_results(folder / "run")
+    assert set(rows.groupby("method").size()) == {18}
+
+
+def test_an_interrupted_study_goes_on(study):
+    record, folder = study
+    times = {m.method.spec: m.cpu for m in record.methods}
+    again = cascade_study(
+        "mujoco", folder, part="validation", limit=6, thresholds=str(folder / "t.json"), workers=0,
+        beside=("fbs", LAST),
+    )  # fmt: skip
+    assert {m.method.spec: m.cpu for m in again.methods} == times
+    assert again.load == record.load
+
+
+def text_of(record, folder):
+    return write_page(cascade_page(record, {"source": "here"}), folder).read_text()
+
+
+def test_the_page_shows_what_was_found(study, tmp_path):
+    record, _ = study
+    text = text_of(record, tmp_path)
+    assert "18 cases of part `validation`" in text
+    assert "on which thresholds were fitted" in text
+    assert re.search(r"\| Equilibrium +\| +0\.700 \| +- \|", text)
+    assert "5 of 900" in text
+    assert "2 (3)" in text
+    assert "1.23" in text
+    assert "- thresholds fitted by: 0123456789ab (code c)" in text
+    assert (tmp_path / "figures" / "cascade-sweep.png").stat().st_size > 10_000
+
+
+def aimed(record, accuracy, cpu, ahead, cost):
+    """The record with a cascade and one simulation of these numbers."""
+
+    def about(value):
+        return Estimate(value, value, value, 18)
+
+    cascade = dataclasses.replace(record.cascade, accuracy=about(accuracy), cpu=about(cpu))
+    simulation = HeldAgainst(
+        record.methods[-1].method, about(accuracy - ahead), about(0.0), about(0.0),
+        about(cpu / cost), about(ahead), about(cost), 50.0, True, None,
+    )  # fmt: skip
+    return dataclasses.replace(record, methods=(cascade, simulation))
+
+
+@pytest.mark.parametrize(
+    ("numbers", "reached"),
+    [
+        ((0.985, 0.2, -0.005, 0.09), ["yes", "yes", "yes"]),
+        ((0.980, 0.9, -0.006, 0.2), ["no", "yes", "no"]),
+        ((0.990, 1.2, 0.001, 0.1), ["yes", "no", "yes"]),
+    ],
+)
+def test_whether_an_aim_is_reached_is_said(numbers, reached, study, tmp_path):
+    text = text_of(aimed(study[0], *numbers), tmp_path)
+    assert re.findall(r"\| (yes|no) +\|", text) == reached
+
+
+def test_a_busy_machine_is_told(study, tmp_path):
+    record, _ = study
+    busy = "The machine was busy"
+    assert busy in text_of(dataclasses.replace(record, load=5.0), tmp_path)
+    assert busy not in text_of(dataclasses.replace(record, load=1.1), tmp_path)
+    assert busy not in text_of(dataclasses.replace(record, load=None), tmp_path)
+
+
+def test_on_test_nothing_was_fitted(study, tmp_path):
+    text = text_of(dataclasses.replace(study[0], part="test"), tmp_path)
+    assert "nothing was fitted on them" in text
