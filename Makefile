@@ -3,7 +3,7 @@ PYTHON ?= python3.11
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help study test lint types bench engines verify extremes properties benchmark planar accuracy tuning learned docs clean
+.PHONY: help study test lint types bench engines verify extremes properties benchmark planar accuracy tuning learned session docs clean
 
 help: ## list these targets
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -63,6 +63,9 @@ tuning: $(READY) ## remake the page of tuning from the searches in runs/tune; go
 learned: $(READY) ## train what the plan of learners asks for and remake their page (hours); goes on
 	$(BIN)/steadyload learned --foreign $(wildcard ../shared/data/aclpp/*.yaml) \
 		--output reports/published/learned
+
+session: $(READY) ## remake the page of loading sessions (a quarter of an hour)
+	$(BIN)/steadyload session --output reports/published/session
 
 docs: $(READY) ## remake the generated pages
 	$(BIN)/steadyload engines --markdown > docs/engines.md

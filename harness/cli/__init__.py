@@ -17,6 +17,7 @@ from harness.cli.benchmark import add_benchmark
 from harness.cli.extremes import add_extremes
 from harness.cli.learned import add_learned
 from harness.cli.properties import add_properties
+from harness.cli.session import add_session
 from harness.cli.terminal import (
     at_least,
     positive_number,
@@ -220,6 +221,7 @@ def _parser() -> argparse.ArgumentParser:
     add_learned(commands)
     add_benchmark(commands)
     add_properties(commands)
+    add_session(commands)
     add_view(commands)
 
     methods = commands.add_parser(
