@@ -3,7 +3,7 @@ PYTHON ?= python3.11
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help study test lint types bench engines verify extremes properties benchmark planar accuracy uncertain tuning learned cascade docs clean
+.PHONY: help study test lint types bench engines verify extremes properties benchmark planar accuracy uncertain tuning learned cascade session docs clean
 
 help: ## list these targets
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -69,6 +69,9 @@ learned: $(READY) ## train what the plan of learners asks for and remake their p
 
 cascade: $(READY) ## hold the cascade against others and remake its page (ten minutes); goes on
 	$(BIN)/steadyload cascade page --output reports/published/cascade
+
+session: $(READY) ## remake the page of loading sessions (a quarter of an hour)
+	$(BIN)/steadyload session --output reports/published/session
 
 docs: $(READY) ## remake the generated pages
 	$(BIN)/steadyload engines --markdown > docs/engines.md

@@ -19,6 +19,7 @@ from harness.cli.extremes import add_extremes
 from harness.cli.learned import add_learned
 from harness.cli.properties import add_properties
 from harness.cli.recommend import add_recommend
+from harness.cli.session import add_session
 from harness.cli.study import add_report, add_study
 from harness.cli.terminal import (
     at_least,
@@ -205,6 +206,7 @@ def _parser() -> argparse.ArgumentParser:
     add_benchmark(commands)
     add_properties(commands)
     add_uncertain(commands)
+    add_session(commands)
     add_view(commands)
 
     methods = commands.add_parser(

@@ -42,15 +42,31 @@ Progress = Callable[[str], None]
 
 @cache
 def random_pile(count: int) -> Layout:
-    """The first ``count`` boxes, sides of 5 to 25 cm, of one pile packed from the bottom up.
+    """The first ``count`` boxes of one pile packed from the bottom up.
 
     Nine tenths of every base are supported: the pile stands, so that every item is placed.
     """
-    random = np.random.default_rng(np.random.SeedSequence(3))
+    pallet = Pallet(140.0, 400.0, 100.0)
+    return random_boxes(f"pile-{count}", count, pallet, "bottom-back-left", seed=3, support=0.9)
+
+
+def random_boxes(
+    name: str, count: int, pallet: Pallet, rule: str, *, seed: int, support: float
+) -> Layout:
+    """Boxes with sides of 5 to 25 cm, packed by a rule.
+
+    Args:
+        name: of the layout.
+        count: how many; more of them start with fewer.
+        pallet: holds them all.
+        rule: a key of :data:`harness.layouts.packing.SPACE_RULES`.
+        seed: of their sizes.
+        support: share of every base that rests on something, 0 to 1.
+    """
+    random = np.random.default_rng(np.random.SeedSequence(seed))
     sides = random.integers(5, 26, (20 * count, 3)).tolist()
     sizes = [(float(a), float(b), float(c)) for a, b, c in sides]
-    pallet, rule, share = Pallet(140.0, 400.0, 100.0), "bottom-back-left", 0.9
-    layout = pack(f"pile-{count}", pallet, sizes, rule, most_items=count, least_support=share)
+    layout = pack(name, pallet, sizes, rule, most_items=count, least_support=support)
     assert layout is not None
     assert len(layout) == count, "the pallet holds all"
     return layout

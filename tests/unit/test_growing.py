@@ -123,3 +123,17 @@ def test_the_grid_finds_what_a_look_at_all_boxes_finds(boxes, region):
         if all(a[k] <= high[k] and b[k] >= low[k] for k in range(3))
     ]
     assert sorted(grid.meeting(low, high)) == meeting
+
+
+def test_the_grid_finds_a_box_whose_side_is_a_cells_but_for_the_last_bit():
+    # Its logarithm says that it fits a cell of 6561; it begins in one cell and ends two later.
+    side = np.nextafter(6561.0, np.inf)
+    low, high = (np.nextafter(6561.0, 0.0), 0.0, 0.0), (13122.0, 1.0, 1.0)
+    assert low[0] + side == high[0]
+    grid = BoxGrid()
+    grid.add(0, (low[0], 0.0, 0.0), (low[0] + side, 1.0, 1.0))
+    # So many others that the grid looks into cells, and not at all of them.
+    for number in range(1, 40):
+        near = 20_000.0 * number
+        grid.add(number, (near, 0.0, 0.0), (near + 6000.0, 1.0, 1.0))
+    assert grid.meeting((13122.0, 0.0, 0.0), (13122.0, 1.0, 1.0)) == [0]

@@ -82,6 +82,26 @@ def test_without_torch_a_network_says_what_it_says_with_it(kind, layers):
         np.testing.assert_allclose(alone.probabilities(rows[k]), expected[k], atol=1e-6)
 
 
+@pytest.mark.parametrize("kind", NetworkKind)
+def test_a_network_that_goes_on_says_what_it_says_of_all_steps(kind):
+    torch.manual_seed(5)
+    rows = np.random.default_rng(5).normal(0.0, 2.0, (11, 9)).astype(np.float32)
+    network = NETWORKS[kind](9, 20, 2)
+    with torch.no_grad():
+        for parameter in network.parameters():
+            parameter.mul_(3.0)
+    alone = Network({name: value.numpy() for name, value in network.state_dict().items()})
+    whole, memories = alone.probabilities(rows), [alone.start()]
+    assert np.ptp(whole) > 0.1
+    for step in range(len(rows)):
+        found, memory = alone.go_on(rows[: step + 1], memories[-1])
+        np.testing.assert_allclose(found, whole[step : step + 1], atol=1e-6)
+        memories.append(memory)
+    # A memory stays as it is when a network has gone on from it.
+    several, _ = alone.go_on(rows, memories[4])
+    np.testing.assert_allclose(several, whole[4:], atol=1e-6)
+
+
 @pytest.mark.parametrize("name", ["lstm_1", "lstm_e"])
 @pytest.mark.parametrize("batch", [1, 7, 256])
 def test_many_at_once_are_judged_as_one_by_one(weights, layouts, name, batch):

@@ -1,0 +1,107 @@
+"""Heuristics that ask before they take a place, and the page of what that gains and costs."""
+
+import pytest
+
+from harness.cli import main
+from harness.layouts.heuristics import HEURISTICS, pack_bins
+from harness.layouts.packing import ITEM_CLASSES, SPACE_RULES, make_instance, pack
+from harness.methods import make_method
+from harness.studies.packing_gains import PACKED_BY, packing_gains
+from harness.studies.session_cost import SCENES, session_curves
+from harness.studies.stable_packing import pack_stably
+from reports.pages import write_page
+from reports.session_page import session_page
+
+
+@pytest.mark.parametrize("rule", SPACE_RULES)
+def test_who_accepts_everything_changes_nothing(rule):
+    instance = make_instance(2, 3, seed=4, item_count=30)
+    plain = pack("a", instance.pallet, instance.sizes, rule)
+    assert pack("a", instance.pallet, instance.sizes, rule, accept=lambda _: True).items == (
+        plain.items
+    )
+
+
+def test_a_packed_item_is_asked_about_where_it_would_stand():
+    instance = make_instance(2, 3, seed=4, item_count=30)
+    asked = []
+
+    def accept(item):
+        asked.append(item)
+        return item.position[1] == 0.0
+
+    layout = pack("a", instance.pallet, instance.sizes, "back-bottom-left", accept=accept)
+    assert layout.items == tuple(item for item in asked if item.position[1] == 0.0)
+    assert len(asked) > len(layout)
+
+
+@pytest.mark.parametrize("heuristic", HEURISTICS[3::13], ids=lambda h: h.name)
+def test_heuristics_go_on_to_the_next_place_where_one_is_rejected(heuristic):
+    instance = make_instance(3, 1, seed=4, item_count=12)
+
+    def packed(rejected):
+        """All items at their first place, but the last, whose first places are rejected."""
+        asked = []
+
+        def accept(which, box):
+            asked.append((which, box))
+            return len(asked) < 12 or len(asked) > 11 + rejected
+
+        bins = pack_bins(instance.pallet.size, instance.sizes, heuristic, accept=accept)
+        return bins, asked[11:]
+
+    plain = pack_bins(instance.pallet.size, instance.sizes, heuristic)
+    without, places = packed(10**6)
+    assert len(set(places)) > 2
+    assert sum(map(len, without)) == 11
+    assert all(without), "a bin was opened for an item that stands nowhere"
+    for rejected in range(min(len(places), 8)):
+        bins, asked = packed(rejected)
+        assert asked == places[: rejected + 1]
+        which, box = asked[-1]
+        assert bins[which][-1] == box
+        assert rejected or bins == plain
+
+
+@pytest.mark.parametrize("spec", ["fbs", "equilibrium", "ps_opt@mujoco"])
+def test_bins_that_are_packed_stably_can_be_loaded(spec):
+    instance, method = make_instance(2, 0, seed=4, item_count=15), make_method(spec)
+    packing = pack_stably(instance, HEURISTICS[0], method)
+    assert all(verdict.stable for verdict in method.judge_many(packing.layouts))
+    assert sum(map(len, packing.layouts)) + packing.left_out == 15
+    assert packing.placements - packing.rejected == 15 - packing.left_out
+    assert packing.rejected > 0
+    assert 0.0 < packing.judging < packing.seconds
+    plain = pack_stably(instance, HEURISTICS[0], None)
+    assert plain.placements == 0
+    assert not all(verdict.stable for verdict in method.judge_many(plain.layouts))
+
+
+def test_the_page_tells_gain_and_cost(tmp_path):
+    (first, *_) = tasks = packing_gains(
+        ["fbs"], judge="equilibrium", instances=1, heuristics=PACKED_BY[:2]
+    )
+    assert len(tasks) == len(ITEM_CLASSES)
+    nobody, strict = first.gains
+    assert (nobody.method, nobody.rejected, strict.method.spec) == (None, 0.0, "fbs")
+    assert strict.stable.value == 1.0  # full support is balance
+    assert nobody.stable.value < 1.0
+    curves = session_curves(["pbs0.7", "equilibrium"], count=40)
+    assert [curve.scene for curve in curves] == [scene.name for scene in SCENES for _ in range(2)]
+    assert [[p.items for p in curve.points] for curve in curves] == [[20, 40]] * 6
+    assert all(0.0 < p.placement < p.whole for curve in curves for p in curve.points)
+    page = session_page(curves, {scene.name: scene.about for scene in SCENES}, tasks, {})
+    text = write_page(page, tmp_path).read_text()
+    assert "| nobody" in text
+    assert (tmp_path / "figures" / "placements.png").exists()
+
+
+def test_the_command_packs_and_measures_what_is_asked_for(tmp_path, capsys):
+    arguments = ["--part", "gain", "-m", "sme", "--judge", "equilibrium", "--lists", "1"]
+    assert main(["session", *arguments, "-o", str(tmp_path)]) == 0
+    page = capsys.readouterr().out.strip()
+    assert page == str(tmp_path / "report.md")
+    text = (tmp_path / "report.md").read_text()
+    assert text.count("| SME") == 3
+    assert "What a placement costs" not in text
+    assert main(["session", "-m", "nonsense", "-o", str(tmp_path)]) == 2
