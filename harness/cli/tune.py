@@ -157,12 +157,16 @@ def add_tuned(commands: Any) -> None:
 
 def _tuned(options: argparse.Namespace) -> None:
     from harness.studies.results import provenance_lines
+    from harness.tuning import TuningError
     from harness.tuning.presets import by_worth, write_preset
     from harness.tuning.search import Search
     from harness.tuning.study import tuning_study
     from reports.pages import write_page
     from reports.tuning_page import tuning_page
 
+    names = [folder.resolve().name for folder in options.searches]
+    if len(set(names)) < len(names):
+        raise TuningError(f"folders of searches: {', '.join(names)}; allowed: names that differ")
     searches = [Search.of(folder) for folder in options.searches]
     if options.write_presets:
         for best, *_ in by_worth(searches).values():
@@ -175,4 +179,7 @@ def _tuned(options: argparse.Namespace) -> None:
             limit=options.limit,
             progress=advance,
         )
-    print(write_page(tuning_page(record, provenance_lines()), options.output or options.work))
+    output = options.output or options.work
+    for name, search in zip(names, searches, strict=True):
+        search.ledger.keep(output / "searches" / name)
+    print(write_page(tuning_page(record, provenance_lines()), output))

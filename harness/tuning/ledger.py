@@ -7,6 +7,7 @@ in the same order, finds those that were judged, and goes on where it was interr
 from __future__ import annotations
 
 import json
+import lzma
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,11 +16,14 @@ from typing import Any
 
 import numpy as np
 
+from harness.atomic import write_atomically
 from harness.tuning import TuningError
 from harness.tuning.judging import Sheet
 from harness.tuning.space import Genotype
 
 _FILE = "search.jsonl"
+_KEPT = f"{_FILE}.xz"
+"""A finished search as it is kept: to be read, not to be gone on with."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +58,7 @@ class Ledger:
 
     def __init__(self, directory: Path, identity: Mapping[str, Any]) -> None:
         directory.mkdir(parents=True, exist_ok=True)
-        self._path = directory / _FILE
+        self._path = _path(directory)
         self.facts: dict[str, Any] = {}
         self.entries: dict[Genotype, Entry] = {}
         self.ends: list[GenerationEnd] = []
@@ -70,12 +74,17 @@ class Ledger:
         Raises:
             TuningError: it holds no search.
         """
-        path = directory / _FILE
+        path = _path(directory)
         if not path.exists():
             raise TuningError(f"{directory}: holds no search")
-        with path.open("rb") as file:
-            identity = _identity(_parse(file.readline(), path), path)
+        first = _content(path).partition(b"\n")[0]
+        identity = _identity(_parse(first, path), path)
         return identity, cls(directory, identity)
+
+    def keep(self, directory: Path) -> None:
+        """Write a copy that takes a tenth of the space; :meth:`of` reads it."""
+        directory.mkdir(parents=True, exist_ok=True)
+        write_atomically(directory / _KEPT, lzma.compress(_content(self._path)))
 
     def state(self, name: str, value: Any) -> None:
         """Write down something that was measured before the search, such as the cost model."""
@@ -104,6 +113,8 @@ class Ledger:
         self._write({"end": end.number, "asked": end.asked, "median": end.median, "wall": end.wall})
 
     def _write(self, line: Mapping[str, Any]) -> None:
+        if self._path.name == _KEPT:
+            raise TuningError(f"{self._path}: is kept to be read; unpack it (xz -d) to go on")
         if self._cut is not None:
             os.truncate(self._path, self._cut)
             self._cut = None
@@ -114,7 +125,7 @@ class Ledger:
 
     def _read(self, identity: dict[str, Any]) -> bool:
         """Take in the file; returns whether it held a whole line."""
-        content = self._path.read_bytes()
+        content = _content(self._path)
         end = content.rfind(b"\n") + 1
         if end < len(content):  # the line in writing when the search was interrupted
             self._cut = end
@@ -145,6 +156,20 @@ class Ledger:
         else:
             entry = _entry(line)
             self.entries[entry.genotype] = entry
+
+
+def _path(directory: Path) -> Path:
+    """The file of a search: the one that is written to, before the one that is kept."""
+    kept = directory / _KEPT
+    return kept if kept.exists() and not (directory / _FILE).exists() else directory / _FILE
+
+
+def _content(path: Path) -> bytes:
+    content = path.read_bytes()
+    try:
+        return lzma.decompress(content) if path.name == _KEPT else content
+    except lzma.LZMAError:
+        raise _damaged(path) from None
 
 
 def _parse(line: bytes, path: Path) -> dict[str, Any]:

@@ -91,6 +91,29 @@ def test_a_ledger_is_begun_by_its_first_line(tmp_path):
         Ledger(tmp_path, {"engine": "dart"})
 
 
+def test_a_search_is_kept_to_be_read(searched, tmp_path):
+    run, kept = tmp_path / "run", tmp_path / "kept"
+    run.mkdir()
+    (run / "search.jsonl").write_text(searched)
+    Search.of(run).ledger.keep(kept)
+    (file,) = kept.iterdir()
+    assert file.stat().st_size < len(searched) / 2
+    there, here = Search.of(run), Search.of(kept)
+    assert here.fittest().genotype == there.fittest().genotype
+    assert here.ledger.facts == there.ledger.facts
+    assert list(here.ledger.entries) == list(there.ledger.entries)
+    again = tmp_path / "again"
+    here.ledger.keep(again)
+    assert (again / file.name).read_bytes() == file.read_bytes()
+    with pytest.raises(TuningError, match="unpack it"):
+        here.ledger.state("goal", 1.0)
+    file.write_bytes(file.read_bytes()[:100])
+    with pytest.raises(TuningError, match="is damaged"):
+        Search.of(kept)
+    (kept / "search.jsonl").write_text(searched)
+    Search.of(kept).ledger.state("goal", 1.0)
+
+
 def test_a_search_keeps_its_goal(searched, tmp_path, monkeypatch):
     """Whatever share of PS_3's cost later searches go for."""
     (tmp_path / "search.jsonl").write_text(searched)
