@@ -92,9 +92,14 @@ class LearnedJudge(Method):
         loaded = load_weights(self.parameters.weights)
         return replace(loaded, networks=loaded.networks[: self.members])
 
+    @property
+    def trained(self) -> str:
+        """See :attr:`Method.trained`."""
+        return self.weights.digest
+
     def made_of(self) -> str:
         """See :meth:`Method.made_of`: the weights, and the code between them and a verdict."""
-        digest = hashlib.sha256(self.weights.digest.encode())
+        digest = hashlib.sha256(self.trained.encode())
         for name in ("features", "inference", "plane", "ranges", "scoring", "support"):
             digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
         return digest.hexdigest()

@@ -120,7 +120,7 @@ class Cascade(Method):
 
         Raises:
             ThresholdsError: one is not what it was when thresholds were fitted.
-            as :meth:`Method.made_of` of a stage.
+            as :attr:`Method.trained` of a stage.
         """
         judges = tuple(make_method(spec) for spec in self.ladder.methods)
         for spec, judge in zip(self.ladder.methods, judges, strict=True):
@@ -135,7 +135,7 @@ class Cascade(Method):
     def made_of(self) -> str:
         """See :meth:`Method.made_of`: the ladder, and what its methods are made of."""
         ladder = dataclasses.asdict(self.ladder) | {"found": None}
-        own = [fingerprint(judge) for judge in self.judges]
+        own = [[fingerprint(judge), judge.made_of()] for judge in self.judges]
         return hashlib.sha256(json.dumps([ladder, own]).encode()).hexdigest()
 
     def prepare(self, item_count: int = 0) -> None:

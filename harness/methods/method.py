@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import StrEnum
 from typing import Any, ClassVar
 
@@ -223,20 +223,8 @@ def verdict_by(
     except TimeoutExpiredError as error:
         finding = Finding(status=Status.TIMEOUT, reason=str(error))
     cpu, wall = watch.stop()
-    return Verdict(
-        item_count=item_count,
-        status=finding.status,
-        failing_step=finding.failing_step,
-        moved_item=finding.moved_item,
-        displacement=finding.displacement,
-        rotation=finding.rotation,
-        reason=finding.reason,
-        ignored=finding.ignored,
-        emulated=finding.emulated,
-        effort=finding.effort,
-        cpu=cpu,
-        wall=wall,
-    )
+    found = {field.name: getattr(finding, field.name) for field in fields(Finding)}
+    return Verdict(item_count=item_count, cpu=cpu, wall=wall, **found)
 
 
 class Loader(ABC):
@@ -352,6 +340,11 @@ class Method(ABC):
     def parameters_on(cls, engine: str | None) -> type[Any]:
         """The ``Parameters`` to be bound when the method runs on the named engine."""
         return cls.Parameters
+
+    @property
+    def trained(self) -> str:
+        """Hash of the weights that were trained; empty where there are none."""
+        return ""
 
     def made_of(self) -> str:
         """Hash of what verdicts come from besides parameters and the code of layouts, methods and

@@ -89,7 +89,7 @@ class Thresholds:
 def fingerprint(method: Method) -> str:
     """Hash of what a method's risks come from: its parameters, and trained weights."""
     values = json.dumps(as_plain(method.parameters), sort_keys=True)
-    return hashlib.sha256(f"{values} {method.made_of()}".encode()).hexdigest()[:16]
+    return hashlib.sha256(f"{values} {method.trained}".encode()).hexdigest()[:16]
 
 
 def load_thresholds(engine: str, file: Path = FILE) -> Thresholds:

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from typing import Any, Self, TypeVar
 
 from distributed import Client, KilledWorker, LocalCluster, Worker, get_worker
+from distributed.comm import get_address_host_port
 from distributed.diagnostics.plugin import WorkerPlugin
 
 from harness.studies.executors import AHEAD, LOOK, ExecutorError, all_cores
@@ -194,6 +195,7 @@ def _cluster_here(workers: int) -> Iterator[str]:
 @contextmanager
 def _connected(scheduler: str, patience: float) -> Iterator[Client]:
     try:
+        get_address_host_port(scheduler)  # a client that is told no address leaves a thread behind
         client = Client(scheduler, timeout=patience, set_as_default=False)
     except (OSError, ValueError) as error:
         raise ExecutorError(

@@ -137,7 +137,7 @@ def _asked(method: Method, cases: Sequence[Case], labelled: Sequence[int]) -> Op
         1e3 * np.array(cost),
         1e3 * np.array(opening),
         brink,
-        bool(method.made_of()),
+        bool(method.trained),
     )
 
 
