@@ -91,7 +91,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a name the terminal cannot show
-    options = _parser().parse_args(arguments)
+    options = command_parser().parse_args(arguments)
     try:
         status = options.run(options)
         sys.stdout.flush()
@@ -117,7 +117,8 @@ def _sentence(error: Exception) -> str:
     return " ".join([*str(error).split(), *getattr(error, "__notes__", [])])
 
 
-def _parser() -> argparse.ArgumentParser:
+def command_parser() -> argparse.ArgumentParser:
+    """What reads the words of the command."""
     parser = argparse.ArgumentParser(
         prog="steadyload", description="How stable is this pallet while it is being loaded?"
     )

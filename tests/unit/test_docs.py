@@ -1,0 +1,70 @@
+"""What README and docs tell to type is what the command takes."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from harness.cli import command_parser
+from harness.methods.registry import make_method
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+FENCE = re.compile(r"^```(\w*)\n(.*?)^```", re.DOTALL | re.MULTILINE)
+COMMAND = re.compile(r"(?:\.venv/bin/)?steadyload (.+)")
+COUNT = {"N": "3", "J": "3", "TIME": "5m"}
+"""Placeholders that stand for numbers."""
+
+
+def commands(page):
+    for _, block in FENCE.findall(page.read_text()):
+        for line in block.replace("\\\n", " ").splitlines():
+            found = COMMAND.match(line.strip())
+            if found:
+                yield found[1]
+
+
+def arguments(command):
+    """Words of a command line; those in square brackets may be left out, and are not."""
+    words = shlex.split(command.replace("[", "").replace("]", ""), comments=True)
+    return [COUNT.get(word, word) for word in words]
+
+
+TOLD = [(page.name, command) for page in PAGES for command in commands(page)]
+
+
+@pytest.mark.parametrize(("page", "command"), TOLD)
+def test_a_command_is_one_that_is_taken(page, command):
+    command_parser().parse_args(arguments(command))
+
+
+def test_commands_are_found_in_most_pages():
+    assert len(TOLD) > 60
+    assert len({page for page, _ in TOLD}) > 10
+
+
+def test_methods_that_are_told_exist():
+    specs = {
+        spec
+        for _, command in TOLD
+        for spec in re.findall(r"(?:-m|--method|--beside) (\S+)", command)
+        if "weights=" not in spec
+    }
+    assert len(specs) > 8
+    for spec in specs:
+        make_method(spec)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_to_files(page):
+    links = re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", page.read_text())
+    missing = [x for x in links if "://" not in x and not (page.parent / x).exists()]
+    assert not missing
+
+
+def test_the_tours_example_prints_what_stands_below_it(capsys):
+    text = (ROOT / "docs" / "tour.md").read_text()
+    ((code, printed),) = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", text, re.DOTALL)
+    exec(compile(code, "docs/tour.md", "exec"), {})
+    assert capsys.readouterr().out == printed
