@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from engines.registry import capabilities
 from harness.layouts.benchmark import PLANAR
@@ -185,7 +186,7 @@ def _engine(name: str, searches: Sequence[Search], others: Sequence[str]) -> _En
         left_out=without_gains(main.space, values),
         physical=physical(name, values),
         carried={other: _carried(other, name) for other in others},
-        seeds=_seeds(main, own),
+        seeds=apart_by_seeds(own),
         prices=_prices(own),
     )
 
@@ -206,15 +207,18 @@ def _carried(here: str, there: str) -> tuple[str, tuple[str, ...]]:
     return carried_over(tuned_values(here), there)
 
 
-def _seeds(main: Search, searches: Sequence[Search]) -> list[tuple[Search, str]]:
-    """Searches that differ from a search in their seed alone, where there are such."""
-    first = main.options
-    alike = [
-        s for s in searches
-        if (s.options.algorithm, s.options.space) == (first.algorithm, first.space)
-    ]  # fmt: skip
-    if len(alike) < 2:
-        return []
+def apart_by_seeds(searches: Sequence[Search]) -> list[tuple[Search, str]]:
+    """Searches that differ in their seed alone, where there are such.
+
+    Of several such kinds, the one that begins with the fewest genotypes known before: these would
+    be found again with any seed.
+    """
+    kinds: dict[tuple[Any, ...], list[Search]] = {}
+    for search in searches:
+        o = search.options
+        kinds.setdefault((o.algorithm, o.space, o.population, o.begin_with), []).append(search)
+    several = [kind for kind in kinds.values() if len(kind) > 1]
+    alike = min(several, key=lambda kind: len(kind[0].options.begin_with), default=[])
     alike.sort(key=lambda s: s.options.seed)
     return [(s, canonical_spec(s.space.spec(s.fittest().genotype))) for s in alike]
 

@@ -1,6 +1,7 @@
 """Searches that go on, or are made again, where that would not be the same search."""
 
 import dataclasses
+import json
 import multiprocessing
 import os
 import signal
@@ -21,6 +22,7 @@ from harness.tuning.ledger import Ledger
 from harness.tuning.proposers import Genetic
 from harness.tuning.search import Search, SearchOptions
 from harness.tuning.space import space_on
+from harness.tuning.study import apart_by_seeds
 
 MODEL = CostModel(dict.fromkeys(TERMS, 0.0) | {"layout": 500.0, "substep": 20.0}, 24, 0.9, 0.1)
 
@@ -112,6 +114,29 @@ def test_a_search_is_kept_to_be_read(searched, tmp_path):
         Search.of(kept)
     (kept / "search.jsonl").write_text(searched)
     Search.of(kept).ledger.state("goal", 1.0)
+
+
+def test_seeds_are_told_where_searches_began_with_nothing(searched, tmp_path):
+    """Whatever a search begins with it finds again, with any seed."""
+    first, rest = searched.split("\n", 1)
+
+    def search(seed, **others):
+        begun = json.loads(first)
+        begun["search"].update(seed=seed, **others)
+        folder = tmp_path / f"{seed}-{len(list(tmp_path.iterdir()))}"
+        folder.mkdir()
+        (folder / "search.jsonl").write_text(json.dumps(begun) + "\n" + rest)
+        return Search.of(folder)
+
+    def seeds(*searches):
+        return [found.options.seed for found, _ in apart_by_seeds(searches)]
+
+    known = {"begin_with": ["ps3@mujoco"]}
+    led = [search(seed, **known) for seed in (0, 1, 2)]
+    free = [search(seed) for seed in (5, 4)]
+    assert seeds(*led, *free) == [4, 5]
+    assert seeds(*led, free[0]) == [0, 1, 2]
+    assert seeds(led[0], free[0], search(6, population=77)) == []
 
 
 def test_a_search_keeps_its_goal(searched, tmp_path, monkeypatch):
