@@ -61,7 +61,7 @@ def plot_sweep(methods: Sequence[HeldAgainst]) -> Figure:
                 fontsize=8,
             )
     axes.set_xscale("log")
-    _spread_the_top(axes, min(100 * row.accuracy.low for row in methods))
+    spread_the_top(axes, min(100 * row.accuracy.low for row in methods))
     axes.xaxis.set_major_formatter(_PLAIN)
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_xlabel("CPU time a layout (ms)")
@@ -71,7 +71,7 @@ def plot_sweep(methods: Sequence[HeldAgainst]) -> Figure:
     return figure
 
 
-def _spread_the_top(axes: Axes, least: float) -> None:
+def spread_the_top(axes: Axes, least: float) -> None:
     """Accuracies [%] by their distance from a little above 100, on a logarithmic scale."""
     axes.set_yscale(
         "function",

@@ -21,6 +21,7 @@ from harness.cli.properties import add_properties
 from harness.cli.recommend import add_recommend
 from harness.cli.session import add_session
 from harness.cli.study import add_report, add_study
+from harness.cli.table5 import add_table5
 from harness.cli.terminal import (
     at_least,
     positive_number,
@@ -208,6 +209,7 @@ def command_parser() -> argparse.ArgumentParser:
     add_properties(commands)
     add_uncertain(commands)
     add_session(commands)
+    add_table5(commands)
     add_view(commands)
 
     methods = commands.add_parser(

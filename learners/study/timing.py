@@ -5,8 +5,6 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-import os
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -21,6 +19,7 @@ from harness.methods.method import Method
 from harness.methods.registry import make_method
 from harness.studies.executors import SinglePart, run_units
 from harness.studies.results import judged_by
+from harness.studies.timing import machine_load, taken
 from learners import LearnerError
 
 _FILE = "times.json"
@@ -98,7 +97,7 @@ def _times(unit: TimingUnit) -> Times:
     for method in methods.values():
         method.prepare(max(map(len, unit.layouts)))
         method.judge(unit.layouts[0])
-    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
+    load = machine_load()
     single: dict[str, list[tuple[float, float]]] = {spec: [] for spec in methods}
     many: dict[str, dict[int, list[tuple[float, float]]]] = {
         spec: {size: [] for size in sizes} for spec, sizes in batched.items()
@@ -139,10 +138,8 @@ def _taken(
     judge: Callable[[Sequence[Layout]], object], layouts: Sequence[Layout]
 ) -> tuple[float, float]:
     """CPU and wall time a layout [ms]."""
-    cpu, wall = time.process_time(), time.perf_counter()
-    judge(layouts)
-    cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
-    return 1e3 * cpu / len(layouts), 1e3 * wall / len(layouts)
+    cpu, wall = taken(partial(judge, layouts))
+    return cpu / len(layouts), wall / len(layouts)
 
 
 def _medians(taken: Sequence[tuple[float, float]]) -> list[float]:

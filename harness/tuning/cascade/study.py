@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -23,6 +22,7 @@ from harness.studies.labels import labelled_material, load_labels
 from harness.studies.metrics import share
 from harness.studies.results import load_results
 from harness.studies.runner import run_study
+from harness.studies.timing import machine_load
 from harness.tuning.outcomes import PART, Outcomes
 from reports.cascade_records import (
     CascadeStudy,
@@ -136,17 +136,13 @@ def _cascade(engine: str, own: str, budget: float | None = None) -> Cascade:
 def _judged(study: StudyDefinition, work: Path, workers: int, progress: Progress) -> float | None:
     """Judge what is missing; the load of the machine while times were taken."""
     file = work / _LOAD
-    before = _load()
+    before = machine_load()
     if run_study(study, work / "run", workers=workers, progress=progress):
-        after = _load()
+        after = machine_load()
         found = None if before is None or after is None else max(before, after)
         write_atomically(file, json.dumps(found))
         return found
     return json.loads(file.read_text()) if file.exists() else None
-
-
-def _load() -> float | None:
-    return os.getloadavg()[0] if hasattr(os, "getloadavg") else None
 
 
 def _held(

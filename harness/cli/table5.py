@@ -1,0 +1,70 @@
+"""``steadyload table5``: the paper's Table 5 for every engine, and its page."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from harness.cli.terminal import at_least, progress_bar, resumable, say
+
+
+def add_table5(commands: Any) -> None:
+    """Add the command to the parser's commands."""
+    table5 = commands.add_parser(
+        "table5",
+        help="all methods on the labelled test split, as Table 5 of the paper, every engine",
+    )
+    table5.add_argument(
+        "--method", "-m", action="append", metavar="SPEC", default=[],
+        help="may be repeated (default: the paper's methods on every engine, and our own)",
+    )  # fmt: skip
+    table5.add_argument(
+        "--limit", type=at_least(2), metavar="N", help="only the first N cases a scenario"
+    )
+    table5.add_argument(
+        "--timed", type=at_least(1), default=100, metavar="N",
+        help="cases a scenario that are timed, in one process (default: 100)",
+    )  # fmt: skip
+    table5.add_argument(
+        "--repeats", type=at_least(1), default=3, metavar="N",
+        help="how often they are timed (default: 3)",
+    )  # fmt: skip
+    table5.add_argument(
+        "--work", type=Path, metavar="DIR", default=Path("runs/table5"),
+        help="folder of what is judged and timed; an interrupted run goes on "
+        "(default: runs/table5)",
+    )  # fmt: skip
+    table5.add_argument(
+        "--output", "-o", type=Path, metavar="DIR", help="folder of the page (default: --work)"
+    )
+    table5.add_argument(
+        "--workers", "-j", type=at_least(1), metavar="N",
+        help="processes that judge; timing always has one (default: one a core)",
+    )  # fmt: skip
+    table5.set_defaults(run=_table5)
+
+
+def _table5(options: argparse.Namespace) -> None:
+    from harness.studies.executors import all_cores
+    from harness.studies.table5.study import Questions, judge_table5, time_table5
+    from harness.studies.table5.summary import summarise
+    from reports.pages import write_page
+    from reports.table5_page import table5_page
+
+    asked = Questions(
+        methods=tuple(options.method),
+        limit=options.limit,
+        timed=options.timed,
+        repeats=options.repeats,
+    )
+    for spec, why in asked.left_out.items():
+        say(f"{spec} is left out: {why}")
+    workers = options.workers or all_cores()
+    with resumable(options.work):
+        with progress_bar("judging") as advance:
+            judge_table5(asked, options.work, workers=workers, progress=advance)
+        with progress_bar("timing") as advance:
+            spatial, planar = time_table5(asked, options.work, progress=advance)
+    page = table5_page(summarise(asked, spatial, planar))
+    print(write_page(page, options.output or options.work))

@@ -1,0 +1,233 @@
+"""What the study of Table 5 asks, and how it is judged and timed; an interrupted run goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pandas as pd
+
+from engines.registry import EngineNotInstalledError, capabilities
+from harness.layouts.benchmark.dataset import PLANAR
+from harness.methods.method import Status
+from harness.methods.registry import make_method
+from harness.studies.definition import StudyDefinition, StudyError
+from harness.studies.executors import Executor
+from harness.studies.labels import labelled_material
+from harness.studies.results import load_results
+from harness.studies.runner import run_study
+from harness.studies.timing import BLOCK, Times, timed
+
+RULES = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3")
+TUNINGS = ("ps5", "ps3", "ps_opt-paper", "ps_opt")
+ENGINES = ("bullet", "mujoco", "dart", "chipmunk")
+OTHERS = ("lstm_1", "lstm_e", "cascade@mujoco", "label@mujoco")
+
+METHODS = (*RULES, *(f"{name}@{engine}" for name in TUNINGS for engine in ENGINES), *OTHERS)
+"""What is compared unasked: the paper's methods on every engine, and our own."""
+
+YARDSTICK = "ps3@mujoco"
+"""The method that costs are ratios to, where it is among those that were timed."""
+
+PART = "test"
+"""Nothing was tuned, trained or fitted on it."""
+
+_SHARD_SIZE = 60
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Questions:
+    """What is asked.
+
+    Attributes:
+        methods: specs that are to be there: where one cannot judge, that is an error. Empty for
+            :data:`METHODS`, of which what cannot judge is left out, with the reason.
+        limit: cases a scenario, those of the first ranks; None for all.
+        timed: cases a scenario that are timed.
+        repeats: how often they are.
+        block: cases that a method judges in a turn while it is timed.
+        part: of the labelled sets.
+
+    Raises:
+        StudyError: a number out of range, or no method judges layouts in space.
+        SpecError, EngineNotInstalledError: a method that was named cannot judge.
+        LearnerError: its weights cannot be read.
+    """
+
+    methods: tuple[str, ...] = ()
+    limit: int | None = None
+    timed: int = 100
+    repeats: int = 3
+    block: int = BLOCK
+    part: str = PART
+    spatial: tuple[str, ...] = field(init=False)
+    """Specs of the methods that judge layouts in space."""
+    planar: tuple[str, ...] = field(init=False)
+    """Specs of those on engines of two dimensions."""
+    left_out: Mapping[str, str] = field(init=False)
+    """By spec, why one of :data:`METHODS` cannot judge."""
+
+    def __post_init__(self) -> None:
+        for name in ("limit", "timed", "repeats", "block"):
+            value = getattr(self, name)
+            if value is not None and value < 1:
+                raise StudyError(f"{name} is {value}; allowed: 1 or more")
+        able, left_out = _able(self.methods)
+        planar = tuple(spec for spec in able if _is_planar(spec))
+        spatial = tuple(spec for spec in able if spec not in planar)
+        if not spatial:
+            raise StudyError(
+                f"methods {', '.join(able)}: none judges layouts in space; name one more, such as "
+                "sme"
+            )
+        for key, value in (("spatial", spatial), ("planar", planar), ("left_out", left_out)):
+            object.__setattr__(self, key, value)
+
+    def study(self, *, planar: bool) -> StudyDefinition:
+        """All methods in space on the large set, or all methods on the planar one."""
+        return StudyDefinition(
+            name=f"table5 {PLANAR}" if planar else "table5",
+            methods=(*self.spatial, *self.planar) if planar else self.spatial,
+            benchmark=self.part,
+            benchmark_directory=PLANAR if planar else None,
+            limit=self.limit,
+            shard_size=_SHARD_SIZE,
+        )
+
+
+def _able(named: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, str]]:
+    """Canonical specs of methods that can judge; why the others of the unasked ones cannot."""
+    able: dict[str, None] = {}
+    left_out = {}
+    for text in named or METHODS:
+        try:
+            method = make_method(text)
+            method.made_of()
+            method.prepare()
+        except (ValueError, EngineNotInstalledError) as error:  # also what is wrong with weights
+            if named:
+                raise
+            left_out[text] = str(error)
+            continue
+        able[str(method.spec)] = None
+    return tuple(able), left_out
+
+
+def _is_planar(spec: str) -> bool:
+    engine = make_method(spec).spec.engine
+    return engine is not None and capabilities(engine).dimensions == 2
+
+
+@dataclass(frozen=True)
+class Ran:
+    """A part of the study that was judged and timed.
+
+    Attributes:
+        study: what was asked.
+        directory: run folder of what was judged.
+        cases: those that were timed, (layout, scenario) in the order of the times.
+        times: of the methods that were timed.
+        untimed: by spec, why a method was not.
+    """
+
+    study: StudyDefinition
+    directory: Path
+    cases: tuple[tuple[str, str], ...]
+    times: Times
+    untimed: Mapping[str, str]
+
+
+def judge_table5(
+    asked: Questions,
+    work: Path,
+    *,
+    workers: int | Executor,
+    progress: Progress = lambda done, total: None,
+) -> None:
+    """Judge all cases; goes on where it was interrupted.
+
+    Args:
+        asked: what to judge.
+        work: folder of what is judged.
+        workers: processes that judge, or an executor; 0 judges in this process.
+        progress: called with rows done and rows in all, of one set after the other.
+
+    Raises:
+        as :func:`harness.studies.runner.run_study`.
+    """
+    for planar, folder in _folders(asked, work).items():
+        run_study(asked.study(planar=planar), folder, workers=workers, progress=progress)
+
+
+def time_table5(
+    asked: Questions,
+    work: Path,
+    *,
+    workers: int = 1,
+    progress: Progress = lambda done, total: None,
+) -> tuple[Ran, Ran | None]:
+    """Time some of the cases, after all were judged; goes on where it was interrupted.
+
+    Args:
+        asked: what to time.
+        work: folder of what was judged.
+        workers: 0 times in this process, any other number in one beside it, with a single thread.
+        progress: called with repeats done and repeats in all, of one set after the other.
+
+    Returns:
+        The part in space, and the planar one; None where no method of two dimensions is asked.
+
+    Raises:
+        ResultsError: nothing was judged yet.
+        as :func:`harness.studies.timing.timed`.
+    """
+    found = [
+        _timed(asked, planar, folder, workers, progress)
+        for planar, folder in _folders(asked, work).items()
+    ]
+    return found[0], found[1] if len(found) > 1 else None
+
+
+def _folders(asked: Questions, work: Path) -> dict[bool, Path]:
+    """Run folders, by whether they hold planar layouts."""
+    folders = {False: work / "spatial"}
+    return folders | {True: work / PLANAR} if asked.planar else folders
+
+
+def _timed(asked: Questions, planar: bool, folder: Path, workers: int, progress: Progress) -> Ran:
+    study = asked.study(planar=planar)
+    fewer = StudyDefinition(
+        name=study.name,
+        methods=study.methods,
+        benchmark=study.benchmark,
+        benchmark_directory=study.benchmark_directory,
+        limit=min(asked.timed, asked.limit or asked.timed),
+    )
+    cases = list(labelled_material(fewer).cases(folder))
+    chosen = tuple((layout.name, str(scenario)) for scenario, layout in cases)
+    untimed = _untimed(folder, chosen)
+    times = timed(
+        [spec for spec in study.methods if spec not in untimed],
+        [layout for _, layout in cases],
+        folder / "times",
+        repeats=asked.repeats,
+        block=asked.block,
+        workers=workers,
+        progress=progress,
+    )
+    return Ran(study, folder, chosen, times, untimed)
+
+
+def _untimed(folder: Path, chosen: tuple[tuple[str, str], ...]) -> dict[str, str]:
+    """Methods that would end the process, or whose times would be of refusing."""
+    rows = load_results(folder, ["layout", "scenario", "method", "repetition", "status"])
+    there = pd.MultiIndex.from_frame(rows[["layout", "scenario"]]).isin(list(chosen))
+    lost = rows[there & rows["status"].isin([str(Status.CRASHED), str(Status.REFUSED)])]
+    return {
+        str(method): f"of {len(chosen)} cases to be timed "
+        + ", ".join(f"{n} {s}" for s, n in own["status"].value_counts().sort_index().items())
+        for method, own in lost.groupby("method", sort=False)
+    }

@@ -1,0 +1,283 @@
+"""From what was judged and timed to the records that the page of Table 5 shows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from harness.layouts.benchmark import Benchmark, load_benchmark
+from harness.layouts.benchmark.dataset import KEYS
+from harness.methods.registry import make_method
+from harness.methods.scene import planar_scene
+from harness.studies.accuracy import verdicts_against_labels
+from harness.studies.comparison import compare, method_key
+from harness.studies.error_places import margin_bins, size_bins
+from harness.studies.front import Front as Measurements
+from harness.studies.front import Measured, best
+from harness.studies.label_ceiling import label_ceiling
+from harness.studies.labels import load_labels
+from harness.studies.metrics import mean, outcomes, ratio
+from harness.studies.paired_tests import LEVEL, holm, letters, sign_flip
+from harness.studies.results import load_results
+from harness.studies.table5.paper import paper
+from harness.studies.table5.study import YARDSTICK, Questions, Ran
+from harness.studies.timing import Times
+from reports.records import Accuracies, AccuracySummary, MethodKey
+from reports.table5_records import (
+    ALL,
+    Cost,
+    Front,
+    JudgedSet,
+    PairTest,
+    PairTests,
+    Paper,
+    Table5,
+    Timing,
+    Watch,
+)
+
+_WATCHED = 8
+
+BoolArray = NDArray[np.bool_]
+Groups = Mapping[str, BoolArray]
+"""By group, which cases are in it."""
+
+
+def summarise(asked: Questions, spatial: Ran, planar: Ran | None) -> Table5:
+    """All that the page shows.
+
+    Raises:
+        ResultsError: see :func:`harness.studies.comparison.compare`.
+        BenchmarkError: the labelled set cannot be read any more.
+    """
+    large = load_benchmark(spatial.study.benchmark_directory)
+    found, about = _judged_set(asked, spatial, large)
+    beside, about_planar = None, {}
+    if planar is not None:
+        small = load_benchmark(planar.study.benchmark_directory)
+        beside, lines = _judged_set(asked, planar, small)
+        about_planar = {f"planar {key}": lines[key] for key in ("labelled set", "layouts", "rows")}
+    labels, printed = load_labels(spatial.directory), paper()
+    return Table5(
+        spatial=found,
+        planar=beside,
+        flat=_flat(large, labels) if planar is not None else 0,
+        planar_methods=tuple(method_key(make_method(spec)) for spec in asked.planar),
+        left_out=asked.left_out,
+        paper=printed,
+        ceiling=label_ceiling(labels, large.opinions),
+        same_order=same_order(printed, found.accuracies.methods),
+        manifest={**about, **about_planar},
+    )
+
+
+def _flat(benchmark: Benchmark, labels: pd.DataFrame) -> int:
+    """Cases that an engine of two dimensions could judge."""
+    layouts = (benchmark.layout(name, scenario) for name, scenario in labels.index)
+    return sum(planar_scene(layout).across is not None for layout in layouts)
+
+
+def same_order(printed: Paper, methods: Sequence[AccuracySummary]) -> tuple[int, int]:
+    """Pairs of the paper's methods in the same order of accuracy here, and all such pairs.
+
+    A column of the paper is held against the mean over engines of the first of its families that
+    was judged. A pair that is equal there or here stands in no order.
+    """
+    ours = []
+    for row in printed.rows:
+        for family in row.families:
+            own = [m.accuracy.value for m in methods if m.method.family == family]
+            if own:
+                ours.append((row.accuracy[ALL], float(np.mean(own))))
+                break
+    pairs = [(a[0] - b[0], a[1] - b[1]) for a, b in combinations(ours, 2)]
+    return sum(there * here > 0.0 for there, here in pairs), len(pairs)
+
+
+def _judged_set(
+    asked: Questions, ran: Ran, benchmark: Benchmark
+) -> tuple[JudgedSet, Mapping[str, str]]:
+    comparison = compare(ran.directory)
+    accuracies = comparison.accuracies
+    assert accuracies is not None, "the study is on a labelled set"
+    specs = [m.method.spec for m in accuracies.methods]
+    said = outcomes(load_results(ran.directory))[specs]
+    labels = load_labels(ran.directory).loc[said.index]
+    right = pd.DataFrame(
+        {spec: verdicts_against_labels(said[spec], labels)["right"] for spec in specs}
+    )
+    groups = _groups(said.index)
+    timing = _timing(asked, ran, labels)
+    cases = benchmark.cases.set_index(KEYS).loc[said.index]
+    found = JudgedSet(
+        accuracies=accuracies,
+        layouts=comparison.layouts,
+        timing=timing,
+        tests={
+            group: pair_tests(
+                [m.method for m in _by_group(accuracies, group)],
+                right[here],
+                labels["instance"].to_numpy()[here],
+            )
+            for group, here in groups.items()
+        },
+        fronts={group: _front(_by_group(accuracies, group), timing, group) for group in groups},
+        matrix=comparison.matrix,
+        sizes=size_bins(right, labels),
+        margins=margin_bins(said, labels, list(cases["margin"])),
+        watched=_watched(ran, accuracies, said, right, labels),
+    )
+    return found, comparison.manifest
+
+
+def _groups(cases: pd.MultiIndex) -> Groups:
+    scenarios = cases.get_level_values("scenario")
+    groups = {ALL: np.ones(len(cases), bool)}
+    if scenarios.nunique() > 1:
+        groups |= {str(s): np.asarray(scenarios == s) for s in sorted(set(scenarios))}
+    return groups
+
+
+def _by_group(accuracies: Accuracies, group: str) -> tuple[AccuracySummary, ...]:
+    return accuracies.methods if group == ALL else accuracies.by_scenario[group]
+
+
+def pair_tests(
+    methods: Sequence[MethodKey], right: pd.DataFrame, lists: NDArray[np.object_]
+) -> PairTests:
+    """Every two methods on the same cases, corrected for their number.
+
+    Args:
+        methods: to compare.
+        right: whether a method is right, cases x specs.
+        lists: the item list of each case.
+    """
+    of = {m: right[m.spec].to_numpy(int) for m in methods}
+    pairs = list(combinations(methods, 2))
+    lists = pd.factorize(lists)[0]
+    raw = [sign_flip(of[a] - of[b], lists) for a, b in pairs]
+    corrected = holm(raw)
+    order = sorted(methods, key=lambda m: -of[m].mean())
+    apart = {(a.spec, b.spec) for (a, b), p in zip(pairs, corrected, strict=True) if p < LEVEL}
+    count = int(lists.max()) + 1
+    return PairTests(
+        pairs=tuple(
+            PairTest(a, b, mean(of[a] - of[b], lists), p, q)
+            for (a, b), p, q in zip(pairs, raw, corrected, strict=True)
+        ),
+        letters=letters([m.spec for m in order], apart),
+        lists=count,
+        level=LEVEL,
+        least=min(1.0, len(pairs) * 2.0 ** (1 - count)),
+    )
+
+
+def _timing(asked: Questions, ran: Ran, labels: pd.DataFrame) -> Timing:
+    cases = pd.MultiIndex.from_tuples(ran.cases, names=KEYS)
+    lists = labels["instance"].loc[cases].to_numpy()
+    keys = {spec: method_key(make_method(spec)) for spec in ran.times.cpu}
+    yardstick = keys.get(YARDSTICK)
+    return Timing(
+        costs={
+            group: tuple(
+                _cost(key, ran.times, here, lists[here], yardstick) for key in keys.values()
+            )
+            for group, here in _groups(cases).items()
+        },
+        yardstick=yardstick,
+        layouts=len(cases),
+        item_lists=len(set(lists)),
+        repeats=asked.repeats,
+        block=asked.block,
+        load=ran.times.load,
+        untimed=ran.untimed,
+    )
+
+
+def _cost(
+    key: MethodKey,
+    times: Times,
+    here: BoolArray,
+    lists: NDArray[np.object_],
+    yardstick: MethodKey | None,
+) -> Cost:
+    cpu, wall = times.cpu[key.spec][:, here], times.wall[key.spec][:, here]
+    typical = np.median(cpu, axis=0)
+    by_repeat = cpu.mean(axis=1)
+    return Cost(
+        method=key,
+        cpu=mean(typical, lists),
+        wall=mean(np.median(wall, axis=0), lists),
+        ratio=None
+        if yardstick in (None, key)
+        else ratio(typical, np.median(times.cpu[yardstick.spec][:, here], axis=0), lists),
+        spread=float(np.ptp(by_repeat) / by_repeat.mean()),
+    )
+
+
+def _front(methods: Sequence[AccuracySummary], timing: Timing, group: str) -> Front:
+    measured = []
+    for m in methods:
+        cost = timing.cost(group, m.method)
+        if cost is not None:
+            key = m.method
+            measured.append(Measured(key.spec, key.title, key.engine, m.accuracy, cost.cpu))
+    if not measured:
+        return Front(())
+    return Front(tuple(m.method for m in best(Measurements(tuple(measured), {}))))
+
+
+def _watched(
+    ran: Ran,
+    accuracies: Accuracies,
+    said: pd.DataFrame,
+    right: pd.DataFrame,
+    labels: pd.DataFrame,
+) -> tuple[Watch, ...]:
+    """Robust cases that divide the methods most evenly, no two of one item list.
+
+    Where half the methods are right, more can be learnt than where one of them is odd. Cases whose
+    label nobody was asked again about count where none is known to be robust.
+    """
+    order = sorted(accuracies.methods, key=lambda m: -m.accuracy.value)
+    robust = labels["robust"].fillna(False).to_numpy(bool)
+    cases = right[robust] if robust.any() else right
+    wrong = len(order) - cases.sum(axis=1)
+    divided = wrong[(wrong > 0) & (wrong < len(order))]
+    evenly = (divided - 0.5 * len(order)).abs().sort_values(kind="stable")
+    found: dict[str, Watch] = {}
+    for case in evenly.index:
+        name, scenario = case
+        truth, label = right.loc[case], labels.loc[case]
+        answers = said.loc[case]
+        good = next(m.method for m in order if truth[m.method.spec])
+        others = [m.method for m in order if not truth[m.method.spec]]
+        bad = next((m for m in others if not pd.isna(answers[m.spec])), None)
+        if bad is None or label["instance"] in found:
+            continue
+        found[label["instance"]] = Watch(
+            layout=name,
+            scenario=scenario,
+            item_count=int(label["item_count"]),
+            label=_step(label["failing_step"], label["item_count"]),
+            right=good,
+            wrong=bad,
+            said=_step(answers[bad.spec], label["item_count"]),
+            wrong_methods=int(wrong.loc[case]),
+            methods=len(order),
+            part=str(ran.study.benchmark),
+            directory=str(ran.study.benchmark_directory or ""),
+        )
+        if len(found) == _WATCHED:
+            break
+    return tuple(found.values())
+
+
+def _step(safe: Any, item_count: int) -> str:
+    """A failing step for people; missing or all items for a stable layout."""
+    return "stable" if pd.isna(safe) or int(safe) == int(item_count) else str(int(safe))
