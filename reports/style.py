@@ -28,6 +28,7 @@ _FAMILY_COLOURS = {
     "lstm_1": "#bcbd22",
     "lstm_e": "#9467bd",
     "cascade": "#000000",
+    "label": "#00695c",
 }
 _ENGINE_MARKERS = {
     None: "o",

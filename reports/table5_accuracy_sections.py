@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from reports.figures import plot_trade_off
 from reports.pages import Picture, Section
-from reports.records import AccuracySummary, MethodKey, TradeOff
+from reports.records import AccuracySummary, MethodKey
 from reports.table5_figures import plot_fronts, rows_of
 from reports.table5_records import ALL, JudgedSet, Table5
 from reports.tables import (
     MISSING,
+    compact,
     factor,
     markdown_table,
     milliseconds,
@@ -74,7 +74,7 @@ def _table(found: Table5, own: JudgedSet, group: str) -> str:
         "natural prevalence %",
         "CPU ms",
         "share",
-        "no verdict",
+        "no verdict, and why",
     )
     lines = [_line(found, own, group, row) for row in rows]
     blank = len(header) - 3
@@ -237,7 +237,9 @@ def _cpu(own: JudgedSet, group: str, method: MethodKey) -> str:
 
 def planar_layouts(planar: JudgedSet) -> Section:
     """All methods on layouts that an engine of two dimensions can judge."""
-    about = planar.accuracies
+    about, tests = planar.accuracies, planar.tests[ALL]
+    against = tests.against
+    assert against is not None, "there are too few item lists for all pairs"
     rows = []
     for row in about.methods:
         cost = planar.timing.cost(ALL, row.method)
@@ -246,7 +248,7 @@ def planar_layouts(planar: JudgedSet) -> Section:
                 row.method.title,
                 str(row.accuracy.n),
                 percent(row.accuracy),
-                planar.tests[ALL].letters[row.method.spec],
+                *_held(planar, row.method),
                 percent(row.over),
                 percent(row.under),
                 *(
@@ -263,21 +265,19 @@ def planar_layouts(planar: JudgedSet) -> Section:
             )
         )
     header = (
-        "method", "n", "accuracy %", "letters", "overestimated %", "underestimated %",
+        "method", "n", "accuracy %", f"minus {against.title}", "corrected p", "overestimated %",
+        "underestimated %",
         *(f"{group} %" for group in planar.groups[1:]), "CPU ms", "share", "no verdict",
     )  # fmt: skip
-    points = [
-        TradeOff(m.method, m.accuracy, cost.cpu)
-        for m in about.methods
-        if (cost := planar.timing.cost(ALL, m.method)) is not None
-    ]
     each = planar.timing.layouts
     return Section(
         "Planar layouts, and engines of two dimensions",
         f"Part `{about.part}`: {about.cases} cases, {planar.layouts} layouts of "
         f"{about.instances} item lists whose items all span the pallet's depth. They have other "
-        "items than the cases above, so compare methods here with one another alone. Letters as "
-        f"above, over these methods. Times are of {each} cases, in the same kind of pass"
+        "items than the cases above, so compare methods here with one another alone. Every method "
+        f"is held against {against.title}, in percentage points, by the test of above, corrected "
+        f"over these {len(tests.pairs)} pairs: {len(tests.sizes)} lists are too few for all. Times "
+        f"are of {each} cases, in a pass of the same kind"
         + (
             f", with a load of {planar.timing.load:.1f}." if planar.timing.load is not None else "."
         ),
@@ -285,11 +285,17 @@ def planar_layouts(planar: JudgedSet) -> Section:
         [
             Picture(
                 "planar",
-                plot_trade_off(points, x_label="accuracy on planar layouts (%)"),
-                "CPU time against accuracy on planar layouts; good methods stand at the lower "
-                "right.",
+                plot_fronts(planar, None),
+                "Accuracy against CPU time on planar layouts, as above.",
             )
-        ]
-        if points
-        else [],
+        ],
     )
+
+
+def _held(planar: JudgedSet, method: MethodKey) -> tuple[str, str]:
+    """A method against the one that all are held against: difference, corrected p."""
+    tests = planar.tests[ALL]
+    if tests.against is None or method == tests.against:
+        return MISSING, MISSING
+    test = tests.of(method, tests.against)
+    return percent(test.difference), compact(test.corrected)

@@ -123,7 +123,8 @@ def by_size(own: JudgedSet) -> Section:
             Picture(
                 "sizes",
                 plot_sizes(own),
-                "Accuracy against the number of items, with 95 % intervals over item lists.",
+                "Accuracy against the number of items, with 95 % intervals over item lists; those "
+                "of 100 % are left to the table. Values near 100 % are spread out.",
             )
         ],
     )

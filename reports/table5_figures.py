@@ -59,7 +59,7 @@ def plot_fronts(judged: JudgedSet, ceiling: Ceiling | None) -> Figure:
         axes.set_ylabel("accuracy (%)")
     for axes in grid[-1]:
         axes.set_xlabel("CPU time a layout (ms)")
-    figure.tight_layout(rect=(0.0, 0.2 / down, 1.0, 1.0))
+    figure.tight_layout(rect=(0.0, 0.24 / down, 1.0, 1.0))
     _legend(figure, [m.method for m in judged.accuracies.methods], ceiling is not None)
     return figure
 
@@ -90,6 +90,7 @@ def _front(axes: Axes, judged: JudgedSet, group: str) -> None:
             markerfacecolor=face(row.method),
             markeredgecolor="white" if filled else colour(row.method),
             markeredgewidth=0.6 if filled else 1.4,
+            clip_on=False,
             zorder=3,
         )
     by_spec = {row.method.spec: (row, cpu) for row, cpu in shown}
@@ -113,16 +114,22 @@ def _front(axes: Axes, judged: JudgedSet, group: str) -> None:
 
 def _legend(figure: Figure, methods: Sequence[MethodKey], ceiling: bool) -> None:
     """Below all panels: colours of methods, markers of engines, what lines are."""
-    handles: list[Line2D] = []
-    for method in {without_engine(m): m for m in reversed(methods)}.values():
-        handles.insert(0, _sample("o", colour(method), without_engine(method), face(method)))
+    named = {without_engine(m): m for m in methods}
+    shades = [_sample("o", colour(m), title, face(m)) for title, m in named.items()]
+    figure.legend(
+        handles=shades, loc="lower left", bbox_to_anchor=(0.03, 0.0), ncols=4, frameon=False,
+        fontsize=8.5,
+    )  # fmt: skip
     engines = dict.fromkeys(m.engine for m in methods if m.engine)
-    handles += [_sample(marker(MethodKey("", "", "", e)), "black", f"on {e}") for e in engines]
+    handles = [_sample(marker(MethodKey("", "", "", e)), "black", f"on {e}") for e in engines]
     handles.append(Line2D([], [], color="black", linestyle="--", linewidth=1.0, label="front"))
     if ceiling:
         label = "two answers to a label's question"
         handles.append(Line2D([], [], color=_GREY, linestyle=":", linewidth=0.9, label=label))
-    figure.legend(handles=handles, loc="lower center", ncols=5, frameon=False, fontsize=8.5)
+    figure.legend(
+        handles=handles, loc="lower right", bbox_to_anchor=(0.99, 0.0), ncols=2, frameon=False,
+        fontsize=8.5,
+    )  # fmt: skip
 
 
 def _sample(sign: str, shade: str, label: str, inside: str | None = None) -> Line2D:
@@ -156,9 +163,9 @@ def plot_beside_paper(judged: JudgedSet, paper: Paper) -> Figure:
                 )
         axes.set_title(group_title(group, rows_of(judged, group)[0].accuracy.n), fontsize=9.0)
         axes.set_ylim(-0.5, len(rows) - 0.5)
+        axes.set_xlabel("accuracy (%)")
         axes.grid(visible=True, axis="x", linewidth=0.4, alpha=0.6)
     panels[0].set_yticks(range(len(rows)), [p.title for p in reversed(rows)])
-    figure.supxlabel("accuracy (%)", fontsize=9.0, y=0.1)
     handles = [Line2D([], [], color="black", linewidth=2.2, label="the paper")]
     shown = [m.method for m in _all(judged) if paper.row_of(m.method) is not None]
     for engine in dict.fromkeys(m.engine for m in shown):
@@ -168,7 +175,7 @@ def plot_beside_paper(judged: JudgedSet, paper: Paper) -> Figure:
         families = {m.family: m for m in shown if paper.row_of(m) is printed}
         if len(families) > 1:  # one column of the paper, two of ours
             handles += [_sample("o", colour(m), without_engine(m)) for m in families.values()]
-    figure.tight_layout(rect=(0.0, 0.1, 1.0, 1.0))
+    figure.tight_layout(rect=(0.0, 0.4 / figure.get_figheight(), 1.0, 1.0))
     figure.legend(handles=handles, loc="lower center", ncols=len(handles), frameon=False)
     return figure
 
@@ -180,9 +187,10 @@ def _all(judged: JudgedSet) -> Sequence[AccuracySummary]:
 def plot_sizes(judged: JudgedSet) -> Figure:
     """Accuracy against the number of items: a panel a tuning, and panels of the other methods."""
     panels = _panels([m.method for m in _all(judged)])
+    least = min(100 * e.value for bin_ in judged.sizes for e in bin_.accuracy.values())
     across = min(3, len(panels))
     down = math.ceil(len(panels) / across)
-    figure = Figure(figsize=(3.9 * across, 3.3 * down))
+    figure = Figure(figsize=(3.9 * across, 3.7 * down))
     grid = figure.subplots(down, across, sharex=True, sharey=True, squeeze=False)
     for axes in grid.flat[len(panels) :]:
         axes.set_axis_off()
@@ -190,16 +198,26 @@ def plot_sizes(judged: JudgedSet) -> Figure:
         by_engine = len({m.engine for m in methods}) == len(methods) > 1
         for number, method in enumerate(methods):
             shade = engine_colour(str(method.engine)) if by_engine else colour(method)
-            _curve(axes, judged.sizes, method, shade, number - 0.5 * (len(methods) - 1))
+            place = number - 0.5 * (len(methods) - 1)
+            label = str(method.engine) if by_engine else method.title
+            _curve(axes, judged.sizes, method, shade, place, label)
         axes.set_title(title, fontsize=9.0)
-        axes.set_ylim(0.0, 102.0)
+        spread_the_top(axes, least)
         axes.set_xticks(range(len(judged.sizes)), [_size_name(b) for b in judged.sizes])
-        axes.tick_params(labelbottom=True, labelsize=8)
+        axes.set_xlabel("items in the layout", labelpad=1.0)
+        axes.tick_params(labelbottom=True, labelsize=7.5)
         axes.grid(visible=True, linewidth=0.4, alpha=0.6)
-        axes.legend(frameon=False, fontsize=7.5, loc="lower left")
+        axes.legend(
+            frameon=False,
+            fontsize=7.5,
+            loc="upper center",
+            bbox_to_anchor=(0.5, -0.15),
+            ncols=3 if by_engine else 2,
+            columnspacing=1.0,
+            handlelength=1.6,
+        )
     for axes in grid[:, 0]:
         axes.set_ylabel("accuracy (%)")
-    figure.supxlabel("items in the layout", fontsize=9.0)
     figure.tight_layout()
     return figure
 
@@ -226,20 +244,22 @@ def _panels(methods: Sequence[MethodKey]) -> dict[str, list[MethodKey]]:
 
 
 def _curve(
-    axes: Axes, sizes: Sequence[SizeBin], method: MethodKey, shade: str, place: float
+    axes: Axes, sizes: Sequence[SizeBin], method: MethodKey, shade: str, place: float, label: str
 ) -> None:
     found = [bin_.accuracy[method.spec] for bin_ in sizes]
+    reaches = [_reach(e, 100.0) if 0.0 < e.value < 1.0 else [[0.0], [0.0]] for e in found]
     axes.errorbar(
         np.arange(len(sizes)) + 0.08 * place,
         [100 * e.value for e in found],
-        yerr=[[_reach(e, 100.0)[side][0] for e in found] for side in (0, 1)],
+        yerr=[[reach[side][0] for reach in reaches] for side in (0, 1)],
         marker=marker(method),
         color=shade,
         markerfacecolor="white" if ":" in method.spec else shade,
         markersize=4.5,
         linewidth=1.1,
         elinewidth=0.5,
-        label=method.title,
+        label=label,
+        clip_on=False,
     )
 
 
@@ -271,7 +291,7 @@ def plot_differences(tests: PairTests, methods: Sequence[MethodKey]) -> Figure:
                 axes.text(
                     j,
                     i,
-                    f"{values[i, j]:.0f}" if abs(values[i, j]) >= 9.95 else f"{values[i, j]:.1f}",
+                    _points(values[i, j]),
                     ha="center",
                     va="center",
                     fontsize=7,
@@ -283,6 +303,11 @@ def plot_differences(tests: PairTests, methods: Sequence[MethodKey]) -> Figure:
     axes.spines[:].set_visible(False)
     axes.tick_params(length=0)
     return figure
+
+
+def _points(value: float) -> str:
+    """A difference in points, short, and never minus zero."""
+    return f"{value:.0f}" if abs(value) >= 9.95 else f"{round(value, 1) + 0.0:.1f}"
 
 
 def plot_errors(judged: JudgedSet) -> Figure:
@@ -313,7 +338,7 @@ def plot_errors(judged: JudgedSet) -> Figure:
 def plot_margins(judged: JudgedSet) -> Figure:
     """False alarms and misses (%) by the margin of the step, a row a method."""
     methods = [m.method for m in _all(judged)]
-    figure = Figure(figsize=(12.4, 0.27 * len(methods) + 1.8))
+    figure = Figure(figsize=(13.0, 0.27 * len(methods) + 1.8))
     panels = figure.subplots(1, 2, sharey=True)
     for axes, title in zip(panels, ("false alarms", "misses"), strict=True):
         alarms = title == "false alarms"
@@ -342,7 +367,7 @@ def plot_margins(judged: JudgedSet) -> Figure:
 def _margin_name(low: float, high: float) -> str:
     if math.isinf(low):
         return f"< {high:g}"
-    return f"≥ {low:g}" if math.isinf(high) else f"{low:g} to {high:g}"
+    return f"≥ {low:g}" if math.isinf(high) else f"{low:g}…{high:g}"
 
 
 def _reach(estimate: Estimate, scale: float) -> list[list[float]]:

@@ -102,20 +102,26 @@ class PairTest:
 
 @dataclass(frozen=True, slots=True)
 class PairTests:
-    """All pairs of methods in a group.
+    """Pairs of methods in a group: all of them, or each with ``against``.
 
-    ``letters``: by spec; methods that share one are not told apart at ``level``. ``lists``: item
-    lists. ``least``: the smallest corrected p that so many lists and pairs can give.
+    ``letters``: by spec; methods that share one are not told apart at ``level``; empty where not
+    all pairs were tested. ``sizes``: cases of every item list, the largest first. ``least``: the
+    smallest corrected p that so many lists and pairs can give.
     """
 
     pairs: tuple[PairTest, ...]
     letters: Mapping[str, str]
-    lists: int
+    sizes: tuple[int, ...]
     level: float
     least: float
+    against: MethodKey | None = None
 
     def of(self, first: MethodKey, second: MethodKey) -> PairTest:
-        """The test of two methods, turned round where it was made the other way."""
+        """The test of two methods, turned round where it was made the other way.
+
+        Raises:
+            KeyError: these two were not tested.
+        """
         for test in self.pairs:
             if (test.first, test.second) == (first, second):
                 return test

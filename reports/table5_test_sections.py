@@ -26,10 +26,11 @@ def told_apart(own: JudgedSet) -> Section:
     return Section(
         "Which methods are told apart",
         "Two methods are compared on the same cases. The test turns the signs of their "
-        f"differences by item list, in all 2^{tests.lists} ways, and counts how often the sum is "
-        "as far from 0 as the one found: a sign-flip test, exact, without a law for the "
+        f"differences by item list, in all 2^{len(tests.sizes)} ways, and counts how often the sum "
+        "is as far from 0 as the one found: a sign-flip test, exact, without a law for the "
         "differences. Cases of one list are alike, so McNemar's test, which takes every case for "
-        "an observation, would find too much; and a t test would need as many lists of like size. "
+        "an observation, would find too much; a t test would ask for lists of like size, and these "
+        f"hold {tests.sizes[-1]} to {tests.sizes[0]} cases. "
         f"With {len(tests.pairs)} pairs some differences look large by chance: *corrected* "
         "p-values are Holm's, over all pairs of a group (all cases, or a scenario). Told apart "
         f"means corrected p below {tests.level:g}. The smallest corrected p that so many lists and "

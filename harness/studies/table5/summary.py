@@ -56,11 +56,12 @@ def summarise(asked: Questions, spatial: Ran, planar: Ran | None) -> Table5:
         BenchmarkError: the labelled set cannot be read any more.
     """
     large = load_benchmark(spatial.study.benchmark_directory)
-    found, about = _judged_set(asked, spatial, large)
+    found, about = _judged_set(asked, spatial, large, all_pairs=True)
     beside, about_planar = None, {}
     if planar is not None:
         small = load_benchmark(planar.study.benchmark_directory)
-        beside, lines = _judged_set(asked, planar, small)
+        # Too few item lists for all pairs: no difference would be too large for chance.
+        beside, lines = _judged_set(asked, planar, small, all_pairs=False)
         about_planar = {f"planar {key}": lines[key] for key in ("labelled set", "layouts", "rows")}
     labels, printed = load_labels(spatial.directory), paper()
     return Table5(
@@ -100,7 +101,7 @@ def same_order(printed: Paper, methods: Sequence[AccuracySummary]) -> tuple[int,
 
 
 def _judged_set(
-    asked: Questions, ran: Ran, benchmark: Benchmark
+    asked: Questions, ran: Ran, benchmark: Benchmark, *, all_pairs: bool
 ) -> tuple[JudgedSet, Mapping[str, str]]:
     comparison = compare(ran.directory)
     accuracies = comparison.accuracies
@@ -112,6 +113,7 @@ def _judged_set(
         {spec: verdicts_against_labels(said[spec], labels)["right"] for spec in specs}
     )
     groups = _groups(said.index)
+    against = None if all_pairs else _held_against(accuracies)
     timing = _timing(asked, ran, labels)
     cases = benchmark.cases.set_index(KEYS).loc[said.index]
     found = JudgedSet(
@@ -123,6 +125,7 @@ def _judged_set(
                 [m.method for m in _by_group(accuracies, group)],
                 right[here],
                 labels["instance"].to_numpy()[here],
+                against=against,
             )
             for group, here in groups.items()
         },
@@ -147,33 +150,47 @@ def _by_group(accuracies: Accuracies, group: str) -> tuple[AccuracySummary, ...]
     return accuracies.methods if group == ALL else accuracies.by_scenario[group]
 
 
+def _held_against(accuracies: Accuracies) -> MethodKey:
+    """The yardstick, or the most accurate method where it was not judged."""
+    known = {m.method.spec: m.method for m in accuracies.methods}
+    return known.get(YARDSTICK) or max(accuracies.methods, key=lambda m: m.accuracy.value).method
+
+
 def pair_tests(
-    methods: Sequence[MethodKey], right: pd.DataFrame, lists: NDArray[np.object_]
+    methods: Sequence[MethodKey],
+    right: pd.DataFrame,
+    lists: NDArray[np.object_],
+    *,
+    against: MethodKey | None = None,
 ) -> PairTests:
-    """Every two methods on the same cases, corrected for their number.
+    """Methods two by two on the same cases, corrected for the number of pairs.
 
     Args:
         methods: to compare.
         right: whether a method is right, cases x specs.
         lists: the item list of each case.
+        against: one of the methods, to hold each of the others against; None tests all pairs.
     """
     of = {m: right[m.spec].to_numpy(int) for m in methods}
     pairs = list(combinations(methods, 2))
+    if against is not None:
+        pairs = [(m, against) for m in methods if m != against]
     lists = pd.factorize(lists)[0]
     raw = [sign_flip(of[a] - of[b], lists) for a, b in pairs]
     corrected = holm(raw)
     order = sorted(methods, key=lambda m: -of[m].mean())
     apart = {(a.spec, b.spec) for (a, b), p in zip(pairs, corrected, strict=True) if p < LEVEL}
-    count = int(lists.max()) + 1
+    sizes = sorted(np.bincount(lists).tolist(), reverse=True)
     return PairTests(
         pairs=tuple(
             PairTest(a, b, mean(of[a] - of[b], lists), p, q)
             for (a, b), p, q in zip(pairs, raw, corrected, strict=True)
         ),
-        letters=letters([m.spec for m in order], apart),
-        lists=count,
+        letters=letters([m.spec for m in order], apart) if against is None else {},
+        sizes=tuple(sizes),
         level=LEVEL,
-        least=min(1.0, len(pairs) * 2.0 ** (1 - count)),
+        least=min(1.0, len(pairs) * 2.0 ** (1 - len(sizes))),
+        against=against,
     )
 
 
