@@ -52,8 +52,7 @@ def table5_page(found: Table5) -> Page:
         [
             _found(found),
             accuracy_and_cost(found),
-            told_apart(own),
-            what_the_engine_changes(own),
+            *([told_apart(own), what_the_engine_changes(own)] if own.tests[ALL].pairs else []),
             *([noise_of_labels(found)] if found.ceiling is not None else []),
             time_a_layout(own),
             beside_the_paper(found),

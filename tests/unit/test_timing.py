@@ -1,0 +1,107 @@
+"""The timing pass: equal layouts for all, in turns, kept, and taken again only when needed."""
+
+import json
+import sys
+import time
+import types
+from dataclasses import dataclass
+
+import pytest
+
+from engines.quantities import quantity
+from harness.layouts.packing import random_layouts
+from harness.methods import registry
+from harness.methods.method import STABLE, Method
+from harness.studies.results import ResultsError
+from harness.studies.timing import taken, timed
+
+METHODS = ("noting", "noting:mark=1", "noting:mark=2")
+
+
+@dataclass(frozen=True)
+class NoteParameters:
+    mark: int = quantity(0, "tells one from another", least=0)
+
+
+class Noting(Method):
+    """Notes what it is asked, in this process."""
+
+    Parameters = NoteParameters
+    asked: list[tuple[str, str]]
+
+    def _judge(self, layout, watch):
+        self.asked.append((str(self.spec), layout.name))
+        return STABLE
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    Noting.asked = []
+    monkeypatch.setitem(sys.modules, "noting_judge", types.SimpleNamespace(Noting=Noting))
+    monkeypatch.setitem(registry.METHODS, "noting", "noting_judge:Noting")
+    return Noting.asked
+
+
+@pytest.fixture(scope="module")
+def layouts():
+    return random_layouts(7, seed=4)
+
+
+def test_every_method_judges_the_same_layouts_as_often(asked, layouts, tmp_path):
+    times = timed(METHODS, layouts, tmp_path, repeats=3, block=3, workers=0)
+    for found in (times.cpu, times.wall):
+        assert list(found) == list(METHODS)
+        assert {of.shape for of in found.values()} == {(3, 7)}
+        assert all((of >= 0.0).all() for of in found.values())
+    by_method = {spec: [name for of, name in asked if of == spec] for spec in METHODS}
+    assert by_method[METHODS[0]] == by_method[METHODS[1]] == by_method[METHODS[2]]
+    names = [layout.name for layout in layouts]
+    # Each layout once a repeat; the first of all and of each block once more, untimed.
+    assert all(by_method["noting"].count(name) >= 3 for name in names)
+    assert len(by_method["noting"]) == 3 * (7 + 1 + 3)
+
+
+def test_a_method_has_a_block_in_a_turn_and_no_method_is_always_first(asked, layouts, tmp_path):
+    timed(METHODS, layouts, tmp_path, repeats=1, block=3, workers=0)
+    turns = [spec for spec, _ in asked[len(METHODS) :]]
+    changes = [spec for k, spec in enumerate(turns) if k == 0 or turns[k - 1] != spec]
+    blocks = [tuple(changes[k : k + 3]) for k in range(0, 9, 3)]
+    assert all(set(block) == set(METHODS) for block in blocks)
+    assert {block[0] for block in blocks} == set(METHODS)
+
+
+def test_a_repeat_that_was_taken_is_not_taken_again(asked, layouts, tmp_path):
+    first = timed(METHODS, layouts, tmp_path, repeats=2, block=3, workers=0)
+    asked.clear()
+    again = timed(METHODS, layouts, tmp_path, repeats=2, block=3, workers=0)
+    assert asked == []
+    assert {k: v.tolist() for k, v in again.cpu.items()} == {
+        k: v.tolist() for k, v in first.cpu.items()
+    }
+    told = []
+    more = timed(METHODS, layouts, tmp_path, repeats=3, block=3, workers=0,
+                 progress=lambda done, total: told.append((done, total)))  # fmt: skip
+    assert told == [(2, 3), (3, 3)]
+    assert more.cpu["noting"][:2].tolist() == first.cpu["noting"].tolist()
+    asked.clear()
+    timed(METHODS, layouts[:-1], tmp_path, repeats=1, block=3, workers=0)
+    assert asked  # times of other layouts are other times
+
+
+def test_the_load_is_the_largest_of_all_repeats(asked, layouts, tmp_path):
+    timed(METHODS[:1], layouts, tmp_path, repeats=2, workers=0)
+    for load, file in zip((0.4, 2.5), sorted(tmp_path.glob("times-*.json")), strict=True):
+        file.write_text(json.dumps(json.loads(file.read_text()) | {"load": load}))
+    assert timed(METHODS[:1], layouts, tmp_path, repeats=2, workers=0).load == 2.5
+
+
+def test_a_method_that_ends_its_process_is_named(outside, layouts, tmp_path):
+    bad = [layout for layout in random_layouts(3, seed=1) if layout.name == outside.BAD]
+    with pytest.raises(ResultsError, match=r"timing 1 methods on 1 layouts.*SIGABRT"):
+        timed(["harmful:harm=abort"], bad, tmp_path, repeats=1, workers=1)
+
+
+def test_sleeping_takes_wall_time_and_no_cpu_time():
+    cpu, wall = taken(lambda: time.sleep(0.05))
+    assert wall >= 50.0
+    assert cpu < wall
