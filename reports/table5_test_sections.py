@@ -79,7 +79,7 @@ def _against(own: JudgedSet, yardstick: MethodKey) -> str:
 
 def _brief(own: JudgedSet, group: str, first: MethodKey, second: MethodKey) -> str:
     test = own.tests[group].of(first, second)
-    return f"{100 * test.difference.value:.1f} ({compact(test.corrected)})"
+    return f"{round(100 * test.difference.value, 1) + 0.0:.1f} ({compact(test.corrected)})"
 
 
 def what_the_engine_changes(own: JudgedSet) -> Section:

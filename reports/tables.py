@@ -14,7 +14,10 @@ def percent(estimate: Estimate | None) -> str:
     """``83.6 [81.2, 85.9]``: per cent with the interval."""
     if estimate is None or math.isnan(estimate.value):
         return MISSING
-    value, low, high = (100.0 * v for v in (estimate.value, estimate.low, estimate.high))
+    # Adding 0 takes the sign off a zero.
+    value, low, high = (
+        round(100.0 * v, 1) + 0.0 for v in (estimate.value, estimate.low, estimate.high)
+    )
     return f"{value:.1f} [{low:.1f}, {high:.1f}]"
 
 

@@ -1,6 +1,7 @@
 """Where methods err: bins by items and by margin, against a loop over cases."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
@@ -36,7 +37,7 @@ def made_up(seed, cases=80):
 def test_margins_are_counted_as_a_loop_over_steps_does(seed):
     labels, said, margins, failing = made_up(seed)
     found = margin_bins(said, labels, margins)
-    assert [(b.low, b.high) for b in found] == list(zip(MARGINS, MARGINS[1:]))
+    assert [(b.low, b.high) for b in found] == list(pairwise(MARGINS))
     for method in said:
         for bin_ in found:
             alarms, misses = [], []
@@ -96,7 +97,7 @@ def test_sizes_hold_every_case_once():
 
 
 def test_larger_layouts_than_the_papers_are_in_the_last_bin():
-    labels, said, _, failing = made_up(5)
+    labels, *_ = made_up(5)
     labels.loc[0, "item_count"] = 31
     right = pd.DataFrame({"one": np.ones(len(labels), bool)})
     assert size_bins(right, labels)[-1].most == 31

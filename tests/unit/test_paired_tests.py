@@ -11,9 +11,12 @@ from harness.studies.paired_tests import fewest_lists, holm, letters, sign_flip
 
 def enumerated(differences, clusters):
     """The share of all sign vectors whose sum is as far from 0: written down anew."""
-    sums = [sum(d for d, c in zip(differences, clusters) if c == at) for at in sorted({*clusters})]
+    sums = [
+        sum(d for d, c in zip(differences, clusters, strict=True) if c == at)
+        for at in sorted({*clusters})
+    ]
     found = abs(sum(sums))
-    flipped = [abs(sum(s * d for s, d in zip(signs, sums)))
+    flipped = [abs(sum(s * d for s, d in zip(signs, sums, strict=True)))
                for signs in product((1, -1), repeat=len(sums))]  # fmt: skip
     return sum(value >= found for value in flipped) / len(flipped)
 
