@@ -15,6 +15,8 @@ from reports.table5_figures import (
 from reports.table5_records import ALL, JudgedSet, Paper, Table5, Watch
 from reports.tables import MISSING, compact, markdown_table, milliseconds, percent
 
+_LINKED = "A linked layout opens in the browser, both loadings side by side. "
+
 _ROUNDED = 0.0101
 """So far a mean of printed numbers may be from a printed mean, both rounded to 0.01 ms."""
 
@@ -189,7 +191,7 @@ def to_watch(own: JudgedSet) -> Section:
     """Cases that divide the methods, with the commands that play them."""
     rows = [
         (
-            w.layout,
+            f"[{w.layout}]({w.view})" if w.view else w.layout,
             w.scenario,
             str(w.item_count),
             w.label,
@@ -204,7 +206,9 @@ def to_watch(own: JudgedSet) -> Section:
         "Cases to watch",
         f"Of {own.accuracies.cases} cases, those with a robust label that divide the methods most "
         "evenly, one an item list. *Right* and *wrong*: the most accurate methods on either side, "
-        "and the failing step that the wrong one names. These commands write the cases as layout "
+        "and the failing step that the wrong one names. "
+        f"{_LINKED if any(w.view for w in own.watched) else ''}"
+        "These commands write the cases as layout "
         "files, and pages that play both loadings side by side:\n\n"
         f"```\n{_exports(own.watched)}\n{_views(own.watched)}\n```",
         [markdown_table(header, rows, left=2)],
@@ -230,8 +234,8 @@ def _exports(watched: Sequence[Watch]) -> str:
 
 def _views(watched: Sequence[Watch]) -> str:
     return "\n".join(
-        f"steadyload view {_file(w)} --layout {w.layout}_{w.scenario} -m {w.wrong.spec} "
-        f"--beside {w.right.spec} -o {w.layout}_{w.scenario}.html"
+        f"steadyload view {_file(w)} --layout {w.name} -m {w.wrong.spec} "
+        f"--beside {w.right.spec} -o {w.name}.html"
         for w in watched
     )
 

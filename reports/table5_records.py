@@ -166,6 +166,7 @@ class Watch:
     ``label``, ``said``: failing steps or ``stable``. ``right``: the most accurate method that names
     the label; ``wrong``: the most accurate one that does not. ``wrong_methods`` of ``methods`` do
     not. ``part``: of the labelled set; ``directory``: the word of the set, empty for the large one.
+    ``view``: the page that plays both loadings, as this page may link it; empty without one.
     """
 
     layout: str
@@ -179,6 +180,12 @@ class Watch:
     methods: int
     part: str
     directory: str
+    view: str = ""
+
+    @property
+    def name(self) -> str:
+        """Of the case as a layout, where cases are written as files."""
+        return f"{self.layout}_{self.scenario}"
 
 
 @dataclass(frozen=True, slots=True)

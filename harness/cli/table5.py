@@ -42,6 +42,11 @@ def add_table5(commands: Any) -> None:
         "--workers", "-j", type=at_least(1), metavar="N",
         help="processes that judge; timing always has one (default: one a core)",
     )  # fmt: skip
+    table5.add_argument(
+        "--views", type=at_least(0), default=0, metavar="N",
+        help="write pages that play N of the cases that divide the methods, and link them "
+        "(default: 0; needs trimesh: pip install 'steadyload[view]')",
+    )  # fmt: skip
     table5.set_defaults(run=_table5)
 
 
@@ -49,8 +54,10 @@ def _table5(options: argparse.Namespace) -> None:
     from harness.studies.executors import all_cores
     from harness.studies.table5.study import Questions, judge_table5, time_table5
     from harness.studies.table5.summary import summarise
+    from harness.studies.table5.views import with_views
     from reports.pages import write_page
     from reports.table5_page import table5_page
+    from reports.three_js import three_js
 
     asked = Questions(
         methods=tuple(options.method),
@@ -58,6 +65,8 @@ def _table5(options: argparse.Namespace) -> None:
         timed=options.timed,
         repeats=options.repeats,
     )
+    if options.views:
+        three_js()  # what is missing is better known before hours of work
     for spec, why in asked.left_out.items():
         say(f"{spec} is left out: {why}")
     workers = options.workers or all_cores()
@@ -66,5 +75,9 @@ def _table5(options: argparse.Namespace) -> None:
             judge_table5(asked, options.work, workers=workers, progress=advance)
         with progress_bar("timing") as advance:
             spatial, planar = time_table5(asked, options.work, progress=advance)
-    page = table5_page(summarise(asked, spatial, planar))
-    print(write_page(page, options.output or options.work))
+    output = options.output or options.work
+    with progress_bar("views") as advance:
+        found = with_views(
+            summarise(asked, spatial, planar), output, options.views, progress=advance
+        )
+    print(write_page(table5_page(found), output))

@@ -13,7 +13,7 @@ from harness.studies.table5.study import Questions
 
 SPECS = ("fbs", "sme", "equilibrium")
 FEW = ("--limit", "3", "--timed", "2", "--repeats", "1", "-j", "1")
-ASKED = ("table5", *(word for spec in SPECS for word in ("-m", spec)), *FEW)
+ASKED = ("table5", *(word for spec in SPECS for word in ("-m", spec)), *FEW, "--views", "1")
 
 
 @pytest.fixture(scope="module")
@@ -56,6 +56,21 @@ def test_all_tables_say_how_many(written):
         cells = [cell.strip() for cell in header.strip("|").split("|")]
         # Where a row is a layout, the row is what is counted.
         assert "n" in cells or "(n " in header or cells[0] == "layout"
+
+
+def test_a_case_to_watch_is_linked_where_it_was_written(written):
+    text = (written / "page" / "report.md").read_text()
+    linked = dict(re.findall(r"\[(\w+)\]\((views/\w+\.html)\)", text))
+    assert len(linked) == 1
+    for layout, view in linked.items():
+        page = (written / "page" / view).read_text()
+        assert layout in page
+        assert "THREE" in page
+        # The case is among those that the methods part on, and both sides are played.
+        row = next(line for line in text.splitlines() if f"[{layout}]" in line)
+        right, wrong = (row.split("|")[k].strip() for k in (5, 6))
+        for title in (right, wrong.split(":")[0]):
+            assert title.lower() in page.lower()
 
 
 def test_an_interrupted_run_goes_on_to_the_same_page(written):

@@ -1,0 +1,46 @@
+"""Pages that play the cases on which methods part most tellingly."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+
+from harness.layouts.benchmark import load_benchmark
+from harness.studies.viewing import write_view
+from reports.table5_records import Table5
+
+FOLDER = "views"
+
+
+def with_views(
+    found: Table5,
+    output: Path,
+    most: int,
+    *,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Table5:
+    """The same page, with links to views of the cases to watch.
+
+    Args:
+        found: the page.
+        output: its folder; views go to :data:`FOLDER` in it, half a megabyte each.
+        most: views.
+        progress: called with views done and views in all.
+
+    Raises:
+        BenchmarkError: the labelled set cannot be read any more.
+        as :func:`harness.studies.viewing.write_view`.
+    """
+    own = found.spatial
+    watched = list(own.watched)
+    count = min(most, len(watched))
+    progress(0, count)
+    for k, case in enumerate(watched[:count]):
+        layout = load_benchmark(case.directory or None).layout(case.layout, case.scenario)
+        view = f"{FOLDER}/{case.name}.html"
+        (output / FOLDER).mkdir(parents=True, exist_ok=True)
+        write_view(layout, [case.wrong.spec, case.right.spec], output / view)
+        watched[k] = dataclasses.replace(case, view=view)
+        progress(k + 1, count)
+    return dataclasses.replace(found, spatial=dataclasses.replace(own, watched=tuple(watched)))
