@@ -51,7 +51,8 @@ class TrainingJob:
         data: folders of labelled sets, and :data:`BENCHMARK`; of each its training part is taken.
         limit: only so many cases a scenario of every set, those of the first ranks.
         lists: only the cases of so many item lists of every set.
-        start: weights to train on from; features, network and sizes are theirs. Empty: none.
+        start: weights to train on from, member by member, and again from the first where they have
+            fewer; features, network and sizes are theirs. Empty: none.
         leaky: learn from the item lists of validation and test, too, though not from their cases;
             for a study of what that is worth, never shipped.
     """
@@ -104,7 +105,7 @@ class TrainingJob:
         for field, value in as_plain(self.options).items():
             words += ["--option", f"{field}={value}"]
         words += ["--members", str(self.members), "--left-out", f"{self.left_out:g}"]
-        words += ["--budget", f"{self.budget:g}"]
+        words += ["--budget", f"{self.budget:.10g}"]
         for name in self.data:
             words += ["--data", name]
         words += ["--limit", str(self.limit)] if self.limit else []
@@ -151,7 +152,7 @@ def train_weights(
         begun = time.perf_counter()
         material = _material(job, loading)
         data, validation = material.data, material.validation
-        start = load_arrays(job.start) if job.start else None
+        starts = _starts(job.start)
         began = dict(load_weights(job.start).manifest) if job.start else {}
         members, networks, rest = [], [], job.budget
         for number in range(job.members):
@@ -162,7 +163,7 @@ def train_weights(
                 learnt,
                 stopping,
                 held_out=None if job.leaky else material.held_out,
-                start=start,
+                start=starts[number % len(starts)],
                 device=device,
             )
             if not training.finished:
@@ -310,6 +311,13 @@ def _check_device(device: str) -> None:
         raise LearnerError(f"device is {device!r}; allowed: cpu, cuda")
     if kind == "cuda" and not torch.cuda.is_available():
         raise LearnerError(f"device is {device!r}; torch finds no GPU here; allowed: cpu")
+
+
+def _starts(where: str) -> list[Mapping[str, np.ndarray] | None]:
+    """What the members start from, in turns; None for random weights."""
+    if not where:
+        return [None]
+    return [load_arrays(where, k) for k in range(len(load_weights(where).networks))]
 
 
 def _noted(directory: Path) -> list[dict[str, Any]]:

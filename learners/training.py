@@ -123,6 +123,8 @@ class Training:
             "started": _fingerprint(self._network),
             "torch": torch.__version__.partition("+")[0],
         }
+        for unfinished in directory.glob(f".{CHECKPOINT}.*"):  # of a run that was killed
+            unfinished.unlink()
         if self._path.exists():
             self._go_on()
 

@@ -29,6 +29,7 @@ from learners.scoring import accuracies
 from learners.search import HIDDEN, JOURNAL, LEARNING_RATES, search_hyperparameters
 from learners.sequences import HeldOut, load_sequences
 from learners.training import CHECKPOINT, Training
+from learners.weights import load_arrays
 
 ROOT = Path(__file__).parents[2]
 NOTHING = HeldOut(frozenset(), frozenset())
@@ -164,6 +165,27 @@ def test_a_training_starts_from_given_weights(tmp_path, data, stopping):
     larger = dataclasses.replace(TINY, hidden=12)
     with pytest.raises(LearnerError, match="are of another shape"):
         Training(tmp_path / "third", larger, data, stopping, held_out=NOTHING, start=first.arrays)
+
+
+def test_every_member_starts_from_its_own(tmp_path):
+    """Members that all started from the first one would be one network five times."""
+    job = TrainingJob(TINY, members=2, limit=10, budget=2e6)
+    first = train_weights(job, tmp_path / "first")
+    still = dataclasses.replace(TINY, epochs=1, learning_rate=1e-7)
+    later = TrainingJob(still, members=3, limit=10, start=str(first))
+    second = train_weights(later, tmp_path / "second")
+    for member, of in ((0, 0), (1, 1), (2, 0)):
+        for name, array in load_arrays(first, of).items():
+            found = load_arrays(second, member)[name]
+            np.testing.assert_allclose(found, array, atol=1e-5)
+    assert "--budget 2000000 " in job.command
+
+
+def test_what_a_killed_run_left_half_written_goes(tmp_path, data, stopping):
+    left = tmp_path / f".{CHECKPOINT}.a1b2"
+    left.write_bytes(b"half a checkpoint")
+    Training(tmp_path, TINY, data, stopping, held_out=NOTHING)
+    assert not left.exists()
 
 
 def test_a_search_proposes_the_same_with_and_without_a_break(tmp_path, data, stopping):
