@@ -52,6 +52,7 @@ def add_table5(commands: Any) -> None:
 
 def _table5(options: argparse.Namespace) -> None:
     from harness.studies.executors import all_cores
+    from harness.studies.front import NAME, timed_front, write_front
     from harness.studies.table5.study import Questions, judge_table5, time_table5
     from harness.studies.table5.summary import summarise
     from harness.studies.table5.views import with_views
@@ -80,4 +81,5 @@ def _table5(options: argparse.Namespace) -> None:
         found = with_views(
             summarise(asked, spatial, planar), output, options.views, progress=advance
         )
+    write_front(timed_front(found), options.work / NAME)
     print(write_page(table5_page(found), output))

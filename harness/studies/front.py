@@ -1,7 +1,8 @@
 """Which method to use: accuracy against CPU time, as it was measured on a labelled set.
 
-What was measured comes from the run folder of a study on a labelled set. What comes with the
-package (``front.json``) is such a run, kept by ``steadyload recommend --from RUN --write``.
+What was measured comes from the run folder of a study on a labelled set, or of Table 5, whose times
+were taken apart. What comes with the package (``front.json``) is such a run, kept by ``steadyload
+recommend --from RUN --write``.
 """
 
 from __future__ import annotations
@@ -19,8 +20,12 @@ from harness.methods.spec import nearest
 from harness.studies.comparison import compare
 from harness.studies.results import load_manifest
 from reports.records import Estimate
+from reports.table5_records import ALL, Table5
 
-FILE = Path(str(resources.files("harness.studies"))) / "front.json"
+NAME = "front.json"
+"""The file in a run folder that holds its front, where times were taken apart."""
+
+FILE = Path(str(resources.files("harness.studies"))) / NAME
 """What was measured and comes with the package."""
 
 
@@ -60,13 +65,32 @@ class Front:
     about: Mapping[str, str]
 
 
+def timed_front(found: Table5) -> Front:
+    """Methods in space of Table 5, with the times of its timing pass; those untimed are left out.
+
+    Args:
+        found: the page.
+    """
+    own = found.spatial
+    measured = tuple(
+        Measured(row.method.spec, row.method.title, row.method.engine, row.accuracy, cost.cpu)
+        for row in own.accuracies.methods
+        if (cost := own.timing.cost(ALL, row.method)) is not None
+    )
+    on = f"{found.manifest['labelled set']}, {own.accuracies.instances} item lists"
+    timed = f"{own.timing.layouts} cases, {own.timing.repeats} times each, one thread"
+    return Front(measured, {"measured on": on, "timed on": timed, **found.manifest})
+
+
 def measured_in(run: str | Path) -> Front:
-    """What a run folder holds.
+    """What a run folder holds: its :data:`NAME` where it has one.
 
     Raises:
         ResultsError: not a run folder, or no case in it has been judged by all methods yet.
-        FrontError: its layouts have no labels.
+        FrontError: its layouts have no labels, or its :data:`NAME` is damaged.
     """
+    if (kept := Path(run) / NAME).exists():
+        return load_front(kept)
     comparison = compare(run)
     if comparison.accuracies is None:
         raise FrontError(f"{run}: its layouts have no labels, so that no accuracy is known")

@@ -8,6 +8,7 @@ import pytest
 from harness.cli import main
 from harness.layouts.benchmark import load_benchmark
 from harness.methods.registry import make_method
+from harness.studies.front import measured_in
 from harness.studies.table5 import study as table5
 from harness.studies.table5.study import Questions
 
@@ -71,6 +72,20 @@ def test_a_case_to_watch_is_linked_where_it_was_written(written):
         right, wrong = (row.split("|")[k].strip() for k in (5, 6))
         for title in (right, wrong.split(":")[0]):
             assert title.lower() in page.lower()
+
+
+def test_a_method_is_recommended_by_the_times_of_the_timing_pass(written):
+    text = (written / "page" / "report.md").read_text()
+    header, *lines = rows(text, "## Accuracy and cost")
+    told = {line[0]: dict(zip(header, line, strict=True)) for line in lines}
+    front = measured_in(written / "work")
+    assert [m.title for m in front.measured] == ["FBS", "SME", "Equilibrium"]
+    for entry in front.measured:
+        shown = told[entry.title]
+        assert shown["accuracy %"].startswith(f"{100 * entry.accuracy.value:.1f} [")
+        cpu = next(cell for name, cell in shown.items() if name.startswith("CPU"))
+        assert float(cpu.split()[0]) == pytest.approx(entry.cpu.value, rel=0.01)
+    assert front.about["measured on"].startswith("part test, 9 cases")
 
 
 def test_an_interrupted_run_goes_on_to_the_same_page(written):
