@@ -48,7 +48,7 @@ LISTS: Mapping[int, int] = {1: 1, 2: 1, 3: 8}
 """Item lists of a class for one of the first. Labelled sets hold some eight times as many layouts
 of class 3, whose lists fill many bins: a network is to meet the classes as it will be asked."""
 
-_SHARDS, _ASKED = "shards", "asked.json"
+_SHARDS, _ASKED, _RUNS = "shards", "asked.json", "made_with.json"
 
 Progress = Callable[[int, int], None]
 
@@ -144,6 +144,7 @@ def generate_labelled(
             for which in range(group * many, (group + 1) * many)
         ]
         waiting = [unit for unit in units if not is_table(_cases(unit.shard), CASES)]
+        runs = _runs(directory, at_work=bool(waiting))
         done = len(units) - len(waiting)
         progress(done, len(units))
         crashed = []
@@ -154,7 +155,7 @@ def generate_labelled(
                 crashed.append(f"{unit.describe(0)}: {reason}")
             done += 1
             progress(done, len(units))
-        return _gather(directory, options, units, crashed)
+        return _gather(directory, options, units, crashed, runs)
 
 
 def _claim(directory: Path, options: GenerationOptions) -> None:
@@ -175,6 +176,17 @@ def _claim(directory: Path, options: GenerationOptions) -> None:
         raise LearnerError(f"{directory}: holds something else; choose another folder")
     (directory / _SHARDS).mkdir(exist_ok=True)
     write_atomically(asked, json.dumps(options.identity(), indent=1) + "\n")
+
+
+def _runs(directory: Path, *, at_work: bool) -> list[dict[str, Any]]:
+    """What made the shards, oldest first, with this run where it is about to make some."""
+    path = directory / _RUNS
+    runs = json.loads(path.read_text()) if path.exists() else []
+    now = provenance()
+    if not runs or (at_work and runs[-1] != now):
+        runs.append(now)
+        write_atomically(path, json.dumps(runs, indent=1) + "\n")
+    return runs
 
 
 def _label_list(unit: ListUnit) -> Iterator[str]:
@@ -222,7 +234,11 @@ def _written(unit: ListUnit, method: Any) -> str:
 
 
 def _gather(
-    directory: Path, options: GenerationOptions, units: list[ListUnit], crashed: list[str]
+    directory: Path,
+    options: GenerationOptions,
+    units: list[ListUnit],
+    crashed: list[str],
+    runs: list[dict[str, Any]],
 ) -> dict[str, Any]:
     """All shards as one labelled set."""
     whole = [unit.shard for unit in units if is_table(_cases(unit.shard), CASES)]
@@ -254,7 +270,8 @@ def _gather(
             "no label": {str(k): int(v) for k, v in unlabelled.items()},
         },
         "crashed": crashed,
-        "labelled_with": provenance(),
+        "labelled_with": runs[-1],
+        "labelled_with_before": runs[:-1],
     }
     empty = pd.DataFrame({name: [] for name in OPINIONS.names})
     write_tables(directory, layouts, cases, empty, manifest)

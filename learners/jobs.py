@@ -290,8 +290,9 @@ def _material(job: TrainingJob, loading: Callable[[int, int], None]) -> _Materia
         source = {"name": name, "cases": len(found), "fingerprint": found.fingerprint()}
         if folder is not None:
             manifest = read_tables(folder)[3]
-            keys = ("label", "seed", "lists", "heuristics", "most", "scenarios", "labelled_with")
-            source |= {key: manifest[key] for key in keys if key in manifest}
+            told = ("label", "seed", "lists", "heuristics", "most", "scenarios")
+            made = ("labelled_with", "labelled_with_before")
+            source |= {key: manifest[key] for key in (*told, *made) if key in manifest}
         sources.append(source)
     data = joined(parts)
     held_out = HeldOut.of({None, *(_folder(name) for name in job.data)})

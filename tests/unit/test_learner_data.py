@@ -166,6 +166,20 @@ def test_a_generation_goes_on_and_grows_to_the_same_set(generated, tmp_path):
         generate_labelled(dataclasses.replace(FEW, label="fbs"), grown)
 
 
+def test_a_generated_set_names_every_code_that_labelled_it(tmp_path, monkeypatch):
+    one = GenerationOptions(lists=1, label="sme", heuristics=1, most=1, scenarios=("S1",))
+
+    def run(code, options=one):
+        monkeypatch.setattr("learners.generation.provenance", lambda: {"code": code})
+        made = generate_labelled(options, tmp_path, workers=0)
+        return [run["code"] for run in (*made["labelled_with_before"], made["labelled_with"])]
+
+    assert run("old") == ["old"]
+    assert run("idle") == ["old"]  # nothing was left to label
+    assert run("new", dataclasses.replace(one, lists=2)) == ["old", "new"]
+    assert run("new", dataclasses.replace(one, lists=3)) == ["old", "new"]
+
+
 def test_a_folder_of_something_else_is_left_alone(tmp_path):
     (tmp_path / "manifest.json").write_text(json.dumps({"version": 1}))
     with pytest.raises(LearnerError, match="holds something else"):
