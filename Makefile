@@ -3,7 +3,7 @@ PYTHON ?= python3.11
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help study test lint types bench engines verify extremes properties benchmark planar accuracy uncertain tuning learned cascade session table docs clean
+.PHONY: help study test lint types bench engines verify extremes properties benchmark planar accuracy uncertain tuning learned cascade session scale table docs clean
 
 help: ## list these targets
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -72,6 +72,9 @@ cascade: $(READY) ## hold the cascade against others and remake its page (ten mi
 
 session: $(READY) ## remake the page of loading sessions (a quarter of an hour)
 	$(BIN)/steadyload session --output reports/published/session
+
+scale: $(READY) ## measure what a study of a million rows needs (a quarter of an hour)
+	$(BIN)/steadyload study measure --rows 1000000 --output reports/published/scale
 
 table: $(READY) ## judge and time all methods on the test split, for the page of Table 5 (hours); goes on
 	$(BIN)/steadyload table5 --output reports/published/table5
