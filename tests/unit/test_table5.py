@@ -17,8 +17,10 @@ from harness.methods.base_support import FullBaseSupport
 from harness.methods.method import RefusedError
 from harness.methods.registry import make_method
 from harness.studies.comparison import method_key
+from harness.studies.definition import StudyDefinition
 from harness.studies.front import measured_in
 from harness.studies.metrics import mean
+from harness.studies.runner import run_study
 from harness.studies.table5 import study as table5
 from harness.studies.table5.paper import paper
 from harness.studies.table5.study import Questions, judge_table5, time_table5
@@ -129,6 +131,14 @@ def test_a_method_that_cannot_judge_is_an_error_where_it_is_named(
     assert main(["table5", *arguments, *FEW, "--work", str(tmp_path / "work")]) == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "work").exists()
+
+
+def test_the_folder_of_another_study_is_left_alone(capsys, tmp_path):
+    run_study(StudyDefinition("mine", ("fbs",), generated=1), tmp_path)
+    before = sorted(tmp_path.iterdir())
+    assert main([*ASKED, "--work", str(tmp_path)]) == 2
+    assert "holds the study 'mine'; choose another folder" in capsys.readouterr().err
+    assert sorted(tmp_path.iterdir()) == before
 
 
 def test_a_method_that_cannot_judge_is_left_out_where_nobody_named_it(monkeypatch):

@@ -15,7 +15,7 @@ from harness.methods.registry import make_method
 from harness.studies.definition import StudyDefinition, StudyError
 from harness.studies.executors import Executor
 from harness.studies.labels import labelled_material
-from harness.studies.results import load_results
+from harness.studies.results import ResultsError, load_manifest, load_results
 from harness.studies.runner import run_study
 from harness.studies.timing import BLOCK, Times, timed
 
@@ -161,8 +161,12 @@ def judge_table5(
         progress: called with rows done and rows in all, of one set after the other.
 
     Raises:
+        ResultsError: the folder holds another study; or as the next one.
         as :func:`harness.studies.runner.run_study`.
     """
+    if (work / "manifest.json").exists():  # its page would be written over
+        name = load_manifest(work)["study"]["name"]
+        raise ResultsError(f"{work}: holds the study {name!r}; choose another folder")
     for planar, folder in _folders(asked, work).items():
         run_study(asked.study(planar=planar), folder, workers=workers, progress=progress)
 
