@@ -54,6 +54,7 @@ def test_accuracies_are_those_of_the_methods_on_the_labels(written):
     text = (written / "page" / "report.md").read_text()
     benchmark = load_benchmark()
     chosen = benchmark.select("test", limit=3)
+    assert f"item lists; {chosen['failing_step'].isna().sum()} cases are stable" in text
     header, *lines = rows(text, "## Accuracy and cost")
     told = {line[0]: dict(zip(header, line, strict=True)) for line in lines}
     for spec, title in zip(SPECS, ("FBS", "SME", "Equilibrium"), strict=True):
