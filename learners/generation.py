@@ -172,10 +172,15 @@ def _claim(directory: Path, options: GenerationOptions) -> None:
                 f"{directory}: holds another set ({', '.join(differs)} differ); choose another "
                 "folder, or remove it"
             )
-    elif (directory / "manifest.json").exists():
+    elif any(map(_is_foreign, directory.iterdir())):
         raise LearnerError(f"{directory}: holds something else; choose another folder")
     (directory / _SHARDS).mkdir(exist_ok=True)
     write_atomically(asked, json.dumps(options.identity(), indent=1) + "\n")
+
+
+def _is_foreign(found: Path) -> bool:
+    """Not what an interrupted beginning leaves."""
+    return found.name not in (_SHARDS, ".lock") and not found.name.startswith(f".{_ASKED}")
 
 
 def _runs(directory: Path, *, at_work: bool) -> list[dict[str, Any]]:

@@ -6,7 +6,6 @@ import dataclasses
 import hashlib
 import json
 import shlex
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -149,7 +148,6 @@ def train_weights(
     own = provenance() | {"learners": _code(), "torch": torch.__version__}
     directory.mkdir(parents=True, exist_ok=True)
     with locked(directory):
-        begun = time.perf_counter()
         material = _material(job, loading)
         data, validation = material.data, material.validation
         starts = _starts(job.start)
@@ -190,7 +188,7 @@ def train_weights(
             "leaky": job.leaky or began.get("leaky", False),
             "members": members,
             "validation": _validated(networks, validation),
-            "seconds": round(time.perf_counter() - begun, 1),
+            "seconds": round(sum(member["seconds"] for member in members), 1),
             "device": device,
             "made_by": made_by,
         }

@@ -197,7 +197,7 @@ def time_a_layout(own: JudgedSet) -> Section:
             milliseconds(cost.wall),
             "1" if cost.method == yard else factor(cost.ratio),
             *(_cpu(own, group, cost.method) for group in own.groups[1:]),
-            f"{100 * cost.spread:.0f}",
+            f"{100 * cost.spread:.0f}" if timing.repeats > 1 else MISSING,
         )
         for cost in timing.costs[ALL]
     ]
@@ -218,10 +218,12 @@ def time_a_layout(own: JudgedSet) -> Section:
         if timing.load > _IDLE:
             busy += " **The machine was busy: compare times with one another alone.**"
     untimed = "".join(f" {spec} was not timed: {why}." for spec, why in timing.untimed.items())
+    refused = names(f"{spec} {count}" for spec, count in timing.refused.items())
+    without = f", without those that a method refuses ({refused})" if timing.refused else ""
     return Section(
         "Time a layout",
         f"A pass of its own: one process, one thread, {timing.layouts} cases of "
-        f"{timing.item_lists} item lists, those of the first ranks. Every method judges "
+        f"{timing.item_lists} item lists, those of the first ranks{without}. Every method judges "
         f"{timing.block} cases, one at a time, then it is the next one's turn; all is done "
         f"{timing.repeats} times. A case counts with the median of its repeats, a method with the "
         "mean over cases. *Spread*: the slowest repeat minus the fastest, over the mean. Making "

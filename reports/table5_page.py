@@ -40,10 +40,10 @@ def table5_page(found: Table5) -> Page:
     return Page(
         "Table 5 for every engine",
         f"{len(about.methods)} methods on {about.cases} cases of part `{about.part}` of the "
-        f"labelled set: {own.layouts} layouts, packed from {about.instances} item lists, half of "
-        "the cases stable. Nothing was tuned, trained or fitted on them. The paper's Table 5 has "
-        "ten methods, one engine and 900 cases; labels are those of our own reference, not of the "
-        f"paper's simulation.{planar}\n\n"
+        f"labelled set: {own.layouts} layouts, packed from {about.instances} item lists; "
+        f"{about.stable} cases are stable. Nothing was tuned, trained or fitted on them. The "
+        "paper's Table 5 has ten methods, one engine and 900 cases; labels are those of our own "
+        f"reference, not of the paper's simulation.{planar}\n\n"
         "*Accuracy* is the share of cases on which a method names the label's failing step (Eq. 5 "
         "of the paper). Brackets hold 95 % intervals: Wilson's at the effective number of cases "
         "for shares, the bootstrap over item lists for differences, times and ratios. Layouts of "

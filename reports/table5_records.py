@@ -68,7 +68,8 @@ class Timing:
 
     ``yardstick``: the method that ratios are to. ``load``: the most processes that wanted to run
     while times were taken, one of them ours; None where it is not known. ``untimed``: methods
-    without times, and why.
+    without times, and why. ``refused``: of methods with times, cases that they refuse; nobody was
+    timed on those.
     """
 
     costs: Mapping[str, tuple[Cost, ...]]
@@ -79,6 +80,7 @@ class Timing:
     block: int
     load: float | None
     untimed: Mapping[str, str]
+    refused: Mapping[str, int]
 
     def cost(self, group: str, method: MethodKey) -> Cost | None:
         """A method's cost in a group; None where it was not timed."""
@@ -228,6 +230,7 @@ class Front:
 class JudgedSet:
     """All methods on a part of a labelled set.
 
+    ``tunings``: by spec of a simulation, a text of its parameters; those of one text share them.
     ``fronts`` by group; empty where nothing was timed. ``margins`` is empty where the set has none.
     ``robust``, ``fragile`` shares of errors are read off ``accuracies``.
     """
@@ -236,6 +239,7 @@ class JudgedSet:
     layouts: int
     timing: Timing
     tests: Mapping[str, PairTests]
+    tunings: Mapping[str, str]
     fronts: Mapping[str, Front]
     matrix: AgreementMatrix
     sizes: tuple[SizeBin, ...]

@@ -109,15 +109,12 @@ def what_the_engine_changes(own: JudgedSet) -> Section:
 
 def simulation_pairs(own: JudgedSet, *, same_tuning: bool) -> list[PairTest]:
     """Pairs of simulations with one tuning on two engines, or two tunings on one engine."""
-
-    def tuning(method: MethodKey) -> str:
-        return method.spec.replace(f"@{method.engine}", "")
-
+    of = own.tunings
     return [
         test
         for test in own.tests[ALL].pairs
-        if test.first.engine
-        and test.second.engine
-        and (tuning(test.first) == tuning(test.second)) == same_tuning
+        if test.first.spec in of
+        and test.second.spec in of
+        and (of[test.first.spec] == of[test.second.spec]) == same_tuning
         and (test.first.engine == test.second.engine) != same_tuning
     ]

@@ -84,4 +84,7 @@ def _recommend(options: argparse.Namespace) -> None:
     )
     if options.accuracy is not None and chosen.accuracy.low < options.accuracy:
         say(f"The interval of {chosen.method} reaches below {100 * options.accuracy:g} %.")
-    print(f"\n{front.about['measured on']}; {front.about['machine']}")
+    about = [front.about["measured on"]]
+    if "timed on" in front.about:
+        about.append(f"timed on {front.about['timed on']}")
+    print("\n" + "; ".join([*about, front.about["machine"]]))

@@ -29,6 +29,10 @@ FILE = Path(str(resources.files("harness.studies"))) / NAME
 """What was measured and comes with the package."""
 
 
+NEEDED = ("measured on", "machine")
+"""What is told of any front."""
+
+
 class FrontError(ValueError):
     """No measured method is what was asked for, or nothing was measured."""
 
@@ -124,7 +128,8 @@ def load_front(file: Path = FILE) -> Front:
             )
             for entry in content["measured"]
         )
-        return Front(measured, content["about"])
+        about = {**content["about"]}
+        return Front(measured, {key: about.pop(key) for key in NEEDED} | about)
     except (OSError, ValueError, KeyError, TypeError):
         raise FrontError(
             f"{file}: holds no measured methods; name the folder of a study on a labelled set: "

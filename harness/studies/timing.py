@@ -108,7 +108,7 @@ def timed(
     A repeat counts as taken when methods, layouts, code and packages were the same.
 
     Args:
-        methods: spec strings.
+        methods: spec strings; without any there is nothing to time.
         layouts: that every method judges.
         folder: where times are kept; made when it does not exist.
         repeats: how often every layout is judged.
@@ -120,6 +120,8 @@ def timed(
         ResultsError: a method ended its process.
         WorkerDiedError: see :func:`harness.studies.executors.run_units`.
     """
+    if not methods:
+        return Times({}, {}, None)
     chosen = tuple(layouts)
     turns = [Turn(tuple(methods), chosen, block, repeat) for repeat in range(repeats)]
     files = [folder / f"times-{turn.identity()}.json" for turn in turns]

@@ -9,7 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, TypeVar
 
-from harness.layouts.benchmark import Part
+from harness.layouts.benchmark import UNLEARNT, Part
 from harness.methods.registry import make_method
 from harness.methods.spec import SpecError, nearest
 from learners import LearnerError
@@ -26,9 +26,6 @@ from learners.study.plan import (
     Section,
     TablePlan,
 )
-
-JUDGED = (Part.VALIDATION, Part.TEST, Part.TEST_300)
-"""Parts of the labelled set that may be judged."""
 
 Named = TypeVar("Named")
 
@@ -57,8 +54,8 @@ def check_part(part: Any) -> None:
     Raises:
         LearnerError: it is not.
     """
-    if part not in JUDGED:
-        raise LearnerError(f"part is {part!r}; {nearest(str(part), JUDGED)}")
+    if part not in UNLEARNT:
+        raise LearnerError(f"part is {part!r}; {nearest(str(part), UNLEARNT)}")
 
 
 def _plan(content: Mapping[str, Any]) -> Plan:

@@ -64,7 +64,7 @@ def learner_study(
         judging: called with verdicts done and in all, for every table.
 
     Raises:
-        LearnerError: a section that is not planned.
+        LearnerError: a section that is not planned, or a file of layouts that is not there.
         as :meth:`learners.study.trainings.Workshop.make`,
         :func:`learners.study.table.judge_table` and
         :func:`learners.study.foreign.foreign_layouts`.
@@ -79,6 +79,9 @@ def learner_study(
         if only:
             raise LearnerError("section 'foreign' needs files of layouts: --foreign FILE")
         chosen.remove(Section.FOREIGN)
+    for file in foreign:  # better known before hours of training
+        if not file.is_file():
+            raise LearnerError(f"{file}: no such file of layouts")
     if part is not None:
         plan = dataclasses.replace(plan, part=part)
     workshop = Workshop(plan, work)

@@ -10,6 +10,7 @@ from harness.layouts.benchmark import load_benchmark
 from harness.methods.registry import make_method
 from harness.methods.thresholds import Ladder, Stage, Thresholds, fingerprint, write_thresholds
 from harness.studies.results import load_results
+from harness.tuning import TuningError
 from harness.tuning.cascade.study import cascade_study
 from reports.cascade_page import cascade_page
 from reports.cascade_records import HeldAgainst
@@ -145,6 +146,21 @@ def test_a_busy_machine_is_told(study, tmp_path):
     assert busy in text_of(dataclasses.replace(record, load=5.0), tmp_path)
     assert busy not in text_of(dataclasses.replace(record, load=1.1), tmp_path)
     assert busy not in text_of(dataclasses.replace(record, load=None), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"part": "train"}, "part is 'train'; allowed: test, test-300, validation"),
+        ({"part": "all"}, "part is 'all'"),
+        ({"part": "tset"}, "did you mean 'test'"),
+        ({"thresholds": "none.json"}, r"none.json: no such file .*fit --engine mujoco -o none"),
+    ],
+)
+def test_what_stages_learnt_from_and_what_is_not_there_is_no_page(wrong, message, tmp_path):
+    with pytest.raises(TuningError, match=message):
+        cascade_study("mujoco", tmp_path / "work", limit=2, workers=0, **wrong)
+    assert not (tmp_path / "work").exists()
 
 
 def test_on_test_nothing_was_fitted(study, tmp_path):

@@ -97,9 +97,10 @@ def test_a_front_is_read_as_it_was_written(front, tmp_path):
     assert load_front(file) == front
     with pytest.raises(FrontError, match="holds no measured methods; name the folder of a study"):
         load_front(tmp_path / "none.json")
-    file.write_text("{}")
-    with pytest.raises(FrontError, match="holds no measured methods"):
-        load_front(file)
+    for damaged in ("{}", '{"measured": [], "about": {}}', '{"measured": [], "about": 3}'):
+        file.write_text(damaged)
+        with pytest.raises(FrontError, match="holds no measured methods"):
+            load_front(file)
     with pytest.raises(FrontError, match="no such method was measured"):
         best(Front((), {}))
 
@@ -141,6 +142,14 @@ def test_the_command_names_a_method(run, capsys):
     assert "budget is 0.001 ms a layout; the cheapest measured: " in capsys.readouterr().err
     assert main(["recommend", "--write"]) == 2
     assert "--write needs --from RUN" in capsys.readouterr().err
+
+
+def test_times_that_were_taken_apart_are_told_with_how_many(front, tmp_path, capsys):
+    about = {"timed on": "90 cases, 3 times each, one thread", **front.about}
+    write_front(Front(front.measured, about), tmp_path / "front.json")
+    assert main(["recommend", "--from", str(tmp_path), "--budget", "1ms"]) == 0
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last == "300 cases; timed on 90 cases, 3 times each, one thread; Linux"
 
 
 def test_a_goal_above_the_interval_is_said(run, capsys):

@@ -377,6 +377,12 @@ def test_sections_that_cannot_be(plan, tmp_path):
     assert main(["learned", "--only", "tabel"]) == 2
 
 
+def test_a_file_that_is_not_there_is_told_before_anything_is_trained(plan, tmp_path):
+    with pytest.raises(LearnerError, match=r"none\.json: no such file of layouts"):
+        learner_study(plan, tmp_path / "work", foreign=[tmp_path / "none.json"], workers=0)
+    assert not (tmp_path / "work").exists()
+
+
 def test_the_shipped_plan_can_be_made_again_by_seed(tmp_path):
     plan = load_plan()
     needed = plan.needed(plan.sections())

@@ -180,11 +180,12 @@ def test_a_generated_set_names_every_code_that_labelled_it(tmp_path, monkeypatch
     assert run("new", dataclasses.replace(one, lists=3)) == ["old", "new"]
 
 
-def test_a_folder_of_something_else_is_left_alone(tmp_path):
-    (tmp_path / "manifest.json").write_text(json.dumps({"version": 1}))
+@pytest.mark.parametrize("name", ["manifest.json", "mine.csv", "spatial"])
+def test_a_folder_of_something_else_is_left_alone(name, tmp_path):
+    (tmp_path / name).write_text(json.dumps({"version": 1}))
     with pytest.raises(LearnerError, match="holds something else"):
         generate_labelled(FEW, tmp_path)
-    assert [path.name for path in tmp_path.iterdir() if path.suffix] == ["manifest.json"]
+    assert {path.name for path in tmp_path.iterdir()} == {name, ".lock"}
 
 
 @pytest.mark.parametrize(

@@ -29,7 +29,7 @@ from learners.scoring import accuracies
 from learners.search import HIDDEN, JOURNAL, LEARNING_RATES, search_hyperparameters
 from learners.sequences import HeldOut, load_sequences
 from learners.training import CHECKPOINT, Training
-from learners.weights import load_arrays
+from learners.weights import load_arrays, load_weights
 
 ROOT = Path(__file__).parents[2]
 NOTHING = HeldOut(frozenset(), frozenset())
@@ -179,6 +179,16 @@ def test_every_member_starts_from_its_own(tmp_path):
             found = load_arrays(second, member)[name]
             np.testing.assert_allclose(found, array, atol=1e-5)
     assert "--budget 2000000 " in job.command
+
+
+def test_a_finished_training_that_is_run_again_leaves_its_weights_as_they_are(tmp_path):
+    """What was judged by them, and thresholds fitted to them, hang on their digest."""
+    job = TrainingJob(dataclasses.replace(TINY, epochs=2), members=2, limit=10)
+    first = load_weights(train_weights(job, tmp_path))
+    again = load_weights(train_weights(job, tmp_path))
+    assert again.digest == first.digest
+    spent = sum(member["seconds"] for member in first.manifest["members"])
+    assert first.manifest["seconds"] == pytest.approx(spent)
 
 
 def test_what_a_killed_run_left_half_written_goes(tmp_path, data, stopping):

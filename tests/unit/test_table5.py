@@ -1,16 +1,34 @@
 """Table 5: every method on the same cases, judged once, timed apart, and told with its n."""
 
+import dataclasses
 import re
+import sys
+import types
+from itertools import combinations
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from harness.cli import main
 from harness.layouts.benchmark import load_benchmark
+from harness.methods import registry
+from harness.methods.base_support import FullBaseSupport
+from harness.methods.method import RefusedError
 from harness.methods.registry import make_method
+from harness.studies.comparison import method_key
+from harness.studies.definition import StudyDefinition
 from harness.studies.front import measured_in
+from harness.studies.metrics import mean
+from harness.studies.runner import run_study
 from harness.studies.table5 import study as table5
-from harness.studies.table5.study import Questions
+from harness.studies.table5.paper import paper
+from harness.studies.table5.study import Questions, judge_table5, time_table5
+from harness.studies.table5.summary import pair_tests, same_order, summarise, tunings
+from reports.records import AccuracySummary
+from reports.table5_accuracy_sections import time_a_layout
+from reports.table5_records import ALL, JudgedSet
+from reports.table5_test_sections import simulation_pairs
 
 SPECS = ("fbs", "sme", "equilibrium")
 FEW = ("--limit", "3", "--timed", "2", "--repeats", "1", "-j", "1")
@@ -36,6 +54,7 @@ def test_accuracies_are_those_of_the_methods_on_the_labels(written):
     text = (written / "page" / "report.md").read_text()
     benchmark = load_benchmark()
     chosen = benchmark.select("test", limit=3)
+    assert f"item lists; {chosen['failing_step'].isna().sum()} cases are stable" in text
     header, *lines = rows(text, "## Accuracy and cost")
     told = {line[0]: dict(zip(header, line, strict=True)) for line in lines}
     for spec, title in zip(SPECS, ("FBS", "SME", "Equilibrium"), strict=True):
@@ -115,8 +134,124 @@ def test_a_method_that_cannot_judge_is_an_error_where_it_is_named(
     assert not (tmp_path / "work").exists()
 
 
+def test_the_folder_of_another_study_is_left_alone(capsys, tmp_path):
+    run_study(StudyDefinition("mine", ("fbs",), generated=1), tmp_path)
+    before = sorted(tmp_path.iterdir())
+    assert main([*ASKED, "--work", str(tmp_path)]) == 2
+    assert "holds the study 'mine'; choose another folder" in capsys.readouterr().err
+    assert sorted(tmp_path.iterdir()) == before
+
+
 def test_a_method_that_cannot_judge_is_left_out_where_nobody_named_it(monkeypatch):
     monkeypatch.setattr(table5, "METHODS", ("sme", "cascade@dart"))
     asked = Questions()
     assert asked.spatial == ("sme",)
     assert "steadyload cascade fit --engine dart" in asked.left_out["cascade@dart"]
+
+
+class Choosy(FullBaseSupport):
+    """FBS that refuses layouts by name, in this process."""
+
+    refuses: tuple[str, ...] = ()
+
+    def _judge(self, layout, watch):
+        if layout.name in self.refuses:
+            raise RefusedError("not this one")
+        return super()._judge(layout, watch)
+
+
+@pytest.fixture
+def choosy(monkeypatch):
+    monkeypatch.setitem(sys.modules, "choosy_judge", types.SimpleNamespace(Choosy=Choosy))
+    monkeypatch.setitem(registry.METHODS, "choosy", "choosy_judge:Choosy")
+    return Choosy
+
+
+@pytest.mark.parametrize(("refused", "timed"), [(1, True), (2, False)])
+def test_a_few_refused_cases_cost_no_method_its_times(
+    choosy, monkeypatch, tmp_path, refused, timed
+):
+    names = [*dict.fromkeys(load_benchmark().select("test", limit=4)["layout"])]
+    assert len(names) == 12  # a layout a case
+    monkeypatch.setattr(choosy, "refuses", tuple(names[:refused]))
+    asked = Questions(methods=("fbs", "choosy"), limit=4, timed=4, repeats=1)
+    judge_table5(asked, tmp_path, workers=0)
+    spatial, _ = time_table5(asked, tmp_path, workers=0)
+    text = time_a_layout(summarise(asked, spatial, None).spatial).text
+    assert {len(found[0]) for found in spatial.times.cpu.values()} == {len(spatial.cases)}
+    if timed:
+        assert list(spatial.times.cpu) == ["fbs", "choosy"]
+        assert {name for name, _ in spatial.cases} == set(names[1:])
+        assert "11 cases of" in text
+        assert "without those that a method refuses (choosy 1)" in text
+    else:
+        assert list(spatial.times.cpu) == ["fbs"]
+        assert {name for name, _ in spatial.cases} == set(names)
+        assert "choosy was not timed: of 12 cases to be timed 2 refused" in text
+
+
+def test_a_page_whose_methods_all_refuse_says_that_nothing_was_timed(choosy, monkeypatch, tmp_path):
+    names = load_benchmark().select("test", limit=2)["layout"]
+    monkeypatch.setattr(choosy, "refuses", tuple(names))
+    asked = Questions(methods=("choosy",), limit=2, timed=1, repeats=1)
+    judge_table5(asked, tmp_path, workers=0)
+    spatial, _ = time_table5(asked, tmp_path, workers=0)
+    assert spatial.times.cpu == {}
+    text = time_a_layout(summarise(asked, spatial, None).spatial).text
+    assert "choosy was not timed: of 3 cases to be timed 3 refused" in text
+
+
+SIMULATED = ("ps3@bullet", "ps3@mujoco", "ps_opt@bullet", "ps_opt@mujoco", "cascade@mujoco", "sme")
+
+
+def test_one_tuning_is_the_same_parameters_and_no_other_name_for_a_search(stated):
+    found = tunings(SIMULATED)
+    assert list(found) == list(SIMULATED[:4])  # a cascade has an engine, and is no simulation
+    for one, other in combinations(found, 2):
+        same = {key: stated(one)[key] == stated(other)[key] for key in stated(one)}
+        assert (found[one] == found[other]) == all(same.values())
+
+
+@pytest.fixture
+def stated():
+    """By spec, what the steps of all engines are told."""
+    names = ("t_max", "frequency", "eps_t", "eps_r", "friction", "restitution", "margin")
+    return lambda spec: {name: getattr(make_method(spec).parameters, name) for name in names}
+
+
+def judged(**parts):
+    """A judged set of which only some parts are asked for."""
+    return JudgedSet(**{f.name: None for f in dataclasses.fields(JudgedSet)} | parts)
+
+
+def test_what_each_engine_was_tuned_for_is_not_told_as_what_the_engine_changes():
+    keys = [method_key(make_method(spec)) for spec in SIMULATED]
+    right = pd.DataFrame({key.spec: np.arange(8) % 3 == 0 for key in keys})
+    own = judged(tests={ALL: pair_tests(keys, right, np.arange(8))}, tunings=tunings(SIMULATED))
+    said = {
+        same: {(t.first.spec, t.second.spec) for t in simulation_pairs(own, same_tuning=same)}
+        for same in (True, False)
+    }
+    assert said[True] == {("ps3@bullet", "ps3@mujoco")}
+    assert said[False] == {("ps3@bullet", "ps_opt@bullet"), ("ps3@mujoco", "ps_opt@mujoco")}
+
+
+def test_a_pair_that_is_equal_in_the_paper_is_no_order_to_be_kept():
+    printed = paper()
+    accuracy = {row.title: row.accuracy[ALL] for row in printed.rows}
+    assert accuracy["SME"] == accuracy["LSTM_e"] > accuracy["FBS"]
+    few = dataclasses.replace(
+        printed, rows=tuple(row for row in printed.rows if row.title in ("FBS", "SME", "LSTM_e"))
+    )
+
+    def summary(spec, right):
+        shares = {
+            f.name: mean([right])
+            for f in dataclasses.fields(AccuracySummary)
+            if f.name not in ("method", "without_verdict", "behind")
+        }
+        return AccuracySummary(method_key(make_method(spec)), without_verdict={}, **shares)
+
+    ours = [summary("fbs", 0.5), summary("sme", 0.8), summary("lstm_e", 0.9)]
+    assert same_order(few, ours) == (2, 2)
+    assert same_order(few, [*ours[:2], summary("lstm_e", 0.5)]) == (1, 2)

@@ -2,10 +2,11 @@
 
 from harness.layouts.benchmark.dataset import (
     PLANAR,
+    UNLEARNT,
     Benchmark,
     BenchmarkError,
     Part,
     load_benchmark,
 )
 
-__all__ = ["PLANAR", "Benchmark", "BenchmarkError", "Part", "load_benchmark"]
+__all__ = ["PLANAR", "UNLEARNT", "Benchmark", "BenchmarkError", "Part", "load_benchmark"]

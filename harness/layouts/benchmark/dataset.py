@@ -51,6 +51,10 @@ class Part(StrEnum):
     ALL = "all"
 
 
+UNLEARNT = (Part.VALIDATION, Part.TEST, Part.TEST_300)
+"""Parts whose item lists nothing is learnt from: what was trained may be judged on them."""
+
+
 @dataclass(frozen=True)
 class Benchmark:
     """A labelled set.

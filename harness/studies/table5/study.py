@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from harness.methods.registry import make_method
 from harness.studies.definition import StudyDefinition, StudyError
 from harness.studies.executors import Executor
 from harness.studies.labels import labelled_material
-from harness.studies.results import load_results
+from harness.studies.results import ResultsError, load_manifest, load_results
 from harness.studies.runner import run_study
 from harness.studies.timing import BLOCK, Times, timed
 
@@ -34,6 +34,9 @@ PART = "test"
 """Nothing was tuned, trained or fitted on it."""
 
 _SHARD_SIZE = 60
+
+_FEW = 0.1
+"""A method that refuses no more of the cases to be timed, in shares, is timed on the others."""
 
 Progress = Callable[[int, int], None]
 
@@ -131,6 +134,7 @@ class Ran:
         cases: those that were timed, (layout, scenario) in the order of the times.
         times: of the methods that were timed.
         untimed: by spec, why a method was not.
+        refused: by spec, on how many more cases nobody was timed, because the method refuses them.
     """
 
     study: StudyDefinition
@@ -138,6 +142,7 @@ class Ran:
     cases: tuple[tuple[str, str], ...]
     times: Times
     untimed: Mapping[str, str]
+    refused: Mapping[str, int]
 
 
 def judge_table5(
@@ -156,8 +161,12 @@ def judge_table5(
         progress: called with rows done and rows in all, of one set after the other.
 
     Raises:
+        ResultsError: the folder holds another study; or as the next one.
         as :func:`harness.studies.runner.run_study`.
     """
+    if (work / "manifest.json").exists():  # its page would be written over
+        name = load_manifest(work)["study"]["name"]
+        raise ResultsError(f"{work}: holds the study {name!r}; choose another folder")
     for planar, folder in _folders(asked, work).items():
         run_study(asked.study(planar=planar), folder, workers=workers, progress=progress)
 
@@ -206,28 +215,44 @@ def _timed(asked: Questions, planar: bool, folder: Path, workers: int, progress:
         benchmark_directory=study.benchmark_directory,
         limit=min(asked.timed, asked.limit or asked.timed),
     )
-    cases = list(labelled_material(fewer).cases(folder))
-    chosen = tuple((layout.name, str(scenario)) for scenario, layout in cases)
-    untimed = _untimed(folder, chosen)
+    cases = {
+        (layout.name, str(scenario)): layout
+        for scenario, layout in labelled_material(fewer).cases(folder)
+    }
+    untimed, refused = _not_judged(folder, list(cases))
+    for case in set().union(*refused.values()):
+        del cases[case]
     times = timed(
         [spec for spec in study.methods if spec not in untimed],
-        [layout for _, layout in cases],
+        list(cases.values()),
         folder / "times",
         repeats=asked.repeats,
         block=asked.block,
         workers=workers,
         progress=progress,
     )
-    return Ran(study, folder, chosen, times, untimed)
+    counts = {spec: len(own) for spec, own in refused.items()}
+    return Ran(study, folder, tuple(cases), times, untimed, counts)
 
 
-def _untimed(folder: Path, chosen: tuple[tuple[str, str], ...]) -> dict[str, str]:
-    """Methods that would end the process, or whose times would be of refusing."""
+def _not_judged(
+    folder: Path, chosen: Sequence[tuple[str, str]]
+) -> tuple[dict[str, str], dict[str, set[tuple[str, str]]]]:
+    """By spec, why a method is not timed at all; of the others, the cases that they refuse.
+
+    What ended its process would end that of the timing, and the time of refusing is none of
+    judging. A few refused cases are left out for all methods: times are compared on the same ones.
+    """
     rows = load_results(folder, ["layout", "scenario", "method", "repetition", "status"])
     there = pd.MultiIndex.from_frame(rows[["layout", "scenario"]]).isin(list(chosen))
     lost = rows[there & rows["status"].isin([str(Status.CRASHED), str(Status.REFUSED)])]
-    return {
-        str(method): f"of {len(chosen)} cases to be timed "
-        + ", ".join(f"{n} {s}" for s, n in own["status"].value_counts().sort_index().items())
-        for method, own in lost.groupby("method", sort=False)
-    }
+    untimed, refused = {}, {}
+    for method, own in lost.groupby("method", sort=False):
+        counts = own["status"].value_counts().sort_index()
+        if str(Status.CRASHED) in counts or len(own) > _FEW * len(chosen):
+            untimed[str(method)] = f"of {len(chosen)} cases to be timed " + ", ".join(
+                f"{n} {status}" for status, n in counts.items()
+            )
+        else:
+            refused[str(method)] = set(zip(own["layout"], own["scenario"], strict=True))
+    return untimed, refused

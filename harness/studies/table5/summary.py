@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations
 from typing import Any
 
@@ -14,8 +15,10 @@ from harness.layouts.benchmark import Benchmark, load_benchmark
 from harness.layouts.benchmark.dataset import KEYS
 from harness.methods.registry import make_method
 from harness.methods.scene import planar_scene
+from harness.methods.simulation import Simulation
+from harness.methods.spec import as_plain
 from harness.studies.accuracy import verdicts_against_labels
-from harness.studies.comparison import compare, method_key
+from harness.studies.comparison import compare, method_key, tuning
 from harness.studies.error_places import margin_bins, size_bins
 from harness.studies.front import Front as Measurements
 from harness.studies.front import Measured, best
@@ -84,10 +87,10 @@ def _flat(benchmark: Benchmark, labels: pd.DataFrame) -> int:
 
 
 def same_order(printed: Paper, methods: Sequence[AccuracySummary]) -> tuple[int, int]:
-    """Pairs of the paper's methods in the same order of accuracy here, and all such pairs.
+    """Pairs of the paper's methods in the same order of accuracy here, and all that have one there.
 
     A column of the paper is held against the mean over engines of the first of its families that
-    was judged. A pair that is equal there or here stands in no order.
+    was judged. A pair that is equal here is in no order.
     """
     ours = []
     for row in printed.rows:
@@ -97,7 +100,7 @@ def same_order(printed: Paper, methods: Sequence[AccuracySummary]) -> tuple[int,
                 ours.append((row.accuracy[ALL], float(np.mean(own))))
                 break
     pairs = [(a[0] - b[0], a[1] - b[1]) for a, b in combinations(ours, 2)]
-    return sum(there * here > 0.0 for there, here in pairs), len(pairs)
+    return sum(there * here > 0.0 for there, here in pairs), sum(there != 0.0 for there, _ in pairs)
 
 
 def _judged_set(
@@ -129,6 +132,7 @@ def _judged_set(
             )
             for group, here in groups.items()
         },
+        tunings=tunings(specs),
         fronts={group: _front(_by_group(accuracies, group), timing, group) for group in groups},
         matrix=comparison.matrix,
         sizes=size_bins(right, labels),
@@ -194,6 +198,19 @@ def pair_tests(
     )
 
 
+def tunings(specs: Iterable[str]) -> dict[str, str]:
+    """By spec of a simulation, a text of its parameters; the same one where they are the same.
+
+    A preset that was tuned has others on every engine, and what only one engine has is left out.
+    """
+    methods = [make_method(spec) for spec in specs]
+    return {
+        str(m.spec): tuning(json.dumps(as_plain(m.parameters), sort_keys=True))
+        for m in methods
+        if isinstance(m, Simulation)
+    }
+
+
 def _timing(asked: Questions, ran: Ran, labels: pd.DataFrame) -> Timing:
     cases = pd.MultiIndex.from_tuples(ran.cases, names=KEYS)
     lists = labels["instance"].loc[cases].to_numpy()
@@ -213,6 +230,7 @@ def _timing(asked: Questions, ran: Ran, labels: pd.DataFrame) -> Timing:
         block=asked.block,
         load=ran.times.load,
         untimed=ran.untimed,
+        refused=ran.refused,
     )
 
 

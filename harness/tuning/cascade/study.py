@@ -11,10 +11,12 @@ import numpy as np
 import pandas as pd
 
 from harness.atomic import write_atomically
+from harness.layouts.benchmark import UNLEARNT
 from harness.layouts.model import Layout
 from harness.methods.cascade import Cascade, Decision
 from harness.methods.method import Method
 from harness.methods.registry import make_method
+from harness.methods.spec import nearest
 from harness.methods.thresholds import Ladder
 from harness.studies.comparison import method_key
 from harness.studies.definition import StudyDefinition
@@ -23,6 +25,7 @@ from harness.studies.metrics import share
 from harness.studies.results import load_results
 from harness.studies.runner import run_study
 from harness.studies.timing import machine_load
+from harness.tuning import TuningError
 from harness.tuning.outcomes import PART, Outcomes
 from reports.cascade_records import (
     CascadeStudy,
@@ -75,7 +78,7 @@ def cascade_study(
         engine: of the cascade.
         work: folder of what is judged.
         others: specs of further methods.
-        part: of the labelled set.
+        part: of the labelled set, one that no stage has learnt from.
         limit: only so many cases a scenario.
         thresholds: file of thresholds; empty for those that come with the package.
         beside: specs of the methods that the cascade is held against, ``{engine}`` for the engine.
@@ -83,9 +86,17 @@ def cascade_study(
         progress: called with rows done and rows in all.
 
     Raises:
+        TuningError: the part is one that is learnt from, or there is no such file.
         ThresholdsError: no thresholds for the engine, or ones fitted with other judges.
         as :func:`harness.studies.runner.run_study`.
     """
+    if part not in UNLEARNT:
+        raise TuningError(f"part is {part!r}; {nearest(part, UNLEARNT)}")
+    if thresholds and not Path(thresholds).is_file():
+        raise TuningError(
+            f"{thresholds}: no such file of thresholds; to make it run steadyload cascade fit "
+            f"--engine {engine} -o {thresholds}"
+        )
     own = f"thresholds={thresholds}" if thresholds else ""
     cascade = _cascade(engine, own)
     ladders = cascade.thresholds.ladders
