@@ -52,6 +52,13 @@ _SHORT = 0.1
 _PHASE_COLOURS = {"build": "#9ecae1", "step": "#3182bd", "read": "#08519c", "other": "#c7c7c7"}
 
 
+class _PlainBetween(LogFormatter):
+    """Ticks between the decades of a log axis as plain numbers, where there is room for them."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        return f"{x:g}" if super().__call__(x, pos) else ""
+
+
 def png(figure: Figure) -> bytes:
     """A figure as PNG, reproducible to the byte."""
     sink = io.BytesIO()
@@ -94,7 +101,7 @@ def plot_trade_off(points: Sequence[TradeOff], *, x_label: str) -> Figure:
     if any(point.cpu.value > 0.0 for point in shown):
         axes.set_yscale("log")
         # Says something only where the times span less than a decade.
-        axes.yaxis.set_minor_formatter(LogFormatter())
+        axes.yaxis.set_minor_formatter(_PlainBetween())
     axes.yaxis.set_major_formatter(_PLAIN)
     axes.set_xlabel(x_label)
     axes.set_ylabel("CPU time a layout (ms)")
