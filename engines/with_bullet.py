@@ -344,7 +344,9 @@ class BulletWorld(FixedStepWorld):
         poses = [read(body.handle, client) for body in self._all_bodies]
         if not all(abs(c) < _FARTHEST for place, turn in poses for c in place + turn):
             owned.flags = None  # what overflowed may have left its mark: reset
-        for body in self._all_bodies:
+        # The last one first: the simple broad phase hands out places the other way round than they
+        # were given back, and sorts pairs by them. So the next world's are those of a first one.
+        for body in reversed(self._all_bodies):
             pybullet.removeBody(body.handle, client)
         if pybullet.getNumBodies(client) != 1:
             owned.flags = None  # adding a box was interrupted half-way: one more than the floor
