@@ -20,6 +20,7 @@ from engines.checks.scenes import (
     expect,
     fall_speed,
     fill,
+    flat_pile,
     require,
     two_cubes,
 )
@@ -343,9 +344,8 @@ def _tumble(world_class: WorldClass, settings: WorldSettings | None = None) -> P
 
 
 def _pile(world_class: WorldClass, settings: WorldSettings) -> Poses:
-    size = (0.16, 0.1, 0.02)
     with world_class(settings) as world:
-        fill(world, [Box(size, 0.1, (0.01 * (k % 3), 0.0, 0.01 + 0.02 * k)) for k in range(8)])
+        fill(world, flat_pile(8))
         world.stepSimulation(0.3, 1000, 1.0 / 240.0)
         return world.poses()
 

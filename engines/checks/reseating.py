@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from engines.checks.scenes import WorldClass, expect, fill, require_subsets, two_cubes
+from engines.checks.scenes import (
+    WorldClass,
+    expect,
+    fill,
+    flat_pile,
+    require_subsets,
+    two_cubes,
+)
 from engines.substeps import StepCount
 from engines.world import Box, FixedStepWorld, Poses, WorldSettings
 
@@ -15,9 +22,9 @@ def check_reseat_equals_a_fresh_world(world_class: WorldClass) -> None:
     Among them a flat pile, in which many forces balance, and boxes that slide and topple: what
     survives of forces, contacts or attitudes grows in them to 1e-4 m.
     """
-    plank, bar = (0.2, 0.1, 0.02), (0.16, 0.1, 0.02)
+    plank = (0.2, 0.1, 0.02)
     scene = [
-        *(Box(bar, 0.1, (1.0 + 0.01 * (k % 3), 0.0, 0.01 + 0.02 * k)) for k in range(6)),
+        *flat_pile(6, x=1.0),
         *two_cubes(0.05),
         Box(plank, 0.1, (0.3, 0.0, 0.3), fixed=True),
         Box((0.06, 0.1, 0.2), 0.7, (0.38, 0.0, 0.41), (0.01, 0.0, 0.05)),
@@ -60,7 +67,7 @@ def check_a_subset_equals_a_world_of_its_own(world_class: WorldClass) -> None:
         Box(bar, 0.1, (0.08, 0.0, 0.21), fixed=True),
         Box(bar, 3.0, (0.08, 0.0, 0.23), (0.01, 0.0, 0.0)),
         Box((0.1, 0.1, 0.3), 0.7, (-0.1, 0.0, 0.15)),
-        *(Box(bar, 0.1, (1.0 + 0.01 * (k % 3), 0.0, 0.01 + 0.02 * k)) for k in range(5)),
+        *flat_pile(5, x=1.0),
         Box((0.06, 0.1, 0.2), 0.7, (0.11, 0.0, 0.34), (0.01, 0.0, 0.05)),
     ]
     last = len(scene) - 1

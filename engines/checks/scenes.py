@@ -59,6 +59,12 @@ def two_cubes(shift: float, offset: float = 0.0) -> list[Box]:
     ]
 
 
+def flat_pile(count: int, x: float = 0.0) -> list[Box]:
+    """Flat bars on one another, in which many forces balance."""
+    size = (0.16, 0.1, 0.02)
+    return [Box(size, 0.1, (x + 0.01 * (k % 3), 0.0, 0.01 + 0.02 * k)) for k in range(count)]
+
+
 def fall_speed(world: FixedStepWorld) -> float:
     """Downward speed of the first box [m/s]."""
     velocities: Velocities = world.velocities()

@@ -280,7 +280,7 @@ def _same_tunings(
 ) -> tuple[SameTuning, ...]:
     simulated = results.dropna(subset=["engine"])
     # What only one engine can be asked is not part of what engines have in common.
-    common = simulated["parameters"].map(tuning)
+    common = simulated["parameters"].map(json.loads).map(tuning)
     tunings = []
     for _, group in simulated.groupby([simulated["method_name"], common], sort=False):
         specs = set(group["method"])
@@ -307,9 +307,9 @@ def _same_tunings(
     return tuple(tunings)
 
 
-def tuning(parameters: str) -> str:
-    """The part of a row's parameters that every engine has: what two simulations share or not."""
-    return json.dumps({k: v for k, v in json.loads(parameters).items() if k in _COMMON})
+def tuning(parameters: Mapping[str, Any]) -> str:
+    """The parameters that every engine has, as a text: what two simulations share or not."""
+    return json.dumps({k: v for k, v in parameters.items() if k in _COMMON}, sort_keys=True)
 
 
 def _disagreements(

@@ -29,10 +29,6 @@ FILE = Path(str(resources.files("harness.studies"))) / NAME
 """What was measured and comes with the package."""
 
 
-NEEDED = ("measured on", "machine")
-"""What is told of any front."""
-
-
 class FrontError(ValueError):
     """No measured method is what was asked for, or nothing was measured."""
 
@@ -128,9 +124,11 @@ def load_front(file: Path = FILE) -> Front:
             )
             for entry in content["measured"]
         )
-        about = {**content["about"]}
-        return Front(measured, {key: about.pop(key) for key in NEEDED} | about)
-    except (OSError, ValueError, KeyError, TypeError):
+        about = content["about"]
+        if not {"measured on", "machine"} <= about.keys():  # what the command tells of any front
+            raise KeyError
+        return Front(measured, about)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         raise FrontError(
             f"{file}: holds no measured methods; name the folder of a study on a labelled set: "
             "steadyload recommend --from RUN"

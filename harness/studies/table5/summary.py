@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations
 from typing import Any
@@ -205,9 +204,7 @@ def tunings(specs: Iterable[str]) -> dict[str, str]:
     """
     methods = [make_method(spec) for spec in specs]
     return {
-        str(m.spec): tuning(json.dumps(as_plain(m.parameters), sort_keys=True))
-        for m in methods
-        if isinstance(m, Simulation)
+        str(m.spec): tuning(as_plain(m.parameters)) for m in methods if isinstance(m, Simulation)
     }
 
 
