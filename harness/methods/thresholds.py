@@ -96,8 +96,13 @@ def load_thresholds(engine: str, file: Path = FILE) -> Thresholds:
     """What was fitted for an engine.
 
     Raises:
-        ThresholdsError: nothing was, or the file is none of thresholds.
+        ThresholdsError: nothing was, there is no such file, or it is none of thresholds.
     """
+    if not file.exists():
+        raise ThresholdsError(
+            f"{file}: no such file of thresholds; to make it run steadyload cascade fit "
+            f"--engine {engine} -o {file}"
+        )
     entries = _read(file)
     if engine not in entries:
         fitted = f"thresholds were fitted for {', '.join(entries) or 'no engine yet'}"

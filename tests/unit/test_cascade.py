@@ -266,6 +266,11 @@ def test_a_fingerprint_tells_parameters_and_weights(tmp_path, monkeypatch):
 
 def test_what_is_not_there_says_what_to_do(cascade, tmp_path):
     file = tmp_path / "none.json"
+    with pytest.raises(
+        ThresholdsError, match=r"none.json: no such file .*fit --engine dart -o .*n"
+    ):
+        make_method(f"cascade@dart:thresholds={file}").prepare()
+    file.write_text("{}")
     with pytest.raises(ThresholdsError, match="no engine yet; to fit them run steadyload cascade"):
         make_method(f"cascade@dart:thresholds={file}").prepare()
     asked = cascade()

@@ -86,17 +86,12 @@ def cascade_study(
         progress: called with rows done and rows in all.
 
     Raises:
-        TuningError: the part is one that is learnt from, or there is no such file.
+        TuningError: the part is one that is learnt from.
         ThresholdsError: no thresholds for the engine, or ones fitted with other judges.
         as :func:`harness.studies.runner.run_study`.
     """
     if part not in UNLEARNT:
         raise TuningError(f"part is {part!r}; {nearest(part, UNLEARNT)}")
-    if thresholds and not Path(thresholds).is_file():
-        raise TuningError(
-            f"{thresholds}: no such file of thresholds; to make it run steadyload cascade fit "
-            f"--engine {engine} -o {thresholds}"
-        )
     own = f"thresholds={thresholds}" if thresholds else ""
     cascade = _cascade(engine, own)
     ladders = cascade.thresholds.ladders
