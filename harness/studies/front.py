@@ -25,6 +25,9 @@ from reports.table5_records import ALL, Table5
 NAME = "front.json"
 """The file in a run folder that holds its front, where times were taken apart."""
 
+SPATIAL = "spatial"
+"""The folder in a run folder of Table 5 that holds the rows of layouts in space."""
+
 FILE = Path(str(resources.files("harness.studies"))) / NAME
 """What was measured and comes with the package."""
 
@@ -87,10 +90,15 @@ def measured_in(run: str | Path) -> Front:
 
     Raises:
         ResultsError: not a run folder, or no case in it has been judged by all methods yet.
-        FrontError: its layouts have no labels, or its :data:`NAME` is damaged.
+        FrontError: its layouts have no labels, its :data:`NAME` is damaged, or it is a Table 5
+            that is not whole yet.
     """
     if (kept := Path(run) / NAME).exists():
         return load_front(kept)
+    if (Path(run) / SPATIAL).exists():
+        raise FrontError(
+            f"{run}: Table 5 is not whole there yet; go on with steadyload table5 --work {run}"
+        )
     comparison = compare(run)
     if comparison.accuracies is None:
         raise FrontError(f"{run}: its layouts have no labels, so that no accuracy is known")

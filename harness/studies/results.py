@@ -117,15 +117,17 @@ def load_results(directory: str | Path, columns: Sequence[str] | None = None) ->
 
     Args:
         directory: the run folder.
-        columns: those to read, in the order wanted, :data:`KEYS` among them; None for all. Where
-            rows are many, leave out what is not needed: ``ignored`` and ``emulated`` take as much
-            memory as all other columns.
+        columns: those wanted, in this order; None for all. Where rows are many, leave out what is
+            not needed: ``ignored`` and ``emulated`` take as much memory as all other columns.
 
     Raises:
         ResultsError: not a run folder, one of another schema version, or a damaged one.
     """
-    tables = [_read(shard, columns) for shard in _shards(Path(directory))]
-    return _frame(pa.concat_tables(tables)).sort_values(KEYS, kind="stable", ignore_index=True)
+    wanted = SCHEMA.names if columns is None else list(columns)
+    read = list(dict.fromkeys([*wanted, *KEYS]))
+    tables = [_read(shard, read) for shard in _shards(Path(directory))]
+    rows = _frame(pa.concat_tables(tables)).sort_values(KEYS, kind="stable", ignore_index=True)
+    return rows if read == wanted else rows[wanted]
 
 
 def each_shard(

@@ -130,6 +130,14 @@ def test_a_run_without_labels_is_none(tmp_path, stack):
         measured_in(tmp_path / "run")
 
 
+def test_an_interrupted_table_5_is_none_yet(run, tmp_path):
+    (tmp_path / "spatial").symlink_to(run)
+    with pytest.raises(
+        FrontError, match="not whole there yet; go on with steadyload table5 --work"
+    ):
+        measured_in(tmp_path)
+
+
 def test_the_command_names_a_method(run, capsys):
     assert main(["recommend", "--from", str(run), "--accuracy", "20%"]) == 0
     chosen = recommend(measured_in(run), accuracy=0.2)

@@ -94,6 +94,8 @@ def test_results_can_be_read_by_column_and_by_shard(tmp_path):
     rows = load_results(tmp_path / "run")
     some = load_results(tmp_path / "run", [*KEYS, "score"])
     pd.testing.assert_frame_equal(some, rows[[*KEYS, "score"]])
+    fewer = load_results(tmp_path / "run", ["score", "method"])
+    pd.testing.assert_frame_equal(fewer, rows[["score", "method"]])
     shards = list(each_shard(tmp_path / "run"))
     assert [len(shard) for shard in shards] == [2, 2, 2, 2, 1, 1]
     together = pd.concat(shards).sort_values(KEYS, ignore_index=True)

@@ -14,6 +14,7 @@ from harness.methods.method import Status
 from harness.methods.registry import make_method
 from harness.studies.definition import StudyDefinition, StudyError
 from harness.studies.executors import Executor
+from harness.studies.front import SPATIAL
 from harness.studies.labels import labelled_material
 from harness.studies.results import ResultsError, load_manifest, load_results
 from harness.studies.runner import run_study
@@ -202,7 +203,7 @@ def time_table5(
 
 def _folders(asked: Questions, work: Path) -> dict[bool, Path]:
     """Run folders, by whether they hold planar layouts."""
-    folders = {False: work / "spatial"}
+    folders = {False: work / SPATIAL}
     return folders | {True: work / PLANAR} if asked.planar else folders
 
 
