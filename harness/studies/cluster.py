@@ -180,12 +180,12 @@ def _translated(future: Future[Any], outcome: Callable[[], Told]) -> Future[Told
 
 @contextmanager
 def _cluster_here(workers: int) -> Iterator[str]:
-    """A cluster on this machine, without a dashboard; its address."""
+    """A cluster on this machine; its address."""
     with interrupts_held_back():  # by threads started here, and so by all that they start
         cluster = LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
-            dashboard_address=None,
+            dashboard_address="127.0.0.1:0",  # without one it takes the port that all others take
             silence_logs=logging.CRITICAL,
         )
     with cluster:

@@ -3,9 +3,11 @@
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from itertools import count, islice
 
 import dask
@@ -226,17 +228,21 @@ def test_an_interrupted_cluster_of_this_machine_leaves_nothing_and_can_be_resume
     )
     write_layouts(tmp_path / "layouts.json", random_layouts(40, seed=20), Format.NATIVE)
     command = [sys.executable, "-m", "harness.cli", "study", "run", "study.toml", "-o", "run"]
-    process = subprocess.Popen(
-        [*command, "--executor", "dask", "-j", "2"], cwd=tmp_path, stderr=subprocess.PIPE,
-        text=True, start_new_session=True,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )  # fmt: skip
-    deadline = time.monotonic() + 60
-    while not list(tmp_path.glob("run/results/*.parquet")) and time.monotonic() < deadline:
-        time.sleep(0.005)
-    os.killpg(process.pid, signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
+    with socket.socket() as other:  # another cluster's, of which nobody wants to hear
+        with suppress(OSError):
+            other.bind(("", 8787))
+            other.listen()
+        process = subprocess.Popen(
+            [*command, "--executor", "dask", "-j", "2"], cwd=tmp_path, stderr=subprocess.PIPE,
+            text=True, start_new_session=True,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        )  # fmt: skip
+        deadline = time.monotonic() + 60
+        while not list(tmp_path.glob("run/results/*.parquet")) and time.monotonic() < deadline:
+            time.sleep(0.005)
+        os.killpg(process.pid, signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
     assert process.returncode == 130, errors
     assert errors.splitlines() == [
         "What is finished stays in run; run the same command to go on.", "steadyload: interrupted",
