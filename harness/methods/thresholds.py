@@ -98,7 +98,7 @@ def load_thresholds(engine: str, file: Path = FILE) -> Thresholds:
     Raises:
         ThresholdsError: nothing was, there is no such file, or it is none of thresholds.
     """
-    if not file.exists():
+    if not file.is_file():
         raise ThresholdsError(
             f"{file}: no such file of thresholds; to make it run steadyload cascade fit "
             f"--engine {engine} -o {file}"

@@ -270,6 +270,8 @@ def test_what_is_not_there_says_what_to_do(cascade, tmp_path):
         ThresholdsError, match=r"none.json: no such file .*fit --engine dart -o .*n"
     ):
         make_method(f"cascade@dart:thresholds={file}").prepare()
+    with pytest.raises(ThresholdsError, match="no such file of thresholds"):
+        load_thresholds("dart", tmp_path)
     file.write_text("{}")
     with pytest.raises(ThresholdsError, match="no engine yet; to fit them run steadyload cascade"):
         make_method(f"cascade@dart:thresholds={file}").prepare()
