@@ -1,8 +1,11 @@
-"""What tests of workers share: judges of another distribution, which do their process harm."""
+"""What tests of workers share: judges that do their process harm, and commands to interrupt."""
 
 import importlib
 import os
+import signal
+import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -30,3 +33,33 @@ def outside(tmp_path, monkeypatch):
     yield importlib.import_module("outside_judges")
     registry._from_other_distributions.cache_clear()
     del sys.modules["outside_judges"]
+
+
+@pytest.fixture
+def begin():
+    """Starts the command as the leader of a process group, which Ctrl-C reaches as a whole."""
+
+    def started(*arguments, cwd=None):
+        return subprocess.Popen(
+            [sys.executable, "-m", "harness.cli", *arguments], cwd=cwd, stderr=subprocess.PIPE,
+            text=True, start_new_session=True,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            # What a shell runs in the background ignores interrupts, and so does all it starts.
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        )  # fmt: skip
+
+    return started
+
+
+@pytest.fixture
+def begin_study(begin):
+    """Starts ``study.toml`` in a folder, and returns when the first of its results is there."""
+
+    def started(folder, *options):
+        process = begin("study", "run", "study.toml", "-o", "run", *options, cwd=folder)
+        deadline = time.monotonic() + 60
+        while not list(folder.glob("run/results/*.parquet")) and time.monotonic() < deadline:
+            time.sleep(0.005)
+        return process
+
+    return started

@@ -156,16 +156,20 @@ def test_a_busy_machine_is_told(study, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("wrong", "message"),
+    ("wrong", "error", "message"),
     [
-        ({"part": "train"}, "part is 'train'; allowed: test, test-300, validation"),
-        ({"part": "all"}, "part is 'all'"),
-        ({"part": "tset"}, "did you mean 'test'"),
-        ({"thresholds": "none.json"}, r"none.json: no such file .*fit --engine mujoco -o none"),
+        ({"part": "train"}, TuningError, "part is 'train'; allowed: test, test-300, validation"),
+        ({"part": "all"}, TuningError, "part is 'all'"),
+        ({"part": "tset"}, TuningError, "did you mean 'test'"),
+        (
+            {"thresholds": "none.json"},
+            ThresholdsError,
+            r"none.json: no such file .*fit --engine mujoco -o none",
+        ),
     ],
 )
-def test_what_stages_learnt_from_and_what_is_not_there_is_no_page(wrong, message, tmp_path):
-    with pytest.raises((TuningError, ThresholdsError), match=message):
+def test_what_stages_learnt_from_and_what_is_not_there_is_no_page(wrong, error, message, tmp_path):
+    with pytest.raises(error, match=message):
         cascade_study("mujoco", tmp_path / "work", limit=2, workers=0, **wrong)
     assert not (tmp_path / "work").exists()
 

@@ -222,25 +222,18 @@ def test_a_scheduler_that_is_lost_ends_the_run(cluster, tmp_path):
     assert 0 < len(load_results(tmp_path / "run")) < 40
 
 
-def test_an_interrupted_cluster_of_this_machine_leaves_nothing_and_can_be_resumed(tmp_path):
+def test_an_interrupted_cluster_of_this_machine_leaves_nothing_and_can_be_resumed(
+    begin_study, tmp_path
+):
     (tmp_path / "study.toml").write_text(
         'shard_size = 1\nlayouts = ["layouts.json"]\nmethods = ["ps3@mujoco"]\n'
     )
     write_layouts(tmp_path / "layouts.json", random_layouts(40, seed=20), Format.NATIVE)
-    command = [sys.executable, "-m", "harness.cli", "study", "run", "study.toml", "-o", "run"]
     with socket.socket() as other:  # another cluster's, of which nobody wants to hear
         with suppress(OSError):
             other.bind(("", 8787))
             other.listen()
-        process = subprocess.Popen(
-            [*command, "--executor", "dask", "-j", "2"], cwd=tmp_path, stderr=subprocess.PIPE,
-            text=True, start_new_session=True,
-            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-        )  # fmt: skip
-        deadline = time.monotonic() + 60
-        while not list(tmp_path.glob("run/results/*.parquet")) and time.monotonic() < deadline:
-            time.sleep(0.005)
+        process = begin_study(tmp_path, "--executor", "dask", "-j", "2")
         os.killpg(process.pid, signal.SIGINT)
         _, errors = process.communicate(timeout=60)
     assert process.returncode == 130, errors

@@ -245,24 +245,14 @@ def test_resuming_needs_a_run(tmp_path):
     assert not (tmp_path / "run").exists()
 
 
-def test_an_interrupt_ends_all_at_once_and_what_is_finished_stays(tmp_path):
+def test_an_interrupt_ends_all_at_once_and_what_is_finished_stays(begin_study, tmp_path):
     """Ctrl-C reaches the whole process group."""
     (tmp_path / "study.toml").write_text(
         'shard_size = 1\nlayouts = ["layouts.json"]\nmethods = ["ps3@mujoco", "ps3@dart"]\n'
     )
     # Far more than can be judged before the interrupt comes.
     write_layouts(tmp_path / "layouts.json", random_layouts(200, seed=20), Format.NATIVE)
-    command = [sys.executable, "-m", "harness.cli", "study", "run", "study.toml", "-o", "run"]
-    process = subprocess.Popen(
-        [*command, "-j", "2"], cwd=tmp_path, stderr=subprocess.PIPE, text=True,
-        start_new_session=True,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-        # What a shell runs in the background ignores interrupts, and so does all that comes of it.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )  # fmt: skip
-    deadline = time.monotonic() + 60
-    while not list(tmp_path.glob("run/results/*.parquet")) and time.monotonic() < deadline:
-        time.sleep(0.005)
+    process = begin_study(tmp_path, "-j", "2")
     assert len(_group(process.pid)) >= 3
     os.killpg(process.pid, signal.SIGINT)
     _, errors = process.communicate(timeout=60)
@@ -270,6 +260,7 @@ def test_an_interrupt_ends_all_at_once_and_what_is_finished_stays(tmp_path):
     assert errors.splitlines() == [
         "What is finished stays in run; run the same command to go on.", "steadyload: interrupted",
     ]  # fmt: skip
+    deadline = time.monotonic() + 60
     while _group(process.pid) and time.monotonic() < deadline:
         time.sleep(0.02)  # Python's tracker of shared resources goes last, by itself
     assert not _group(process.pid)

@@ -4,8 +4,6 @@ import json
 import os
 import shutil
 import signal
-import subprocess
-import sys
 import time
 
 import pandas as pd
@@ -151,15 +149,10 @@ def test_a_preset_of_changed_code_is_refused_before_the_search(command, tuned_fo
     assert len(Ledger.of(run)[1].ends) == 1
 
 
-def test_an_interrupt_ends_a_search_in_two_sentences(command, tuned_folder, tmp_path):
+def test_an_interrupt_ends_a_search_in_two_sentences(begin, command, tuned_folder, tmp_path):
     """Ctrl-C reaches the whole process group, whoever proposes among it."""
     run = shutil.copytree(tuned_folder, tmp_path / "run")
-    process = subprocess.Popen(
-        [sys.executable, "-m", "harness.cli", *command, "--budget", "1h", "-o", str(run)],
-        stderr=subprocess.PIPE, text=True, start_new_session=True,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )  # fmt: skip
+    process = begin(*command, "--budget", "1h", "-o", str(run))
     while process.poll() is None and len(Ledger.of(run)[1].ends) < 3:
         time.sleep(0.02)
     os.killpg(process.pid, signal.SIGINT)
