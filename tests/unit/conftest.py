@@ -1,4 +1,4 @@
-"""What tests of workers share: judges that do their process harm, and commands to interrupt."""
+"""What tests share: judges that do their process harm, commands to interrupt, a clock of steps."""
 
 import importlib
 import os
@@ -7,9 +7,11 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from engines.registry import world_class
 from harness.methods import registry
 
 _JUDGES = Path(__file__).parent / "outside" / "outside_judges.py"
@@ -63,3 +65,33 @@ def begin_study(begin):
         return process
 
     return started
+
+
+@pytest.fixture
+def told_time(monkeypatch):
+    """Puts a clock into ``module`` that stands still but for two things that ``engine`` does.
+
+    Stepping takes as long as what it simulates, and adding a box takes a second. What is clocked
+    can then be told exactly, on any machine.
+    """
+
+    def installed(module, engine):
+        world, now = world_class(engine), 0.0
+        advance, add_box = world._advance, world.add_box
+
+        def stepping(self, substeps, length):
+            nonlocal now
+            advance(self, substeps, length)
+            now += substeps * length
+
+        def adding(self, box):
+            nonlocal now
+            now += 1.0
+            return add_box(self, box)
+
+        monkeypatch.setattr(world, "_advance", stepping)
+        monkeypatch.setattr(world, "add_box", adding)
+        clock = SimpleNamespace(process_time=lambda: now, perf_counter=lambda: now)
+        monkeypatch.setattr(module, "time", clock)
+
+    return installed

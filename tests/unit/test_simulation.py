@@ -20,6 +20,7 @@ from engines.world import (
 )
 from harness.layouts import Item, Layout, Pallet
 from harness.methods import Status, make_method
+from harness.methods import method as method_module
 from harness.methods.criteria import euler_angles
 from harness.methods.scene import boxes
 
@@ -227,7 +228,16 @@ def test_repeated_judgements_are_identical(engine, stack):
 def test_times_add_up(engine, stack):
     verdict = make_method(f"simulation@{engine}").judge(stack(0.0, 0.0))
     for seconds in (verdict.cpu, verdict.wall):
-        parts = seconds.build + seconds.step + seconds.read
         assert seconds.step > 0.0
-        assert parts <= seconds.total + 1e-9
-    assert verdict.cpu.build + verdict.cpu.step + verdict.cpu.read > 0.5 * verdict.cpu.total
+        assert seconds.build + seconds.step + seconds.read <= seconds.total + 1e-9
+
+
+def test_steps_and_building_are_told_apart(engine, stack, told_time):
+    told_time(method_module, engine)
+    method = make_method(f"simulation@{engine}")
+    verdict = method.judge(stack(0.0, 0.0))
+    simulated = verdict.effort.substeps / method.parameters.frequency
+    for seconds in (verdict.cpu, verdict.wall):
+        assert (seconds.build, seconds.read) == (pytest.approx(2.0), 0.0)
+        assert seconds.step == pytest.approx(simulated)
+        assert seconds.total == pytest.approx(2.0 + simulated)

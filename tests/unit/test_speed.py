@@ -1,4 +1,4 @@
-"""The benchmark measures what it says: phases add up, the floor lies below, piles hold J items."""
+"""The benchmark measures what it says: phases lie within the total, the floor is stepping alone."""
 
 import math
 
@@ -7,6 +7,7 @@ import pytest
 from engines.registry import engine_names
 from harness.layouts.packing import random_layouts
 from harness.methods.scene import planar_scene
+from harness.studies import speed
 from harness.studies.engine_study import engine_agreement, option_effects
 from harness.studies.speed import ITEM_COUNTS, brick_wall, random_pile, speed_curves
 from reports.engine_study_page import engine_study_page
@@ -26,13 +27,20 @@ def test_curves_cover_every_engine_and_add_up(tmp_path):
     for curve in curves:
         assert math.isfinite(curve.exponent) or len(curve.points) < 3
         for point in curve.points:
-            # Medians of the parts and of the whole are not of one run.
-            assert point.build + point.step + point.read <= 1.5 * point.total
-            if curve.scope == "all":
-                assert 0.0 < point.floor <= 1.5 * point.total
+            # Each run's phases lie within its total, and so do their medians.
+            assert 0.0 < point.step <= point.total
+            assert max(point.build, point.read) <= point.total
+            assert (point.floor is None) == (curve.scope == "local")
     text = write_page(engine_study_page([], [], curves, [], {}), tmp_path).read_text()
     assert "J^" not in text  # the exponents stand in the figure
     assert (tmp_path / "figures" / "growth.png").exists()
+
+
+def test_the_floor_is_the_time_of_steps_alone(engine, told_time):
+    told_time(speed, engine)
+    stepping, adding = speed._floor(engine, brick_wall(5))
+    assert stepping == pytest.approx(5 * 0.3), "t_max for every placement"
+    assert adding == pytest.approx(5 * 1.0)
 
 
 def test_agreement_and_options_are_counted_on_the_same_layouts():
