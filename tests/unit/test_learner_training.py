@@ -82,7 +82,8 @@ data = load_sequences(FeatureKind.SUPPORT, limit=20)
 stopping = load_sequences(FeatureKind.SUPPORT, "validation", limit=10)
 training = Training(Path(sys.argv[1]), options, data, stopping,
                     held_out=HeldOut(frozenset(), frozenset()))
-training.run(progress=lambda epoch: (print(epoch.number, flush=True), time.sleep(0.2)))
+told = lambda epoch: (print(epoch.number, flush=True), time.sleep(epoch.number // 3))
+training.run(progress=told)
 """
 
 

@@ -37,10 +37,10 @@ def test_curves_cover_every_engine_and_add_up(tmp_path):
 
 
 def test_the_floor_is_the_time_of_steps_alone(engine, told_time):
-    told_time(speed, engine)
+    told_time(engine, speed)
     stepping, adding = speed._floor(engine, brick_wall(5))
-    assert stepping == pytest.approx(5 * 0.3), "t_max for every placement"
-    assert adding == pytest.approx(5 * 1.0)
+    assert stepping == pytest.approx(5 * 27 * 1e-3), "27 substeps for every placement"
+    assert adding == pytest.approx(5 * 20e-3)
 
 
 def test_agreement_and_options_are_counted_on_the_same_layouts():

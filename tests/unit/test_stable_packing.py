@@ -6,6 +6,8 @@ from harness.cli import main
 from harness.layouts.heuristics import HEURISTICS, pack_bins
 from harness.layouts.packing import ITEM_CLASSES, SPACE_RULES, make_instance, pack
 from harness.methods import make_method
+from harness.methods import method as method_module
+from harness.studies import session_cost
 from harness.studies.packing_gains import PACKED_BY, packing_gains
 from harness.studies.session_cost import SCENES, session_curves
 from harness.studies.stable_packing import pack_stably
@@ -89,11 +91,22 @@ def test_the_page_tells_gain_and_cost(tmp_path):
     curves = session_curves(["pbs0.7", "equilibrium"], count=40)
     assert [curve.scene for curve in curves] == [scene.name for scene in SCENES for _ in range(2)]
     assert [[p.items for p in curve.points] for curve in curves] == [[20, 40]] * 6
-    assert all(0.0 < p.placement < p.whole for curve in curves for p in curve.points)
+    assert all(p.placement > 0.0 < p.whole for curve in curves for p in curve.points)
     page = session_page(curves, {scene.name: scene.about for scene in SCENES}, tasks, {})
     text = write_page(page, tmp_path).read_text()
     assert "| nobody" in text
     assert (tmp_path / "figures" / "placements.png").exists()
+
+
+def test_a_placement_costs_its_own_box_and_substeps(told_time):
+    told_time("mujoco", session_cost, method_module)
+    spec = "simulation@mujoco:t_max=0.1,frequency=60,between_steps=reseat,samples=1"
+    each = 20.0 + 6 * 1.0  # milliseconds of adding a box and of 0.1 s at 60 Hz
+    for curve in session_curves([spec], count=40):
+        assert [(p.items, p.placement, p.whole) for p in curve.points] == [
+            (20, pytest.approx(each), pytest.approx(20 * each)),
+            (40, pytest.approx(each), pytest.approx(40 * each)),
+        ]
 
 
 def test_the_command_packs_and_measures_what_is_asked_for(tmp_path, capsys):
