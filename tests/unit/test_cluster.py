@@ -7,7 +7,7 @@ import socket
 import subprocess
 import sys
 import time
-from contextlib import suppress
+from contextlib import closing, suppress
 from itertools import count, islice
 
 import dask
@@ -32,11 +32,17 @@ class Cluster:
 
     def __init__(self, folder):
         self._folder, self._file, self.processes = folder, folder / "scheduler.json", []
+
+    def begin(self):
+        """Start the scheduler; its address is known when its file is whole."""
         self._start("scheduler", "--port", "0")
         deadline = time.monotonic() + 60
-        while not self._file.exists() and time.monotonic() < deadline:
+        while time.monotonic() < deadline:
+            with suppress(FileNotFoundError, json.JSONDecodeError):
+                self.address = json.loads(self._file.read_text())["address"]
+                return
             time.sleep(0.05)
-        self.address = json.loads(self._file.read_text())["address"]
+        raise TimeoutError("no scheduler within a minute")
 
     def add(self, *arguments, path=()):
         """Start a worker with one thread."""
@@ -69,9 +75,9 @@ class Cluster:
 @pytest.fixture
 def cluster(tmp_path):
     """A cluster without workers."""
-    made = Cluster(tmp_path)
-    yield made
-    made.close()
+    with closing(Cluster(tmp_path)) as made:
+        made.begin()
+        yield made
 
 
 def study_of(methods, generated, shard_size):
@@ -176,16 +182,17 @@ def test_a_scheduler_that_does_not_answer_is_named():
 def test_a_unit_whose_dask_workers_die_is_left_out_unmarked(tmp_path, monkeypatch):
     """As when the memory of their machines runs out. Once the cause is gone it goes on."""
     monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
-    cluster, study = Cluster(tmp_path), study_of("harmful:harm=kill-parent", 4, 2)
-    cluster.add("--nanny")
-    with Dask(scheduler=cluster.address) as executor:
-        with pytest.raises(WorkerDiedError) as caught:
-            run_study(study, tmp_path / "run", workers=executor)
-        assert "harmful:harm=kill-parent on layout" in str(caught.value)
-        assert "its Dask worker was lost, time and again" in str(caught.value)
-        (tmp_path / "harmless").touch()
-        assert run_study(study, tmp_path / "run", workers=executor, resume=True) >= 2
-    cluster.close()
+    study = study_of("harmful:harm=kill-parent", 4, 2)
+    with closing(Cluster(tmp_path)) as cluster:
+        cluster.begin()
+        cluster.add("--nanny")
+        with Dask(scheduler=cluster.address) as executor:
+            with pytest.raises(WorkerDiedError) as caught:
+                run_study(study, tmp_path / "run", workers=executor)
+            assert "harmful:harm=kill-parent on layout" in str(caught.value)
+            assert "its Dask worker was lost, time and again" in str(caught.value)
+            (tmp_path / "harmless").touch()
+            assert run_study(study, tmp_path / "run", workers=executor, resume=True) >= 2
     run_study(study, tmp_path / "calm")
     pd.testing.assert_frame_equal(verdicts(tmp_path / "run"), verdicts(tmp_path / "calm"))
 
