@@ -1,6 +1,6 @@
 """Rigid-body engines behind one protocol.
 
 Everything here speaks metres, kilograms, seconds and radians, z up, and knows nothing of layouts,
-methods or reports. See :mod:`engines.world` for the contract and :mod:`engines.registry` for the
-list of engines.
+methods or reports. See :mod:`steadyload.engines.world` for the contract and
+:mod:`steadyload.engines.registry` for the list of engines.
 """

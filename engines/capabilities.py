@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from types import MappingProxyType
 
-from engines.limits import check_settings
+from steadyload.engines.limits import check_settings
 
 GRAVITY = 9.8
 """Gravitational acceleration [m/s2]; 980 cm/s2 in the paper's reference simulation."""

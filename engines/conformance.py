@@ -20,8 +20,8 @@ from __future__ import annotations
 
 import inspect
 
-from engines.checks import mechanics, protocol, refusals, reseating
-from engines.checks.scenes import Check, NotApplicable
+from steadyload.engines.checks import mechanics, protocol, refusals, reseating
+from steadyload.engines.checks.scenes import Check, NotApplicable
 
 __all__ = ["CHECKS", "Check", "NotApplicable"]
 

@@ -1,4 +1,5 @@
-"""The child process that runs Drake for :mod:`engines.with_drake`; it imports nothing of ours.
+"""The child process that runs Drake for :mod:`steadyload.engines.with_drake`; it imports nothing of
+ours.
 
 It answers one request after the other over a connection whose file number is its only argument,
 and ends with its parent. A request is a tuple: its name, the number of a world, and

@@ -12,7 +12,7 @@ class EngineNotInstalledError(EngineError):
 
 
 class WorldClosedError(EngineError):
-    """A world was used after :meth:`engines.world.World.close`."""
+    """A world was used after :meth:`steadyload.engines.world.World.close`."""
 
 
 class BadNumberError(EngineError, ValueError):

@@ -10,11 +10,11 @@ import math
 import sys
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from engines.errors import BadNumberError
+from steadyload.engines.errors import BadNumberError
 
 if TYPE_CHECKING:
-    from engines.capabilities import WorldSettings
-    from engines.world import Box
+    from steadyload.engines.capabilities import WorldSettings
+    from steadyload.engines.world import Box
 
 SIZES = (1e-6, 1e6)
 """Allowed edge lengths [m]."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from engines.quantities import check_ranges, quantity
+from steadyload.engines.quantities import check_ranges, quantity
 
 _SOFTEST, _HARDEST = 1e-4, 0.9999  # MuJoCo takes what is beyond for these
 

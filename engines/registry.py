@@ -11,7 +11,7 @@ import importlib.metadata
 from dataclasses import dataclass
 from functools import cache
 
-from engines.world import (
+from steadyload.engines.world import (
     Capabilities,
     EngineNotInstalledError,
     FixedStepWorld,
@@ -24,7 +24,7 @@ class EngineEntry:
     """Where an engine's class lives ("module:Class") and which packages it needs.
 
     ``options``: where a dataclass of what only this engine can be asked lives; its fields are
-    parameters of a simulation on this engine (see :func:`engines.quantities.quantity`).
+    parameters of a simulation on this engine (see :func:`steadyload.engines.quantities.quantity`).
     ``extra`` names the optional dependencies of this distribution that bring them. An engine that
     has one takes part where it is named, and in nothing that runs over all engines.
     """
@@ -36,20 +36,20 @@ class EngineEntry:
 
 
 ENGINES: dict[str, EngineEntry] = {
-    "bullet": EngineEntry("engines.with_bullet:BulletWorld", ("pybullet",)),
+    "bullet": EngineEntry("steadyload.engines.with_bullet:BulletWorld", ("pybullet",)),
     "mujoco": EngineEntry(
-        "engines.with_mujoco:MujocoWorld",
+        "steadyload.engines.with_mujoco:MujocoWorld",
         ("mujoco",),
-        options="engines.mujoco_options:MujocoOptions",
+        options="steadyload.engines.mujoco_options:MujocoOptions",
     ),
-    "dart": EngineEntry("engines.with_dart:DartWorld", ("dartpy",)),
-    "chipmunk": EngineEntry("engines.with_chipmunk:ChipmunkWorld", ("pymunk",)),
+    "dart": EngineEntry("steadyload.engines.with_dart:DartWorld", ("dartpy",)),
+    "chipmunk": EngineEntry("steadyload.engines.with_chipmunk:ChipmunkWorld", ("pymunk",)),
     "reference": EngineEntry(
-        "engines.reference.world:ReferenceWorld",
+        "steadyload.engines.reference.world:ReferenceWorld",
         ("numba",),
-        options="engines.reference.options:ReferenceOptions",
+        options="steadyload.engines.reference.options:ReferenceOptions",
     ),
-    "drake": EngineEntry("engines.with_drake:DrakeWorld", ("drake",), extra="drake"),
+    "drake": EngineEntry("steadyload.engines.with_drake:DrakeWorld", ("drake",), extra="drake"),
 }
 
 

@@ -7,7 +7,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
 
-from engines.errors import BadNumberError
+from steadyload.engines.errors import BadNumberError
 
 
 class StepCount(NamedTuple):

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engines.attitudes import centres_from_mass_centres, lengths
-from engines.world import (
+from steadyload.engines.attitudes import centres_from_mass_centres, lengths
+from steadyload.engines.world import (
     Box,
     BroadPhase,
     Capabilities,

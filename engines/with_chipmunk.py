@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pymunk
 
-from engines.world import (
+from steadyload.engines.world import (
     Box,
     BroadPhase,
     Capabilities,

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import dartpy as dart
 import numpy as np
 
-from engines.attitudes import centres_from_mass_centres
-from engines.world import (
+from steadyload.engines.attitudes import centres_from_mass_centres
+from steadyload.engines.world import (
     Box,
     Capabilities,
     EngineError,

@@ -22,8 +22,8 @@ from typing import IO, Any
 
 import numpy as np
 
-from engines.attitudes import centres_from_mass_centres
-from engines.world import (
+from steadyload.engines.attitudes import centres_from_mass_centres
+from steadyload.engines.world import (
     Box,
     Capabilities,
     EngineError,
@@ -87,7 +87,7 @@ class _Worker:
         return self.end.alive and self._owner == os.getpid()
 
     def build(self, *values: Any) -> None:
-        """See :mod:`engines.drake_worker`."""
+        """See :mod:`steadyload.engines.drake_worker`."""
         self._builds += 1
         self.ask("build", *values)
 

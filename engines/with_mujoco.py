@@ -13,9 +13,9 @@ import math
 import mujoco
 import numpy as np
 
-from engines.attitudes import lengths, rotate
-from engines.mujoco_options import MujocoOptions
-from engines.world import (
+from steadyload.engines.attitudes import lengths, rotate
+from steadyload.engines.mujoco_options import MujocoOptions
+from steadyload.engines.world import (
     Box,
     Capabilities,
     EngineError,
@@ -139,7 +139,7 @@ _idle_ladders: list[_Ladder] = []
 
 
 class MujocoWorld(FixedStepWorld):
-    """A MuJoCo world. Options: :class:`engines.mujoco_options.MujocoOptions`.
+    """A MuJoCo world. Options: :class:`steadyload.engines.mujoco_options.MujocoOptions`.
 
     Raises:
         EngineError: contacts or constraints did not fit into the arena (nothing is dropped

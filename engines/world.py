@@ -15,22 +15,22 @@ from typing import ClassVar, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from engines.attitudes import lengths
-from engines.capabilities import GRAVITY as GRAVITY
-from engines.capabilities import SETTINGS as SETTINGS
-from engines.capabilities import BroadPhase as BroadPhase
-from engines.capabilities import Capabilities as Capabilities
-from engines.capabilities import FailureKind as FailureKind
-from engines.capabilities import KnownFailure as KnownFailure
-from engines.capabilities import SettingSupport as SettingSupport
-from engines.capabilities import Support as Support
-from engines.capabilities import WorldSettings as WorldSettings
-from engines.capabilities import declare as declare
-from engines.errors import BadNumberError, WorldClosedError
-from engines.errors import EngineError as EngineError
-from engines.errors import EngineNotInstalledError as EngineNotInstalledError
-from engines.limits import check_box
-from engines.substeps import StepCount, SubstepClock
+from steadyload.engines.attitudes import lengths
+from steadyload.engines.capabilities import GRAVITY as GRAVITY
+from steadyload.engines.capabilities import SETTINGS as SETTINGS
+from steadyload.engines.capabilities import BroadPhase as BroadPhase
+from steadyload.engines.capabilities import Capabilities as Capabilities
+from steadyload.engines.capabilities import FailureKind as FailureKind
+from steadyload.engines.capabilities import KnownFailure as KnownFailure
+from steadyload.engines.capabilities import SettingSupport as SettingSupport
+from steadyload.engines.capabilities import Support as Support
+from steadyload.engines.capabilities import WorldSettings as WorldSettings
+from steadyload.engines.capabilities import declare as declare
+from steadyload.engines.errors import BadNumberError, WorldClosedError
+from steadyload.engines.errors import EngineError as EngineError
+from steadyload.engines.errors import EngineNotInstalledError as EngineNotInstalledError
+from steadyload.engines.limits import check_box
+from steadyload.engines.substeps import StepCount, SubstepClock
 
 FloatArray = NDArray[np.float64]
 
@@ -92,8 +92,8 @@ class World(Protocol):
         """Add a box at rest at its planned pose; returns its index, counted from 0.
 
         Raises:
-            BadNumberError: a number is not finite or out of range (:mod:`engines.limits`); the
-                world stays as it was.
+            BadNumberError: a number is not finite or out of range
+                (:mod:`steadyload.engines.limits`); the world stays as it was.
         """
         ...
 

@@ -1,7 +1,7 @@
 """Learned judges: methods that were trained on labelled layouts, and what trains them.
 
-What judges (:mod:`learners.judges` and below it) needs numpy and numba alone; what trains imports
-torch, which comes with ``pip install 'steadyload[learners]'``.
+What judges (:mod:`steadyload.learners.judges` and below it) needs numpy and numba alone; what
+trains imports torch, which comes with ``pip install 'steadyload[learners]'``.
 """
 
 from __future__ import annotations

@@ -8,9 +8,9 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.layouts.model import Arrangement, FloatArray, Item, Layout, Pallet, Vector
-from learners.compiled import compiled
-from learners.support import COLUMNS, support_table
+from steadyload.layouts.model import Arrangement, FloatArray, Item, Layout, Pallet, Vector
+from steadyload.learners.compiled import compiled
+from steadyload.learners.support import COLUMNS, support_table
 
 Array32 = NDArray[np.float32]
 
@@ -20,7 +20,7 @@ class FeatureKind(StrEnum):
 
     ``plain``: those of the paper's Fig. 2: position, size, centre of mass and weight of the item
     and the size of the pallet. ``support``: these, and how the item and all that carries it stand
-    on what is below them (:mod:`learners.support`).
+    on what is below them (:mod:`steadyload.learners.support`).
     """
 
     PLAIN = "plain"

@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from harness.atomic import write_atomically
-from harness.layouts.benchmark import BenchmarkError, Part
-from harness.layouts.benchmark.build import BuildOptions, draw_case
-from harness.layouts.benchmark.dataset import row_of
-from harness.layouts.benchmark.tables import (
+from steadyload.atomic import write_atomically
+from steadyload.layouts.benchmark import BenchmarkError, Part
+from steadyload.layouts.benchmark.build import BuildOptions, draw_case
+from steadyload.layouts.benchmark.dataset import row_of
+from steadyload.layouts.benchmark.tables import (
     CASES,
     LAYOUTS,
     OPINIONS,
@@ -30,16 +30,16 @@ from harness.layouts.benchmark.tables import (
     write_parquet,
     write_tables,
 )
-from harness.layouts.heuristics import HEURISTICS
-from harness.layouts.packing import generate, make_instance
-from harness.layouts.scenarios import Scenario
-from harness.methods.method import Status
-from harness.methods.registry import make_method
-from harness.studies.executors import SinglePart, run_units
-from harness.studies.results import provenance
-from harness.studies.runner import locked
-from learners import LearnerError
-from learners.sequences import HeldOut, geometry_of
+from steadyload.layouts.heuristics import HEURISTICS
+from steadyload.layouts.packing import generate, make_instance
+from steadyload.layouts.scenarios import Scenario
+from steadyload.learners import LearnerError
+from steadyload.learners.sequences import HeldOut, geometry_of
+from steadyload.methods.method import Status
+from steadyload.methods.registry import make_method
+from steadyload.studies.executors import SinglePart, run_units
+from steadyload.studies.results import provenance
+from steadyload.studies.runner import locked
 
 OWN_SEEDS = 1_000_000_000
 """Item lists are drawn from seeds above this; those of labelled sets are below."""
@@ -122,7 +122,7 @@ def generate_labelled(
     Args:
         options: what to draw, and who labels.
         directory: of the set; made when it does not exist.
-        workers: processes beside this one, see :func:`harness.studies.executors.run_units`.
+        workers: processes beside this one, see :func:`steadyload.studies.executors.run_units`.
         progress: called with item lists done and item lists in all.
 
     Returns:
@@ -131,7 +131,7 @@ def generate_labelled(
     Raises:
         LearnerError: the folder holds another set.
         ResultsError: another run is at work in the folder.
-        WorkerDiedError: see :func:`harness.studies.executors.run_units`.
+        WorkerDiedError: see :func:`steadyload.studies.executors.run_units`.
     """
     make_method(options.label).prepare()
     directory.mkdir(parents=True, exist_ok=True)

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from learners.compiled import compiled
-from learners.features import Array32
+from steadyload.learners.compiled import compiled
+from steadyload.learners.features import Array32
 
 HEADS = 4
 """Of the attention, where there is one."""
@@ -50,7 +50,8 @@ class Memory(NamedTuple):
 
 
 class Network:
-    """A trained network that judges; made from the arrays that :mod:`learners.network` trains.
+    """A trained network that judges; made from the arrays that :mod:`steadyload.learners.network`
+    trains.
 
     Args:
         arrays: weights by the names that they have there.

@@ -14,21 +14,21 @@ from typing import Any
 import numpy as np
 import torch
 
-from harness.atomic import write_atomically
-from harness.layouts.benchmark import Part
-from harness.layouts.benchmark.tables import read_tables
-from harness.methods.spec import as_plain
-from harness.studies.results import provenance
-from harness.studies.runner import locked
-from learners import LearnerError
-from learners.features import names
-from learners.inference import Network
-from learners.options import TrainingOptions, TrainingPreset, options_from
-from learners.scoring import THRESHOLD, accuracies
-from learners.search import search_hyperparameters
-from learners.sequences import HeldOut, Sequences, joined, load_sequences
-from learners.training import Epoch, Trained, Training
-from learners.weights import WEIGHTS, load_arrays, load_weights, save_weights
+from steadyload.atomic import write_atomically
+from steadyload.layouts.benchmark import Part
+from steadyload.layouts.benchmark.tables import read_tables
+from steadyload.learners import LearnerError
+from steadyload.learners.features import names
+from steadyload.learners.inference import Network
+from steadyload.learners.options import TrainingOptions, TrainingPreset, options_from
+from steadyload.learners.scoring import THRESHOLD, accuracies
+from steadyload.learners.search import search_hyperparameters
+from steadyload.learners.sequences import HeldOut, Sequences, joined, load_sequences
+from steadyload.learners.training import Epoch, Trained, Training
+from steadyload.learners.weights import WEIGHTS, load_arrays, load_weights, save_weights
+from steadyload.methods.spec import as_plain
+from steadyload.studies.results import provenance
+from steadyload.studies.runner import locked
 
 BENCHMARK = "benchmark"
 """Stands for the labelled set of the package, where data are named."""
@@ -45,7 +45,7 @@ class TrainingJob:
     Args:
         options: of every member; the seeds of the members are drawn from that of the options.
         members: networks.
-        left_out: see :class:`learners.options.TrainingPreset`.
+        left_out: see :class:`steadyload.learners.options.TrainingPreset`.
         budget: wall seconds over all members.
         data: folders of labelled sets, and :data:`BENCHMARK`; of each its training part is taken.
         limit: only so many cases a scenario of every set, those of the first ranks.
@@ -226,7 +226,7 @@ def search_options(
 
     Raises:
         LearnerError: the job starts from weights, whose sizes a search cannot choose.
-        as :func:`learners.search.search_hyperparameters` and :func:`train_weights`.
+        as :func:`steadyload.learners.search.search_hyperparameters` and :func:`train_weights`.
     """
     if job.start:
         raise LearnerError(

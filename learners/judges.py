@@ -14,10 +14,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from engines.quantities import quantity
-from harness.layouts.growing import GrowingLayout
-from harness.layouts.model import Arrangement, Item, Layout, Pallet
-from harness.methods.method import (
+from steadyload.engines.quantities import quantity
+from steadyload.layouts.growing import GrowingLayout
+from steadyload.layouts.model import Arrangement, Item, Layout, Pallet
+from steadyload.learners.features import Array32, features
+from steadyload.learners.inference import Memory
+from steadyload.learners.scoring import THRESHOLD
+from steadyload.learners.weights import Weights, load_weights
+from steadyload.methods.method import (
     STABLE,
     Finding,
     Loader,
@@ -30,10 +34,6 @@ from harness.methods.method import (
     Trait,
     Verdict,
 )
-from learners.features import Array32, features
-from learners.inference import Memory
-from learners.scoring import THRESHOLD
-from learners.weights import Weights, load_weights
 
 
 class Outside(StrEnum):

@@ -1,4 +1,4 @@
-"""The networks that are trained, in torch; :mod:`learners.inference` runs the same ones without."""
+"""The networks that are trained, in torch; :mod:`steadyload.learners.inference` runs the same ones without."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from learners.inference import HEADS
-from learners.options import NetworkKind
+from steadyload.learners.inference import HEADS
+from steadyload.learners.options import NetworkKind
 
 
 class LstmNetwork(nn.Module):

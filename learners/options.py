@@ -10,11 +10,11 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from engines.quantities import check_ranges, quantity
-from harness.methods.spec import SpecError, bind, nearest
-from learners import LearnerError
-from learners.features import SYMMETRIES, FeatureKind
-from learners.inference import HEADS
+from steadyload.engines.quantities import check_ranges, quantity
+from steadyload.learners import LearnerError
+from steadyload.learners.features import SYMMETRIES, FeatureKind
+from steadyload.learners.inference import HEADS
+from steadyload.methods.spec import SpecError, bind, nearest
 
 
 class NetworkKind(StrEnum):
@@ -106,7 +106,7 @@ class TrainingPreset:
 @cache
 def training_presets() -> Mapping[str, TrainingPreset]:
     """All presets by name."""
-    text = resources.files("learners").joinpath("presets.toml").read_text()
+    text = resources.files("steadyload.learners").joinpath("presets.toml").read_text()
     return {name: _preset(name, table) for name, table in tomllib.loads(text).items()}
 
 

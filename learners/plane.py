@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from harness.layouts.model import FloatArray
-from learners.compiled import compiled
+from steadyload.layouts.model import FloatArray
+from steadyload.learners.compiled import compiled
 
 _ROUNDS = 6
 """Of leaving out points that would pull."""

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from harness.layouts.model import Arrangement, FloatArray
-from learners.compiled import compiled
+from steadyload.layouts.model import Arrangement, FloatArray
+from steadyload.learners.compiled import compiled
 
 SLACK = 0.1
 """A range is this much wider at both ends, in shares of its ends, before something is outside."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from learners.sequences import Sequences
+from steadyload.learners.sequences import Sequences
 
 THRESHOLD = 0.5
 """A step more likely unstable than this fails."""

@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from harness.atomic import write_atomically
-from harness.methods.spec import as_plain
-from learners import LearnerError
-from learners.options import Optimizer, TrainingOptions, allows
-from learners.sequences import HeldOut, Sequences
-from learners.training import Training
+from steadyload.atomic import write_atomically
+from steadyload.learners import LearnerError
+from steadyload.learners.options import Optimizer, TrainingOptions, allows
+from steadyload.learners.sequences import HeldOut, Sequences
+from steadyload.learners.training import Training
+from steadyload.methods.spec import as_plain
 
 LEARNING_RATES = (1e-4, 1e-3)
 HIDDEN = (100, 125, 150, 175, 200)
@@ -57,7 +57,7 @@ def search_hyperparameters(
     Args:
         options: what is not searched.
         directory: of the search.
-        data: see :class:`learners.training.Training`, as for the next two.
+        data: see :class:`steadyload.learners.training.Training`, as for the next two.
         stopping: likewise.
         held_out: likewise.
         trials: in all, those of earlier runs too.
@@ -71,7 +71,7 @@ def search_hyperparameters(
 
     Raises:
         LearnerError: Optuna is missing, or the folder holds another search.
-        LeakError: see :class:`learners.training.Training`.
+        LeakError: see :class:`steadyload.learners.training.Training`.
     """
     optuna = _optuna()
     directory.mkdir(parents=True, exist_ok=True)

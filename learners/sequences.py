@@ -13,11 +13,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from harness.layouts.benchmark import Benchmark, Part, load_benchmark
-from harness.layouts.model import FloatArray, Vector
-from learners import LeakError
-from learners.features import Array32, FeatureKind, features_of
-from learners.ranges import extent_of, trained_ranges, widest
+from steadyload.layouts.benchmark import Benchmark, Part, load_benchmark
+from steadyload.layouts.model import FloatArray, Vector
+from steadyload.learners import LeakError
+from steadyload.learners.features import Array32, FeatureKind, features_of
+from steadyload.learners.ranges import extent_of, trained_ranges, widest
 
 Numbers = NDArray[np.int64]
 Texts = NDArray[np.object_]
@@ -36,7 +36,7 @@ class Sequences:
         safe: items placed safely by the label; all of them for a stable layout, (M,).
         scenarios, instances, geometries: of every layout, (M,). An instance names the seed of its
             set, too: the same word in two sets may mean two item lists.
-        ranges: see :func:`learners.ranges.trained_ranges`.
+        ranges: see :func:`steadyload.learners.ranges.trained_ranges`.
     """
 
     kind: FeatureKind
@@ -123,7 +123,7 @@ def load_sequences(
 
     Args:
         kind: of features.
-        part: which; sets of :mod:`learners.generation` hold ``train`` alone.
+        part: which; sets of :mod:`steadyload.learners.generation` hold ``train`` alone.
         directory: the set's folder; None for the one of the package.
         scenarios: only these; empty for all.
         limit: at most this many a scenario, those of the first ranks.

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from harness.studies.results import provenance
-from learners import LearnerError
-from learners.weights import SHIPPED, load_arrays, load_weights, save_weights
+from steadyload.learners import LearnerError
+from steadyload.learners.weights import SHIPPED, load_arrays, load_weights, save_weights
+from steadyload.studies.results import provenance
 
 
 def check_before(name: str, *, leaky: bool) -> None:

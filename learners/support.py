@@ -13,9 +13,9 @@ import math
 
 import numpy as np
 
-from harness.layouts.model import TOLERANCE, FloatArray
-from learners.compiled import compiled
-from learners.plane import hull_of, margin_in, pressures, sort_points
+from steadyload.layouts.model import TOLERANCE, FloatArray
+from steadyload.learners.compiled import compiled
+from steadyload.learners.plane import hull_of, margin_in, pressures, sort_points
 
 SECONDS, GRAVITY = 0.3, 980.0
 """What a label gives an item to fall: time [s] and acceleration [cm/s2]."""

@@ -16,14 +16,14 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from harness.atomic import write_atomically
-from harness.methods.spec import as_plain
-from learners import LearnerError
-from learners.features import symmetry_matrices
-from learners.network import NETWORKS, LstmNetwork
-from learners.options import Optimizer, Schedule, TrainingOptions
-from learners.scoring import accuracies
-from learners.sequences import HeldOut, Sequences
+from steadyload.atomic import write_atomically
+from steadyload.learners import LearnerError
+from steadyload.learners.features import symmetry_matrices
+from steadyload.learners.network import NETWORKS, LstmNetwork
+from steadyload.learners.options import Optimizer, Schedule, TrainingOptions
+from steadyload.learners.scoring import accuracies
+from steadyload.learners.sequences import HeldOut, Sequences
+from steadyload.methods.spec import as_plain
 
 CHECKPOINT = "checkpoint.pt"
 

@@ -16,12 +16,12 @@ from typing import Any
 
 import numpy as np
 
-from harness.atomic import write_atomically
-from harness.methods.spec import nearest
-from learners import LearnerError
-from learners.features import FeatureKind, names
-from learners.inference import Network
-from learners.ranges import TrainedRanges
+from steadyload.atomic import write_atomically
+from steadyload.learners import LearnerError
+from steadyload.learners.features import FeatureKind, names
+from steadyload.learners.inference import Network
+from steadyload.learners.ranges import TrainedRanges
+from steadyload.methods.spec import nearest
 
 VERSION = 1
 
@@ -30,7 +30,7 @@ MANIFEST = "manifest.json"
 WEIGHTS = "weights"
 """The folder of the weights in that of the training that made them."""
 
-SHIPPED = Path(str(resources.files("learners"))) / "weights"
+SHIPPED = Path(str(resources.files("steadyload.learners"))) / "weights"
 """The folder of the weights that come with the package, a folder a name in it."""
 
 _TYPES = {"F32": np.float32, "F64": np.float64, "I64": np.int64}
@@ -65,7 +65,8 @@ def save_weights(
         folder: made when it does not exist; weights in it are replaced.
         members: arrays of every network by name.
         manifest: at least ``features``, the kind; ``ranges``, as of
-            :func:`learners.ranges.trained_ranges`; ``command``, what makes the weights again.
+            :func:`steadyload.learners.ranges.trained_ranges`; ``command``, what makes the weights
+            again.
 
     Returns:
         The folder.

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from reports.figures import plot_trade_off
-from reports.pages import Picture, Section
-from reports.records import Accuracies, AccuracySummary, TradeOff
-from reports.tables import markdown_table, milliseconds, names, percent
+from steadyload.reports.figures import plot_trade_off
+from steadyload.reports.pages import Picture, Section
+from steadyload.reports.records import Accuracies, AccuracySummary, TradeOff
+from steadyload.reports.tables import markdown_table, milliseconds, names, percent
 
 LABELS_EXPLAINED = (
     "A *label* is the failing step that the labelled set keeps for a case, found once by the "

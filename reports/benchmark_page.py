@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from reports.benchmark_figures import plot_item_counts, plot_judges, plot_scores
-from reports.benchmark_records import BenchmarkSummary, RobustDispute
-from reports.pages import Page, Picture, Section
-from reports.tables import MISSING, markdown_table, percent
+from steadyload.reports.benchmark_figures import plot_item_counts, plot_judges, plot_scores
+from steadyload.reports.benchmark_records import BenchmarkSummary, RobustDispute
+from steadyload.reports.pages import Page, Picture, Section
+from steadyload.reports.tables import MISSING, markdown_table, percent
 
 
 def benchmark_page(found: BenchmarkSummary, manifest: Mapping[str, str], notes: str = "") -> Page:

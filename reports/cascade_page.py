@@ -4,10 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from reports.cascade_figures import plot_sweep
-from reports.cascade_records import CascadeStudy, FittedLadder, HeldAgainst
-from reports.pages import Page, Picture, Section
-from reports.tables import MISSING, compact, factor, markdown_table, milliseconds, names, percent
+from steadyload.reports.cascade_figures import plot_sweep
+from steadyload.reports.cascade_records import CascadeStudy, FittedLadder, HeldAgainst
+from steadyload.reports.pages import Page, Picture, Section
+from steadyload.reports.tables import (
+    MISSING,
+    compact,
+    factor,
+    markdown_table,
+    milliseconds,
+    names,
+    percent,
+)
 
 WITHIN = 0.005
 """What the cascade may be behind the most accurate simulation."""

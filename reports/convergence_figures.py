@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from reports.records import ConvergenceRow
-from reports.style import engine_colour
+from steadyload.reports.records import ConvergenceRow
+from steadyload.reports.style import engine_colour
 
 _COLUMNS = 4
 _INK = "#08519c"

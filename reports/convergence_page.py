@@ -4,10 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from reports.convergence_figures import plot_engines_against_reference, plot_sweeps
-from reports.pages import Page, Picture, Section
-from reports.records import Convergence, ConvergenceRow, LabelDispute
-from reports.tables import MISSING, markdown_table, milliseconds, names, percent, significant
+from steadyload.reports.convergence_figures import plot_engines_against_reference, plot_sweeps
+from steadyload.reports.pages import Page, Picture, Section
+from steadyload.reports.records import Convergence, ConvergenceRow, LabelDispute
+from steadyload.reports.tables import (
+    MISSING,
+    markdown_table,
+    milliseconds,
+    names,
+    percent,
+    significant,
+)
 
 
 def convergence_page(found: Convergence, manifest: Mapping[str, str]) -> Page:

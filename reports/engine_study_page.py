@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from reports.figures import plot_convergence, plot_growth
-from reports.pages import Page, Picture, Section
-from reports.records import EngineAgreement, OptionEffect, SpeedCurve, Throughput
-from reports.tables import MISSING, markdown_table, milliseconds, percent, significant
+from steadyload.reports.figures import plot_convergence, plot_growth
+from steadyload.reports.pages import Page, Picture, Section
+from steadyload.reports.records import EngineAgreement, OptionEffect, SpeedCurve, Throughput
+from steadyload.reports.tables import MISSING, markdown_table, milliseconds, percent, significant
 
 
 def engine_study_page(

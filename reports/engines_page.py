@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from reports.records import EngineSettings
-from reports.tables import markdown_table
+from steadyload.reports.records import EngineSettings
+from steadyload.reports.tables import markdown_table
 
 
 def engines_rows(

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from reports.extreme_records import ExtremeCell, ExtremeSweep, Outcome
+from steadyload.reports.extreme_records import ExtremeCell, ExtremeSweep, Outcome
 
 _COLOURS = {
     Outcome.CLOSE: "#08519c",

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from reports.extreme_figures import plot_outcomes
-from reports.extreme_records import EnvelopeRow, ExtremeCell, Extremes, ExtremeSweep, Outcome
-from reports.figures import plot_closed_form_series, plot_closed_forms
-from reports.pages import Page, Picture, Section
-from reports.records import ClosedFormResult, ClosedFormTest
-from reports.tables import MISSING, compact, markdown_table
+from steadyload.reports.extreme_figures import plot_outcomes
+from steadyload.reports.extreme_records import (
+    EnvelopeRow,
+    ExtremeCell,
+    Extremes,
+    ExtremeSweep,
+    Outcome,
+)
+from steadyload.reports.figures import plot_closed_form_series, plot_closed_forms
+from steadyload.reports.pages import Page, Picture, Section
+from steadyload.reports.records import ClosedFormResult, ClosedFormTest
+from steadyload.reports.tables import MISSING, compact, markdown_table
 
 _OWN = "own"
 """The frequency of an engine that chooses its own steps."""

@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogFormatter
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from reports.records import (
+from steadyload.reports.records import (
     AgreementMatrix,
     ClosedFormResult,
     ClosedFormTest,
@@ -28,7 +28,7 @@ from reports.records import (
     SpeedCurve,
     TradeOff,
 )
-from reports.style import colour, engine_colour, face, marker
+from steadyload.reports.style import colour, engine_colour, face, marker
 
 matplotlib.rcParams.update(
     {

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from reports.learned_records import Learned, ProvenanceRow
-from reports.learned_sections import leak, remedies, size, sources
-from reports.learned_table_section import judge_table
-from reports.learned_trust_sections import calibration, foreign
-from reports.pages import Page, Section
-from reports.tables import MISSING, duration, markdown_table, names
+from steadyload.reports.learned_records import Learned, ProvenanceRow
+from steadyload.reports.learned_sections import leak, remedies, size, sources
+from steadyload.reports.learned_table_section import judge_table
+from steadyload.reports.learned_trust_sections import calibration, foreign
+from steadyload.reports.pages import Page, Section
+from steadyload.reports.tables import MISSING, duration, markdown_table, names
 
 
 def learned_page(learned: Learned, manifest: Mapping[str, str]) -> Page:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from reports.learned_figures import plot_remedies, plot_size
-from reports.learned_records import ALL, LeakRow, SizeCurve, TrainedRow
-from reports.pages import Picture, Section
-from reports.records import Estimate
-from reports.tables import MISSING, markdown_table, names, percent
+from steadyload.reports.learned_figures import plot_remedies, plot_size
+from steadyload.reports.learned_records import ALL, LeakRow, SizeCurve, TrainedRow
+from steadyload.reports.pages import Picture, Section
+from steadyload.reports.records import Estimate
+from steadyload.reports.tables import MISSING, markdown_table, names, percent
 
 _SHIFTED = "S2b"
 """The scenario whose centres of mass are shifted the most."""

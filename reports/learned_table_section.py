@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from reports.figures import plot_trade_off
-from reports.learned_records import ALL, JudgeRow, JudgeTable, TimeRow
-from reports.pages import Picture, Section
-from reports.records import Estimate, TradeOff
-from reports.tables import MISSING, markdown_table, names, percent, significant
+from steadyload.reports.figures import plot_trade_off
+from steadyload.reports.learned_records import ALL, JudgeRow, JudgeTable, TimeRow
+from steadyload.reports.pages import Picture, Section
+from steadyload.reports.records import Estimate, TradeOff
+from steadyload.reports.tables import MISSING, markdown_table, names, percent, significant
 
 _MOST_WALL = 0.4
 """ms a layout that a learned judge may take, one at a time."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from reports.learned_records import Foreign, ForeignRow, JudgeCalibration
-from reports.pages import Picture, Section
-from reports.reliability_figures import plot_reliability, plot_risk
-from reports.reliability_tables import abstention_table, bins_table, errors_table
-from reports.tables import markdown_table, percent
+from steadyload.reports.learned_records import Foreign, ForeignRow, JudgeCalibration
+from steadyload.reports.pages import Picture, Section
+from steadyload.reports.reliability_figures import plot_reliability, plot_risk
+from steadyload.reports.reliability_tables import abstention_table, bins_table, errors_table
+from steadyload.reports.tables import markdown_table, percent
 
 
 def calibration(judges: Sequence[JudgeCalibration]) -> Section:

@@ -14,7 +14,7 @@ from pathlib import Path
 import jinja2
 from matplotlib.figure import Figure
 
-from reports.figures import png
+from steadyload.reports.figures import png
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
         (directory / "figures").mkdir(parents=True, exist_ok=True)
     for picture in pictures:
         (directory / "figures" / f"{picture.name}.png").write_bytes(png(picture.figure))
-    template = resources.files("reports.templates").joinpath("page.md.j2").read_text()
+    template = resources.files("steadyload.reports.templates").joinpath("page.md.j2").read_text()
     # Markdown is written, not HTML: there is nothing to escape here.
     environment = jinja2.Environment(  # noqa: S701
         trim_blocks=True,

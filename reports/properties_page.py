@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import PurePosixPath
 
-from reports.figures import plot_scene
-from reports.pages import Page, Picture, Section
-from reports.property_records import PropertyRow, PropertyTable, Standing
-from reports.tables import MISSING, markdown_table
+from steadyload.reports.figures import plot_scene
+from steadyload.reports.pages import Page, Picture, Section
+from steadyload.reports.property_records import PropertyRow, PropertyTable, Standing
+from steadyload.reports.tables import MISSING, markdown_table
 
 _SIGNS = {
     Standing.HOLDS: "holds",

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
-from reports.records import MethodKey, Scene
+from steadyload.reports.records import MethodKey, Scene
 
 
 class Standing(StrEnum):

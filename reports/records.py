@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from reports.extreme_records import BeyondEnvelope
+from steadyload.reports.extreme_records import BeyondEnvelope
 
 FloatArray = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from reports.records import Estimate
+from steadyload.reports.records import Estimate
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from reports.records import Estimate
-from reports.reliability_records import Abstention, Reliability
-from reports.tables import compact, markdown_table, percent, significant
+from steadyload.reports.records import Estimate
+from steadyload.reports.reliability_records import Abstention, Reliability
+from steadyload.reports.tables import compact, markdown_table, percent, significant
 
 Kinds = Mapping[str, Mapping[str, Reliability]]
 """By what the probability is of, and by its judge."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from reports.pages import Page, Section
-from reports.records import ScalePoint, ScaleStep
-from reports.tables import markdown_table, significant
+from steadyload.reports.pages import Page, Section
+from steadyload.reports.records import ScalePoint, ScaleStep
+from steadyload.reports.tables import markdown_table, significant
 
 _STEPS = ("run", "load", "report")
 

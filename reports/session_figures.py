@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter
 
-from reports.session_records import SessionCurve
-from reports.style import colour, face, marker
+from steadyload.reports.session_records import SessionCurve
+from steadyload.reports.style import colour, face, marker
 
 _PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 

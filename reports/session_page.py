@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from reports.pages import Page, Picture, Section
-from reports.session_figures import plot_placement_costs
-from reports.session_records import PackingGain, PackingTask, SessionCurve
-from reports.tables import MISSING, markdown_table, milliseconds, percent, significant
+from steadyload.reports.pages import Page, Picture, Section
+from steadyload.reports.session_figures import plot_placement_costs
+from steadyload.reports.session_records import PackingGain, PackingTask, SessionCurve
+from steadyload.reports.tables import MISSING, markdown_table, milliseconds, percent, significant
 
 _SHOWN = (40, 100, 200)
 """Items loaded where the table tells the cost."""

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from reports.accuracy_sections import LABELS_EXPLAINED, accuracy_sections
-from reports.extreme_records import BeyondEnvelope
-from reports.figures import plot_agreement_matrix, plot_phases, plot_scene, plot_trade_off
-from reports.pages import Page, Picture, Section
-from reports.records import Comparison, MethodSummary, SameTuning, SettingsUse, TradeOff
-from reports.tables import (
+from steadyload.reports.accuracy_sections import LABELS_EXPLAINED, accuracy_sections
+from steadyload.reports.extreme_records import BeyondEnvelope
+from steadyload.reports.figures import (
+    plot_agreement_matrix,
+    plot_phases,
+    plot_scene,
+    plot_trade_off,
+)
+from steadyload.reports.pages import Page, Picture, Section
+from steadyload.reports.records import Comparison, MethodSummary, SameTuning, SettingsUse, TradeOff
+from steadyload.reports.tables import (
     MISSING,
     markdown_table,
     milliseconds,

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from reports.pages import Picture, Section
-from reports.records import AccuracySummary, MethodKey
-from reports.table5_figures import plot_fronts, rows_of
-from reports.table5_records import ALL, JudgedSet, Table5
-from reports.tables import (
+from steadyload.reports.pages import Picture, Section
+from steadyload.reports.records import AccuracySummary, MethodKey
+from steadyload.reports.table5_figures import plot_fronts, rows_of
+from steadyload.reports.table5_records import ALL, JudgedSet, Table5
+from steadyload.reports.tables import (
     MISSING,
     compact,
     factor,

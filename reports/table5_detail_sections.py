@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from reports.pages import Picture, Section
-from reports.table5_figures import (
+from steadyload.reports.pages import Picture, Section
+from steadyload.reports.table5_figures import (
     plot_beside_paper,
     plot_errors,
     plot_margins,
     plot_sizes,
     rows_of,
 )
-from reports.table5_records import ALL, JudgedSet, Paper, Table5, Watch
-from reports.tables import MISSING, compact, markdown_table, milliseconds, percent
+from steadyload.reports.table5_records import ALL, JudgedSet, Paper, Table5, Watch
+from steadyload.reports.tables import MISSING, compact, markdown_table, milliseconds, percent
 
 _LINKED = "A linked layout opens in the browser, both loadings side by side. "
 

@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from reports.cascade_figures import spread_the_top
-from reports.records import AccuracySummary, Estimate, MethodKey
-from reports.style import colour, engine_colour, face, marker
-from reports.table5_records import ALL, Ceiling, JudgedSet, PairTests, Paper, SizeBin
-from reports.tables import compact
+from steadyload.reports.cascade_figures import spread_the_top
+from steadyload.reports.records import AccuracySummary, Estimate, MethodKey
+from steadyload.reports.style import colour, engine_colour, face, marker
+from steadyload.reports.table5_records import ALL, Ceiling, JudgedSet, PairTests, Paper, SizeBin
+from steadyload.reports.tables import compact
 
 _PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 _GREY = "#7f7f7f"

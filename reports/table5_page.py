@@ -2,29 +2,29 @@
 
 from __future__ import annotations
 
-from reports.figures import plot_agreement_matrix
-from reports.pages import Page, Picture, Section
-from reports.records import AccuracySummary
-from reports.table5_accuracy_sections import (
+from steadyload.reports.figures import plot_agreement_matrix
+from steadyload.reports.pages import Page, Picture, Section
+from steadyload.reports.records import AccuracySummary
+from steadyload.reports.table5_accuracy_sections import (
     accuracy_and_cost,
     noise_of_labels,
     planar_layouts,
     time_a_layout,
 )
-from reports.table5_detail_sections import (
+from steadyload.reports.table5_detail_sections import (
     beside_the_paper,
     by_size,
     to_watch,
     where_methods_err,
 )
-from reports.table5_records import ALL, JudgedSet, Table5
-from reports.table5_test_sections import (
+from steadyload.reports.table5_records import ALL, JudgedSet, Table5
+from steadyload.reports.table5_test_sections import (
     best_of,
     simulation_pairs,
     told_apart,
     what_the_engine_changes,
 )
-from reports.tables import factor, markdown_table, milliseconds, names, percent
+from steadyload.reports.tables import factor, markdown_table, milliseconds, names, percent
 
 NEAR = 0.01
 """A method counts as nearly as accurate as the best that is so close."""

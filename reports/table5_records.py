@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from reports.records import Accuracies, AgreementMatrix, Estimate, MethodKey
+from steadyload.reports.records import Accuracies, AgreementMatrix, Estimate, MethodKey
 
 ALL = "all"
 """The group of all cases."""

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from reports.pages import Picture, Section
-from reports.records import AccuracySummary, MethodKey
-from reports.table5_figures import plot_differences
-from reports.table5_records import ALL, JudgedSet, PairTest
-from reports.tables import compact, markdown_table, percent
+from steadyload.reports.pages import Picture, Section
+from steadyload.reports.records import AccuracySummary, MethodKey
+from steadyload.reports.table5_figures import plot_differences
+from steadyload.reports.table5_records import ALL, JudgedSet, PairTest
+from steadyload.reports.tables import compact, markdown_table, percent
 
 
 def best_of(judged: JudgedSet) -> AccuracySummary:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from reports.records import Estimate
+from steadyload.reports.records import Estimate
 
 MISSING = "-"
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from reports.pages import Picture, Section
-from reports.records import Estimate
-from reports.tables import MISSING, compact, markdown_table, names, percent, significant
-from reports.tuning_figures import plot_changes, plot_transfer
-from reports.tuning_records import TransferCell, TransferTable, Variant, VariantTable
+from steadyload.reports.pages import Picture, Section
+from steadyload.reports.records import Estimate
+from steadyload.reports.tables import MISSING, compact, markdown_table, names, percent, significant
+from steadyload.reports.tuning_figures import plot_changes, plot_transfer
+from steadyload.reports.tuning_records import TransferCell, TransferTable, Variant, VariantTable
 
 
 def left_out(tables: Sequence[VariantTable]) -> Section:

@@ -13,11 +13,15 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from reports.records import Estimate, MethodKey
-from reports.style import engine_colour, marker
-from reports.tables import compact, significant
-from reports.tuning_records import Outcome, TransferTable, Tuning, VariantTable
-from reports.tuning_search_figures import USUAL_ACCURACIES, draw_front, set_accuracy_against_cost
+from steadyload.reports.records import Estimate, MethodKey
+from steadyload.reports.style import engine_colour, marker
+from steadyload.reports.tables import compact, significant
+from steadyload.reports.tuning_records import Outcome, TransferTable, Tuning, VariantTable
+from steadyload.reports.tuning_search_figures import (
+    USUAL_ACCURACIES,
+    draw_front,
+    set_accuracy_against_cost,
+)
 
 _GREY = "#7f7f7f"
 _FILLS = ("none", "bottom", "left", "top", "right")

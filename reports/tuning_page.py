@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from reports.pages import Page, Picture, Section
-from reports.tables import (
+from steadyload.reports.pages import Page, Picture, Section
+from steadyload.reports.tables import (
     MISSING,
     compact,
     factor,
@@ -16,10 +16,17 @@ from reports.tables import (
     percent,
     significant,
 )
-from reports.tuning_change_sections import left_out, plausibility, transfer
-from reports.tuning_figures import plot_price
-from reports.tuning_records import CostRow, GeneRow, Outcome, OutcomeTable, PricePoint, Tuning
-from reports.tuning_search_sections import algorithms, luck, searches
+from steadyload.reports.tuning_change_sections import left_out, plausibility, transfer
+from steadyload.reports.tuning_figures import plot_price
+from steadyload.reports.tuning_records import (
+    CostRow,
+    GeneRow,
+    Outcome,
+    OutcomeTable,
+    PricePoint,
+    Tuning,
+)
+from steadyload.reports.tuning_search_sections import algorithms, luck, searches
 
 _HELD_AGAINST = {"ps3": "PS_3", "ps5": "PS_5"}
 """Families that a tuned method is to beat."""

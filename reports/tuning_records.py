@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from reports.records import Estimate, MethodKey
+from steadyload.reports.records import Estimate, MethodKey
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
-from reports.style import algorithm_colour
-from reports.tuning_records import JudgedGenotype, SearchRow
+from steadyload.reports.style import algorithm_colour
+from steadyload.reports.tuning_records import JudgedGenotype, SearchRow
 
 _ACCURACIES = (50.0, 60.0, 70.0, 80.0, 90.0, 95.0, 97.0, 98.0, 99.0, 99.5, 99.8, 99.95)
 """Ticks of an axis of accuracies, in per cent."""

@@ -4,10 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from reports.pages import Picture, Section
-from reports.tables import duration, markdown_table, milliseconds, names, percent, significant
-from reports.tuning_records import SearchRow, SeedRow
-from reports.tuning_search_figures import plot_algorithms, plot_histories
+from steadyload.reports.pages import Picture, Section
+from steadyload.reports.tables import (
+    duration,
+    markdown_table,
+    milliseconds,
+    names,
+    percent,
+    significant,
+)
+from steadyload.reports.tuning_records import SearchRow, SeedRow
+from steadyload.reports.tuning_search_figures import plot_algorithms, plot_histories
 
 
 def searches(rows: Sequence[SearchRow]) -> Section:

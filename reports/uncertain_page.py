@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from reports.pages import Page, Picture, Section
-from reports.records import Estimate
-from reports.reliability_figures import plot_reliability, plot_risk
-from reports.reliability_tables import abstention_table, bins_table, errors_table
-from reports.tables import (
+from steadyload.reports.pages import Page, Picture, Section
+from steadyload.reports.records import Estimate
+from steadyload.reports.reliability_figures import plot_reliability, plot_risk
+from steadyload.reports.reliability_tables import abstention_table, bins_table, errors_table
+from steadyload.reports.tables import (
     MISSING,
     compact,
     factor,
@@ -18,7 +18,7 @@ from reports.tables import (
     percent,
     significant,
 )
-from reports.uncertain_records import Check, Checked, Uncertain, UncertainRow
+from steadyload.reports.uncertain_records import Check, Checked, Uncertain, UncertainRow
 
 _FEW = 10
 """A mean of fewer cases is not shown."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from reports.records import Estimate, MethodKey
-from reports.reliability_records import Abstention, Reliability
+from steadyload.reports.records import Estimate, MethodKey
+from steadyload.reports.reliability_records import Abstention, Reliability
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,9 +1,9 @@
 """The page that plays a loading: one HTML file that needs nothing else, not even a network.
 
-Our own scripts draw with three.js (see :mod:`reports.three_js`). The library and the poses stand in
-the page as gzip in base64, and the browser unpacks them. Two layers keep the page small: an item
-has a track in a step only where it moves by more than :data:`STILL_CM` or turns, and numbers are
-whole hundredths of a millimetre.
+Our own scripts draw with three.js (see :mod:`steadyload.reports.three_js`). The library and the
+poses stand in the page as gzip in base64, and the browser unpacks them. Two layers keep the page
+small: an item has a track in a step only where it moves by more than :data:`STILL_CM` or turns, and
+numbers are whole hundredths of a millimetre.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ import jinja2
 import numpy as np
 from numpy.typing import NDArray
 
-from reports.tables import significant
-from reports.three_js import three_js
-from reports.view_records import Movement, View, ViewedLoading, ViewedStep
+from steadyload.reports.tables import significant
+from steadyload.reports.three_js import three_js
+from steadyload.reports.view_records import Movement, View, ViewedLoading, ViewedStep
 
 STILL_CM = 0.01
 """What moves by less within a step is drawn at rest [cm]."""
@@ -35,9 +35,9 @@ def view_html(view: View) -> str:
     """The page as text; the same view gives the same text.
 
     Raises:
-        ThreeJsError: see :func:`reports.three_js.three_js`.
+        ThreeJsError: see :func:`steadyload.reports.three_js.three_js`.
     """
-    folder = resources.files("reports.templates.viewer")
+    folder = resources.files("steadyload.reports.templates.viewer")
     environment = jinja2.Environment(
         loader=jinja2.DictLoader({n: folder.joinpath(n).read_text() for n in _PARTS}),
         autoescape=jinja2.select_autoescape(["html", "j2"], default=False),

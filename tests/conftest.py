@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from engines.registry import engine_names, engines, world_class
-from engines.world import EngineNotInstalledError
-from harness.layouts import Item, Layout, Pallet
+from steadyload.engines.registry import engine_names, engines, world_class
+from steadyload.engines.world import EngineNotInstalledError
+from steadyload.layouts import Item, Layout, Pallet
 
 ACLPP = Path(__file__).resolve().parents[2] / "shared" / "data" / "aclpp"
 

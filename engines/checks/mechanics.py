@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from engines.attitudes import rotate
-from engines.checks.scenes import (
+from steadyload.engines.attitudes import rotate
+from steadyload.engines.checks.scenes import (
     CUBE,
     WorldClass,
     angles,
@@ -18,8 +18,8 @@ from engines.checks.scenes import (
     require_space,
     two_cubes,
 )
-from engines.substeps import StepCount
-from engines.world import GRAVITY, Box, Support, WorldSettings
+from steadyload.engines.substeps import StepCount
+from steadyload.engines.world import GRAVITY, Box, Support, WorldSettings
 
 
 def check_free_fall(world_class: WorldClass) -> None:

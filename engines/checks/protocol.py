@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from engines.attitudes import rotate
-from engines.checks.scenes import (
+from steadyload.engines.attitudes import rotate
+from steadyload.engines.checks.scenes import (
     CUBE,
     WorldClass,
     angles,
@@ -24,8 +24,8 @@ from engines.checks.scenes import (
     require,
     two_cubes,
 )
-from engines.substeps import StepCount
-from engines.world import (
+from steadyload.engines.substeps import StepCount
+from steadyload.engines.world import (
     GRAVITY,
     Box,
     BroadPhase,

@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable
 from functools import partial
 
-from engines.checks.scenes import CUBE, WorldClass, expect
-from engines.errors import BadNumberError
-from engines.world import GRAVITY, Box, WorldSettings
+from steadyload.engines.checks.scenes import CUBE, WorldClass, expect
+from steadyload.engines.errors import BadNumberError
+from steadyload.engines.world import GRAVITY, Box, WorldSettings
 
 _FINE = Box(CUBE, 1.0, (0.0, 0.0, 0.05))
 _NOT_FINITE = (math.nan, math.inf, -math.inf)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from engines.checks.scenes import (
+from steadyload.engines.checks.scenes import (
     WorldClass,
     expect,
     fill,
@@ -12,8 +12,8 @@ from engines.checks.scenes import (
     require_subsets,
     two_cubes,
 )
-from engines.substeps import StepCount
-from engines.world import Box, FixedStepWorld, Poses, WorldSettings
+from steadyload.engines.substeps import StepCount
+from steadyload.engines.world import Box, FixedStepWorld, Poses, WorldSettings
 
 
 def check_reseat_equals_a_fresh_world(world_class: WorldClass) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from engines.reference.compiled import compiled
+from steadyload.engines.reference.compiled import compiled
 
 SIZE = 6
 

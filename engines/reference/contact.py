@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from engines.reference.compiled import compiled
-from engines.reference.law import friction_ratio, normal_force, softening
-from engines.reference.polygon import (
+from steadyload.engines.reference.compiled import compiled
+from steadyload.engines.reference.law import friction_ratio, normal_force, softening
+from steadyload.engines.reference.polygon import (
     APART,
     CORNERS,
     EDGES,

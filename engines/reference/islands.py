@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from engines.reference.compiled import compiled
-from engines.reference.contact import FLOOR
-from engines.reference.rodas import FINISHED, NOT_FINITE, Control, integrate
+from steadyload.engines.reference.compiled import compiled
+from steadyload.engines.reference.contact import FLOOR
+from steadyload.engines.reference.rodas import FINISHED, NOT_FINITE, Control, integrate
 
 _WINDOW = 0.03
 """Bodies that cannot meet within this time [s] are integrated apart, each group with its own steps.
@@ -149,7 +149,8 @@ def advance(law, field, bodies, p, turn, v, w, next_steps, duration, control, s)
         s: scratch.
 
     Returns:
-        The outcome (see :mod:`engines.reference.rodas`), steps accepted and steps rejected.
+        The outcome (see :mod:`steadyload.engines.reference.rodas`), steps accepted and steps
+        rejected.
     """
     time, accepted, rejected = 0.0, 0, 0
     if not (np.isfinite(p).all() and np.isfinite(v).all() and np.isfinite(w).all()):

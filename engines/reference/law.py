@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from engines.reference.compiled import compiled
+from steadyload.engines.reference.compiled import compiled
 
 
 class Law(NamedTuple):

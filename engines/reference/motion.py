@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engines.reference.compiled import compiled
-from engines.reference.contact import FLOOR, chain, touch
+from steadyload.engines.reference.compiled import compiled
+from steadyload.engines.reference.contact import FLOOR, chain, touch
 
 
 class Field(NamedTuple):

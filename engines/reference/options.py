@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from types import MappingProxyType
 
-from engines.quantities import check_ranges, quantity
-from engines.reference.law import Law
+from steadyload.engines.quantities import check_ranges, quantity
+from steadyload.engines.reference.law import Law
 
 
 class Contact(StrEnum):

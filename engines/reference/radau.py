@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from engines.reference.contact import FLOOR
-from engines.reference.islands import MOST_STRETCH, candidate_pairs, reaches, within
-from engines.reference.law import Law
-from engines.reference.motion import (
+from steadyload.engines.reference.contact import FLOOR
+from steadyload.engines.reference.islands import MOST_STRETCH, candidate_pairs, reaches, within
+from steadyload.engines.reference.law import Law
+from steadyload.engines.reference.motion import (
     Field,
     accelerations,
     linearise,
@@ -23,7 +23,7 @@ from engines.reference.motion import (
     rotation_rate,
     turn_by,
 )
-from engines.reference.rodas import FINISHED, NOT_FINITE, STEP_TOO_SMALL, Control
+from steadyload.engines.reference.rodas import FINISHED, NOT_FINITE, STEP_TOO_SMALL, Control
 
 _WINDOW = 0.01
 """Rotation vectors start anew, and candidates for contact are found anew, after this time [s]."""
@@ -44,7 +44,7 @@ def advance(
     control: Control,
     scratch: np.void,
 ) -> tuple[int, int, int]:
-    """What :func:`engines.reference.islands.advance` does, by other means.
+    """What :func:`steadyload.engines.reference.islands.advance` does, by other means.
 
     Positions are followed to a hundredth of the control's tolerance, velocities to a hundredth a
     second of that.

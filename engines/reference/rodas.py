@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engines.reference.blocks import elimination_order, factorise, solve
-from engines.reference.compiled import compiled
-from engines.reference.contact import FLOOR
-from engines.reference.motion import (
+from steadyload.engines.reference.blocks import elimination_order, factorise, solve
+from steadyload.engines.reference.compiled import compiled
+from steadyload.engines.reference.contact import FLOOR
+from steadyload.engines.reference.motion import (
     accelerations,
     linearise,
     make_linearisation,

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from engines.attitudes import centres_from_mass_centres, quaternions_of_axes
-from engines.reference import islands, radau
-from engines.reference.contact import BODY, make_scratch
-from engines.reference.motion import Field
-from engines.reference.options import Integrator, ReferenceOptions
-from engines.reference.rodas import (
+from steadyload.engines.attitudes import centres_from_mass_centres, quaternions_of_axes
+from steadyload.engines.reference import islands, radau
+from steadyload.engines.reference.contact import BODY, make_scratch
+from steadyload.engines.reference.motion import Field
+from steadyload.engines.reference.options import Integrator, ReferenceOptions
+from steadyload.engines.reference.rodas import (
     FINISHED,
     NOT_FINITE,
     SINGULAR,
@@ -19,7 +19,7 @@ from engines.reference.rodas import (
     TOO_MUCH_WORK,
     Control,
 )
-from engines.world import (
+from steadyload.engines.world import (
     Box,
     Capabilities,
     EngineError,
@@ -53,7 +53,7 @@ class ReferenceWorld(FixedStepWorld):
     """Rigid boxes in compliant contact, integrated with error control.
 
     The substeps of the protocol only add up to a time: the integrator chooses its own steps.
-    Options: :class:`engines.reference.options.ReferenceOptions`.
+    Options: :class:`steadyload.engines.reference.options.ReferenceOptions`.
     """
 
     capabilities = Capabilities(

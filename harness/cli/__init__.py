@@ -12,17 +12,16 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from engines.registry import EngineNotInstalledError
-from harness.cli.benchmark import add_benchmark
-from harness.cli.cascade import add_cascade
-from harness.cli.extremes import add_extremes
-from harness.cli.learned import add_learned
-from harness.cli.properties import add_properties
-from harness.cli.recommend import add_recommend
-from harness.cli.session import add_session
-from harness.cli.study import add_report, add_study
-from harness.cli.table5 import add_table5
-from harness.cli.terminal import (
+from steadyload.cli.benchmark import add_benchmark
+from steadyload.cli.cascade import add_cascade
+from steadyload.cli.extremes import add_extremes
+from steadyload.cli.learned import add_learned
+from steadyload.cli.properties import add_properties
+from steadyload.cli.recommend import add_recommend
+from steadyload.cli.session import add_session
+from steadyload.cli.study import add_report, add_study
+from steadyload.cli.table5 import add_table5
+from steadyload.cli.terminal import (
     at_least,
     positive_number,
     print_table,
@@ -30,37 +29,38 @@ from harness.cli.terminal import (
     say,
     status_line,
 )
-from harness.cli.train import add_generate, add_train
-from harness.cli.tune import add_tune, add_tuned
-from harness.cli.uncertain import (
+from steadyload.cli.train import add_generate, add_train
+from steadyload.cli.tune import add_tune, add_tuned
+from steadyload.cli.uncertain import (
     add_uncertain,
     add_uncertainty,
     asked_for,
     uncertain_table,
     without_effect,
 )
-from harness.cli.verify import add_verify
-from harness.cli.view import add_view
-from harness.layouts.benchmark import BenchmarkError
-from harness.layouts.formats import Format, read_layouts, write_layouts
-from harness.layouts.model import LayoutError
-from harness.layouts.packing import random_layouts
-from harness.layouts.scenarios import Scenario
-from harness.layouts.snapping import SNAP_GAP
-from harness.methods.recording import RecordingError
-from harness.methods.registry import method_listing
-from harness.methods.spec import SpecError, nearest
-from harness.properties import PropertyError
-from harness.studies.definition import StudyError
-from harness.studies.envelope_use import score_warnings
-from harness.studies.executors import ExecutorError, WorkerDiedError
-from harness.studies.front import FrontError
-from harness.studies.results import ResultsError
-from harness.studies.scoring import score_layouts
-from harness.studies.viewing import ViewError
-from harness.tuning import TuningError
-from learners import LearnerError
-from reports.three_js import ThreeJsError
+from steadyload.cli.verify import add_verify
+from steadyload.cli.view import add_view
+from steadyload.engines.registry import EngineNotInstalledError
+from steadyload.layouts.benchmark import BenchmarkError
+from steadyload.layouts.formats import Format, read_layouts, write_layouts
+from steadyload.layouts.model import LayoutError
+from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.scenarios import Scenario
+from steadyload.layouts.snapping import SNAP_GAP
+from steadyload.learners import LearnerError
+from steadyload.methods.recording import RecordingError
+from steadyload.methods.registry import method_listing
+from steadyload.methods.spec import SpecError, nearest
+from steadyload.properties import PropertyError
+from steadyload.reports.three_js import ThreeJsError
+from steadyload.studies.definition import StudyError
+from steadyload.studies.envelope_use import score_warnings
+from steadyload.studies.executors import ExecutorError, WorkerDiedError
+from steadyload.studies.front import FrontError
+from steadyload.studies.results import ResultsError
+from steadyload.studies.scoring import score_layouts
+from steadyload.studies.viewing import ViewError
+from steadyload.tuning import TuningError
 
 _BAD_INPUT = (
     LayoutError,
@@ -300,11 +300,11 @@ def _convert(options: argparse.Namespace) -> None:
 
 
 def _bench(options: argparse.Namespace) -> None:
-    from harness.studies.engine_study import engine_agreement, option_effects
-    from harness.studies.results import provenance_lines
-    from harness.studies.speed import ITEM_COUNTS, speed_curves, throughput
-    from reports.engine_study_page import engine_study_page
-    from reports.pages import write_page
+    from steadyload.reports.engine_study_page import engine_study_page
+    from steadyload.reports.pages import write_page
+    from steadyload.studies.engine_study import engine_agreement, option_effects
+    from steadyload.studies.results import provenance_lines
+    from steadyload.studies.speed import ITEM_COUNTS, speed_curves, throughput
 
     parts = options.part or ["speed", "throughput"]
     made_with = provenance_lines()  # of the code that measures, not of what it has become meanwhile
@@ -342,8 +342,8 @@ def _methods(options: argparse.Namespace) -> None:
 
 
 def _engines(options: argparse.Namespace) -> None:
-    from harness.studies.engine_table import engine_records
-    from reports.engines_page import engines_markdown, engines_rows
+    from steadyload.reports.engines_page import engines_markdown, engines_rows
+    from steadyload.studies.engine_table import engine_records
 
     records = engine_records()
     if options.markdown:

@@ -1,8 +1,8 @@
-"""``python -m harness.cli``: the command without its script."""
+"""``python -m steadyload.cli``: the command without its script."""
 
 import sys
 
-from harness.cli import main
+from steadyload.cli import main
 
 if __name__ == "__main__":
     sys.exit(main())

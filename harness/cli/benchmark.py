@@ -10,16 +10,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from harness.cli.terminal import at_least, print_table, progress_bar, resumable
-from harness.layouts.benchmark import Part, load_benchmark
-from harness.layouts.benchmark.build import PLANAR_OPTIONS, BuildOptions
-from harness.layouts.benchmark.dataset import SETS
-from harness.layouts.benchmark.observations import RotationUnit
-from harness.layouts.benchmark.splits import SIZES, SplitSizes
-from harness.layouts.benchmark.tables import read_tables
-from harness.layouts.formats import Format
-from harness.layouts.packing import WeightRule
-from harness.layouts.scenarios import Scenario
+from steadyload.cli.terminal import at_least, print_table, progress_bar, resumable
+from steadyload.layouts.benchmark import Part, load_benchmark
+from steadyload.layouts.benchmark.build import PLANAR_OPTIONS, BuildOptions
+from steadyload.layouts.benchmark.dataset import SETS
+from steadyload.layouts.benchmark.observations import RotationUnit
+from steadyload.layouts.benchmark.splits import SIZES, SplitSizes
+from steadyload.layouts.benchmark.tables import read_tables
+from steadyload.layouts.formats import Format
+from steadyload.layouts.packing import WeightRule
+from steadyload.layouts.scenarios import Scenario
 
 WORK = Path("runs/benchmark")
 """Where a new set is made."""
@@ -158,7 +158,7 @@ def _add_page(actions: Any) -> None:
 
 
 def _info(options: argparse.Namespace) -> None:
-    from harness.layouts.benchmark.overview import overview
+    from steadyload.layouts.benchmark.overview import overview
 
     found = overview(load_benchmark(options.directory))
     if options.json:
@@ -198,7 +198,7 @@ def _section(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 
 
 def _build(options: argparse.Namespace) -> None:
-    from harness.studies.labelling import build_set
+    from steadyload.studies.labelling import build_set
 
     standard = PLANAR_OPTIONS if options.planar else BuildOptions()
     chosen = replace(
@@ -213,7 +213,7 @@ def _build(options: argparse.Namespace) -> None:
 
 
 def _label(options: argparse.Namespace) -> None:
-    from harness.studies.labelling import PANELS, label_set, split_sizes
+    from steadyload.studies.labelling import PANELS, label_set, split_sizes
 
     wanted = {"test": options.test, "validation": options.validation}
     given = {name: size for name, size in wanted.items() if size is not None}
@@ -230,9 +230,9 @@ def _label(options: argparse.Namespace) -> None:
 
 
 def _page(options: argparse.Namespace) -> None:
-    from harness.studies.benchmark_summary import made_with, summarise
-    from reports.benchmark_page import benchmark_page
-    from reports.pages import write_page
+    from steadyload.reports.benchmark_page import benchmark_page
+    from steadyload.reports.pages import write_page
+    from steadyload.studies.benchmark_summary import made_with, summarise
 
     found = load_benchmark(options.directory)
     page = benchmark_page(summarise(found), made_with(found), found.notes)
@@ -240,7 +240,7 @@ def _page(options: argparse.Namespace) -> None:
 
 
 def _export(options: argparse.Namespace) -> None:
-    from harness.layouts.benchmark.export import export, labels_path
+    from steadyload.layouts.benchmark.export import export, labels_path
 
     by_name = Format.CSV if options.output.suffix.lower() == ".csv" else Format.NATIVE
     count = export(
@@ -255,7 +255,7 @@ def _export(options: argparse.Namespace) -> None:
 
 
 def _import(options: argparse.Namespace) -> None:
-    from harness.layouts.benchmark.authors import import_authors
+    from steadyload.layouts.benchmark.authors import import_authors
 
     with progress_bar("reading") as advance:
         found = import_authors(

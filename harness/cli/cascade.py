@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from harness.cli.terminal import at_least, print_table, progress_bar, resumable
+from steadyload.cli.terminal import at_least, print_table, progress_bar, resumable
 
 
 def add_cascade(commands: Any) -> None:
@@ -62,9 +62,9 @@ def _add_fit(actions: Any) -> None:
 
 
 def _fit(options: argparse.Namespace) -> None:
-    from harness.methods.thresholds import FILE, write_thresholds
-    from harness.studies.results import provenance
-    from harness.tuning.cascade.fitted import (
+    from steadyload.methods.thresholds import FILE, write_thresholds
+    from steadyload.studies.results import provenance
+    from steadyload.tuning.cascade.fitted import (
         BUDGETS,
         CANDIDATES,
         CONFIDENCE,
@@ -147,10 +147,10 @@ def _add_page(actions: Any) -> None:
 
 
 def _page(options: argparse.Namespace) -> None:
-    from harness.studies.results import provenance_lines
-    from harness.tuning.cascade.study import cascade_study
-    from reports.cascade_page import cascade_page
-    from reports.pages import write_page
+    from steadyload.reports.cascade_page import cascade_page
+    from steadyload.reports.pages import write_page
+    from steadyload.studies.results import provenance_lines
+    from steadyload.tuning.cascade.study import cascade_study
 
     with resumable(options.work), progress_bar("judging") as advance:
         record = cascade_study(

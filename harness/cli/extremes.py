@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from harness.cli.terminal import at_least, positive_number, progress_bar
+from steadyload.cli.terminal import at_least, positive_number, progress_bar
 
 
 def add_extremes(commands: Any) -> None:
@@ -44,13 +44,13 @@ def add_extremes(commands: Any) -> None:
 
 
 def _extremes(options: argparse.Namespace) -> None:
-    from harness.studies.definition import StudyError
-    from harness.studies.extreme_cells import run_extremes
-    from harness.studies.extreme_envelope import extremes_record, write_envelopes
-    from harness.studies.extremes import FREQUENCIES, TIMEOUT
-    from harness.studies.results import provenance, provenance_lines
-    from reports.extremes_page import extremes_page
-    from reports.pages import write_page
+    from steadyload.reports.extremes_page import extremes_page
+    from steadyload.reports.pages import write_page
+    from steadyload.studies.definition import StudyError
+    from steadyload.studies.extreme_cells import run_extremes
+    from steadyload.studies.extreme_envelope import extremes_record, write_envelopes
+    from steadyload.studies.extremes import FREQUENCIES, TIMEOUT
+    from steadyload.studies.results import provenance, provenance_lines
 
     if options.write_envelope and (options.sweep or options.frequency):
         raise StudyError("--write-envelope is of all sweeps and frequencies; leave these out")

@@ -7,8 +7,8 @@ import os
 from pathlib import Path
 from typing import Any
 
-from harness.cli.terminal import at_least, resumable, status_line
-from harness.methods.spec import nearest
+from steadyload.cli.terminal import at_least, resumable, status_line
+from steadyload.methods.spec import nearest
 
 
 def add_learned(commands: Any) -> None:
@@ -51,16 +51,16 @@ def add_learned(commands: Any) -> None:
 
 
 def _learned(options: argparse.Namespace) -> None:
-    from learners import LearnerError, require_training
+    from steadyload.learners import LearnerError, require_training
 
     require_training()
-    from harness.layouts.benchmark import Part
-    from harness.studies.results import provenance_lines
-    from learners.study.plan import Section
-    from learners.study.plan_file import check_part, load_plan
-    from learners.study.study import learner_study
-    from reports.learned_page import learned_page
-    from reports.pages import write_page
+    from steadyload.layouts.benchmark import Part
+    from steadyload.learners.study.plan import Section
+    from steadyload.learners.study.plan_file import check_part, load_plan
+    from steadyload.learners.study.study import learner_study
+    from steadyload.reports.learned_page import learned_page
+    from steadyload.reports.pages import write_page
+    from steadyload.studies.results import provenance_lines
 
     for name in options.only or ():
         if name not in list(Section):

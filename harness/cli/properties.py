@@ -8,8 +8,8 @@ import os
 from pathlib import Path
 from typing import Any
 
-from harness.cli.terminal import at_least, progress_bar, resumable, say
-from harness.properties import PropertyError
+from steadyload.cli.terminal import at_least, progress_bar, resumable, say
+from steadyload.properties import PropertyError
 
 _PROFILES = ("quick", "ci", "deep")
 
@@ -56,11 +56,11 @@ def add_properties(commands: Any) -> None:
 def _properties(options: argparse.Namespace) -> int:
     if importlib.util.find_spec("hypothesis") is None:
         raise PropertyError("property tests need hypothesis: pip install 'steadyload[properties]'")
-    from harness.properties.registry import chosen
-    from harness.properties.search import PROFILES
-    from harness.properties.study import PropertyStudy, made_with, methods_on, run_properties
-    from reports.pages import write_page
-    from reports.properties_page import properties_page, violations
+    from steadyload.properties.registry import chosen
+    from steadyload.properties.search import PROFILES
+    from steadyload.properties.study import PropertyStudy, made_with, methods_on, run_properties
+    from steadyload.reports.pages import write_page
+    from steadyload.reports.properties_page import properties_page, violations
 
     methods = list(options.method or ())
     if options.engine or not methods:

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from harness.cli.terminal import print_table, say
+from steadyload.cli.terminal import print_table, say
 
 _MILLISECONDS = {"us": 1e-3, "ms": 1.0, "s": 1e3}
 
@@ -56,8 +56,8 @@ def share(text: str) -> float:
 
 
 def _recommend(options: argparse.Namespace) -> None:
-    from harness.studies.front import FrontError, best, load_front, measured_in, recommend, told
-    from harness.studies.front import write_front as write
+    from steadyload.studies.front import FrontError, best, load_front, measured_in, recommend, told
+    from steadyload.studies.front import write_front as write
 
     if options.write and options.run_folder is None:
         raise FrontError("--write needs --from RUN: the run to be kept")

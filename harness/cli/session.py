@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from harness.cli.terminal import at_least, status_line
+from steadyload.cli.terminal import at_least, status_line
 
 _PARTS = ("cost", "gain")
 
@@ -40,11 +40,11 @@ def add_session(commands: Any) -> None:
 
 
 def _session(options: argparse.Namespace) -> None:
-    from harness.studies.packing_gains import JUDGE, REJECTING, packing_gains
-    from harness.studies.results import provenance_lines
-    from harness.studies.session_cost import COSTED, SCENES, session_curves
-    from reports.pages import write_page
-    from reports.session_page import session_page
+    from steadyload.reports.pages import write_page
+    from steadyload.reports.session_page import session_page
+    from steadyload.studies.packing_gains import JUDGE, REJECTING, packing_gains
+    from steadyload.studies.results import provenance_lines
+    from steadyload.studies.session_cost import COSTED, SCENES, session_curves
 
     parts = options.part or _PARTS
     made_with = provenance_lines()  # of the code that measures, not of what it has become meanwhile

@@ -6,11 +6,11 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from harness.cli.terminal import at_least, progress_bar, resumable, say, status_line
-from harness.studies.definition import EMBEDDED, load_study
-from harness.studies.envelope_use import study_warnings
-from harness.studies.executors import EXECUTORS, make_executor
-from harness.studies.results import load_manifest
+from steadyload.cli.terminal import at_least, progress_bar, resumable, say, status_line
+from steadyload.studies.definition import EMBEDDED, load_study
+from steadyload.studies.envelope_use import study_warnings
+from steadyload.studies.executors import EXECUTORS, make_executor
+from steadyload.studies.results import load_manifest
 
 _FEWEST_ROWS = 10_000
 
@@ -84,7 +84,7 @@ def add_report(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from harness.studies.runner import run_study
+    from steadyload.studies.runner import run_study
 
     study = load_study(options.study)
     directory = options.output or Path("runs") / study.name
@@ -108,10 +108,10 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def _measure(options: argparse.Namespace) -> None:
-    from harness.studies.results import provenance_lines
-    from harness.studies.scale import METHODS, REPETITIONS, scale
-    from reports.pages import write_page
-    from reports.scale_page import scale_page
+    from steadyload.reports.pages import write_page
+    from steadyload.reports.scale_page import scale_page
+    from steadyload.studies.results import provenance_lines
+    from steadyload.studies.scale import METHODS, REPETITIONS, scale
 
     largest = options.rows - options.rows % _FEWEST_ROWS
     counts = [largest // 10**k for k in range(8) if largest // 10**k >= _FEWEST_ROWS]
@@ -126,9 +126,9 @@ def _measure(options: argparse.Namespace) -> None:
 
 
 def _report(options: argparse.Namespace) -> None:
-    from harness.studies.comparison import compare
-    from reports.pages import write_page
-    from reports.study_page import study_page
+    from steadyload.reports.pages import write_page
+    from steadyload.reports.study_page import study_page
+    from steadyload.studies.comparison import compare
 
     page = study_page(compare(options.directory))
     print(write_page(page, options.output or options.directory))

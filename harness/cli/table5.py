@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from harness.cli.terminal import at_least, progress_bar, resumable, say
+from steadyload.cli.terminal import at_least, progress_bar, resumable, say
 
 
 def add_table5(commands: Any) -> None:
@@ -51,14 +51,14 @@ def add_table5(commands: Any) -> None:
 
 
 def _table5(options: argparse.Namespace) -> None:
-    from harness.studies.executors import all_cores
-    from harness.studies.front import NAME, timed_front, write_front
-    from harness.studies.table5.study import Questions, judge_table5, time_table5
-    from harness.studies.table5.summary import summarise
-    from harness.studies.table5.views import with_views
-    from reports.pages import write_page
-    from reports.table5_page import table5_page
-    from reports.three_js import three_js
+    from steadyload.reports.pages import write_page
+    from steadyload.reports.table5_page import table5_page
+    from steadyload.reports.three_js import three_js
+    from steadyload.studies.executors import all_cores
+    from steadyload.studies.front import NAME, timed_front, write_front
+    from steadyload.studies.table5.study import Questions, judge_table5, time_table5
+    from steadyload.studies.table5.summary import summarise
+    from steadyload.studies.table5.views import with_views
 
     asked = Questions(
         methods=tuple(options.method),

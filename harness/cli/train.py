@@ -7,8 +7,8 @@ import os
 from pathlib import Path
 from typing import Any
 
-from harness.cli.terminal import at_least, duration, progress_bar, resumable, say
-from harness.methods.spec import nearest
+from steadyload.cli.terminal import at_least, duration, progress_bar, resumable, say
+from steadyload.methods.spec import nearest
 
 _WORK = Path("runs")
 
@@ -95,8 +95,8 @@ def add_train(commands: Any) -> None:
 
 
 def _train(options: argparse.Namespace) -> None:
-    from learners import require_training
-    from learners.options import training_preset, training_presets
+    from steadyload.learners import require_training
+    from steadyload.learners.options import training_preset, training_presets
 
     if options.preset == "list":
         for preset in training_presets().values():
@@ -104,9 +104,9 @@ def _train(options: argparse.Namespace) -> None:
         return
     preset = training_preset(options.preset)
     require_training()
-    from learners.jobs import TrainingJob, search_options, train_weights
-    from learners.shipping import check_before, ship
-    from learners.weights import load_weights
+    from steadyload.learners.jobs import TrainingJob, search_options, train_weights
+    from steadyload.learners.shipping import check_before, ship
+    from steadyload.learners.weights import load_weights
 
     named = {key: getattr(options, key) for key in ("features", "network", "seed")}
     job = TrainingJob.of(
@@ -193,9 +193,9 @@ def add_generate(commands: Any) -> None:
 
 
 def _generate(options: argparse.Namespace) -> None:
-    from harness.layouts.scenarios import Scenario
-    from learners import LearnerError
-    from learners.generation import GenerationOptions, generate_labelled
+    from steadyload.layouts.scenarios import Scenario
+    from steadyload.learners import LearnerError
+    from steadyload.learners.generation import GenerationOptions, generate_labelled
 
     known = [str(scenario) for scenario in Scenario]
     for scenario in options.scenario or ():

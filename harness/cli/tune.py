@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from harness.cli.terminal import at_least, duration, progress_bar, resumable, say
+from steadyload.cli.terminal import at_least, duration, progress_bar, resumable, say
 
 _WORK, _REMADE = Path("runs/tune"), Path("runs/remade")
 
@@ -71,13 +71,13 @@ def add_tune(commands: Any) -> None:
 
 
 def _tune(options: argparse.Namespace) -> int:
-    from harness.methods.tuned import TUNED
-    from harness.studies.results import provenance, provenance_lines
-    from harness.tuning.history import preset, tuning_of
-    from harness.tuning.presets import check_remakable, differences, options_of, write_preset
-    from harness.tuning.search import Search, SearchOptions
-    from reports.pages import write_page
-    from reports.tuning_page import tuning_page
+    from steadyload.methods.tuned import TUNED
+    from steadyload.reports.pages import write_page
+    from steadyload.reports.tuning_page import tuning_page
+    from steadyload.studies.results import provenance, provenance_lines
+    from steadyload.tuning.history import preset, tuning_of
+    from steadyload.tuning.presets import check_remakable, differences, options_of, write_preset
+    from steadyload.tuning.search import Search, SearchOptions
 
     if options.remake:
         chosen = options_of(options.remake)
@@ -118,8 +118,8 @@ def _tune(options: argparse.Namespace) -> int:
 
 
 def _cost_model(chosen: Any, options: argparse.Namespace) -> Any:
-    from harness.tuning.cost import kept_model
-    from harness.tuning.space import space_on
+    from steadyload.tuning.cost import kept_model
+    from steadyload.tuning.space import space_on
 
     space = space_on(chosen.engine, chosen.space)
     file = options.cost or _WORK / f"cost-{chosen.engine}-{chosen.space}.json"
@@ -156,13 +156,13 @@ def add_tuned(commands: Any) -> None:
 
 
 def _tuned(options: argparse.Namespace) -> None:
-    from harness.studies.results import provenance_lines
-    from harness.tuning import TuningError
-    from harness.tuning.presets import by_worth, write_preset
-    from harness.tuning.search import Search
-    from harness.tuning.study import tuning_study
-    from reports.pages import write_page
-    from reports.tuning_page import tuning_page
+    from steadyload.reports.pages import write_page
+    from steadyload.reports.tuning_page import tuning_page
+    from steadyload.studies.results import provenance_lines
+    from steadyload.tuning import TuningError
+    from steadyload.tuning.presets import by_worth, write_preset
+    from steadyload.tuning.search import Search
+    from steadyload.tuning.study import tuning_study
 
     names = [folder.resolve().name for folder in options.searches]
     if len(set(names)) < len(names):

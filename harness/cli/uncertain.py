@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from harness.cli.terminal import at_least, progress_bar, resumable
-from harness.methods.spec import SpecError, bind
-from harness.methods.uncertainty import parse_uncertainty
-from harness.studies.outlook import Ending, Sampling
+from steadyload.cli.terminal import at_least, progress_bar, resumable
+from steadyload.methods.spec import SpecError, bind
+from steadyload.methods.uncertainty import parse_uncertainty
+from steadyload.studies.outlook import Ending, Sampling
 
 _SHOWN = 3
 """Failing steps in a cell, the most probable first."""
@@ -152,11 +152,11 @@ def add_uncertain(commands: Any) -> None:
 
 
 def _uncertain(options: argparse.Namespace) -> None:
-    from harness.studies.results import provenance_lines
-    from harness.studies.uncertain import Questions, run_uncertain
-    from harness.studies.uncertain_summary import summarise
-    from reports.pages import write_page
-    from reports.uncertain_page import uncertain_page
+    from steadyload.reports.pages import write_page
+    from steadyload.reports.uncertain_page import uncertain_page
+    from steadyload.studies.results import provenance_lines
+    from steadyload.studies.uncertain import Questions, run_uncertain
+    from steadyload.studies.uncertain_summary import summarise
 
     made_with = provenance_lines()  # of the code that samples, not of what it has become meanwhile
     given = {

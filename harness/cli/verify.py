@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from harness.cli.terminal import at_least, progress_bar, status_line
+from steadyload.cli.terminal import at_least, progress_bar, status_line
 
 
 def add_verify(commands: Any) -> None:
@@ -54,10 +54,10 @@ def add_verify(commands: Any) -> None:
 
 
 def _closed_forms(options: argparse.Namespace) -> None:
-    from harness.studies.closed_forms import closed_form_tests, closed_forms
-    from harness.studies.results import provenance_lines
-    from reports.closed_forms_page import closed_forms_page
-    from reports.pages import write_page
+    from steadyload.reports.closed_forms_page import closed_forms_page
+    from steadyload.reports.pages import write_page
+    from steadyload.studies.closed_forms import closed_form_tests, closed_forms
+    from steadyload.studies.results import provenance_lines
 
     made_with = provenance_lines()
     with status_line() as say:
@@ -66,9 +66,9 @@ def _closed_forms(options: argparse.Namespace) -> None:
 
 
 def _convergence(options: argparse.Namespace) -> None:
-    from harness.studies.convergence import OPINIONS, SECOND_MODEL, made_with, run_convergence
-    from reports.convergence_page import convergence_page
-    from reports.pages import write_page
+    from steadyload.reports.convergence_page import convergence_page
+    from steadyload.reports.pages import write_page
+    from steadyload.studies.convergence import OPINIONS, SECOND_MODEL, made_with, run_convergence
 
     opinions = (*OPINIONS, SECOND_MODEL) if options.second_model else OPINIONS
     with progress_bar("judging") as advance:

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from harness.cli.terminal import status_line
+from steadyload.cli.terminal import status_line
 
 
 def add_view(commands: Any) -> None:
@@ -26,7 +26,7 @@ def add_view(commands: Any) -> None:
 
 
 def _view(options: argparse.Namespace) -> None:
-    from harness.studies.viewing import pick_layout, write_view
+    from steadyload.studies.viewing import pick_layout, write_view
 
     layout = pick_layout(options.file, options.layout)
     methods = [options.method, *filter(None, [options.beside])]

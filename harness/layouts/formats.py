@@ -11,12 +11,12 @@ from collections.abc import Callable, Container, Iterable, Iterator
 from enum import StrEnum
 from pathlib import Path
 
-from harness.atomic import write_atomically
-from harness.layouts.model import Layout, LayoutError
-from harness.layouts.readers import read_aclpp, read_blocks, read_csv, read_json
-from harness.layouts.record import FormatError, Record, Refused, to_layout
-from harness.layouts.snapping import snap
-from harness.layouts.writers import as_csv, as_job, as_native
+from steadyload.atomic import write_atomically
+from steadyload.layouts.model import Layout, LayoutError
+from steadyload.layouts.readers import read_aclpp, read_blocks, read_csv, read_json
+from steadyload.layouts.record import FormatError, Record, Refused, to_layout
+from steadyload.layouts.snapping import snap
+from steadyload.layouts.writers import as_csv, as_job, as_native
 
 _TWICE = "name stands there twice; allowed: one layout a name"
 _HEAD_BYTES = 64 * 1024

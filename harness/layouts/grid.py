@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from harness.layouts.model import Vector
+from steadyload.layouts.model import Vector
 
 _BASE = 3.0
 """Cells grow by this from level to level: few levels to search, few boxes in a cell."""

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from harness.layouts.contacts import Patch, Supports
-from harness.layouts.grid import BoxGrid
-from harness.layouts.model import (
+from steadyload.layouts.contacts import Patch, Supports
+from steadyload.layouts.grid import BoxGrid
+from steadyload.layouts.model import (
     TOLERANCE,
     FloatArray,
     Item,
@@ -113,7 +113,7 @@ class GrowingLayout:
             wider = _grown(low, high, reach + TOLERANCE)
             for other in set(self._grid.meeting(*wider)).difference(found):
                 a, b = self._corners[other]
-                # To the last bit as for all items at once (harness.methods.scene.neighbourhood).
+                # To the last bit as for all items at once (steadyload.methods.scene.neighbourhood).
                 if max(max(a[k] - high[k], low[k] - b[k]) for k in range(3)) <= reach:
                     found.add(other)
         return sorted(found.difference(items))

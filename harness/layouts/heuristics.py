@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from itertools import permutations
 
-from harness.layouts.model import Vector
-from harness.layouts.spaces import Space, volume, without
+from steadyload.layouts.model import Vector
+from steadyload.layouts.spaces import Space, volume, without
 
 SPACES_COMPARED = 3
 """How many spaces the placement rules 4 and 5 look at: the first that hold the item."""

@@ -18,7 +18,7 @@ from itertools import islice, permutations
 
 import numpy as np
 
-from harness.layouts.heuristics import (
+from steadyload.layouts.heuristics import (
     HEURISTICS,
     BinRule,
     Heuristic,
@@ -26,9 +26,9 @@ from harness.layouts.heuristics import (
     layout_corners,
     pack_bins,
 )
-from harness.layouts.model import Item, Layout, Pallet, Vector
-from harness.layouts.scenarios import Scenario, apply_scenario
-from harness.layouts.spaces import Space, volume, without
+from steadyload.layouts.model import Item, Layout, Pallet, Vector
+from steadyload.layouts.scenarios import Scenario, apply_scenario
+from steadyload.layouts.spaces import Space, volume, without
 
 DENSITY = 250.0
 """kg/m3. The paper's weights are proportional to volume; it names no density."""

@@ -12,8 +12,8 @@ from typing import Any
 
 import yaml
 
-from harness.layouts.model import LayoutError
-from harness.layouts.record import FormatError, Record, Refused, shown
+from steadyload.layouts.model import LayoutError
+from steadyload.layouts.record import FormatError, Record, Refused, shown
 
 NATIVE_FORMAT = "steadyload-layouts"
 NATIVE_VERSION = 1

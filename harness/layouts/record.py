@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from harness.layouts.model import Item, Layout, LayoutError, Pallet
+from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
 
 
 class FormatError(LayoutError):

@@ -1,6 +1,6 @@
 """Who judges: a method turns a layout into a verdict."""
 
-from harness.methods.method import Method, Status, Verdict
-from harness.methods.registry import make_method
+from steadyload.methods.method import Method, Status, Verdict
+from steadyload.methods.registry import make_method
 
 __all__ = ["Method", "Status", "Verdict", "make_method"]

@@ -20,9 +20,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import nnls
 
-from harness.layouts.contacts import Patch, Supports, find_supports
-from harness.layouts.model import Arrangement, FloatArray
-from harness.methods.plane import Point
+from steadyload.layouts.contacts import Patch, Supports, find_supports
+from steadyload.layouts.model import Arrangement, FloatArray
+from steadyload.methods.plane import Point
 
 EDGE = 1e-5
 """A patch counts as this much wider on every side [cm]: a centre of mass exactly above an edge is

@@ -7,12 +7,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from engines.quantities import quantity
-from harness.layouts.contacts import Contacts, find_contacts
-from harness.layouts.growing import GrowingLayout
-from harness.layouts.model import TOLERANCE, FloatArray, Layout
-from harness.methods.method import STABLE, Finding, Loader, Method, StepJudge, Stopwatch, Trait
-from harness.methods.spec import NoParameters
+from steadyload.engines.quantities import quantity
+from steadyload.layouts.contacts import Contacts, find_contacts
+from steadyload.layouts.growing import GrowingLayout
+from steadyload.layouts.model import TOLERANCE, FloatArray, Layout
+from steadyload.methods.method import STABLE, Finding, Loader, Method, StepJudge, Stopwatch, Trait
+from steadyload.methods.spec import NoParameters
 
 _ROUNDING = 1e-9
 

@@ -3,7 +3,8 @@
 Every step of a loading that starts from planned positions is a question of its own. So judges are
 cascaded over steps, not over layouts: a step is asked of one stage after the other until one is
 sure, in the order of loading, and the first unstable step ends the loading. What is asked of a
-stage is :meth:`Method.steps`; what counts as sure was fitted (:mod:`harness.methods.thresholds`).
+stage is :meth:`Method.steps`; what counts as sure was fitted
+(:mod:`steadyload.methods.thresholds`).
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from engines.quantities import quantity
-from harness.layouts.model import Layout
-from harness.methods.method import (
+from steadyload.engines.quantities import quantity
+from steadyload.layouts.model import Layout
+from steadyload.methods.method import (
     STABLE,
     Effort,
     Finding,
@@ -31,8 +32,8 @@ from harness.methods.method import (
     Stopwatch,
     Trait,
 )
-from harness.methods.registry import make_method
-from harness.methods.thresholds import (
+from steadyload.methods.registry import make_method
+from steadyload.methods.thresholds import (
     FILE,
     Ladder,
     Stage,

@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from engines.attitudes import rotate
-from engines.world import Box, FloatArray, Poses
-from harness.methods.method import Finding, Status
-from harness.methods.scene import CM
+from steadyload.engines.attitudes import rotate
+from steadyload.engines.world import Box, FloatArray, Poses
+from steadyload.methods.method import Finding, Status
+from steadyload.methods.scene import CM
 
 Indices = NDArray[np.intp]
 """Which of a layout's items are meant."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from harness.layouts.model import FloatArray
+from steadyload.layouts.model import FloatArray
 
 _BITS = 32
 _MOST_DIMENSIONS = qmc.Sobol.MAXDIM

@@ -23,9 +23,9 @@ from typing import Any
 
 import numpy as np
 
-from harness.layouts.contacts import Contacts, find_contacts
-from harness.layouts.model import Layout
-from harness.methods.method import Method
+from steadyload.layouts.contacts import Contacts, find_contacts
+from steadyload.layouts.model import Layout
+from steadyload.methods.method import Method
 
 ENVELOPES = "envelopes.json"
 """The file beside this module that :func:`envelopes` reads."""
@@ -100,7 +100,7 @@ def envelopes(*, at_rest: bool = False) -> Mapping[str, tuple[tuple[float | None
     Args:
         at_rest: nothing may move by 1 mm or half a degree, instead of a label's thresholds.
     """
-    text = resources.files("harness.methods").joinpath(ENVELOPES).read_text()
+    text = resources.files("steadyload.methods").joinpath(ENVELOPES).read_text()
     which = "rests" if at_rest else "holds"
     return {name: _rows(entry["rows"], which) for name, entry in json.loads(text).items()}
 

@@ -9,14 +9,14 @@ from enum import StrEnum
 
 import numpy as np
 
-from engines.attitudes import cross
-from engines.quantities import quantity
-from harness.layouts.growing import GrowingLayout
-from harness.layouts.model import Arrangement, Layout
-from harness.methods.balance import VerticalBalance
-from harness.methods.criteria import Moved
-from harness.methods.friction import Sides, unbalanced_item
-from harness.methods.method import (
+from steadyload.engines.attitudes import cross
+from steadyload.engines.quantities import quantity
+from steadyload.layouts.growing import GrowingLayout
+from steadyload.layouts.model import Arrangement, Layout
+from steadyload.methods.balance import VerticalBalance
+from steadyload.methods.criteria import Moved
+from steadyload.methods.friction import Sides, unbalanced_item
+from steadyload.methods.method import (
     STABLE,
     Finding,
     Loader,
@@ -26,8 +26,8 @@ from harness.methods.method import (
     Stopwatch,
     Trait,
 )
-from harness.methods.motion import Bodies, moved
-from harness.methods.touching import touching_points
+from steadyload.methods.motion import Bodies, moved
+from steadyload.methods.touching import touching_points
 
 
 class Cones(StrEnum):
@@ -77,7 +77,7 @@ class Equilibrium(Method):
 
     With ``time``, a step fails only if the items that lost their balance get far enough within it:
     further than ``eps_t`` (the left-bottom-back corner, along one axis) or ``eps_r``, at its end. A
-    model of the first moments (:mod:`harness.methods.motion`) says how far that is: pendulums
+    model of the first moments (:mod:`steadyload.methods.motion`) says how far that is: pendulums
     between events, stopped by what is in the way. Every step is judged from the planned positions.
     The displacement and the angle in the verdict are that model's, good up to some 20 degrees.
     """

@@ -8,12 +8,12 @@ from enum import StrEnum
 import numpy as np
 from scipy.optimize import nnls
 
-from harness.layouts.model import TOLERANCE, Arrangement, FloatArray
-from harness.methods.balance import EDGE
-from harness.methods.touching import Points, directions, touching_points, wrenches
+from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray
+from steadyload.methods.balance import EDGE
+from steadyload.methods.touching import Points, directions, touching_points, wrenches
 
 _RESIDUE = 1e-8
-"""As in :mod:`harness.methods.balance`; there are many more columns here."""
+"""As in :mod:`steadyload.methods.balance`; there are many more columns here."""
 
 FINEST = 64
 """Edges of the finest pyramids of an exact cone: they differ by 0.12 % in friction."""

@@ -7,14 +7,14 @@ from functools import cached_property
 
 import numpy as np
 
-from engines.registry import world_class
-from harness.layouts.contacts import Contacts, find_contacts
-from harness.layouts.growing import GrowingLayout
-from harness.layouts.model import Arrangement, Layout
-from harness.methods.criteria import Examiner, Indices
-from harness.methods.method import STABLE, Finding, RefusedError, Stopwatch
-from harness.methods.placements import Placements
-from harness.methods.scene import (
+from steadyload.engines.registry import world_class
+from steadyload.layouts.contacts import Contacts, find_contacts
+from steadyload.layouts.growing import GrowingLayout
+from steadyload.layouts.model import Arrangement, Layout
+from steadyload.methods.criteria import Examiner, Indices
+from steadyload.methods.method import STABLE, Finding, RefusedError, Stopwatch
+from steadyload.methods.placements import Placements
+from steadyload.methods.scene import (
     Across,
     Neighbourhood,
     boxes,
@@ -22,7 +22,7 @@ from harness.methods.scene import (
     neighbourhood,
     planar_scene,
 )
-from harness.methods.simulation_parameters import BetweenSteps, Scope, SimulationParameters
+from steadyload.methods.simulation_parameters import BetweenSteps, Scope, SimulationParameters
 
 
 class Loading(Placements):

@@ -1,7 +1,7 @@
 """How far a layout is from losing its balance, step by step, and which item would lose it first.
 
-The yes or no of :mod:`harness.methods.equilibrium` (vertical forces) says nothing of how close it
-was. Real cargo is not where the plan says by millimetres: a margin below that is a warning.
+The yes or no of :mod:`steadyload.methods.equilibrium` (vertical forces) says nothing of how close
+it was. Real cargo is not where the plan says by millimetres: a margin below that is a warning.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linprog
 
-from harness.layouts.contacts import Patch, find_contacts
-from harness.layouts.model import FloatArray, Layout
-from harness.methods.balance import corner_columns, solve
+from steadyload.layouts.contacts import Patch, find_contacts
+from steadyload.layouts.model import FloatArray, Layout
+from steadyload.methods.balance import corner_columns, solve
 
 _FLOOR = -1
 _HALVINGS = 24

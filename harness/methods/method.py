@@ -9,9 +9,9 @@ from dataclasses import dataclass, fields
 from enum import StrEnum
 from typing import Any, ClassVar
 
-from harness.layouts.growing import GrowingLayout
-from harness.layouts.model import Layout
-from harness.methods.spec import MethodSpec, SpecError
+from steadyload.layouts.growing import GrowingLayout
+from steadyload.layouts.model import Layout
+from steadyload.methods.spec import MethodSpec, SpecError
 
 
 class Status(StrEnum):
@@ -315,7 +315,7 @@ class StepJudge(ABC):
 class Method(ABC):
     """A judge with fixed parameters.
 
-    A subclass declares ``Parameters`` (a frozen dataclass, see :mod:`harness.methods.spec`) and
+    A subclass declares ``Parameters`` (a frozen dataclass, see :mod:`steadyload.methods.spec`) and
     :attr:`traits`, and implements :meth:`_judge`. One that can be asked of single steps overrides
     :meth:`steps`, too.
 

@@ -22,10 +22,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import nnls
 
-from engines.attitudes import cross
-from engines.world import GRAVITY
-from harness.layouts.model import TOLERANCE, FloatArray
-from harness.methods.touching import FIRM, Indices, Points, directions, wrenches
+from steadyload.engines.attitudes import cross
+from steadyload.engines.world import GRAVITY
+from steadyload.layouts.model import TOLERANCE, FloatArray
+from steadyload.methods.touching import FIRM, Indices, Points, directions, wrenches
 
 _G = 100.0 * GRAVITY
 _EVENTS = 40

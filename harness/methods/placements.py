@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 
-from engines.registry import open_world
-from engines.world import Box, FixedStepWorld, WorldSettings
-from harness.methods.criteria import Criterion, Examiner, Indices
-from harness.methods.method import Effort, Finding, Phase, Stopwatch
-from harness.methods.scene import Neighbourhood
-from harness.methods.scene import fixed as as_fixed
-from harness.methods.simulation_parameters import BetweenSteps, SimulationParameters
+from steadyload.engines.registry import open_world
+from steadyload.engines.world import Box, FixedStepWorld, WorldSettings
+from steadyload.methods.criteria import Criterion, Examiner, Indices
+from steadyload.methods.method import Effort, Finding, Phase, Stopwatch
+from steadyload.methods.scene import Neighbourhood
+from steadyload.methods.scene import fixed as as_fixed
+from steadyload.methods.simulation_parameters import BetweenSteps, SimulationParameters
 
 _SUBSTEPS_BETWEEN_LOOKS_AT_THE_CLOCK = 10
 

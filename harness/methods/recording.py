@@ -12,15 +12,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from engines.world import EngineError, FixedStepWorld, FloatArray, Poses
-from harness.layouts.model import Layout
-from harness.methods.criteria import Indices, Moved
-from harness.methods.loading import Loading
-from harness.methods.method import Finding, Method, Status, Stopwatch, Verdict
-from harness.methods.placements import NOTHING
-from harness.methods.scene import in_layout
-from harness.methods.simulation import Simulation
-from harness.methods.simulation_parameters import BetweenSteps, SimulationParameters
+from steadyload.engines.world import EngineError, FixedStepWorld, FloatArray, Poses
+from steadyload.layouts.model import Layout
+from steadyload.methods.criteria import Indices, Moved
+from steadyload.methods.loading import Loading
+from steadyload.methods.method import Finding, Method, Status, Stopwatch, Verdict
+from steadyload.methods.placements import NOTHING
+from steadyload.methods.scene import in_layout
+from steadyload.methods.simulation import Simulation
+from steadyload.methods.simulation_parameters import BetweenSteps, SimulationParameters
 
 _FRAMES_A_SECOND = 80
 _FRAMES = (20, 60)

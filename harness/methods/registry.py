@@ -17,9 +17,9 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from engines.registry import capabilities, engines
-from harness.methods.method import Method
-from harness.methods.spec import (
+from steadyload.engines.registry import capabilities, engines
+from steadyload.methods.method import Method
+from steadyload.methods.spec import (
     MethodSpec,
     SpecError,
     allowed_values,
@@ -28,17 +28,17 @@ from harness.methods.spec import (
     nearest,
     parse_spec,
 )
-from harness.methods.tuned import tuned
+from steadyload.methods.tuned import tuned
 
 METHODS: dict[str, str] = {
-    "fbs": "harness.methods.base_support:FullBaseSupport",
-    "pbs": "harness.methods.base_support:PartialBaseSupport",
-    "sme": "harness.methods.sme:StaticMechanicalEquilibrium",
-    "equilibrium": "harness.methods.equilibrium:Equilibrium",
-    "simulation": "harness.methods.simulation:Simulation",
-    "lstm_1": "learners.judges:LearnedJudge",
-    "lstm_e": "learners.judges:LearnedEnsemble",
-    "cascade": "harness.methods.cascade:Cascade",
+    "fbs": "steadyload.methods.base_support:FullBaseSupport",
+    "pbs": "steadyload.methods.base_support:PartialBaseSupport",
+    "sme": "steadyload.methods.sme:StaticMechanicalEquilibrium",
+    "equilibrium": "steadyload.methods.equilibrium:Equilibrium",
+    "simulation": "steadyload.methods.simulation:Simulation",
+    "lstm_1": "steadyload.learners.judges:LearnedJudge",
+    "lstm_e": "steadyload.learners.judges:LearnedEnsemble",
+    "cascade": "steadyload.methods.cascade:Cascade",
 }
 
 
@@ -83,7 +83,7 @@ def presets() -> Mapping[str, Preset]:
 
 @cache
 def _stated() -> dict[str, Preset]:
-    text = resources.files("harness.methods").joinpath("presets.toml").read_text()
+    text = resources.files("steadyload.methods").joinpath("presets.toml").read_text()
     return {
         name: Preset(name, t["method"], t["title"], t["source"], t.get("parameters", {}))
         for name, t in tomllib.loads(text).items()

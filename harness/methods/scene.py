@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engines.world import Box, Poses
-from harness.layouts.contacts import Contacts
-from harness.layouts.model import TOLERANCE, Arrangement
+from steadyload.engines.world import Box, Poses
+from steadyload.layouts.contacts import Contacts
+from steadyload.layouts.model import TOLERANCE, Arrangement
 
 CM = 0.01
 """Metres in a centimetre."""

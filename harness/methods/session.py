@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from types import TracebackType
 
-from harness.layouts.growing import GrowingLayout
-from harness.layouts.model import Item, Layout, Pallet
-from harness.methods.method import Method, Verdict, verdict_by
-from harness.methods.registry import make_method
+from steadyload.layouts.growing import GrowingLayout
+from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.methods.method import Method, Verdict, verdict_by
+from steadyload.methods.registry import make_method
 
 
 class SessionError(ValueError):

@@ -6,12 +6,12 @@ import dataclasses
 import math
 from collections.abc import Callable
 
-from engines.registry import world_class
-from engines.world import EngineError
-from harness.layouts.growing import GrowingLayout
-from harness.layouts.model import Layout
-from harness.methods.loading import GrowingLoading, Loading
-from harness.methods.method import (
+from steadyload.engines.registry import world_class
+from steadyload.engines.world import EngineError
+from steadyload.layouts.growing import GrowingLayout
+from steadyload.layouts.model import Layout
+from steadyload.methods.loading import GrowingLoading, Loading
+from steadyload.methods.method import (
     Effort,
     Finding,
     Loader,
@@ -24,8 +24,8 @@ from harness.methods.method import (
     TimeoutExpiredError,
     Trait,
 )
-from harness.methods.placements import Placements
-from harness.methods.simulation_parameters import (
+from steadyload.methods.placements import Placements
+from steadyload.methods.simulation_parameters import (
     BetweenSteps,
     SimulationParameters,
     parameters_on,

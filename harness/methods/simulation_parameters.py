@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cache
 
-from engines.quantities import quantity
-from engines.registry import engine_options
-from engines.world import SETTINGS, BroadPhase, WorldSettings
-from harness.methods.criteria import Criterion
+from steadyload.engines.quantities import quantity
+from steadyload.engines.registry import engine_options
+from steadyload.engines.world import SETTINGS, BroadPhase, WorldSettings
+from steadyload.methods.criteria import Criterion
 
 
 class BetweenSteps(StrEnum):

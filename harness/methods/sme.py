@@ -1,13 +1,13 @@
-"""The authors' force-based rule; the exact question is :mod:`harness.methods.equilibrium`."""
+"""The authors' force-based rule; the exact question is :mod:`steadyload.methods.equilibrium`."""
 
 from __future__ import annotations
 
-from harness.layouts.contacts import Supports, find_supports
-from harness.layouts.growing import GrowingLayout
-from harness.layouts.model import Arrangement, Layout
-from harness.methods.method import STABLE, Finding, Loader, Method, Stopwatch, Trait
-from harness.methods.plane import Point, strictly_inside_hull
-from harness.methods.spec import NoParameters
+from steadyload.layouts.contacts import Supports, find_supports
+from steadyload.layouts.growing import GrowingLayout
+from steadyload.layouts.model import Arrangement, Layout
+from steadyload.methods.method import STABLE, Finding, Loader, Method, Stopwatch, Trait
+from steadyload.methods.plane import Point, strictly_inside_hull
+from steadyload.methods.spec import NoParameters
 
 _ROUNDING = 1e-9
 

@@ -14,11 +14,11 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from harness.atomic import write_atomically
-from harness.methods.method import Method
-from harness.methods.spec import SpecError, as_plain
+from steadyload.atomic import write_atomically
+from steadyload.methods.method import Method
+from steadyload.methods.spec import SpecError, as_plain
 
-FILE = Path(str(resources.files("harness.methods"))) / "cascades.json"
+FILE = Path(str(resources.files("steadyload.methods"))) / "cascades.json"
 """The thresholds that come with the package."""
 
 

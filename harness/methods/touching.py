@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from engines.attitudes import cross
-from harness.layouts.model import TOLERANCE, Arrangement, FloatArray
+from steadyload.engines.attitudes import cross
+from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray
 
 Indices = NDArray[np.intp]
 

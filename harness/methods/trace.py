@@ -14,14 +14,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from engines.world import Box, EngineError, FloatArray, Poses
-from harness.layouts.model import Layout
-from harness.methods.criteria import Criterion, Examiner, Indices, euler_angles
-from harness.methods.loading import Loading
-from harness.methods.method import Finding, Status, Stopwatch
-from harness.methods.scene import CM
-from harness.methods.simulation import Simulation
-from harness.methods.simulation_parameters import BetweenSteps, Scope
+from steadyload.engines.world import Box, EngineError, FloatArray, Poses
+from steadyload.layouts.model import Layout
+from steadyload.methods.criteria import Criterion, Examiner, Indices, euler_angles
+from steadyload.methods.loading import Loading
+from steadyload.methods.method import Finding, Status, Stopwatch
+from steadyload.methods.scene import CM
+from steadyload.methods.simulation import Simulation
+from steadyload.methods.simulation_parameters import BetweenSteps, Scope
 
 LIMIT_T = 20.0
 """A step is simulated no further once a corner has moved by more along one axis [cm]."""
@@ -66,7 +66,7 @@ class Trace:
         """The first step at which something moved too far; None for a stable layout.
 
         Args:
-            criterion: see :class:`harness.methods.criteria.Criterion`.
+            criterion: see :class:`steadyload.methods.criteria.Criterion`.
             eps_t: displacement that counts as unstable [cm], up to :data:`LIMIT_T`.
             eps_r: angle that counts as unstable [degrees], up to :data:`LIMIT_R`.
             samples: look at the first so many samples.
@@ -110,7 +110,7 @@ def trace_loading(
 
     Raises:
         ValueError: the method carries the state over.
-        RefusedError: see :class:`harness.methods.simulation.Loading`.
+        RefusedError: see :class:`steadyload.methods.simulation.Loading`.
     """
     parameters = method.parameters
     if parameters.between_steps is not BetweenSteps.RESEAT:

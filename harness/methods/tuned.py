@@ -14,12 +14,12 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from harness.atomic import write_atomically
+from steadyload.atomic import write_atomically
 
 TUNED = "ps_opt"
 """Name of the tuned preset; it exists before anything was tuned, and then on no engine."""
 
-FILE = Path(str(resources.files("harness.methods"))) / "tuned.json"
+FILE = Path(str(resources.files("steadyload.methods"))) / "tuned.json"
 """Where searches write to, and presets are read from."""
 
 

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from engines.quantities import check_ranges, quantity
-from engines.registry import world_class
-from harness.layouts.deviations import NUMBERS_AN_ITEM, deviated
-from harness.layouts.model import FloatArray, Layout
-from harness.methods.method import Method, Verdict, judge
-from harness.methods.scene import planar_scene
-from harness.methods.spec import bind, canonical, split_values
+from steadyload.engines.quantities import check_ranges, quantity
+from steadyload.engines.registry import world_class
+from steadyload.layouts.deviations import NUMBERS_AN_ITEM, deviated
+from steadyload.layouts.model import FloatArray, Layout
+from steadyload.methods.method import Method, Verdict, judge
+from steadyload.methods.scene import planar_scene
+from steadyload.methods.spec import bind, canonical, split_values
 
 _WHERE = "uncertain"
 _FRICTION = "friction"
@@ -27,7 +27,7 @@ class Uncertainty:
     """What deviates from the plan: standard deviations of independent normal deviations.
 
     Centres of mass, places and weights deviate item by item, see
-    :func:`harness.layouts.deviations.deviated`; friction is one number for the whole layout, cut
+    :func:`steadyload.layouts.deviations.deviated`; friction is one number for the whole layout, cut
     off where the method's own parameter ends.
 
     Raises:

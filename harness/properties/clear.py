@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from harness.layouts.model import Layout
-from harness.methods.margins import margins
-from harness.methods.method import Trait, Verdict
-from harness.properties.property import Subject
+from steadyload.layouts.model import Layout
+from steadyload.methods.margins import margins
+from steadyload.methods.method import Trait, Verdict
+from steadyload.properties.property import Subject
 
 CLEARANCE = 0.3
 """A balance kept or lost by this much is clear [cm]: every contact patch could be narrower, or

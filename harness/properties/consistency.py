@@ -5,13 +5,13 @@ from __future__ import annotations
 from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 
-from harness.layouts.model import Item, Layout, Pallet
-from harness.methods.envelope import leaves
-from harness.methods.method import Trait, Verdict
-from harness.methods.registry import make_method
-from harness.properties.clear import is_clear
-from harness.properties.property import Case, Property, Subject, Violation, declaring, spoken
-from harness.properties.strategies import density_weight, layouts
+from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.methods.envelope import leaves
+from steadyload.methods.method import Trait, Verdict
+from steadyload.methods.registry import make_method
+from steadyload.properties.clear import is_clear
+from steadyload.properties.property import Case, Property, Subject, Violation, declaring, spoken
+from steadyload.properties.strategies import density_weight, layouts
 
 _FAR = 150.0
 """How far away a far item stands [cm]; nothing moves that far within a placement."""

@@ -13,8 +13,8 @@ from functools import cache
 from importlib import resources
 from pathlib import Path
 
-from harness.layouts.formats import read_layouts
-from harness.properties.property import Case
+from steadyload.layouts.formats import read_layouts
+from steadyload.properties.property import Case
 
 MOST_PER_ENGINE = 3
 """An engine with more findings is one to mend, or not to use."""
@@ -37,7 +37,7 @@ class KnownFinding:
 @cache
 def known_findings() -> tuple[KnownFinding, ...]:
     """All declared findings."""
-    folder = resources.files("harness.properties")
+    folder = resources.files("steadyload.properties")
     tables = tomllib.loads(folder.joinpath("findings.toml").read_text()).get("finding", [])
     found = []
     for table in tables:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from harness.layouts.model import Layout, Pallet, Vector
+from steadyload.layouts.model import Layout, Pallet, Vector
 
 
 def translated(layout: Layout, along_x: float, along_z: float) -> Layout:

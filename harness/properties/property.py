@@ -8,11 +8,11 @@ from functools import cached_property
 
 from hypothesis.strategies import SearchStrategy
 
-from engines.registry import world_class
-from engines.world import Capabilities
-from harness.layouts.model import Layout
-from harness.methods.method import Method, Status, Trait, Verdict
-from harness.methods.registry import make_method
+from steadyload.engines.registry import world_class
+from steadyload.engines.world import Capabilities
+from steadyload.layouts.model import Layout
+from steadyload.methods.method import Method, Status, Trait, Verdict
+from steadyload.methods.registry import make_method
 
 
 class Violation(Exception):  # noqa: N818 - what a check finds, no fault of the program

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from harness.methods.spec import nearest
-from harness.properties import PropertyError, consistency, stability, symmetry, worlds
-from harness.properties.property import Property
+from steadyload.methods.spec import nearest
+from steadyload.properties import PropertyError, consistency, stability, symmetry, worlds
+from steadyload.properties.property import Property
 
 PROPERTIES: dict[str, Property] = {
     p.name: p for module in (consistency, symmetry, stability, worlds) for p in module.PROPERTIES

@@ -9,7 +9,7 @@ import hypothesis
 from hypothesis import HealthCheck, Phase, settings
 from hypothesis.errors import Flaky, HypothesisException
 
-from harness.properties.property import Case, Property, Subject, Violation
+from steadyload.properties.property import Case, Property, Subject, Violation
 
 PROFILES = {"quick": 20, "ci": 100, "deep": 1000}
 """Examples a property and method, by profile."""

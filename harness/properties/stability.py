@@ -8,18 +8,18 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 
-from engines.world import GRAVITY
-from harness.layouts.model import Layout
-from harness.methods.envelope import leaves
-from harness.methods.friction import Sides, unbalanced_item
-from harness.methods.method import Status, Trait
-from harness.methods.simulation import Simulation
-from harness.methods.simulation_parameters import BetweenSteps
-from harness.methods.trace import Trace, trace_loading
-from harness.properties.clear import balance_lost
-from harness.properties.moved import quarter_turned
-from harness.properties.property import Case, Property, Subject, Violation, declaring, spoken
-from harness.properties.strategies import (
+from steadyload.engines.world import GRAVITY
+from steadyload.layouts.model import Layout
+from steadyload.methods.envelope import leaves
+from steadyload.methods.friction import Sides, unbalanced_item
+from steadyload.methods.method import Status, Trait
+from steadyload.methods.simulation import Simulation
+from steadyload.methods.simulation_parameters import BetweenSteps
+from steadyload.methods.trace import Trace, trace_loading
+from steadyload.properties.clear import balance_lost
+from steadyload.properties.moved import quarter_turned
+from steadyload.properties.property import Case, Property, Subject, Violation, declaring, spoken
+from steadyload.properties.strategies import (
     Placed,
     built,
     density_weight,
@@ -30,7 +30,7 @@ from harness.properties.strategies import (
     towers,
     with_offsets,
 )
-from harness.studies.mechanics import tipping_time
+from steadyload.studies.mechanics import tipping_time
 
 REST_SHIFT = 0.1
 """How far a corner may creep while its item is at rest [cm], where items are not large."""

@@ -15,23 +15,29 @@ from dataclasses import dataclass
 from importlib import metadata, resources
 from pathlib import Path
 
-from engines.registry import engine_names, engines, installed_versions
-from harness.atomic import write_atomically
-from harness.layouts.formats import Format, read_layouts, write_layouts
-from harness.layouts.model import Layout
-from harness.methods.envelope import ENVELOPES
-from harness.methods.spec import nearest
-from harness.properties import PropertyError
-from harness.properties.findings import finding
-from harness.properties.property import Case, Property, Subject
-from harness.properties.registry import PROPERTIES
-from harness.properties.search import Counterexample, Outcome, search
-from harness.studies import mechanics
-from harness.studies.comparison import method_key, scene
-from harness.studies.executors import IN_THIS_PROCESS, SinglePart, run_units
-from harness.studies.results import judged_by, provenance_lines
-from harness.studies.runner import locked
-from reports.property_records import ItemRow, PropertyRow, PropertyTable, SmallestCase, Standing
+from steadyload.atomic import write_atomically
+from steadyload.engines.registry import engine_names, engines, installed_versions
+from steadyload.layouts.formats import Format, read_layouts, write_layouts
+from steadyload.layouts.model import Layout
+from steadyload.methods.envelope import ENVELOPES
+from steadyload.methods.spec import nearest
+from steadyload.properties import PropertyError
+from steadyload.properties.findings import finding
+from steadyload.properties.property import Case, Property, Subject
+from steadyload.properties.registry import PROPERTIES
+from steadyload.properties.search import Counterexample, Outcome, search
+from steadyload.reports.property_records import (
+    ItemRow,
+    PropertyRow,
+    PropertyTable,
+    SmallestCase,
+    Standing,
+)
+from steadyload.studies import mechanics
+from steadyload.studies.comparison import method_key, scene
+from steadyload.studies.executors import IN_THIS_PROCESS, SinglePart, run_units
+from steadyload.studies.results import judged_by, provenance_lines
+from steadyload.studies.runner import locked
 
 STATIC_METHODS = (
     "fbs",
@@ -109,7 +115,7 @@ def run_properties(
         study: what is asked; a method that is spelt in two ways is asked once.
         directory: folder of the results, made when it does not exist.
         output: folder of the page, to which counterexamples go; by default the same.
-        workers: see :func:`harness.studies.runner.run_study`.
+        workers: see :func:`steadyload.studies.runner.run_study`.
         progress: called with pairs done and pairs in all.
 
     Raises:
@@ -117,7 +123,7 @@ def run_properties(
         PropertyError: no property applies to any of the methods.
         EngineNotInstalledError: a method's engine is missing.
         ResultsError: another run is at work in the folder.
-        WorkerDiedError: see :func:`harness.studies.executors.run_units`.
+        WorkerDiedError: see :func:`steadyload.studies.executors.run_units`.
     """
     subjects = list({s.spec: s for s in map(Subject, study.methods)}.values())
     for subject in subjects:
@@ -164,7 +170,7 @@ def _units(subject: Subject, study: PropertyStudy, folder: Path) -> Iterator[_Un
     here = Path(__file__).parent
     code = [*sorted(here.glob("*.py")), Path(str(mechanics.__file__))]
     rules = hashlib.sha256(b"".join(path.read_bytes() for path in code))
-    rules.update(resources.files("harness.methods").joinpath(ENVELOPES).read_bytes())
+    rules.update(resources.files("steadyload.methods").joinpath(ENVELOPES).read_bytes())
     made_by = [
         subject.spec, study.examples, study.seed, rules.hexdigest(),
         metadata.version("hypothesis"), judged_by(subject.method),

@@ -8,12 +8,20 @@ from dataclasses import replace
 from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 
-from harness.layouts.model import WEIGHTS, Layout, replace_items
-from harness.methods.method import Trait
-from harness.properties.clear import is_clear
-from harness.properties.moved import mirrored, quarter_turned, translated
-from harness.properties.property import Case, Check, Property, Subject, Violation, declaring, spoken
-from harness.properties.strategies import ordinary_layouts
+from steadyload.layouts.model import WEIGHTS, Layout, replace_items
+from steadyload.methods.method import Trait
+from steadyload.properties.clear import is_clear
+from steadyload.properties.moved import mirrored, quarter_turned, translated
+from steadyload.properties.property import (
+    Case,
+    Check,
+    Property,
+    Subject,
+    Violation,
+    declaring,
+    spoken,
+)
+from steadyload.properties.strategies import ordinary_layouts
 
 _FARTHEST = 64
 _HEAVIEST = 10

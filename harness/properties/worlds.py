@@ -6,12 +6,12 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 
-from engines.attitudes import rotate
-from engines.registry import open_world
-from engines.world import GRAVITY, FixedStepWorld, Velocities, WorldSettings
-from harness.methods.scene import Across, boxes, planar_scene
-from harness.properties.property import Case, Property, Subject, Violation
-from harness.properties.strategies import Placed, built, density_weight, ordinary_layouts
+from steadyload.engines.attitudes import rotate
+from steadyload.engines.registry import open_world
+from steadyload.engines.world import GRAVITY, FixedStepWorld, Velocities, WorldSettings
+from steadyload.methods.scene import Across, boxes, planar_scene
+from steadyload.properties.property import Case, Property, Subject, Violation
+from steadyload.properties.strategies import Placed, built, density_weight, ordinary_layouts
 
 _EXACT = 1e-6
 _LIFT = 0.001

@@ -13,8 +13,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from harness.studies.metrics import mean, share, weighted_share
-from reports.records import Accuracies, AccuracySummary, Estimate, MethodSummary
+from steadyload.reports.records import Accuracies, AccuracySummary, Estimate, MethodSummary
+from steadyload.studies.metrics import mean, share, weighted_share
 
 BoolArray = NDArray[np.bool_]
 
@@ -24,8 +24,9 @@ def verdicts_against_labels(said: pd.Series, labels: pd.DataFrame) -> pd.DataFra
 
     Args:
         said: items placed safely, all of them for a stable layout, missing without a verdict; as a
-            column of :func:`harness.studies.metrics.outcomes`.
-        labels: those of the same cases, :data:`harness.studies.labels.LABELS`, in the same order.
+            column of :func:`steadyload.studies.metrics.outcomes`.
+        labels: those of the same cases, :data:`steadyload.studies.labels.LABELS`, in the same
+            order.
 
     Returns:
         Booleans, indexed as ``said``. ``right``: the same failing step (Eq. 5 of the paper).
@@ -59,8 +60,9 @@ def accuracies(
 
     Args:
         about: what the run folder's manifest says of the labels.
-        said: as :func:`harness.studies.metrics.outcomes` gives it.
-        labels: those of the same cases, :data:`harness.studies.labels.LABELS`, in the same order.
+        said: as :func:`steadyload.studies.metrics.outcomes` gives it.
+        labels: those of the same cases, :data:`steadyload.studies.labels.LABELS`, in the same
+            order.
         summaries: what methods cost, over all cases.
         by_scenario: the same, by scenario; may be empty.
     """
@@ -129,7 +131,7 @@ def at_natural_prevalence(
 
     Args:
         right: whether a method is right, shape (cases,).
-        labels: of the same cases, :data:`harness.studies.labels.LABELS`.
+        labels: of the same cases, :data:`steadyload.studies.labels.LABELS`.
         natural: share of stable layouts by scenario.
 
     Returns:

@@ -8,13 +8,11 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from harness.layouts.benchmark.confidence import ENSEMBLE, Reason, agrees
-from harness.layouts.benchmark.dataset import KEYS, Benchmark
-from harness.layouts.benchmark.tables import BenchmarkError
-from harness.layouts.scenarios import Scenario
-from harness.studies.metrics import mean, share
-from harness.studies.results import provenance_lines
-from reports.benchmark_records import (
+from steadyload.layouts.benchmark.confidence import ENSEMBLE, Reason, agrees
+from steadyload.layouts.benchmark.dataset import KEYS, Benchmark
+from steadyload.layouts.benchmark.tables import BenchmarkError
+from steadyload.layouts.scenarios import Scenario
+from steadyload.reports.benchmark_records import (
     BenchmarkSummary,
     ClassCount,
     FailureReason,
@@ -24,7 +22,9 @@ from reports.benchmark_records import (
     RobustDispute,
     SplitCount,
 )
-from reports.records import Estimate
+from steadyload.reports.records import Estimate
+from steadyload.studies.metrics import mean, share
+from steadyload.studies.results import provenance_lines
 
 PUBLISHED_STABLE: Mapping[str, float] = {"S1": 0.790, "S2a": 0.760, "S2b": 0.708}
 """Share of stable layouts in the paper's sub-dataset 2, before balancing."""

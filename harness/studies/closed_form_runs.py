@@ -1,4 +1,4 @@
-"""How an engine answers the questions of :mod:`harness.studies.closed_forms`.
+"""How an engine answers the questions of :mod:`steadyload.studies.closed_forms`.
 
 Each function sets up a scene, lets it run and returns one number, in the unit of its test.
 """
@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from engines.registry import open_world, world_class
-from engines.world import (
+from steadyload.engines.registry import open_world, world_class
+from steadyload.engines.world import (
     GRAVITY,
     Box,
     FixedStepWorld,
@@ -24,8 +24,8 @@ from engines.world import (
     Velocities,
     WorldSettings,
 )
-from harness.methods.method import Stopwatch
-from harness.studies import mechanics
+from steadyload.methods.method import Stopwatch
+from steadyload.studies import mechanics
 
 SIDE = 0.1
 _CUBE = (SIDE, SIDE, SIDE)
@@ -64,7 +64,7 @@ class Stage:
     """One engine at one frequency.
 
     ``watch``: is looked at after every substep; what takes longer than it allows ends with its
-    :class:`harness.methods.method.TimeoutExpiredError`.
+    :class:`steadyload.methods.method.TimeoutExpiredError`.
     """
 
     engine: str

@@ -13,13 +13,13 @@ from functools import cache, partial
 
 import numpy as np
 
-from engines.registry import engine_names, world_class
-from engines.world import EngineError
-from harness.methods.spec import nearest
-from harness.studies import closed_form_runs as runs
-from harness.studies import mechanics
-from harness.studies.definition import StudyError
-from reports.records import ClosedFormResult, ClosedFormTest
+from steadyload.engines.registry import engine_names, world_class
+from steadyload.engines.world import EngineError
+from steadyload.methods.spec import nearest
+from steadyload.reports.records import ClosedFormResult, ClosedFormTest
+from steadyload.studies import closed_form_runs as runs
+from steadyload.studies import mechanics
+from steadyload.studies.definition import StudyError
 
 FREQUENCIES = (90, 240, 1000)
 

@@ -23,8 +23,8 @@ from distributed import Client, KilledWorker, LocalCluster, Worker, get_worker
 from distributed.comm import get_address_host_port
 from distributed.diagnostics.plugin import WorkerPlugin
 
-from harness.studies.executors import AHEAD, LOOK, ExecutorError, all_cores
-from harness.studies.seats import (
+from steadyload.studies.executors import AHEAD, LOOK, ExecutorError, all_cores
+from steadyload.studies.seats import (
     Answer,
     Crashed,
     GivenUpError,
@@ -34,7 +34,7 @@ from harness.studies.seats import (
     WorkerDiedError,
     WorkUnit,
 )
-from harness.studies.workers import RemoteTracebackError, interrupts_held_back, pickled
+from steadyload.studies.workers import RemoteTracebackError, interrupts_held_back, pickled
 
 _PATIENCE = 10.0
 """Seconds for a scheduler to answer."""
@@ -81,7 +81,7 @@ class Dask:
 
     @property
     def room(self) -> int:
-        """See :attr:`harness.studies.executors.Executor.room`."""
+        """See :attr:`steadyload.studies.executors.Executor.room`."""
         if time.monotonic() - self._asked >= LOOK:
             with suppress(OSError, TimeoutError):  # what is in flight hears of a lost scheduler
                 threads = self._client.scheduler_info(n_workers=0)["total_threads"]
@@ -92,7 +92,7 @@ class Dask:
     def submit(
         self, work: Work[Unit, Answer], unit: Unit, crashed: Crashed[Unit, Answer]
     ) -> Future[list[Answer]]:
-        """See :meth:`harness.studies.executors.Executor.submit`."""
+        """See :meth:`steadyload.studies.executors.Executor.submit`."""
         if self._client.status == "closed":
             raise WorkerDiedError(_GONE)
         # As bytes, because what they stand for concerns neither the scheduler nor its memory.

@@ -11,20 +11,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from engines.world import SETTINGS
-from harness.layouts.formats import read_written
-from harness.layouts.model import Layout
-from harness.layouts.scenarios import Scenario, apply_scenario
-from harness.methods.method import Method
-from harness.methods.registry import presets
-from harness.methods.simulation_parameters import SimulationParameters
-from harness.studies.accuracy import accuracies
-from harness.studies.definition import AS_GIVEN
-from harness.studies.labels import labelled_layout, load_labels
-from harness.studies.metrics import agreement, mean, outcomes, same, share
-from harness.studies.results import KEYS, ResultsError, each_shard, load_manifest, load_results
-from reports.extreme_records import BeyondEnvelope
-from reports.records import (
+from steadyload.engines.world import SETTINGS
+from steadyload.layouts.formats import read_written
+from steadyload.layouts.model import Layout
+from steadyload.layouts.scenarios import Scenario, apply_scenario
+from steadyload.methods.method import Method
+from steadyload.methods.registry import presets
+from steadyload.methods.simulation_parameters import SimulationParameters
+from steadyload.reports.extreme_records import BeyondEnvelope
+from steadyload.reports.records import (
     AgreementMatrix,
     Comparison,
     Disagreement,
@@ -36,6 +31,11 @@ from reports.records import (
     Scene,
     SettingsUse,
 )
+from steadyload.studies.accuracy import accuracies
+from steadyload.studies.definition import AS_GIVEN
+from steadyload.studies.labels import labelled_layout, load_labels
+from steadyload.studies.metrics import agreement, mean, outcomes, same, share
+from steadyload.studies.results import KEYS, ResultsError, each_shard, load_manifest, load_results
 
 _TITLES = {
     "fbs": "FBS",

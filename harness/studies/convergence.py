@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from harness.methods.method import Status
-from harness.methods.registry import make_method
-from harness.studies.definition import StudyDefinition
-from harness.studies.executors import IN_THIS_PROCESS
-from harness.studies.metrics import mean, share
-from harness.studies.results import load_manifest, load_results, provenance_lines
-from harness.studies.runner import run_study
-from reports.records import Convergence, ConvergenceRow, Estimate, LabelDispute
+from steadyload.methods.method import Status
+from steadyload.methods.registry import make_method
+from steadyload.reports.records import Convergence, ConvergenceRow, Estimate, LabelDispute
+from steadyload.studies.definition import StudyDefinition
+from steadyload.studies.executors import IN_THIS_PROCESS
+from steadyload.studies.metrics import mean, share
+from steadyload.studies.results import load_manifest, load_results, provenance_lines
+from steadyload.studies.runner import run_study
 
 BASE = "label@reference"
 SEED = 7
@@ -152,12 +152,12 @@ def run_convergence(
         layouts: see :func:`convergence_studies`.
         sample: likewise.
         opinions: likewise.
-        workers: see :func:`harness.studies.runner.run_study`.
+        workers: see :func:`steadyload.studies.runner.run_study`.
         progress: called with rows done and rows in all, of one folder after the other.
 
     Raises:
         EngineNotInstalledError: a judge's engine is missing.
-        ResultsError, WorkerDiedError: see :func:`harness.studies.runner.run_study`.
+        ResultsError, WorkerDiedError: see :func:`steadyload.studies.runner.run_study`.
     """
     for spec in opinions:
         make_method(spec).prepare()  # a missing library shows now, not after an hour

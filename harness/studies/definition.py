@@ -12,14 +12,14 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from harness.layouts.benchmark import Part
-from harness.layouts.benchmark.dataset import SETS
-from harness.layouts.formats import read_layouts
-from harness.layouts.model import Layout
-from harness.layouts.packing import drawn_layouts
-from harness.layouts.scenarios import Scenario, apply_scenario
-from harness.methods.registry import make_method
-from harness.methods.spec import SpecError, nearest
+from steadyload.layouts.benchmark import Part
+from steadyload.layouts.benchmark.dataset import SETS
+from steadyload.layouts.formats import read_layouts
+from steadyload.layouts.model import Layout
+from steadyload.layouts.packing import drawn_layouts
+from steadyload.layouts.scenarios import Scenario, apply_scenario
+from steadyload.methods.registry import make_method
+from steadyload.methods.spec import SpecError, nearest
 
 AS_GIVEN = "as given"
 """Scenario of layouts that keep the centres of mass of their files."""
@@ -54,7 +54,7 @@ class StudyDefinition:
             among them (empty for all) and ``limit`` counts cases a scenario, those of the first
             ranks.
         benchmark_directory: the folder of the labelled set, or a word of
-            :data:`harness.layouts.benchmark.dataset.SETS` as a text; None for the large set that
+            :data:`steadyload.layouts.benchmark.dataset.SETS` as a text; None for the large set that
             comes with the package.
 
     Raises:
@@ -103,7 +103,7 @@ class StudyDefinition:
     def layouts(self) -> Iterator[Layout]:
         """The study's own layouts in turn, whole and without scenarios, those of the files first.
 
-        Those of a labelled set come from :func:`harness.studies.labels.labelled_material`.
+        Those of a labelled set come from :func:`steadyload.studies.labels.labelled_material`.
 
         Raises:
             LayoutError: a file is invalid, or a name stands in two files.
@@ -151,7 +151,7 @@ def load_study(source: str | Path) -> StudyDefinition:
         OSError: the file cannot be read.
     """
     if str(source) == EMBEDDED:
-        path = Path(str(resources.files("harness.studies.embedded") / "study.toml"))
+        path = Path(str(resources.files("steadyload.studies.embedded") / "study.toml"))
     else:
         path = Path(source)
     try:

@@ -6,12 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from engines.registry import engine_names, world_class
-from harness.layouts.model import Layout
-from harness.methods.method import Status
-from harness.methods.registry import make_method
-from harness.studies.metrics import mean, share
-from reports.records import EngineAgreement, OptionEffect
+from steadyload.engines.registry import engine_names, world_class
+from steadyload.layouts.model import Layout
+from steadyload.methods.method import Status
+from steadyload.methods.registry import make_method
+from steadyload.reports.records import EngineAgreement, OptionEffect
+from steadyload.studies.metrics import mean, share
 
 BASE = "t_max=0.3,eps_t=10,eps_r=10,friction=0.5,between_steps=reseat"
 """Untuned: the reference simulation's time, thresholds and friction, nothing else."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from engines.registry import capabilities, engines
-from engines.world import EngineNotInstalledError
-from reports.records import EngineSettings
+from steadyload.engines.registry import capabilities, engines
+from steadyload.engines.world import EngineNotInstalledError
+from steadyload.reports.records import EngineSettings
 
 
 def engine_records() -> list[EngineSettings]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from harness.layouts.model import Layout
-from harness.methods.envelope import Limit, beyond, envelope_of, extent
-from harness.methods.registry import make_method
+from steadyload.layouts.model import Layout
+from steadyload.methods.envelope import Limit, beyond, envelope_of, extent
+from steadyload.methods.registry import make_method
 
 EnvelopeUse = dict[str, dict[str, Any]]
 """By method: ``measured``; where that is true also ``cases`` beyond the envelope, ``of`` how many,
@@ -74,7 +74,7 @@ def study_warnings(use: EnvelopeUse) -> list[str]:
 
 
 def score_warnings(records: Iterable[Mapping[str, Any]]) -> list[str]:
-    """The same of the records that :func:`harness.studies.scoring.score_layouts` returns."""
+    """The same of the records that :func:`steadyload.studies.scoring.score_layouts` returns."""
     by_method: dict[str, list[Mapping[str, Any]]] = {}
     for record in records:
         by_method.setdefault(record["method"], []).append(record)

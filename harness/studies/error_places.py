@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from harness.studies.metrics import share
-from reports.records import Estimate
-from reports.table5_records import MarginBin, SizeBin
+from steadyload.reports.records import Estimate
+from steadyload.reports.table5_records import MarginBin, SizeBin
+from steadyload.studies.metrics import share
 
 SIZES = ((1, 3), (4, 5), (6, 6), (7, 7), (8, 10), (11, 15), (16, 19), (20, 20))
 """Numbers of items that go together. The paper cuts layouts to 20 items: many have just so many."""
@@ -25,7 +25,7 @@ def size_bins(right: pd.DataFrame, labels: pd.DataFrame) -> tuple[SizeBin, ...]:
 
     Args:
         right: whether a method is right, cases x specs.
-        labels: of the same cases, :data:`harness.studies.labels.LABELS`, in the same order.
+        labels: of the same cases, :data:`steadyload.studies.labels.LABELS`, in the same order.
     """
     count, lists = labels["item_count"].astype(int).to_numpy(), labels["instance"].to_numpy()
     most = max(int(count.max(initial=0)), SIZES[-1][1])
@@ -48,8 +48,8 @@ def margin_bins(
     either would say of later steps is not known.
 
     Args:
-        said: items placed safely, cases x specs, as :func:`harness.studies.metrics.outcomes`.
-        labels: of the same cases, :data:`harness.studies.labels.LABELS`, in the same order.
+        said: items placed safely, cases x specs, as :func:`steadyload.studies.metrics.outcomes`.
+        labels: of the same cases, :data:`steadyload.studies.labels.LABELS`, in the same order.
         margins: by case, the margin of every step up to the label's failing one [cm].
     """
     if any(margin is None for margin in margins):

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Any, Protocol, Self
 
-from harness.methods.spec import nearest
-from harness.studies.seats import (
+from steadyload.methods.spec import nearest
+from steadyload.studies.seats import (
     Answer,
     Crashed,
     GivenUpError,
@@ -52,7 +52,7 @@ class SinglePart:
         return 1
 
     def without(self, done: int) -> Self:
-        """See :meth:`harness.studies.seats.WorkUnit.without`."""
+        """See :meth:`steadyload.studies.seats.WorkUnit.without`."""
         return self
 
 
@@ -69,7 +69,7 @@ class Executor(Protocol):
     ) -> Future[list[Answer]]:
         """The answers to a unit's parts, once they are there.
 
-        The future's exceptions are those of :meth:`harness.studies.seats.Seat.answers`.
+        The future's exceptions are those of :meth:`steadyload.studies.seats.Seat.answers`.
         """
         ...
 
@@ -143,9 +143,9 @@ class ExecutorEntry:
 
 
 EXECUTORS: dict[str, ExecutorEntry] = {
-    "serial": ExecutorEntry("harness.studies.executors:Serial"),
-    "processes": ExecutorEntry("harness.studies.executors:Processes", ("workers",)),
-    "dask": ExecutorEntry("harness.studies.cluster:Dask", ("workers", "scheduler"), "dask"),
+    "serial": ExecutorEntry("steadyload.studies.executors:Serial"),
+    "processes": ExecutorEntry("steadyload.studies.executors:Processes", ("workers",)),
+    "dask": ExecutorEntry("steadyload.studies.cluster:Dask", ("workers", "scheduler"), "dask"),
 }
 
 
@@ -158,7 +158,7 @@ def make_executor(name: str, **options: Any) -> Executor:
 
     Raises:
         ExecutorError: there is no such executor, it cannot be told such a thing, a package that it
-            needs is not installed, or what :class:`harness.studies.cluster.Dask` raises.
+            needs is not installed, or what :class:`steadyload.studies.cluster.Dask` raises.
     """
     entry = EXECUTORS.get(name)
     if entry is None:

@@ -15,19 +15,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import engines
-from engines.registry import engine_names, installed_versions, world_class
-from engines.registry import engines as registered
-from harness.atomic import write_atomically
-from harness.methods import criteria
-from harness.methods.spec import nearest
-from harness.studies import closed_form_runs, extreme_runs, extreme_scenes, extremes, mechanics
-from harness.studies.definition import StudyError
-from harness.studies.executors import IN_THIS_PROCESS, SinglePart, run_units
-from harness.studies.extremes import FREQUENCIES, TIMEOUT, measure_cell, sweep_names, sweeps
-from harness.studies.results import ResultsError, provenance
-from harness.studies.runner import locked
-from reports.extreme_records import ExtremeCell, Outcome
+from steadyload.atomic import write_atomically
+from steadyload.engines.registry import engine_names, installed_versions, world_class
+from steadyload.engines.registry import engines as registered
+from steadyload.methods import criteria
+from steadyload.methods.spec import nearest
+from steadyload.reports.extreme_records import ExtremeCell, Outcome
+from steadyload.studies import closed_form_runs, extreme_runs, extreme_scenes, extremes, mechanics
+from steadyload.studies.definition import StudyError
+from steadyload.studies.executors import IN_THIS_PROCESS, SinglePart, run_units
+from steadyload.studies.extremes import FREQUENCIES, TIMEOUT, measure_cell, sweep_names, sweeps
+from steadyload.studies.results import ResultsError, provenance
+from steadyload.studies.runner import locked
 
 _MEASURING = (extremes, extreme_runs, extreme_scenes, closed_form_runs, mechanics, criteria)
 """The modules whose code a cell depends on, besides the engines."""
@@ -85,14 +84,14 @@ def run_extremes(
         only_sweeps: names of sweeps; all if None.
         frequencies: substeps a second; an engine that chooses its own steps runs once.
         timeout: wall seconds a cell may take.
-        workers: see :func:`harness.studies.runner.run_study`.
+        workers: see :func:`steadyload.studies.runner.run_study`.
         progress: called with cells done and the most that there can be.
 
     Raises:
         StudyError: no engine or sweep of that name.
         EngineNotInstalledError: the library behind an engine is missing.
         ResultsError: another run is at work in the folder, or it holds something else.
-        WorkerDiedError: see :func:`harness.studies.executors.run_units`.
+        WorkerDiedError: see :func:`steadyload.studies.executors.run_units`.
     """
     names = _known(only_engines, engine_names(), registered(), "engine")
     picked = _known(only_sweeps, sweep_names(), sweep_names(), "sweep")

@@ -9,12 +9,12 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import harness.methods
-from engines.registry import installed_versions
-from harness.atomic import write_atomically
-from harness.methods.envelope import ENVELOPES
-from harness.studies.extremes import sweeps
-from reports.extreme_records import EnvelopeRow, ExtremeCell, Extremes, Outcome
+import steadyload.methods
+from steadyload.atomic import write_atomically
+from steadyload.engines.registry import installed_versions
+from steadyload.methods.envelope import ENVELOPES
+from steadyload.reports.extreme_records import EnvelopeRow, ExtremeCell, Extremes, Outcome
+from steadyload.studies.extremes import sweeps
 
 _SIZE_SWEEPS = ("size-two", "size-five")
 _NOMINAL = 10.0
@@ -140,8 +140,8 @@ def _both(row: EnvelopeRow, higher: EnvelopeRow) -> EnvelopeRow:
 
 
 def envelope_file() -> Path:
-    """Where the envelopes that :mod:`harness.methods.envelope` reads are kept."""
-    return Path(harness.methods.__path__[0]) / ENVELOPES
+    """Where the envelopes that :mod:`steadyload.methods.envelope` reads are kept."""
+    return Path(steadyload.methods.__path__[0]) / ENVELOPES
 
 
 def write_envelopes(

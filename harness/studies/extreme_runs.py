@@ -1,4 +1,4 @@
-"""How one cell of a sweep of :mod:`harness.studies.extremes` is measured.
+"""How one cell of a sweep of :mod:`steadyload.studies.extremes` is measured.
 
 Each function lets one engine answer at one frequency and says how it fared.
 """
@@ -10,15 +10,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from engines.attitudes import rotate
-from engines.registry import world_class
-from engines.world import GRAVITY, Box, FixedStepWorld, Poses, Velocities, WorldSettings
-from harness.methods.criteria import Criterion, Examiner, euler_angles
-from harness.studies import closed_form_runs as runs
-from harness.studies import extreme_scenes as scenes
-from harness.studies import mechanics
-from harness.studies.closed_form_runs import Stage
-from reports.extreme_records import Outcome
+from steadyload.engines.attitudes import rotate
+from steadyload.engines.registry import world_class
+from steadyload.engines.world import GRAVITY, Box, FixedStepWorld, Poses, Velocities, WorldSettings
+from steadyload.methods.criteria import Criterion, Examiner, euler_angles
+from steadyload.reports.extreme_records import Outcome
+from steadyload.studies import closed_form_runs as runs
+from steadyload.studies import extreme_scenes as scenes
+from steadyload.studies import mechanics
+from steadyload.studies.closed_form_runs import Stage
 
 SECONDS = 0.3
 """Simulated time of a placement, as the label has it."""

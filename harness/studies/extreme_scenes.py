@@ -1,10 +1,10 @@
-"""Boxes for the sweeps of :mod:`harness.studies.extremes`, at their planned poses, in SI."""
+"""Boxes for the sweeps of :mod:`steadyload.studies.extremes`, at their planned poses, in SI."""
 
 from __future__ import annotations
 
 import math
 
-from engines.world import Box
+from steadyload.engines.world import Box
 
 SIDE = 0.1
 """Edge of a cube where the size is not what is swept [m]."""

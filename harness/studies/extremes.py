@@ -1,7 +1,7 @@
 """Sweeps to the edge of numerical stability, as data: what is swept, and what counts as held.
 
 A cell is one engine at one frequency and one value. Cells are independent of each other; how they
-are run and kept is :mod:`harness.studies.extreme_cells`.
+are run and kept is :mod:`steadyload.studies.extreme_cells`.
 """
 
 from __future__ import annotations
@@ -10,15 +10,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
-from engines.registry import world_class
-from engines.world import EngineError
-from harness.methods.method import Stopwatch, TimeoutExpiredError
-from harness.studies import closed_form_runs as runs
-from harness.studies import extreme_runs
-from harness.studies import extreme_scenes as scenes
-from harness.studies.closed_form_runs import NoValueError, Stage
-from harness.studies.extreme_runs import Finding
-from reports.extreme_records import ExtremeCell, ExtremeSweep, Outcome
+from steadyload.engines.registry import world_class
+from steadyload.engines.world import EngineError
+from steadyload.methods.method import Stopwatch, TimeoutExpiredError
+from steadyload.reports.extreme_records import ExtremeCell, ExtremeSweep, Outcome
+from steadyload.studies import closed_form_runs as runs
+from steadyload.studies import extreme_runs
+from steadyload.studies import extreme_scenes as scenes
+from steadyload.studies.closed_form_runs import NoValueError, Stage
+from steadyload.studies.extreme_runs import Finding
 
 FREQUENCIES = (5, 10, 15, 30, 60, 90, 120, 240, 480, 1000)
 

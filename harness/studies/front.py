@@ -14,13 +14,13 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
-from engines.registry import engines
-from harness.atomic import write_atomically
-from harness.methods.spec import nearest
-from harness.studies.comparison import compare
-from harness.studies.results import load_manifest
-from reports.records import Estimate
-from reports.table5_records import ALL, Table5
+from steadyload.atomic import write_atomically
+from steadyload.engines.registry import engines
+from steadyload.methods.spec import nearest
+from steadyload.reports.records import Estimate
+from steadyload.reports.table5_records import ALL, Table5
+from steadyload.studies.comparison import compare
+from steadyload.studies.results import load_manifest
 
 NAME = "front.json"
 """The file in a run folder that holds its front, where times were taken apart."""
@@ -28,7 +28,7 @@ NAME = "front.json"
 SPATIAL = "spatial"
 """The folder in a run folder of Table 5 that holds the rows of layouts in space."""
 
-FILE = Path(str(resources.files("harness.studies"))) / NAME
+FILE = Path(str(resources.files("steadyload.studies"))) / NAME
 """What was measured and comes with the package."""
 
 

@@ -1,7 +1,7 @@
 """What the noise of labels leaves to be reached: how often other answers to the question agree.
 
 A label is one answer, found once. Beside it there are those of an ensemble of changed references
-(:mod:`harness.layouts.benchmark.confidence`), each as good an answer as the changes are small. A
+(:mod:`steadyload.layouts.benchmark.confidence`), each as good an answer as the changes are small. A
 method that answers the same question by other means is one more draw from such answers: it cannot
 be expected to agree with the label more often than they agree among themselves.
 """
@@ -14,10 +14,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from harness.layouts.benchmark.confidence import Reason
-from harness.layouts.benchmark.dataset import KEYS
-from harness.studies.metrics import mean, share
-from reports.table5_records import ALL, Ceiling, CeilingRow
+from steadyload.layouts.benchmark.confidence import Reason
+from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.reports.table5_records import ALL, Ceiling, CeilingRow
+from steadyload.studies.metrics import mean, share
 
 WIDENING: tuple[tuple[str, tuple[Reason, ...]], ...] = (
     ("numerics", (Reason.NUMERICAL,)),
@@ -39,8 +39,9 @@ def label_ceiling(labels: pd.DataFrame, opinions: pd.DataFrame) -> Ceiling | Non
     """What judges that were asked again say of some cases; None where there was no ensemble.
 
     Args:
-        labels: a row a case, :data:`harness.studies.labels.LABELS`, indexed by layout and scenario.
-        opinions: of these cases and others, :data:`harness.layouts.benchmark.tables.OPINIONS`.
+        labels: a row a case, :data:`steadyload.studies.labels.LABELS`, indexed by layout and
+            scenario.
+        opinions: of these cases and others, :data:`steadyload.layouts.benchmark.tables.OPINIONS`.
     """
     said = opinions.assign(
         answer=opinions["failing_step"]

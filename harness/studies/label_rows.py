@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from harness.layouts.benchmark.tables import CASES
-from harness.layouts.model import Layout
-from harness.methods.criteria import Criterion
-from harness.methods.margins import margins
-from harness.methods.method import Status
-from harness.methods.registry import make_method
-from harness.methods.simulation import Simulation
-from harness.methods.trace import Trace, UndecidedError, trace_loading
+from steadyload.layouts.benchmark.tables import CASES
+from steadyload.layouts.model import Layout
+from steadyload.methods.criteria import Criterion
+from steadyload.methods.margins import margins
+from steadyload.methods.method import Status
+from steadyload.methods.registry import make_method
+from steadyload.methods.simulation import Simulation
+from steadyload.methods.trace import Trace, UndecidedError, trace_loading
 
 LABEL = "label@reference"
 

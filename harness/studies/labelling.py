@@ -16,12 +16,12 @@ from typing import Any
 
 import pandas as pd
 
-from engines.registry import installed_versions
-from harness.layouts.benchmark.build import BuildOptions, build
-from harness.layouts.benchmark.confidence import Reason
-from harness.layouts.benchmark.dataset import Benchmark, load_benchmark
-from harness.layouts.benchmark.splits import SplitSizes, assign_splits, drawn_instances
-from harness.layouts.benchmark.tables import (
+from steadyload.engines.registry import installed_versions
+from steadyload.layouts.benchmark.build import BuildOptions, build
+from steadyload.layouts.benchmark.confidence import Reason
+from steadyload.layouts.benchmark.dataset import Benchmark, load_benchmark
+from steadyload.layouts.benchmark.splits import SplitSizes, assign_splits, drawn_instances
+from steadyload.layouts.benchmark.tables import (
     CASES,
     OPINIONS,
     UNLABELLED,
@@ -33,13 +33,13 @@ from harness.layouts.benchmark.tables import (
     write_parquet,
     write_tables,
 )
-from harness.layouts.model import Layout
-from harness.methods.method import Status
-from harness.methods.registry import make_method
-from harness.studies import label_rows
-from harness.studies.definition import StudyDefinition
-from harness.studies.executors import IN_THIS_PROCESS, run_units
-from harness.studies.label_rows import (
+from steadyload.layouts.model import Layout
+from steadyload.methods.method import Status
+from steadyload.methods.registry import make_method
+from steadyload.studies import label_rows
+from steadyload.studies.definition import StudyDefinition
+from steadyload.studies.executors import IN_THIS_PROCESS, run_units
+from steadyload.studies.label_rows import (
     LABEL,
     LIMITS,
     TRACES,
@@ -47,8 +47,8 @@ from harness.studies.label_rows import (
     crashed_row,
     trace_unit,
 )
-from harness.studies.results import code_fingerprint, load_results, provenance
-from harness.studies.runner import locked, run_study
+from steadyload.studies.results import code_fingerprint, load_results, provenance
+from steadyload.studies.runner import locked, run_study
 
 _SHARD = 48
 
@@ -128,7 +128,7 @@ def write_unlabelled(
 
     Args:
         directory: made when it does not exist.
-        layouts: a row a geometry, :data:`harness.layouts.benchmark.tables.LAYOUTS`.
+        layouts: a row a geometry, :data:`steadyload.layouts.benchmark.tables.LAYOUTS`.
         cases: scenario and layout with its centres of mass; names as in ``layouts``.
         manifest: says at least the ``seed`` of the splits.
     """
@@ -160,7 +160,7 @@ def label_set(
         directory: as :func:`build_set` leaves it; labels are written into its tables.
         sizes: of validation and test; None for those of the manifest, :func:`split_sizes`.
         judges: the further judges.
-        workers: see :func:`harness.studies.runner.run_study`.
+        workers: see :func:`steadyload.studies.runner.run_study`.
         progress: called with what is done, cases done and cases in all.
 
     Raises:
@@ -168,7 +168,7 @@ def label_set(
             for the splits.
         ResultsError: another run is at work in the folder.
         EngineNotInstalledError: a judge's engine is missing.
-        WorkerDiedError: see :func:`harness.studies.executors.run_units`.
+        WorkerDiedError: see :func:`steadyload.studies.executors.run_units`.
     """
     manifest = read_tables(directory)[3]
     if manifest.get("origin") == "imported" or "seed" not in manifest:

@@ -16,13 +16,13 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 
-from harness.layouts.benchmark import Benchmark, BenchmarkError, load_benchmark
-from harness.layouts.benchmark.dataset import KEYS
-from harness.layouts.benchmark.tables import is_table, read_parquet, write_parquet
-from harness.layouts.formats import read_written
-from harness.layouts.model import Layout
-from harness.studies.definition import StudyDefinition
-from harness.studies.results import ResultsError
+from steadyload.layouts.benchmark import Benchmark, BenchmarkError, load_benchmark
+from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.benchmark.tables import is_table, read_parquet, write_parquet
+from steadyload.layouts.formats import read_written
+from steadyload.layouts.model import Layout
+from steadyload.studies.definition import StudyDefinition
+from steadyload.studies.results import ResultsError
 
 LABELS = pa.schema(
     [
@@ -38,7 +38,7 @@ LABELS = pa.schema(
 )
 """A row a case. ``instance``: the item list that the layout was packed from. ``failing_step``: the
 label, counted from 0, null for a stable layout. ``confidence``, ``robust``: see
-:func:`harness.layouts.benchmark.confidence.confidence`; null where no further judge was asked.
+:func:`steadyload.layouts.benchmark.confidence.confidence`; null where no further judge was asked.
 ``offsets``: centre of mass minus geometric centre [cm], x, y, z of item 0, then of item 1, ...;
 null when all are zero."""
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from engines.world import GRAVITY
+from steadyload.engines.world import GRAVITY
 
 FloatArray = NDArray[np.float64]
 

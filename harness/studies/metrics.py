@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from reports.records import Estimate
+from steadyload.reports.records import Estimate
 
 _Z = 1.959963984540054
 _RESAMPLES = 2000

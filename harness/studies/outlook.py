@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import betaincinv, ndtri, stdtrit
 
-from engines.quantities import check_ranges, quantity
-from harness.layouts.model import FloatArray, Layout
-from harness.methods.draws import sobol
-from harness.methods.method import Method, Status, Verdict, judge
-from harness.methods.uncertainty import Uncertainty, dimensions, judge_deviated
+from steadyload.engines.quantities import check_ranges, quantity
+from steadyload.layouts.model import FloatArray, Layout
+from steadyload.methods.draws import sobol
+from steadyload.methods.method import Method, Status, Verdict, judge
+from steadyload.methods.uncertainty import Uncertainty, dimensions, judge_deviated
 
 REPLICATES = 16
 """Independent scramblings of the points; their answers show how far off the mean of all may be."""

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from harness.layouts.heuristics import HEURISTICS, Heuristic
-from harness.layouts.model import Layout
-from harness.layouts.packing import ITEM_CLASSES, Instance, make_instance
-from harness.methods.method import Method, Verdict
-from harness.methods.registry import make_method
-from harness.studies.comparison import method_key
-from harness.studies.metrics import mean, share
-from harness.studies.stable_packing import StablePacking, pack_stably
-from reports.session_records import PackingGain, PackingTask
+from steadyload.layouts.heuristics import HEURISTICS, Heuristic
+from steadyload.layouts.model import Layout
+from steadyload.layouts.packing import ITEM_CLASSES, Instance, make_instance
+from steadyload.methods.method import Method, Verdict
+from steadyload.methods.registry import make_method
+from steadyload.reports.session_records import PackingGain, PackingTask
+from steadyload.studies.comparison import method_key
+from steadyload.studies.metrics import mean, share
+from steadyload.studies.stable_packing import StablePacking, pack_stably
 
 Progress = Callable[[str], None]
 

@@ -8,9 +8,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from harness.studies.metrics import mean, resamples, share
-from reports.records import Estimate
-from reports.reliability_records import Abstention, Reliability, ReliabilityBin
+from steadyload.reports.records import Estimate
+from steadyload.reports.reliability_records import Abstention, Reliability, ReliabilityBin
+from steadyload.studies.metrics import mean, resamples, share
 
 BINS = 10
 EDGES = tuple(number / BINS for number in range(BINS + 1))

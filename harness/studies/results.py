@@ -21,11 +21,11 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from engines.registry import installed_versions, world_class
-from harness.atomic import write_atomically
-from harness.layouts.model import Layout
-from harness.methods.method import Method, Verdict
-from harness.methods.spec import as_plain
+from steadyload.atomic import write_atomically
+from steadyload.engines.registry import installed_versions, world_class
+from steadyload.layouts.model import Layout
+from steadyload.methods.method import Method, Verdict
+from steadyload.methods.spec import as_plain
 
 SCHEMA_VERSION = 1
 
@@ -205,14 +205,14 @@ def code_fingerprint(*classes: type) -> str:
     Args:
         classes: methods and worlds; the files of those from elsewhere count too.
     """
-    import engines
-    import harness.layouts
-    import harness.methods
+    import steadyload.engines
+    import steadyload.layouts
+    import steadyload.methods
 
     digest = hashlib.sha256()
     for outside in sorted({inspect.getsourcefile(cls) or "" for cls in classes}):
         digest.update(Path(outside).read_bytes())
-    for package in (harness.layouts, harness.methods, engines):
+    for package in (steadyload.layouts, steadyload.methods, engines):
         root = Path(package.__path__[0])
         for path in sorted([*root.rglob("*.py"), *root.rglob("*.toml")]):
             if "benchmark" in path.relative_to(root).parts:

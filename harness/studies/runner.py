@@ -16,14 +16,14 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from harness.atomic import write_atomically
-from harness.layouts.formats import Format, write_layouts
-from harness.layouts.model import Layout
-from harness.methods.registry import make_method
-from harness.studies.definition import StudyDefinition
-from harness.studies.envelope_use import EnvelopeCount
-from harness.studies.executors import IN_THIS_PROCESS, Executor, run_units
-from harness.studies.labels import (
+from steadyload.atomic import write_atomically
+from steadyload.layouts.formats import Format, write_layouts
+from steadyload.layouts.model import Layout
+from steadyload.methods.registry import make_method
+from steadyload.studies.definition import StudyDefinition
+from steadyload.studies.envelope_use import EnvelopeCount
+from steadyload.studies.executors import IN_THIS_PROCESS, Executor, run_units
+from steadyload.studies.labels import (
     Case,
     Material,
     has_labels,
@@ -31,7 +31,7 @@ from harness.studies.labels import (
     own_material,
     write_labels,
 )
-from harness.studies.results import (
+from steadyload.studies.results import (
     SCHEMA_VERSION,
     ResultsError,
     is_whole,
@@ -39,7 +39,7 @@ from harness.studies.results import (
     provenance,
     write_shard,
 )
-from harness.studies.units import Unit, crashed_row, judge_unit, made_now, study_units
+from steadyload.studies.units import Unit, crashed_row, judge_unit, made_now, study_units
 
 _KEPT = "layouts.json"
 
@@ -73,9 +73,9 @@ def run_study(
             in it, or there is no run to resume.
         EngineNotInstalledError: a method's engine is missing.
         LayoutError, StudyError: see :meth:`StudyDefinition.layouts`.
-        BenchmarkError: see :func:`harness.studies.labels.labelled_material`.
+        BenchmarkError: see :func:`steadyload.studies.labels.labelled_material`.
         OtherCodeError: a process that is to judge has other code or packages than this one.
-        WorkerDiedError: see :func:`harness.studies.executors.run_units`.
+        WorkerDiedError: see :func:`steadyload.studies.executors.run_units`.
     """
     if resume and not (directory / "manifest.json").exists():
         raise ResultsError(f"{directory}: holds no run to resume")

@@ -16,11 +16,11 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from harness.studies.comparison import compare
-from harness.studies.definition import StudyDefinition
-from harness.studies.results import load_results
-from harness.studies.runner import run_study
-from reports.records import ScalePoint, ScaleStep
+from steadyload.reports.records import ScalePoint, ScaleStep
+from steadyload.studies.comparison import compare
+from steadyload.studies.definition import StudyDefinition
+from steadyload.studies.results import load_results
+from steadyload.studies.runner import run_study
 
 METHODS = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5")
 """Cheap ones: what is measured is all that is not judging."""

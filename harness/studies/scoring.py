@@ -6,16 +6,16 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from harness.layouts.formats import scan_layouts
-from harness.layouts.model import Layout
-from harness.layouts.record import Refused
-from harness.layouts.scenarios import Scenario
-from harness.methods.envelope import leaves
-from harness.methods.method import Method, Status, Verdict, judge
-from harness.methods.registry import make_method
-from harness.methods.uncertainty import Uncertainty
-from harness.studies.definition import case
-from harness.studies.outlook import Outlook, Sampling, outlook
+from steadyload.layouts.formats import scan_layouts
+from steadyload.layouts.model import Layout
+from steadyload.layouts.record import Refused
+from steadyload.layouts.scenarios import Scenario
+from steadyload.methods.envelope import leaves
+from steadyload.methods.method import Method, Status, Verdict, judge
+from steadyload.methods.registry import make_method
+from steadyload.methods.uncertainty import Uncertainty
+from steadyload.studies.definition import case
+from steadyload.studies.outlook import Outlook, Sampling, outlook
 
 Record = dict[str, Any]
 
@@ -94,7 +94,7 @@ def uncertain_record(found: Outlook) -> Record:
         ``likeliest_step`` with ``likeliest_share``, null for none; ``expected_score``; ``samples``
         and those ``without_verdict`` by status, ``why`` the first of these; ``ending``,
         ``without_effect``; ``seconds`` and ``cpu_seconds`` for everything. See
-        :class:`harness.studies.outlook.Outlook`.
+        :class:`steadyload.studies.outlook.Outlook`.
     """
     shares = found.shares
     likeliest = found.likeliest if shares else None

@@ -19,7 +19,7 @@ import threading
 from collections.abc import Callable, Iterator
 from typing import Any, Generic, Protocol, Self, TypeVar
 
-from harness.studies.workers import Ending, Event, RemoteTracebackError, Worker
+from steadyload.studies.workers import Ending, Event, RemoteTracebackError, Worker
 
 _CRASHES = 2
 """Processes that must end by themselves on a part for it to count as crashed."""

@@ -9,13 +9,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from harness.layouts.model import Item, Layout, Pallet
-from harness.methods.method import Method
-from harness.methods.registry import make_method
-from harness.methods.session import LoadingSession
-from harness.studies.comparison import method_key
-from harness.studies.speed import random_boxes
-from reports.session_records import PlacementCost, SessionCurve
+from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.methods.method import Method
+from steadyload.methods.registry import make_method
+from steadyload.methods.session import LoadingSession
+from steadyload.reports.session_records import PlacementCost, SessionCurve
+from steadyload.studies.comparison import method_key
+from steadyload.studies.speed import random_boxes
 
 Progress = Callable[[str], None]
 

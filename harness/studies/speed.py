@@ -14,14 +14,14 @@ from functools import cache
 
 import numpy as np
 
-from engines.registry import engine_names, open_world, world_class
-from harness.layouts.model import Item, Layout, Pallet
-from harness.layouts.packing import pack, random_layouts
-from harness.methods.method import Status, Verdict
-from harness.methods.registry import make_method
-from harness.methods.scene import boxes
-from harness.methods.simulation_parameters import SimulationParameters
-from reports.records import SpeedCurve, SpeedPoint, Throughput
+from steadyload.engines.registry import engine_names, open_world, world_class
+from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.packing import pack, random_layouts
+from steadyload.methods.method import Status, Verdict
+from steadyload.methods.registry import make_method
+from steadyload.methods.scene import boxes
+from steadyload.methods.simulation_parameters import SimulationParameters
+from steadyload.reports.records import SpeedCurve, SpeedPoint, Throughput
 
 ITEM_COUNTS = (5, 10, 20, 50, 100, 200)
 TUNING = "t_max=0.3,frequency=90,between_steps=reseat,samples=1"
@@ -59,7 +59,7 @@ def random_boxes(
         name: of the layout.
         count: how many; more of them start with fewer.
         pallet: holds them all.
-        rule: a key of :data:`harness.layouts.packing.SPACE_RULES`.
+        rule: a key of :data:`steadyload.layouts.packing.SPACE_RULES`.
         seed: of their sizes.
         support: share of every base that rests on something, 0 to 1.
     """

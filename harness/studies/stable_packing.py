@@ -6,13 +6,13 @@ import time
 from contextlib import ExitStack
 from dataclasses import dataclass
 
-from harness.layouts.heuristics import Heuristic, pack_bins
-from harness.layouts.model import Item, Layout
-from harness.layouts.packing import Instance, WeightRule, packed_item, source_name
-from harness.layouts.spaces import Space
-from harness.methods.method import Method
-from harness.methods.registry import make_method
-from harness.methods.session import LoadingSession
+from steadyload.layouts.heuristics import Heuristic, pack_bins
+from steadyload.layouts.model import Item, Layout
+from steadyload.layouts.packing import Instance, WeightRule, packed_item, source_name
+from steadyload.layouts.spaces import Space
+from steadyload.methods.method import Method
+from steadyload.methods.registry import make_method
+from steadyload.methods.session import LoadingSession
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,13 +20,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.atomic import write_atomically
-from harness.layouts.model import Layout
-from harness.methods.method import judge
-from harness.methods.registry import make_method
-from harness.studies.executors import SinglePart, run_units
-from harness.studies.results import ResultsError
-from harness.studies.units import made_now
+from steadyload.atomic import write_atomically
+from steadyload.layouts.model import Layout
+from steadyload.methods.method import judge
+from steadyload.methods.registry import make_method
+from steadyload.studies.executors import SinglePart, run_units
+from steadyload.studies.results import ResultsError
+from steadyload.studies.units import made_now
 
 BLOCK = 50
 """Layouts that a method judges in a turn. Whoever has just judged something else pays for it."""
@@ -118,7 +118,7 @@ def timed(
 
     Raises:
         ResultsError: a method ended its process.
-        WorkerDiedError: see :func:`harness.studies.executors.run_units`.
+        WorkerDiedError: see :func:`steadyload.studies.executors.run_units`.
     """
     if not methods:
         return Times({}, {}, None)

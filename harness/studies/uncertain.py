@@ -16,18 +16,18 @@ from typing import Any
 
 import pandas as pd
 
-from engines.registry import installed_versions
-from harness.atomic import write_atomically
-from harness.layouts.benchmark import Benchmark, Part, load_benchmark
-from harness.layouts.model import Layout
-from harness.methods.registry import make_method
-from harness.methods.uncertainty import parse_uncertainty
-from harness.studies import outlook, uncertain_cases
-from harness.studies.executors import IN_THIS_PROCESS, run_units
-from harness.studies.outlook import FIRST_LOOK, Sampling
-from harness.studies.results import ResultsError, judged_by
-from harness.studies.runner import locked
-from harness.studies.uncertain_cases import Row, Unit, crashed_row, sample_unit
+from steadyload.atomic import write_atomically
+from steadyload.engines.registry import installed_versions
+from steadyload.layouts.benchmark import Benchmark, Part, load_benchmark
+from steadyload.layouts.model import Layout
+from steadyload.methods.registry import make_method
+from steadyload.methods.uncertainty import parse_uncertainty
+from steadyload.studies import outlook, uncertain_cases
+from steadyload.studies.executors import IN_THIS_PROCESS, run_units
+from steadyload.studies.outlook import FIRST_LOOK, Sampling
+from steadyload.studies.results import ResultsError, judged_by
+from steadyload.studies.runner import locked
+from steadyload.studies.uncertain_cases import Row, Unit, crashed_row, sample_unit
 
 CHECK = "equilibrium"
 """The method whose probabilities are held against those of many random samples."""
@@ -94,7 +94,7 @@ def run_uncertain(
     Args:
         asked: what to ask.
         directory: made when it does not exist.
-        workers: see :func:`harness.studies.runner.run_study`.
+        workers: see :func:`steadyload.studies.runner.run_study`.
         progress: called with cases done and cases in all, first of all but the random samples.
 
     Raises:
@@ -102,7 +102,7 @@ def run_uncertain(
         BenchmarkError: no such part.
         ResultsError: the folder is none, or another run is at work in it.
         EngineNotInstalledError: a method's engine is missing.
-        WorkerDiedError: see :func:`harness.studies.executors.run_units`.
+        WorkerDiedError: see :func:`steadyload.studies.executors.run_units`.
     """
     for text in (asked.uncertainty, *asked.alone):
         parse_uncertainty(text)

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from harness.layouts.model import Layout
-from harness.methods.method import Method, Status, judge
-from harness.methods.registry import make_method
-from harness.methods.uncertainty import dimensions, judge_deviated, parse_uncertainty
-from harness.studies.outlook import Sampling, outlook, variance_by_scramblings
+from steadyload.layouts.model import Layout
+from steadyload.methods.method import Method, Status, judge
+from steadyload.methods.registry import make_method
+from steadyload.methods.uncertainty import dimensions, judge_deviated, parse_uncertainty
+from steadyload.studies.outlook import Sampling, outlook, variance_by_scramblings
 
 Row = dict[str, Any]
 """``layout, scenario, item_count``; ``nominal``, items placed safely by the plan (all: it stands),

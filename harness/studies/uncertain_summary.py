@@ -9,15 +9,15 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from harness.layouts.benchmark import load_benchmark
-from harness.layouts.benchmark.dataset import KEYS
-from harness.methods.registry import make_method
-from harness.methods.uncertainty import parse_uncertainty
-from harness.studies.comparison import method_key
-from harness.studies.metrics import mean, ratio, share
-from harness.studies.reliability import abstention, reliability
-from harness.studies.uncertain import CHECK, Questions, Sampled
-from reports.uncertain_records import Alone, Check, Checked, Uncertain, UncertainRow
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.methods.registry import make_method
+from steadyload.methods.uncertainty import parse_uncertainty
+from steadyload.reports.uncertain_records import Alone, Check, Checked, Uncertain, UncertainRow
+from steadyload.studies.comparison import method_key
+from steadyload.studies.metrics import mean, ratio, share
+from steadyload.studies.reliability import abstention, reliability
+from steadyload.studies.uncertain import CHECK, Questions, Sampled
 
 UNSURE = (0.05, 0.95)
 """Probabilities from the one to the other are neither stable nor unstable for sure."""

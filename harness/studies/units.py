@@ -12,16 +12,16 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from engines.registry import installed_versions
-from harness.layouts.model import Layout
-from harness.methods.method import Method, Status, Verdict, judge
-from harness.methods.registry import make_method
-from harness.studies.definition import StudyDefinition
-from harness.studies.labels import Case
-from harness.studies.results import SCHEMA_VERSION, ResultsError, judged_by, result_row
+from steadyload.engines.registry import installed_versions
+from steadyload.layouts.model import Layout
+from steadyload.methods.method import Method, Status, Verdict, judge
+from steadyload.methods.registry import make_method
+from steadyload.studies.definition import StudyDefinition
+from steadyload.studies.labels import Case
+from steadyload.studies.results import SCHEMA_VERSION, ResultsError, judged_by, result_row
 
 Row = dict[str, Any]
-"""A row of :data:`harness.studies.results.SCHEMA`."""
+"""A row of :data:`steadyload.studies.results.SCHEMA`."""
 
 MadeBy = Mapping[str, str]
 """What a method's rows come from: a hash of the code, and versions of packages by name."""

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from harness.atomic import write_atomically
-from harness.layouts.formats import read_layouts
-from harness.layouts.model import Layout
-from harness.methods.recording import RecordedStep, Recording, record_loading
-from harness.methods.registry import make_method
-from harness.methods.spec import nearest
-from harness.studies.results import provenance_lines
-from reports.view_records import Movement, View, ViewedItem, ViewedLoading, ViewedStep
+from steadyload.atomic import write_atomically
+from steadyload.layouts.formats import read_layouts
+from steadyload.layouts.model import Layout
+from steadyload.methods.recording import RecordedStep, Recording, record_loading
+from steadyload.methods.registry import make_method
+from steadyload.methods.spec import nearest
+from steadyload.reports.view_records import Movement, View, ViewedItem, ViewedLoading, ViewedStep
+from steadyload.studies.results import provenance_lines
 
 
 class ViewError(ValueError):
@@ -34,7 +34,7 @@ def write_view(layout: Layout, methods: Sequence[str], output: str | Path) -> Pa
         OSError: the page cannot be written.
     """
     # Whoever only wants the errors, as the command does at its start, needs no templates.
-    from reports.view_page import view_html
+    from steadyload.reports.view_page import view_html
 
     judges = [make_method(spec) for spec in methods]
     for judge in judges:

@@ -9,9 +9,9 @@ from functools import cache
 
 import pandas as pd
 
-from harness.layouts.benchmark import Part, load_benchmark
-from harness.layouts.benchmark.dataset import KEYS
-from harness.layouts.model import Layout
+from steadyload.layouts.benchmark import Part, load_benchmark
+from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.model import Layout
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 """CPU time as a sum over what a simulation does, so that a search can be made again.
 
-The terms are counted (:class:`harness.methods.method.Effort`) and equal on every machine; what each
-takes is measured once an engine, as the non-negative weights that fit the CPU times of random
+The terms are counted (:class:`steadyload.methods.method.Effort`) and equal on every machine; what
+each takes is measured once an engine, as the non-negative weights that fit the CPU times of random
 genotypes best.
 """
 
@@ -19,18 +19,18 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.stats import spearmanr
 
-from engines.world import BroadPhase
-from harness.atomic import write_atomically
-from harness.methods.method import Effort
-from harness.methods.registry import make_method
-from harness.methods.simulation_parameters import SimulationParameters
-from harness.methods.spec import SpecError
-from harness.methods.tuned import TUNED, tuned
-from harness.studies.executors import SinglePart, run_units
-from harness.studies.results import judged_by
-from harness.tuning import TuningError
-from harness.tuning.cases import CaseSource, load_cases
-from harness.tuning.space import Space
+from steadyload.atomic import write_atomically
+from steadyload.engines.world import BroadPhase
+from steadyload.methods.method import Effort
+from steadyload.methods.registry import make_method
+from steadyload.methods.simulation_parameters import SimulationParameters
+from steadyload.methods.spec import SpecError
+from steadyload.methods.tuned import TUNED, tuned
+from steadyload.studies.executors import SinglePart, run_units
+from steadyload.studies.results import judged_by
+from steadyload.tuning import TuningError
+from steadyload.tuning.cases import CaseSource, load_cases
+from steadyload.tuning.space import Space
 
 FloatArray = NDArray[np.float64]
 

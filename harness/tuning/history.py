@@ -6,13 +6,9 @@ import dataclasses
 import math
 from collections.abc import Iterable, Sequence
 
-from harness.methods.spec import as_plain, canonical
-from harness.methods.tuned import Tuned
-from harness.tuning.judging import fitness
-from harness.tuning.ledger import Entry
-from harness.tuning.search import Search
-from harness.tuning.space import Genotype
-from reports.tuning_records import (
+from steadyload.methods.spec import as_plain, canonical
+from steadyload.methods.tuned import Tuned
+from steadyload.reports.tuning_records import (
     CostRow,
     GenerationRow,
     GeneRow,
@@ -20,6 +16,10 @@ from reports.tuning_records import (
     SearchRow,
     Tuning,
 )
+from steadyload.tuning.judging import fitness
+from steadyload.tuning.ledger import Entry
+from steadyload.tuning.search import Search
+from steadyload.tuning.space import Genotype
 
 CHEAPEST, DEAREST = 0.3, 100.0
 """Costs [ms] between which fronts are compared."""

@@ -8,13 +8,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from harness.methods.registry import make_method
-from harness.methods.simulation_parameters import parameters_on
-from harness.studies.results import judged_by
-from harness.tuning.space import Gene, Space
+from steadyload.methods.registry import make_method
+from steadyload.methods.simulation_parameters import parameters_on
+from steadyload.studies.results import judged_by
+from steadyload.tuning.space import Gene, Space
 
 if TYPE_CHECKING:
-    from harness.tuning.search import SearchOptions
+    from steadyload.tuning.search import SearchOptions
 
 
 _DECIDING = ("cases", "cost", "judging", "proposers", "search")

@@ -10,12 +10,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.methods.method import Status, judge
-from harness.methods.registry import make_method
-from harness.methods.spec import SpecError
-from harness.studies.executors import SinglePart
-from harness.tuning.cases import CaseSource, load_cases
-from harness.tuning.cost import CostModel
+from steadyload.methods.method import Status, judge
+from steadyload.methods.registry import make_method
+from steadyload.methods.spec import SpecError
+from steadyload.studies.executors import SinglePart
+from steadyload.tuning.cases import CaseSource, load_cases
+from steadyload.tuning.cost import CostModel
 
 BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]

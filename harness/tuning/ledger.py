@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from harness.atomic import write_atomically
-from harness.tuning import TuningError
-from harness.tuning.judging import Sheet
-from harness.tuning.space import Genotype
+from steadyload.atomic import write_atomically
+from steadyload.tuning import TuningError
+from steadyload.tuning.judging import Sheet
+from steadyload.tuning.space import Genotype
 
 _FILE = "search.jsonl"
 _KEPT = f"{_FILE}.xz"

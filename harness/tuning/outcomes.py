@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pandas as pd
 
-from harness.methods.registry import make_method
-from harness.studies.accuracy import verdicts_against_labels
-from harness.studies.comparison import method_key
-from harness.studies.definition import StudyDefinition
-from harness.studies.labels import load_labels
-from harness.studies.metrics import mean, outcomes, ratio, share
-from harness.studies.results import load_results
-from harness.studies.runner import run_study
-from reports.records import Estimate, MethodKey
-from reports.tuning_records import Outcome
+from steadyload.methods.registry import make_method
+from steadyload.reports.records import Estimate, MethodKey
+from steadyload.reports.tuning_records import Outcome
+from steadyload.studies.accuracy import verdicts_against_labels
+from steadyload.studies.comparison import method_key
+from steadyload.studies.definition import StudyDefinition
+from steadyload.studies.labels import load_labels
+from steadyload.studies.metrics import mean, outcomes, ratio, share
+from steadyload.studies.results import load_results
+from steadyload.studies.runner import run_study
 
 PART = "test"
 """Judged once, never tuned on."""
@@ -102,7 +102,7 @@ def judge_all(
         progress: called with rows done and rows in all.
 
     Raises:
-        as :func:`harness.studies.runner.run_study`.
+        as :func:`steadyload.studies.runner.run_study`.
     """
     study = StudyDefinition(
         name="tuning",

@@ -6,14 +6,14 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from harness.methods.spec import parse_spec
-from harness.methods.tuned import TUNED, Tuned, tuned, write_tuned
-from harness.tuning import TuningError
-from harness.tuning.cases import CaseSource
-from harness.tuning.cost import CostModel
-from harness.tuning.history import preset
-from harness.tuning.judging import fitness
-from harness.tuning.search import Search, SearchOptions
+from steadyload.methods.spec import parse_spec
+from steadyload.methods.tuned import TUNED, Tuned, tuned, write_tuned
+from steadyload.tuning import TuningError
+from steadyload.tuning.cases import CaseSource
+from steadyload.tuning.cost import CostModel
+from steadyload.tuning.history import preset
+from steadyload.tuning.judging import fitness
+from steadyload.tuning.search import Search, SearchOptions
 
 
 def write_preset(search: Search) -> Path:

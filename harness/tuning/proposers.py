@@ -11,8 +11,8 @@ from typing import ClassVar, Protocol
 
 import numpy as np
 
-from harness.studies.workers import interrupts_held_back
-from harness.tuning.space import Genotype, Space
+from steadyload.studies.workers import interrupts_held_back
+from steadyload.tuning.space import Genotype, Space
 
 _WHEEL = 150
 """The roulette wheel turns on this power of the fitness: fitnesses lie within a few per cent of

@@ -14,17 +14,17 @@ from typing import Any
 
 import numpy as np
 
-from engines.registry import engines, world_class
-from harness.layouts.benchmark import PLANAR
-from harness.methods.spec import nearest
-from harness.studies.executors import run_units
-from harness.studies.results import provenance
-from harness.studies.runner import locked
-from harness.tuning import TuningError
-from harness.tuning.cases import CaseSource, fingerprint, load_cases
-from harness.tuning.cost import GOAL, CostModel, calibrate
-from harness.tuning.identity import identity, space_of
-from harness.tuning.judging import (
+from steadyload.engines.registry import engines, world_class
+from steadyload.layouts.benchmark import PLANAR
+from steadyload.methods.spec import nearest
+from steadyload.studies.executors import run_units
+from steadyload.studies.results import provenance
+from steadyload.studies.runner import locked
+from steadyload.tuning import TuningError
+from steadyload.tuning.cases import CaseSource, fingerprint, load_cases
+from steadyload.tuning.cost import GOAL, CostModel, calibrate
+from steadyload.tuning.identity import identity, space_of
+from steadyload.tuning.judging import (
     GROWTH,
     WORST_COST,
     FitnessRace,
@@ -37,9 +37,9 @@ from harness.tuning.judging import (
     fitness,
     judge_unit,
 )
-from harness.tuning.ledger import Entry, GenerationEnd, Ledger
-from harness.tuning.proposers import ALGORITHMS
-from harness.tuning.space import DEFAULT, Genotype, space_on
+from steadyload.tuning.ledger import Entry, GenerationEnd, Ledger
+from steadyload.tuning.proposers import ALGORITHMS
+from steadyload.tuning.space import DEFAULT, Genotype, space_on
 
 GOAL_SHARE = 0.185
 """Less than the fifth that a tuned method may cost: the model is off by some per cent."""
@@ -54,8 +54,8 @@ class SearchOptions:
 
     Attributes:
         engine: registered name.
-        algorithm: of :data:`harness.tuning.proposers.ALGORITHMS`.
-        space: of :func:`harness.tuning.space.space_names`.
+        algorithm: of :data:`steadyload.tuning.proposers.ALGORITHMS`.
+        space: of :func:`steadyload.tuning.space.space_names`.
         seed: of every random draw.
         population: genotypes a generation, 4 or more.
         generations: how many; None for as many as the budget allows.
@@ -119,9 +119,9 @@ class Search:
         options: what is searched.
 
     Raises:
-        TuningError: see :class:`SearchOptions`, :func:`harness.tuning.space.space_on`,
-            :class:`harness.tuning.ledger.Ledger`.
-        BenchmarkError: see :func:`harness.tuning.cases.load_cases`.
+        TuningError: see :class:`SearchOptions`, :func:`steadyload.tuning.space.space_on`,
+            :class:`steadyload.tuning.ledger.Ledger`.
+        BenchmarkError: see :func:`steadyload.tuning.cases.load_cases`.
     """
 
     def __init__(self, directory: Path, options: SearchOptions) -> None:
@@ -194,7 +194,7 @@ class Search:
             TuningError: the algorithm needs a package that is not there; the folder's search cannot
                 go on as it began.
             ResultsError: another search is at work in the folder.
-            WorkerDiedError: see :func:`harness.studies.executors.run_units`.
+            WorkerDiedError: see :func:`steadyload.studies.executors.run_units`.
             TuningError: the search was begun with another model of cost or other labels, or its
                 generations would be other ones now.
         """

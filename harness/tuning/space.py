@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from engines.registry import engines, world_class
-from engines.world import SETTINGS, Support
-from harness.methods.registry import make_method
-from harness.methods.simulation_parameters import SimulationParameters, parameters_on
-from harness.methods.spec import as_plain, bind, canonical, nearest
-from harness.tuning import TuningError
+from steadyload.engines.registry import engines, world_class
+from steadyload.engines.world import SETTINGS, Support
+from steadyload.methods.registry import make_method
+from steadyload.methods.simulation_parameters import SimulationParameters, parameters_on
+from steadyload.methods.spec import as_plain, bind, canonical, nearest
+from steadyload.tuning import TuningError
 
 DEFAULT = "extended"
 """The space that presets are tuned in."""
@@ -94,7 +94,7 @@ class Space:
         """The genotype of a simulation, given as the spec of a method.
 
         Raises:
-            SpecError: see :func:`harness.methods.registry.make_method`.
+            SpecError: see :func:`steadyload.methods.registry.make_method`.
             TuningError: it is no simulation on the engine, or has a value that none has here.
         """
         method = make_method(spec)
@@ -214,4 +214,4 @@ def _spaces() -> dict[str, Any]:
 
 @cache
 def _data() -> dict[str, Any]:
-    return tomllib.loads(resources.files("harness.tuning").joinpath("spaces.toml").read_text())
+    return tomllib.loads(resources.files("steadyload.tuning").joinpath("spaces.toml").read_text())

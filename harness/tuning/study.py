@@ -8,28 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from engines.registry import capabilities
-from harness.layouts.benchmark import PLANAR
-from harness.methods.registry import make_method
-from harness.methods.tuned import TUNED, tuned
-from harness.studies.comparison import method_key
-from harness.tuning import TuningError
-from harness.tuning.cost import GOAL
-from harness.tuning.history import preset, tuning_of
-from harness.tuning.judging import fitness
-from harness.tuning.ledger import Entry
-from harness.tuning.outcomes import PART, Outcomes, canonical_spec, judge_all
-from harness.tuning.presets import by_worth
-from harness.tuning.search import Search, pareto_front
-from harness.tuning.variants import (
-    Change,
-    carried_over,
-    physical,
-    tuned_values,
-    without_gains,
-)
-from reports.records import MethodKey
-from reports.tuning_records import (
+from steadyload.engines.registry import capabilities
+from steadyload.layouts.benchmark import PLANAR
+from steadyload.methods.registry import make_method
+from steadyload.methods.tuned import TUNED, tuned
+from steadyload.reports.records import MethodKey
+from steadyload.reports.tuning_records import (
     OutcomeTable,
     PricePoint,
     SeedRow,
@@ -38,6 +22,22 @@ from reports.tuning_records import (
     Tuning,
     Variant,
     VariantTable,
+)
+from steadyload.studies.comparison import method_key
+from steadyload.tuning import TuningError
+from steadyload.tuning.cost import GOAL
+from steadyload.tuning.history import preset, tuning_of
+from steadyload.tuning.judging import fitness
+from steadyload.tuning.ledger import Entry
+from steadyload.tuning.outcomes import PART, Outcomes, canonical_spec, judge_all
+from steadyload.tuning.presets import by_worth
+from steadyload.tuning.search import Search, pareto_front
+from steadyload.tuning.variants import (
+    Change,
+    carried_over,
+    physical,
+    tuned_values,
+    without_gains,
 )
 
 BUDGETS = (1.0, 3.0, 10.0, 30.0)
@@ -93,7 +93,7 @@ def tuning_study(
 
     Raises:
         TuningError: none of the searched engines has a preset, or none of its searches found it.
-        as :func:`harness.studies.runner.run_study`.
+        as :func:`steadyload.studies.runner.run_study`.
     """
     searches = [search for own in by_worth(searches).values() for search in own]
     names = [e for e in dict.fromkeys(s.options.engine for s in searches) if e in tuned()[TUNED]]

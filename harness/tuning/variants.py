@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from engines.registry import capabilities
-from harness.methods.registry import make_method
-from harness.methods.simulation_parameters import parameters_on
-from harness.methods.spec import as_plain, bind
-from harness.methods.tuned import TUNED
-from harness.tuning.space import Space, gene_groups, spec_of
+from steadyload.engines.registry import capabilities
+from steadyload.methods.registry import make_method
+from steadyload.methods.simulation_parameters import parameters_on
+from steadyload.methods.spec import as_plain, bind
+from steadyload.methods.tuned import TUNED
+from steadyload.tuning.space import Space, gene_groups, spec_of
 
 Values = Mapping[str, Any]
 

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.studies.reliability import abstention, reliability
-from learners.features import Array32
-from learners.scoring import items_safe
-from learners.sequences import Sequences
-from reports.learned_records import JudgeCalibration
+from steadyload.learners.features import Array32
+from steadyload.learners.scoring import items_safe
+from steadyload.learners.sequences import Sequences
+from steadyload.reports.learned_records import JudgeCalibration
+from steadyload.studies.reliability import abstention, reliability
 
 Floats = NDArray[np.float64]
 

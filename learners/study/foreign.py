@@ -8,18 +8,18 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from harness.layouts.model import Layout
-from harness.methods.registry import make_method
-from harness.studies.comparison import method_key
-from harness.studies.definition import StudyDefinition
-from harness.studies.metrics import agreement, outcomes, share
-from harness.studies.results import load_results
-from harness.studies.runner import run_study
-from learners.judges import LearnedJudge
-from learners.ranges import QUANTITIES, SLACK, extent_of
-from learners.study.plan import ForeignPlan
-from reports.learned_records import Foreign, ForeignRow
-from reports.records import Estimate
+from steadyload.layouts.model import Layout
+from steadyload.learners.judges import LearnedJudge
+from steadyload.learners.ranges import QUANTITIES, SLACK, extent_of
+from steadyload.learners.study.plan import ForeignPlan
+from steadyload.methods.registry import make_method
+from steadyload.reports.learned_records import Foreign, ForeignRow
+from steadyload.reports.records import Estimate
+from steadyload.studies.comparison import method_key
+from steadyload.studies.definition import StudyDefinition
+from steadyload.studies.metrics import agreement, outcomes, share
+from steadyload.studies.results import load_results
+from steadyload.studies.runner import run_study
 
 _ACCEPT = "outside=accept"
 _SHARD_SIZE = 60
@@ -46,7 +46,7 @@ def foreign_layouts(
 
     Raises:
         LayoutError: a file is invalid.
-        as :func:`harness.studies.runner.run_study`.
+        as :func:`steadyload.studies.runner.run_study`.
     """
     accepting = {spec: _accepting(spec) for spec in plan.judges}
     study = StudyDefinition(

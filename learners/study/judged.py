@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.layouts.benchmark import Part
-from harness.studies.metrics import mean, share
-from learners.features import Array32, FeatureKind
-from learners.jobs import BENCHMARK
-from learners.scoring import items_safe
-from learners.sequences import Sequences, load_sequences
-from learners.study.trainings import Run
-from learners.weights import Weights, load_weights
-from reports.learned_records import ALL, ProvenanceRow, TrainedRow
-from reports.records import Estimate
+from steadyload.layouts.benchmark import Part
+from steadyload.learners.features import Array32, FeatureKind
+from steadyload.learners.jobs import BENCHMARK
+from steadyload.learners.scoring import items_safe
+from steadyload.learners.sequences import Sequences, load_sequences
+from steadyload.learners.study.trainings import Run
+from steadyload.learners.weights import Weights, load_weights
+from steadyload.reports.learned_records import ALL, ProvenanceRow, TrainedRow
+from steadyload.reports.records import Estimate
+from steadyload.studies.metrics import mean, share
 
 Rights = NDArray[np.bool_]
 """Whether a score is the label's, shape (seeds, cases)."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
-from harness.layouts.benchmark import Part
-from learners.generation import GenerationOptions
-from learners.jobs import BENCHMARK
+from steadyload.layouts.benchmark import Part
+from steadyload.learners.generation import GenerationOptions
+from steadyload.learners.jobs import BENCHMARK
 
 
 class Section(StrEnum):
@@ -30,11 +30,11 @@ class PlannedTraining:
 
     Attributes:
         title: for people.
-        preset: what the options start from, see :mod:`learners.options`.
+        preset: what the options start from, see :mod:`steadyload.learners.options`.
         options: changed ones; no seed.
         data: names of the plan's sets, and ``benchmark``.
         seeds: one training each.
-        members, left_out, limit, lists, leaky: see :class:`learners.jobs.TrainingJob`.
+        members, left_out, limit, lists, leaky: see :class:`steadyload.learners.jobs.TrainingJob`.
         start: name of the training that is trained on, seed by seed.
         budget: wall seconds over all members. Without one what is trained hangs on nothing but
             the plan.

@@ -9,14 +9,12 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, TypeVar
 
-from harness.layouts.benchmark import UNLEARNT, Part
-from harness.methods.registry import make_method
-from harness.methods.spec import SpecError, nearest
-from learners import LearnerError
-from learners.generation import GenerationOptions
-from learners.jobs import BENCHMARK
-from learners.options import options_from, training_preset
-from learners.study.plan import (
+from steadyload.layouts.benchmark import UNLEARNT, Part
+from steadyload.learners import LearnerError
+from steadyload.learners.generation import GenerationOptions
+from steadyload.learners.jobs import BENCHMARK
+from steadyload.learners.options import options_from, training_preset
+from steadyload.learners.study.plan import (
     CalibrationPlan,
     Contrast,
     Curve,
@@ -26,6 +24,8 @@ from learners.study.plan import (
     Section,
     TablePlan,
 )
+from steadyload.methods.registry import make_method
+from steadyload.methods.spec import SpecError, nearest
 
 Named = TypeVar("Named")
 
@@ -37,7 +37,7 @@ def load_plan(path: Path | None = None) -> Plan:
         LearnerError: not valid TOML, an unknown key or name, or a value that is not allowed.
         OSError: the file cannot be read.
     """
-    path = path or Path(str(resources.files("learners.study") / "plan.toml"))
+    path = path or Path(str(resources.files("steadyload.learners.study") / "plan.toml"))
     try:
         content = tomllib.loads(path.read_text())
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

@@ -6,20 +6,19 @@ import dataclasses
 from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 
-from harness.layouts.benchmark import Part, load_benchmark
-from harness.layouts.benchmark.dataset import KEYS
-from harness.methods.spec import nearest
-from harness.studies.metrics import share
-from learners import LearnerError
-from learners.jobs import BENCHMARK
-from learners.study.calibration import calibration
-from learners.study.foreign import foreign_layouts
-from learners.study.judged import JudgedPart, provenance_row
-from learners.study.plan import Plan, Section
-from learners.study.table import judge_table
-from learners.study.trainings import Workshop
-from learners.weights import load_weights, shipped_weights
-from reports.learned_records import (
+from steadyload.layouts.benchmark import Part, load_benchmark
+from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.learners import LearnerError
+from steadyload.learners.jobs import BENCHMARK
+from steadyload.learners.study.calibration import calibration
+from steadyload.learners.study.foreign import foreign_layouts
+from steadyload.learners.study.judged import JudgedPart, provenance_row
+from steadyload.learners.study.plan import Plan, Section
+from steadyload.learners.study.table import judge_table
+from steadyload.learners.study.trainings import Workshop
+from steadyload.learners.weights import load_weights, shipped_weights
+from steadyload.methods.spec import nearest
+from steadyload.reports.learned_records import (
     JudgeCalibration,
     LeakRow,
     Learned,
@@ -27,7 +26,8 @@ from reports.learned_records import (
     SizeCurve,
     TrainedRow,
 )
-from reports.records import Estimate
+from steadyload.reports.records import Estimate
+from steadyload.studies.metrics import share
 
 Progress = Callable[[int, int], None]
 
@@ -65,9 +65,9 @@ def learner_study(
 
     Raises:
         LearnerError: a section that is not planned, or a file of layouts that is not there.
-        as :meth:`learners.study.trainings.Workshop.make`,
-        :func:`learners.study.table.judge_table` and
-        :func:`learners.study.foreign.foreign_layouts`.
+        as :meth:`steadyload.learners.study.trainings.Workshop.make`,
+        :func:`steadyload.learners.study.table.judge_table` and
+        :func:`steadyload.learners.study.foreign.foreign_layouts`.
     """
     for section in only:
         if section not in plan.sections():

@@ -9,20 +9,20 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from harness.layouts.benchmark import load_benchmark
-from harness.methods.registry import make_method
-from harness.studies.accuracy import verdicts_against_labels
-from harness.studies.comparison import method_key
-from harness.studies.definition import StudyDefinition
-from harness.studies.labels import load_labels
-from harness.studies.metrics import mean, outcomes, share
-from harness.studies.results import load_results
-from harness.studies.runner import run_study
-from learners.study.plan import Plan, TablePlan
-from learners.study.timing import TimingUnit, timed
-from learners.study.trainings import Workshop
-from reports.learned_records import ALL, JudgeRow, JudgeTable, TimeRow
-from reports.records import Estimate, MethodKey
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.learners.study.plan import Plan, TablePlan
+from steadyload.learners.study.timing import TimingUnit, timed
+from steadyload.learners.study.trainings import Workshop
+from steadyload.methods.registry import make_method
+from steadyload.reports.learned_records import ALL, JudgeRow, JudgeTable, TimeRow
+from steadyload.reports.records import Estimate, MethodKey
+from steadyload.studies.accuracy import verdicts_against_labels
+from steadyload.studies.comparison import method_key
+from steadyload.studies.definition import StudyDefinition
+from steadyload.studies.labels import load_labels
+from steadyload.studies.metrics import mean, outcomes, share
+from steadyload.studies.results import load_results
+from steadyload.studies.runner import run_study
 
 PAPER: Mapping[str, tuple[tuple[float, float, float, float], float]] = {
     "fbs": ((0.6200, 0.6000, 0.5333, 0.5844), 0.02),
@@ -60,7 +60,8 @@ def judge_table(
         progress: called with rows done and rows in all.
 
     Raises:
-        as :func:`harness.studies.runner.run_study` and :func:`learners.study.timing.timed`.
+        as :func:`steadyload.studies.runner.run_study` and
+        :func:`steadyload.learners.study.timing.timed`.
     """
     table = plan.table
     assert table is not None

@@ -13,14 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from harness.atomic import write_atomically
-from harness.layouts.model import Layout
-from harness.methods.method import Method
-from harness.methods.registry import make_method
-from harness.studies.executors import SinglePart, run_units
-from harness.studies.results import judged_by
-from harness.studies.timing import machine_load, taken
-from learners import LearnerError
+from steadyload.atomic import write_atomically
+from steadyload.layouts.model import Layout
+from steadyload.learners import LearnerError
+from steadyload.methods.method import Method
+from steadyload.methods.registry import make_method
+from steadyload.studies.executors import SinglePart, run_units
+from steadyload.studies.results import judged_by
+from steadyload.studies.timing import machine_load, taken
 
 _FILE = "times.json"
 

@@ -13,15 +13,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from harness.layouts.benchmark.tables import BenchmarkError, read_tables
-from harness.methods.spec import as_plain
-from harness.studies.executors import SinglePart, run_units
-from learners import LearnerError
-from learners.generation import generate_labelled
-from learners.jobs import BENCHMARK, TrainingJob, train_weights
-from learners.options import training_preset
-from learners.study.plan import Plan, PlannedTraining, Section
-from learners.weights import MANIFEST
+from steadyload.layouts.benchmark.tables import BenchmarkError, read_tables
+from steadyload.learners import LearnerError
+from steadyload.learners.generation import generate_labelled
+from steadyload.learners.jobs import BENCHMARK, TrainingJob, train_weights
+from steadyload.learners.options import training_preset
+from steadyload.learners.study.plan import Plan, PlannedTraining, Section
+from steadyload.learners.weights import MANIFEST
+from steadyload.methods.spec import as_plain
+from steadyload.studies.executors import SinglePart, run_units
 
 Progress = Callable[[int, int], None]
 
@@ -114,8 +114,8 @@ class Workshop:
 
         Raises:
             LearnerError: a training that cannot be; or one ended its process, twice.
-            as :func:`learners.generation.generate_labelled` and
-            :func:`learners.jobs.train_weights`.
+            as :func:`steadyload.learners.generation.generate_labelled` and
+            :func:`steadyload.learners.jobs.train_weights`.
         """
         needed = self.plan.needed(sections)
         for name in dict.fromkeys(n for t in needed for n in t.data if n != BENCHMARK):

@@ -7,10 +7,10 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from harness.layouts import Item, Layout, Pallet
-from harness.methods.registry import make_method
-from harness.studies.viewing import write_view
-from reports import three_js
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.methods.registry import make_method
+from steadyload.reports import three_js
+from steadyload.studies.viewing import write_view
 
 BOXES = "player.panes[{}].stage.boxes"
 FAILING = 2

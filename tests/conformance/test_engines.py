@@ -2,10 +2,10 @@
 
 import pytest
 
-from engines.checks.scenes import fill, two_cubes
-from engines.conformance import CHECKS, NotApplicable
-from engines.registry import world_class
-from engines.world import EngineError, WorldSettings
+from steadyload.engines.checks.scenes import fill, two_cubes
+from steadyload.engines.conformance import CHECKS, NotApplicable
+from steadyload.engines.registry import world_class
+from steadyload.engines.world import EngineError, WorldSettings
 
 
 @pytest.mark.parametrize("name", CHECKS)

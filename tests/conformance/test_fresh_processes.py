@@ -4,12 +4,12 @@ import json
 import subprocess
 import sys
 
-from engines.registry import engine_names
+from steadyload.engines.registry import engine_names
 
 SCRIPT = """
 import json, sys
-from harness.layouts.packing import random_layouts
-from harness.methods import make_method
+from steadyload.layouts.packing import random_layouts
+from steadyload.methods import make_method
 rows = []
 for engine in sys.argv[1:]:
     for tuning in ("ps_opt-paper", "simulation"):

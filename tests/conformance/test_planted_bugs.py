@@ -6,10 +6,10 @@ import math
 import numpy as np
 import pytest
 
-from engines.attitudes import rotate
-from engines.conformance import CHECKS, NotApplicable
-from engines.registry import engine_names, world_class
-from engines.world import Box, Velocities
+from steadyload.engines.attitudes import rotate
+from steadyload.engines.conformance import CHECKS, NotApplicable
+from steadyload.engines.registry import engine_names, world_class
+from steadyload.engines.world import Box, Velocities
 
 # These need the class to be importable in another process, or only cost time.
 LEFT_OUT = {"repeat_in_a_fresh_process", "many_worlds_leave_no_memory"}

@@ -5,17 +5,23 @@ import math
 import numpy as np
 import pytest
 
-from engines.reference.blocks import elimination_order, factorise, solve
-from engines.reference.compiled import compiled
-from engines.reference.contact import BODY, FLOOR, make_scratch
-from engines.reference.islands import candidate_pairs, islands
-from engines.reference.law import Law, friction_ratio, normal_force
-from engines.reference.motion import Field, accelerations, linearise, make_linearisation, turn_by
-from engines.reference.options import ReferenceOptions
-from engines.reference.polygon import EDGES, separation
-from engines.reference.rodas import FINISHED, Control, integrate
-from engines.reference.world import ReferenceWorld
-from engines.world import GRAVITY, Box, EngineError, Velocities, WorldSettings
+from steadyload.engines.reference.blocks import elimination_order, factorise, solve
+from steadyload.engines.reference.compiled import compiled
+from steadyload.engines.reference.contact import BODY, FLOOR, make_scratch
+from steadyload.engines.reference.islands import candidate_pairs, islands
+from steadyload.engines.reference.law import Law, friction_ratio, normal_force
+from steadyload.engines.reference.motion import (
+    Field,
+    accelerations,
+    linearise,
+    make_linearisation,
+    turn_by,
+)
+from steadyload.engines.reference.options import ReferenceOptions
+from steadyload.engines.reference.polygon import EDGES, separation
+from steadyload.engines.reference.rodas import FINISHED, Control, integrate
+from steadyload.engines.reference.world import ReferenceWorld
+from steadyload.engines.world import GRAVITY, Box, EngineError, Velocities, WorldSettings
 
 SOFT = Law(1e6, 1.2, 1e3, 1e-5, 0.5, 0.4, 1e-3, 1e-2, 1e9)
 FIELD = Field(np.array([0.3, 0.2, -GRAVITY]), 0.0, 0.1, 0.2)
@@ -361,7 +367,7 @@ def test_radau_follows_the_same_equations_to_the_same_end():
 
 
 def test_the_integrator_says_when_it_gives_up(monkeypatch):
-    monkeypatch.setattr("engines.reference.world._MOST_WORK", 5)
+    monkeypatch.setattr("steadyload.engines.reference.world._MOST_WORK", 5)
     with ReferenceWorld(WorldSettings()) as world:
         world.add_box(Box((0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.05)))
         with pytest.raises(EngineError, match="the integrator gave up: it needs too many steps"):

@@ -4,12 +4,12 @@ import os
 
 import pytest
 
-from engines.world import EngineNotInstalledError
-from harness.properties.findings import MOST_PER_ENGINE, finding, known_findings
-from harness.properties.property import Subject, Violation
-from harness.properties.registry import PROPERTIES
-from harness.properties.search import PROFILES, search
-from harness.properties.study import methods_on
+from steadyload.engines.world import EngineNotInstalledError
+from steadyload.properties.findings import MOST_PER_ENGINE, finding, known_findings
+from steadyload.properties.property import Subject, Violation
+from steadyload.properties.registry import PROPERTIES
+from steadyload.properties.search import PROFILES, search
+from steadyload.properties.study import methods_on
 
 EXAMPLES = PROFILES[os.environ.get("STEADYLOAD_PROFILE", "quick")]
 SUBJECTS = {spec: Subject(spec) for spec in methods_on(None)}

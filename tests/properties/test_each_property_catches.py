@@ -7,15 +7,15 @@ import types
 
 import pytest
 
-from engines import registry as engine_registry
-from engines.registry import EngineEntry, world_class
-from engines.world import Velocities
-from harness.methods import registry as method_registry
-from harness.methods.base_support import FullBaseSupport, PartialBaseSupport
-from harness.methods.method import STABLE, Finding
-from harness.properties.property import Subject
-from harness.properties.registry import PROPERTIES
-from harness.properties.search import search
+from steadyload.engines import registry as engine_registry
+from steadyload.engines.registry import EngineEntry, world_class
+from steadyload.engines.world import Velocities
+from steadyload.methods import registry as method_registry
+from steadyload.methods.base_support import FullBaseSupport, PartialBaseSupport
+from steadyload.methods.method import STABLE, Finding
+from steadyload.properties.property import Subject
+from steadyload.properties.registry import PROPERTIES
+from steadyload.properties.search import search
 
 MUJOCO = world_class("mujoco")
 WORLDS = itertools.count(1)

@@ -6,11 +6,11 @@ import types
 
 import pytest
 
-from engines import registry
-from engines.registry import EngineEntry, engine_names, world_class
-from harness.properties.property import Subject
-from harness.properties.registry import PROPERTIES
-from harness.properties.search import search
+from steadyload.engines import registry
+from steadyload.engines.registry import EngineEntry, engine_names, world_class
+from steadyload.properties.property import Subject
+from steadyload.properties.registry import PROPERTIES
+from steadyload.properties.search import search
 
 
 def offset_ignored(base):

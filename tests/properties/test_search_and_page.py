@@ -4,23 +4,23 @@ import json
 
 import pytest
 
-from engines.registry import ENGINES, EngineEntry
-from harness.cli import main
-from harness.layouts.formats import read_layouts
-from harness.properties import PropertyError, findings, registry
-from harness.properties.findings import KnownFinding
-from harness.properties.property import Case, Property, Subject, Violation
-from harness.properties.registry import chosen
-from harness.properties.search import search
-from harness.properties.strategies import layouts
-from harness.properties.study import PropertyStudy, made_with, methods_on, run_properties
-from harness.studies.comparison import compare
-from harness.studies.definition import load_study
-from harness.studies.runner import run_study
-from reports.pages import Page, write_page
-from reports.properties_page import properties_page, property_sections
-from reports.property_records import Standing
-from reports.study_page import study_page
+from steadyload.cli import main
+from steadyload.engines.registry import ENGINES, EngineEntry
+from steadyload.layouts.formats import read_layouts
+from steadyload.properties import PropertyError, findings, registry
+from steadyload.properties.findings import KnownFinding
+from steadyload.properties.property import Case, Property, Subject, Violation
+from steadyload.properties.registry import chosen
+from steadyload.properties.search import search
+from steadyload.properties.strategies import layouts
+from steadyload.properties.study import PropertyStudy, made_with, methods_on, run_properties
+from steadyload.reports.pages import Page, write_page
+from steadyload.reports.properties_page import properties_page, property_sections
+from steadyload.reports.property_records import Standing
+from steadyload.reports.study_page import study_page
+from steadyload.studies.comparison import compare
+from steadyload.studies.definition import load_study
+from steadyload.studies.runner import run_study
 
 
 def below_three(subject, case):
@@ -162,7 +162,7 @@ def test_a_run_that_would_ask_nothing_is_an_error(tmp_path):
 
 
 def test_an_engine_from_elsewhere_is_asked_anew_when_its_code_changes(tmp_path, monkeypatch):
-    code = "from engines.with_mujoco import MujocoWorld\n\n\nclass World(MujocoWorld):\n    pass\n"
+    code = "from steadyload.engines.with_mujoco import MujocoWorld\n\n\nclass World(MujocoWorld):\n    pass\n"
     (tmp_path / "elsewhere.py").write_text(code)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setitem(ENGINES, "elsewhere", EngineEntry("elsewhere:World", ()))

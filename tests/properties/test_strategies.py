@@ -6,12 +6,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from harness.layouts.contacts import find_contacts
-from harness.layouts.scenarios import Scenario
-from harness.methods import make_method
-from harness.methods.scene import planar_scene
-from harness.properties import strategies as s
-from harness.properties.moved import mirrored, quarter_turned, translated
+from steadyload.layouts.contacts import find_contacts
+from steadyload.layouts.scenarios import Scenario
+from steadyload.methods import make_method
+from steadyload.methods.scene import planar_scene
+from steadyload.properties import strategies as s
+from steadyload.properties.moved import mirrored, quarter_turned, translated
 
 FEW = settings(
     max_examples=60, deadline=None, derandomize=True, database=None,

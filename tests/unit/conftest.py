@@ -11,8 +11,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from engines.registry import world_class
-from harness.methods import registry
+from steadyload.engines.registry import world_class
+from steadyload.methods import registry
 
 _JUDGES = Path(__file__).parent / "outside" / "outside_judges.py"
 
@@ -43,7 +43,7 @@ def begin():
 
     def started(*arguments, cwd=None):
         return subprocess.Popen(
-            [sys.executable, "-m", "harness.cli", *arguments], cwd=cwd, stderr=subprocess.PIPE,
+            [sys.executable, "-m", "steadyload.cli", *arguments], cwd=cwd, stderr=subprocess.PIPE,
             text=True, start_new_session=True,
             env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
             # What a shell runs in the background ignores interrupts, and so does all it starts.

@@ -10,21 +10,21 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from harness.cli import main
-from harness.layouts.benchmark import BenchmarkError, load_benchmark
-from harness.layouts.benchmark.build import BuildOptions, build
-from harness.layouts.benchmark.dataset import SHIPPED
-from harness.layouts.benchmark.tables import CASES, OPINIONS, read_tables, write_tables
-from harness.methods.registry import make_method
-from harness.studies.accuracy import at_natural_prevalence, verdicts_against_labels
-from harness.studies.comparison import compare
-from harness.studies.definition import StudyDefinition, StudyError, load_study
-from harness.studies.labels import load_labels
-from harness.studies.metrics import mean, share
-from harness.studies.results import ResultsError, load_manifest, load_results
-from harness.studies.runner import run_study
-from reports.pages import write_page
-from reports.study_page import study_page
+from steadyload.cli import main
+from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
+from steadyload.layouts.benchmark.build import BuildOptions, build
+from steadyload.layouts.benchmark.dataset import SHIPPED
+from steadyload.layouts.benchmark.tables import CASES, OPINIONS, read_tables, write_tables
+from steadyload.methods.registry import make_method
+from steadyload.reports.pages import write_page
+from steadyload.reports.study_page import study_page
+from steadyload.studies.accuracy import at_natural_prevalence, verdicts_against_labels
+from steadyload.studies.comparison import compare
+from steadyload.studies.definition import StudyDefinition, StudyError, load_study
+from steadyload.studies.labels import load_labels
+from steadyload.studies.metrics import mean, share
+from steadyload.studies.results import ResultsError, load_manifest, load_results
+from steadyload.studies.runner import run_study
 
 METHODS = ("fbs", "sme", "equilibrium:time=0.3", "simulation@mujoco:t_max=0.1,frequency=60")
 
@@ -296,7 +296,7 @@ def test_a_folder_without_its_labels_says_so(run, tmp_path):
     (mine / "labels.parquet").unlink()
     with pytest.raises(ResultsError, match=r"labels\.parquet: is missing; run the study again"):
         compare(mine)
-    from harness.studies.labels import write_labels
+    from steadyload.studies.labels import write_labels
 
     write_labels(mine, frame[1:])
     with pytest.raises(ResultsError, match="has no label in scenario 'S1'"):

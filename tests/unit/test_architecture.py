@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from engines.registry import ENGINES
+from steadyload.engines.registry import ENGINES
 
 ROOT = Path(__file__).parents[2]
 
@@ -13,26 +13,26 @@ ROOT = Path(__file__).parents[2]
 ALLOWED = {
     "engines": {"engines"},
     "reports": {"reports"},
-    "harness.atomic": set(),
-    "harness.layouts": {"harness.layouts", "harness.atomic"},
-    "harness.methods": {"harness.methods", "harness.layouts", "harness.atomic", "engines"},
-    "harness.studies": {
-        "harness.studies", "harness.methods", "harness.layouts", "harness.atomic", "engines",
+    "steadyload.atomic": set(),
+    "steadyload.layouts": {"steadyload.layouts", "steadyload.atomic"},
+    "steadyload.methods": {"steadyload.methods", "steadyload.layouts", "steadyload.atomic", "engines"},
+    "steadyload.studies": {
+        "steadyload.studies", "steadyload.methods", "steadyload.layouts", "steadyload.atomic", "engines",
         "reports",
     },
-    "harness.properties": {
-        "harness.properties", "harness.studies", "harness.methods", "harness.layouts",
-        "harness.atomic", "engines", "reports",
+    "steadyload.properties": {
+        "steadyload.properties", "steadyload.studies", "steadyload.methods", "steadyload.layouts",
+        "steadyload.atomic", "engines", "reports",
     },
-    "harness.tuning": {
-        "harness.tuning", "harness.studies", "harness.methods", "harness.layouts",
-        "harness.atomic", "engines", "reports",
+    "steadyload.tuning": {
+        "steadyload.tuning", "steadyload.studies", "steadyload.methods", "steadyload.layouts",
+        "steadyload.atomic", "engines", "reports",
     },
     "learners": {
-        "learners", "harness.studies", "harness.methods", "harness.layouts", "harness.atomic",
+        "learners", "steadyload.studies", "steadyload.methods", "steadyload.layouts", "steadyload.atomic",
         "engines", "reports",
     },
-    "harness.cli": {"harness", "engines", "learners", "reports"},
+    "steadyload.cli": {"harness", "engines", "learners", "reports"},
 }  # fmt: skip
 OURS = ("harness", "engines", "learners", "reports")
 FILES = [p for package in OURS for p in (ROOT / package).rglob("*.py")]

@@ -4,11 +4,11 @@ import json
 
 import pytest
 
-from harness.layouts import Item, Layout, Pallet
-from harness.layouts.benchmark import BenchmarkError, load_benchmark
-from harness.layouts.benchmark.authors import import_authors, read_authors
-from harness.layouts.benchmark.observations import RotationUnit, read_movements
-from harness.layouts.writers import as_job
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
+from steadyload.layouts.benchmark.authors import import_authors, read_authors
+from steadyload.layouts.benchmark.observations import RotationUnit, read_movements
+from steadyload.layouts.writers import as_job
 
 H1, H2 = "H1_Class_3_Instance_15_ULD_0", "H2_Class_3_Instance_15_ULD_0"
 

@@ -6,15 +6,15 @@ import json
 import pandas as pd
 import pytest
 
-from harness.cli import main
-from harness.layouts import Item, Layout, Pallet
-from harness.layouts.benchmark import BenchmarkError, load_benchmark
-from harness.layouts.benchmark.dataset import row_of
-from harness.layouts.benchmark.export import LABEL_COLUMNS, export, labels_path
-from harness.layouts.benchmark.overview import overview
-from harness.layouts.benchmark.tables import CASES, write_tables
-from harness.layouts.formats import Format, read_layouts
-from harness.layouts.record import FormatError
+from steadyload.cli import main
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
+from steadyload.layouts.benchmark.dataset import row_of
+from steadyload.layouts.benchmark.export import LABEL_COLUMNS, export, labels_path
+from steadyload.layouts.benchmark.overview import overview
+from steadyload.layouts.benchmark.tables import CASES, write_tables
+from steadyload.layouts.formats import Format, read_layouts
+from steadyload.layouts.record import FormatError
 
 ENSEMBLE = (("numerical", "fine"), ("model", "smooth"), ("limits", "strict"))
 PALLET = Pallet(100.0, 100.0, 100.0)
@@ -202,7 +202,7 @@ def test_export_takes_a_part(folder, tmp_path):
 
 
 def test_import_says_what_came_of_it(tmp_path, capsys):
-    from harness.layouts.writers import as_job
+    from steadyload.layouts.writers import as_job
 
     jobs = tmp_path / "Data" / "Data_2" / "2_AeJobs" / "Ulds_scenario_1"
     scores = tmp_path / "Data" / "Data_2" / "4_Benchmark" / "Ulds_scenario_1"

@@ -3,14 +3,14 @@
 import pandas as pd
 import pytest
 
-from harness.layouts import Item, Layout, Pallet
-from harness.layouts.benchmark import BenchmarkError, load_benchmark
-from harness.layouts.benchmark.confidence import Reason
-from harness.layouts.benchmark.dataset import row_of
-from harness.layouts.benchmark.tables import CASES, OPINIONS, UNLABELLED, write_tables
-from harness.studies.benchmark_summary import made_with, summarise
-from reports.benchmark_page import benchmark_page
-from reports.pages import write_page
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
+from steadyload.layouts.benchmark.confidence import Reason
+from steadyload.layouts.benchmark.dataset import row_of
+from steadyload.layouts.benchmark.tables import CASES, OPINIONS, UNLABELLED, write_tables
+from steadyload.reports.benchmark_page import benchmark_page
+from steadyload.reports.pages import write_page
+from steadyload.studies.benchmark_summary import made_with, summarise
 
 ENSEMBLE = [(Reason.NUMERICAL, "fine"), (Reason.MODEL, "smooth"), (Reason.LIMITS, "strict")]
 MOVES = [f"{what}_{when}" for what in ("corner", "centre", "angle") for when in ("last", "most")]

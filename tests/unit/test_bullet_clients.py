@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from engines import with_bullet
-from engines.with_bullet import BulletWorld
-from engines.world import Box, WorldSettings
+from steadyload.engines import with_bullet
+from steadyload.engines.with_bullet import BulletWorld
+from steadyload.engines.world import Box, WorldSettings
 
 HIGH = Box((0.2, 0.2, 0.2), 5.0, (0.0, 0.0, 0.5))
 LOW = Box((0.2, 0.2, 0.2), 5.0, (0.0, 0.0, 0.1))

@@ -10,15 +10,15 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from harness.layouts import Item, Layout, Pallet
-from harness.layouts.packing import random_layouts
-from harness.methods import registry
-from harness.methods.base_support import FullBaseSupport
-from harness.methods.cascade import Cascade
-from harness.methods.method import Finding, RefusedError, Status, StepJudge, Stopwatch
-from harness.methods.registry import make_method
-from harness.methods.spec import SpecError
-from harness.methods.thresholds import (
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.packing import random_layouts
+from steadyload.methods import registry
+from steadyload.methods.base_support import FullBaseSupport
+from steadyload.methods.cascade import Cascade
+from steadyload.methods.method import Finding, RefusedError, Status, StepJudge, Stopwatch
+from steadyload.methods.registry import make_method
+from steadyload.methods.spec import SpecError
+from steadyload.methods.thresholds import (
     Ladder,
     Stage,
     Thresholds,
@@ -27,9 +27,9 @@ from harness.methods.thresholds import (
     load_thresholds,
     write_thresholds,
 )
-from harness.properties.property import Subject
-from harness.properties.registry import PROPERTIES
-from harness.properties.search import search
+from steadyload.properties.property import Subject
+from steadyload.properties.registry import PROPERTIES
+from steadyload.properties.search import search
 
 LAST = "ps_opt@mujoco"
 

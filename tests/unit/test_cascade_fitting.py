@@ -8,25 +8,25 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from harness.cli import main
-from harness.methods.method import Stopwatch
-from harness.methods.registry import make_method
-from harness.methods.spec import SpecError
-from harness.methods.thresholds import Stage, write_thresholds
-from harness.studies.metrics import effective_size
-from harness.tuning import TuningError
-from harness.tuning.cascade import fitted as fitted_module
-from harness.tuning.cascade.fitted import FitOptions, check_remakable, fit_cascade
-from harness.tuning.cascade.fitting import (
+from steadyload.cli import main
+from steadyload.methods.method import Stopwatch
+from steadyload.methods.registry import make_method
+from steadyload.methods.spec import SpecError
+from steadyload.methods.thresholds import Stage, write_thresholds
+from steadyload.studies.metrics import effective_size
+from steadyload.tuning import TuningError
+from steadyload.tuning.cascade import fitted as fitted_module
+from steadyload.tuning.cascade.fitted import FitOptions, check_remakable, fit_cascade
+from steadyload.tuning.cascade.fitting import (
     allowed_losses,
     fit,
     independent_cases,
     left_out,
     upper_bound,
 )
-from harness.tuning.cascade.opinions import Opinions, Table, ask
-from harness.tuning.cascade.outcome import outcome
-from harness.tuning.cases import CaseSource, load_cases
+from steadyload.tuning.cascade.opinions import Opinions, Table, ask
+from steadyload.tuning.cascade.outcome import outcome
+from steadyload.tuning.cases import CaseSource, load_cases
 
 
 def opinions(risks, cost=1.0, opening=0.0, brink=0.5, cases=None, trained=True):

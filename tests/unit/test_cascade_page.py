@@ -6,9 +6,9 @@ import re
 import numpy as np
 import pytest
 
-from harness.layouts.benchmark import load_benchmark
-from harness.methods.registry import make_method
-from harness.methods.thresholds import (
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.methods.registry import make_method
+from steadyload.methods.thresholds import (
     Ladder,
     Stage,
     Thresholds,
@@ -16,13 +16,13 @@ from harness.methods.thresholds import (
     fingerprint,
     write_thresholds,
 )
-from harness.studies.results import load_results
-from harness.tuning import TuningError
-from harness.tuning.cascade.study import cascade_study
-from reports.cascade_page import cascade_page
-from reports.cascade_records import HeldAgainst
-from reports.pages import write_page
-from reports.records import Estimate
+from steadyload.reports.cascade_page import cascade_page
+from steadyload.reports.cascade_records import HeldAgainst
+from steadyload.reports.pages import write_page
+from steadyload.reports.records import Estimate
+from steadyload.studies.results import load_results
+from steadyload.tuning import TuningError
+from steadyload.tuning.cascade.study import cascade_study
 
 FOUND = {
     "cases": 900, "item_lists": 6, "independent": 450.0, "allowed": 3, "lost": 2, "gained": 1,

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from engines.with_chipmunk import ChipmunkWorld
-from engines.world import WorldSettings
-from harness.methods.scene import boxes, planar_scene
-from harness.tuning.cases import CaseSource, load_cases
+from steadyload.engines.with_chipmunk import ChipmunkWorld
+from steadyload.engines.world import WorldSettings
+from steadyload.methods.scene import boxes, planar_scene
+from steadyload.tuning.cases import CaseSource, load_cases
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from harness.layouts.formats import Format, read_layouts, write_layouts
+from steadyload.layouts.formats import Format, read_layouts, write_layouts
 
 ITEM = {"sequence": 0, "position": [0, 0, 0], "size": [10, 10, 10], "weight": 1}
 SECOND = {"sequence": 1, "position": [20, 0, 0], "size": [10, 10, 10], "weight": 1}
@@ -14,7 +14,7 @@ SECOND = {"sequence": 1, "position": [20, 0, 0], "size": [10, 10, 10], "weight":
 
 def steadyload(*arguments, cwd):
     return subprocess.run(
-        [sys.executable, "-m", "harness.cli", *map(str, arguments)],
+        [sys.executable, "-m", "steadyload.cli", *map(str, arguments)],
         capture_output=True,
         text=True,
         cwd=cwd,
@@ -137,7 +137,7 @@ def test_an_invalid_layout_can_be_a_record(tmp_path):
 
 def test_a_reader_that_goes_away_is_no_error(layout_file):
     done = subprocess.run(
-        f"{sys.executable} -m harness.cli score {layout_file} --json | head -1",
+        f"{sys.executable} -m steadyload.cli score {layout_file} --json | head -1",
         shell=True,
         capture_output=True,
         text=True,

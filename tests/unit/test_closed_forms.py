@@ -8,16 +8,16 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from engines.registry import ENGINES, EngineEntry, world_class
-from engines.world import GRAVITY, EngineError, SettingSupport, Support
-from harness.studies import mechanics
-from harness.studies.closed_form_runs import NoValueError, boundary
-from harness.studies.closed_forms import closed_form_tests, closed_forms
-from harness.studies.definition import StudyError
-from reports.closed_forms_page import closed_forms_page
-from reports.figures import plot_closed_forms
-from reports.pages import write_page
-from reports.tables import compact
+from steadyload.engines.registry import ENGINES, EngineEntry, world_class
+from steadyload.engines.world import GRAVITY, EngineError, SettingSupport, Support
+from steadyload.reports.closed_forms_page import closed_forms_page
+from steadyload.reports.figures import plot_closed_forms
+from steadyload.reports.pages import write_page
+from steadyload.reports.tables import compact
+from steadyload.studies import mechanics
+from steadyload.studies.closed_form_runs import NoValueError, boundary
+from steadyload.studies.closed_forms import closed_form_tests, closed_forms
+from steadyload.studies.definition import StudyError
 
 TESTS = {test.name: test for test in closed_form_tests()}
 
@@ -167,7 +167,7 @@ def test_failures_are_rows(monkeypatch):
             raise EngineError("no more contacts")
 
     for world, note in ((Diverging, "diverged"), (Failing, "error: no more contacts")):
-        monkeypatch.setattr("engines.with_bullet.BulletWorld", world)
+        monkeypatch.setattr("steadyload.engines.with_bullet.BulletWorld", world)
         for name in ("free fall", "tipping offset", "bounce"):
             result = measured(name)
             assert (result.found, result.error, result.note) == (None, None, note)
@@ -179,8 +179,8 @@ def test_an_engine_with_its_own_steps_runs_once(monkeypatch, tmp_path):
     class OwnSteps(base):
         capabilities = dataclasses.replace(base.capabilities, error_controlled=True)
 
-    monkeypatch.setattr("engines.with_mujoco.OwnSteps", OwnSteps, raising=False)
-    monkeypatch.setitem(ENGINES, "own", EngineEntry("engines.with_mujoco:OwnSteps"))
+    monkeypatch.setattr("steadyload.engines.with_mujoco.OwnSteps", OwnSteps, raising=False)
+    monkeypatch.setitem(ENGINES, "own", EngineEntry("steadyload.engines.with_mujoco:OwnSteps"))
     tests = [TESTS["free fall"], TESTS["sink under 10"], TESTS["sink under 100"]]
     results = closed_forms(["bullet", "own"], (90, 240), tests=tests, progress=said.append)
     assert [(r.engine, r.frequency) for r in results[:3]] == [

@@ -4,7 +4,7 @@ import importlib.util
 import shutil
 from pathlib import Path
 
-from engines.reference import compiled
+from steadyload.engines.reference import compiled
 
 
 def imported(folder):

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from engines.world import Box, Poses
-from harness.methods.criteria import Criterion, Examiner
+from steadyload.engines.world import Box, Poses
+from steadyload.methods.criteria import Criterion, Examiner
 
 # World (x, y, z) = layout (z, x, y).
 TO_LAYOUT = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], dtype=float)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.stats import kstest, lognorm, norm, truncnorm
 
-from harness.layouts import Item, Layout, Pallet
-from harness.layouts.deviations import CENTRE, NUMBERS_AN_ITEM, PLACE, deviated, made_room
-from harness.layouts.model import TOLERANCE
-from harness.layouts.packing import random_layouts
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.deviations import CENTRE, NUMBERS_AN_ITEM, PLACE, deviated, made_room
+from steadyload.layouts.model import TOLERANCE
+from steadyload.layouts.packing import random_layouts
 
 PALLET = Pallet(100.0, 100.0, 100.0)
 

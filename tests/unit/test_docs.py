@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from harness.cli import command_parser
-from harness.methods.registry import make_method
+from steadyload.cli import command_parser
+from steadyload.methods.registry import make_method
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]

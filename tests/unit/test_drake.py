@@ -3,11 +3,17 @@
 import numpy as np
 import pytest
 
-from engines import registry
-from engines.registry import EngineEntry, engine_names, engines, world_class
-from engines.world import Box, EngineError, EngineNotInstalledError, Velocities, WorldSettings
-from harness.methods import make_method
-from harness.studies.convergence import run_convergence
+from steadyload.engines import registry
+from steadyload.engines.registry import EngineEntry, engine_names, engines, world_class
+from steadyload.engines.world import (
+    Box,
+    EngineError,
+    EngineNotInstalledError,
+    Velocities,
+    WorldSettings,
+)
+from steadyload.methods import make_method
+from steadyload.studies.convergence import run_convergence
 
 CUBE = Box((0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.05))
 
@@ -18,7 +24,7 @@ def drake():
         world_class("drake")
     except EngineNotInstalledError as error:
         pytest.skip(str(error))
-    from engines import with_drake
+    from steadyload.engines import with_drake
 
     return with_drake
 
@@ -29,7 +35,9 @@ def test_optional_engines_are_known_but_not_compared_unasked():
 
 
 def test_a_missing_optional_engine_is_one_sentence_before_anything_is_judged(monkeypatch, stack):
-    entry = EngineEntry("engines.with_drake:DrakeWorld", ("no-such-package",), extra="drake")
+    entry = EngineEntry(
+        "steadyload.engines.with_drake:DrakeWorld", ("no-such-package",), extra="drake"
+    )
     monkeypatch.setitem(registry.ENGINES, "drake", entry)
     method = make_method("simulation@drake")
     with pytest.raises(EngineNotInstalledError, match=r"pip install 'steadyload\[drake\]'"):
@@ -124,7 +132,9 @@ def test_velocities_can_be_set(drake):
 
 
 def test_a_missing_judge_shows_before_anything_is_computed(monkeypatch, tmp_path):
-    entry = EngineEntry("engines.with_drake:DrakeWorld", ("no-such-package",), extra="drake")
+    entry = EngineEntry(
+        "steadyload.engines.with_drake:DrakeWorld", ("no-such-package",), extra="drake"
+    )
     monkeypatch.setitem(registry.ENGINES, "drake", entry)
     with pytest.raises(EngineNotInstalledError, match="drake"):
         run_convergence(tmp_path / "work", layouts=1, sample=1, opinions=("label@drake",))

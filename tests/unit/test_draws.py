@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from harness.methods.draws import sobol
+from steadyload.methods.draws import sobol
 
 
 def test_every_coordinate_has_one_point_in_every_stratum():

@@ -6,13 +6,13 @@ import json
 import numpy as np
 import pytest
 
-from engines.registry import ENGINES, EngineEntry, engine_names
-from harness.cli import main
-from harness.layouts import Item, Layout, Pallet
-from harness.layouts.formats import Format, write_layouts
-from harness.layouts.packing import random_layouts
-from harness.methods import envelope as module
-from harness.methods.envelope import (
+from steadyload.cli import main
+from steadyload.engines.registry import ENGINES, EngineEntry, engine_names
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.formats import Format, write_layouts
+from steadyload.layouts.packing import random_layouts
+from steadyload.methods import envelope as module
+from steadyload.methods.envelope import (
     Envelope,
     Limit,
     beyond,
@@ -21,13 +21,13 @@ from harness.methods.envelope import (
     extent,
     leaves,
 )
-from harness.methods.registry import make_method
-from harness.studies.comparison import compare
-from harness.studies.definition import load_study
-from harness.studies.results import load_manifest
-from harness.studies.runner import run_study
-from reports.pages import write_page
-from reports.study_page import study_page
+from steadyload.methods.registry import make_method
+from steadyload.reports.pages import write_page
+from steadyload.reports.study_page import study_page
+from steadyload.studies.comparison import compare
+from steadyload.studies.definition import load_study
+from steadyload.studies.results import load_manifest
+from steadyload.studies.runner import run_study
 
 HELD = Envelope(3, 10.0, 100.0, 2.0, 50.0, 20, True)
 
@@ -229,7 +229,7 @@ def test_generated_layouts_are_inside_a_fine_engine():
 @pytest.fixture
 def study(tmp_path, monkeypatch):
     """A layout far out, one inside, and an engine that nobody has measured."""
-    monkeypatch.setitem(ENGINES, "own", EngineEntry("engines.with_bullet:BulletWorld"))
+    monkeypatch.setitem(ENGINES, "own", EngineEntry("steadyload.engines.with_bullet:BulletWorld"))
     write_layouts(tmp_path / "layouts.json", [FLAT, HEAVY_ON_LIGHT], Format.NATIVE)
     (tmp_path / "study.toml").write_text(
         'name = "outside"\nlayouts = ["layouts.json"]\n'

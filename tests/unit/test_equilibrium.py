@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from harness.layouts import Item, Layout, Pallet
-from harness.layouts.contacts import find_contacts
-from harness.layouts.packing import random_layouts
-from harness.methods import make_method
-from harness.methods.balance import VerticalBalance
-from harness.methods.margins import margins
-from harness.methods.spec import SpecError
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.contacts import find_contacts
+from steadyload.layouts.packing import random_layouts
+from steadyload.methods import make_method
+from steadyload.methods.balance import VerticalBalance
+from steadyload.methods.margins import margins
+from steadyload.methods.spec import SpecError
 
 PALLET = Pallet(200.0, 200.0, 200.0)
 SIDES = ("none", "frictionless", "friction")

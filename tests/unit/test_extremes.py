@@ -11,16 +11,20 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.patches import Rectangle
 
-from engines.registry import engine_names, open_world, world_class
-from engines.world import GRAVITY, Box, EngineError, Poses, Velocities, WorldSettings
-from harness.cli import main
-from harness.methods.envelope import Envelope, envelopes
-from harness.studies import extreme_cells, extreme_runs, mechanics
-from harness.studies import extreme_scenes as scenes
-from harness.studies.closed_form_runs import Stage
-from harness.studies.definition import StudyError
-from harness.studies.extreme_cells import run_extremes
-from harness.studies.extreme_envelope import (
+from steadyload.cli import main
+from steadyload.engines.registry import engine_names, open_world, world_class
+from steadyload.engines.world import GRAVITY, Box, EngineError, Poses, Velocities, WorldSettings
+from steadyload.methods.envelope import Envelope, envelopes
+from steadyload.reports.extreme_figures import plot_outcomes
+from steadyload.reports.extreme_records import EnvelopeRow, ExtremeCell, Outcome
+from steadyload.reports.extremes_page import extremes_page
+from steadyload.reports.pages import write_page
+from steadyload.studies import extreme_cells, extreme_runs, mechanics
+from steadyload.studies import extreme_scenes as scenes
+from steadyload.studies.closed_form_runs import Stage
+from steadyload.studies.definition import StudyError
+from steadyload.studies.extreme_cells import run_extremes
+from steadyload.studies.extreme_envelope import (
     ENVELOPE_SWEEPS,
     envelope_file,
     envelope_rows,
@@ -28,11 +32,7 @@ from harness.studies.extreme_envelope import (
     from_here_on,
     write_envelopes,
 )
-from harness.studies.extremes import FREQUENCIES, measure_cell, sweep_names, sweeps
-from reports.extreme_figures import plot_outcomes
-from reports.extreme_records import EnvelopeRow, ExtremeCell, Outcome
-from reports.extremes_page import extremes_page
-from reports.pages import write_page
+from steadyload.studies.extremes import FREQUENCIES, measure_cell, sweep_names, sweeps
 
 PUBLISHED = Path(__file__).resolve().parents[2] / "reports" / "published" / "extremes"
 
@@ -183,7 +183,7 @@ def test_failures_are_cells(monkeypatch):
         (Diverging, Outcome.FAILED, "diverged"),
         (Failing, Outcome.NO_VERDICT, "error: no more contacts"),
     ):
-        monkeypatch.setattr("engines.with_bullet.BulletWorld", world)
+        monkeypatch.setattr("steadyload.engines.with_bullet.BulletWorld", world)
         for sweep, value in (("tower", 2), ("plate-on-edge", 5), ("sliding", 0.5), ("bounce", 0.5)):
             cell = measure_cell(sweep, "bullet", 240, value)
             assert (cell.outcome, cell.note) == (outcome, note)

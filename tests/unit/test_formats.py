@@ -9,16 +9,16 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from harness.layouts import Item, Layout, LayoutError, Pallet
-from harness.layouts.formats import (
+from steadyload.layouts import Item, Layout, LayoutError, Pallet
+from steadyload.layouts.formats import (
     Format,
     read_layouts,
     scan_layouts,
     write_layouts,
 )
-from harness.layouts.readers import CSV_COLUMNS
-from harness.layouts.record import FormatError, Refused
-from harness.layouts.snapping import snap
+from steadyload.layouts.readers import CSV_COLUMNS
+from steadyload.layouts.record import FormatError, Refused
+from steadyload.layouts.snapping import snap
 
 SCHEMA = Path(__file__).resolve().parents[2] / "docs" / "layouts.schema.json"
 

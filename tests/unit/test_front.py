@@ -5,9 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-from harness.cli import main
-from harness.studies.definition import StudyDefinition
-from harness.studies.front import (
+from steadyload.cli import main
+from steadyload.reports.records import Estimate
+from steadyload.studies.definition import StudyDefinition
+from steadyload.studies.front import (
     Front,
     FrontError,
     Measured,
@@ -17,8 +18,7 @@ from harness.studies.front import (
     recommend,
     write_front,
 )
-from harness.studies.runner import run_study
-from reports.records import Estimate
+from steadyload.studies.runner import run_study
 
 
 def measured(method, accuracy, cpu, engine=None):

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from harness.layouts import Item, Layout, LayoutError, Pallet
-from harness.layouts.contacts import find_supports
-from harness.layouts.grid import BoxGrid
-from harness.layouts.growing import GrowingLayout
-from harness.layouts.packing import random_layouts
-from harness.methods.scene import neighbourhood
-from harness.properties.strategies import layouts, packings
+from steadyload.layouts import Item, Layout, LayoutError, Pallet
+from steadyload.layouts.contacts import find_supports
+from steadyload.layouts.grid import BoxGrid
+from steadyload.layouts.growing import GrowingLayout
+from steadyload.layouts.packing import random_layouts
+from steadyload.methods.scene import neighbourhood
+from steadyload.properties.strategies import layouts, packings
 
 FEW = settings(
     max_examples=60, deadline=None, derandomize=True, database=None,

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from harness.layouts.benchmark import load_benchmark
-from harness.layouts.benchmark.dataset import KEYS
-from harness.studies.label_ceiling import label_ceiling, plurality, twins
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.studies.label_ceiling import label_ceiling, plurality, twins
 
 NONE = float("nan")
 

@@ -6,17 +6,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from harness.layouts.benchmark import load_benchmark
-from harness.layouts.benchmark.build import BuildOptions, draw_case
-from harness.layouts.benchmark.dataset import SHIPPED
-from harness.layouts.benchmark.splits import SIZES, assign_splits
-from harness.layouts.heuristics import HEURISTICS
-from harness.layouts.packing import make_instance, pack_instance
-from harness.layouts.scenarios import Scenario
-from harness.methods.method import Status
-from harness.methods.registry import make_method
-from harness.studies.label_rows import LABEL, LIMITS
-from harness.studies.labelling import JUDGES
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.build import BuildOptions, draw_case
+from steadyload.layouts.benchmark.dataset import SHIPPED
+from steadyload.layouts.benchmark.splits import SIZES, assign_splits
+from steadyload.layouts.heuristics import HEURISTICS
+from steadyload.layouts.packing import make_instance, pack_instance
+from steadyload.layouts.scenarios import Scenario
+from steadyload.methods.method import Status
+from steadyload.methods.registry import make_method
+from steadyload.studies.label_rows import LABEL, LIMITS
+from steadyload.studies.labelling import JUDGES
 
 SCENARIOS = [str(s) for s in Scenario]
 REMADE = 12

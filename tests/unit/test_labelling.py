@@ -10,18 +10,18 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from harness.layouts.benchmark import BenchmarkError, load_benchmark
-from harness.layouts.benchmark.build import BuildOptions, build
-from harness.layouts.benchmark.confidence import Reason
-from harness.layouts.benchmark.dataset import row_of
-from harness.layouts.benchmark.splits import SplitSizes
-from harness.layouts.benchmark.tables import UNLABELLED, read_parquet, write_parquet
-from harness.layouts.packing import random_layouts
-from harness.layouts.scenarios import Scenario
-from harness.methods.registry import make_method
-from harness.studies import labelling
-from harness.studies.label_rows import LABEL, TRACES, TraceUnit, crashed_row
-from harness.studies.labelling import (
+from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
+from steadyload.layouts.benchmark.build import BuildOptions, build
+from steadyload.layouts.benchmark.confidence import Reason
+from steadyload.layouts.benchmark.dataset import row_of
+from steadyload.layouts.benchmark.splits import SplitSizes
+from steadyload.layouts.benchmark.tables import UNLABELLED, read_parquet, write_parquet
+from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.scenarios import Scenario
+from steadyload.methods.registry import make_method
+from steadyload.studies import labelling
+from steadyload.studies.label_rows import LABEL, TRACES, TraceUnit, crashed_row
+from steadyload.studies.labelling import (
     Judge,
     build_set,
     label_set,

@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.studies.reliability import BINS, abstention, reliability
-from learners.study.calibration import sureness
-from reports.learned_page import learned_page
-from reports.learned_records import (
+from steadyload.learners.study.calibration import sureness
+from steadyload.reports.learned_page import learned_page
+from steadyload.reports.learned_records import (
     Foreign,
     ForeignRow,
     JudgeCalibration,
@@ -21,9 +20,10 @@ from reports.learned_records import (
     TimeRow,
     TrainedRow,
 )
-from reports.pages import write_page
-from reports.records import Estimate, MethodKey
-from reports.reliability_records import Abstention, Reliability, ReliabilityBin
+from steadyload.reports.pages import write_page
+from steadyload.reports.records import Estimate, MethodKey
+from steadyload.reports.reliability_records import Abstention, Reliability, ReliabilityBin
+from steadyload.studies.reliability import BINS, abstention, reliability
 
 SCENARIOS = ("S1", "S2a", "S2b")
 PARTS = ("all", *SCENARIOS)

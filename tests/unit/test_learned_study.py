@@ -11,19 +11,19 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from harness.cli import main
-from harness.layouts.benchmark import load_benchmark
-from harness.layouts.benchmark.dataset import KEYS
-from harness.layouts.formats import Format, write_layouts
-from harness.layouts.model import Item, Layout, Pallet
-from harness.methods.registry import make_method
-from learners import LearnerError
-from learners.study.plan import Section
-from learners.study.plan_file import load_plan
-from learners.study.study import learner_study
-from learners.study.trainings import Workshop
-from learners.weights import load_weights
-from reports.learned_page import learned_page
+from steadyload.cli import main
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.formats import Format, write_layouts
+from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.learners import LearnerError
+from steadyload.learners.study.plan import Section
+from steadyload.learners.study.plan_file import load_plan
+from steadyload.learners.study.study import learner_study
+from steadyload.learners.study.trainings import Workshop
+from steadyload.learners.weights import load_weights
+from steadyload.methods.registry import make_method
+from steadyload.reports.learned_page import learned_page
 
 ROOT = Path(__file__).parents[2]
 LIMIT = 12
@@ -274,9 +274,9 @@ def test_again_nothing_is_made_and_the_page_is_the_same(learned, plan, folder, f
 CHILD = """
 import sys
 from pathlib import Path
-from learners.study.plan import Section
-from learners.study.plan_file import load_plan
-from learners.study.trainings import Workshop
+from steadyload.learners.study.plan import Section
+from steadyload.learners.study.plan_file import load_plan
+from steadyload.learners.study.trainings import Workshop
 Workshop(load_plan(Path(sys.argv[1])), Path(sys.argv[2])).make([Section.SIZE], workers=0)
 """
 

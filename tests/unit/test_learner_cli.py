@@ -5,12 +5,12 @@ import json
 import pytest
 import torch
 
-from harness.cli import main
-from harness.layouts.benchmark import load_benchmark
-from harness.layouts.formats import Format, write_layouts
-from learners import LearnerError, shipping
-from learners.shipping import check_shippable, ship
-from learners.weights import load_weights
+from steadyload.cli import main
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.formats import Format, write_layouts
+from steadyload.learners import LearnerError, shipping
+from steadyload.learners.shipping import check_shippable, ship
+from steadyload.learners.weights import load_weights
 
 SMALL = ["--option", "hidden=8", "--option", "epochs=2", "--limit", "20", "--threads", "1"]
 
@@ -150,7 +150,7 @@ def test_what_learnt_from_held_out_lists_is_not_shipped(tmp_path):
 
 def test_what_uncommitted_code_began_is_not_shipped_as_if_it_were_committed(tmp_path, monkeypatch):
     """A run that goes on, or finds all done, says what code began."""
-    from learners import jobs
+    from steadyload.learners import jobs
 
     made_by = jobs.provenance() | {"git": "0123456789ab-dirty"}
     monkeypatch.setattr(jobs, "provenance", lambda: dict(made_by))

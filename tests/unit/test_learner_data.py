@@ -7,14 +7,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from harness.layouts.benchmark import load_benchmark
-from harness.layouts.packing import make_instance
-from harness.methods.registry import make_method
-from learners import LeakError, LearnerError
-from learners.features import FeatureKind, features
-from learners.generation import OWN_SEEDS, GenerationOptions, generate_labelled
-from learners.scoring import accuracies, items_safe
-from learners.sequences import HeldOut, geometry_of, joined, load_sequences
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.packing import make_instance
+from steadyload.learners import LeakError, LearnerError
+from steadyload.learners.features import FeatureKind, features
+from steadyload.learners.generation import OWN_SEEDS, GenerationOptions, generate_labelled
+from steadyload.learners.scoring import accuracies, items_safe
+from steadyload.learners.sequences import HeldOut, geometry_of, joined, load_sequences
+from steadyload.methods.registry import make_method
 
 PLAIN = FeatureKind.PLAIN
 FEW = GenerationOptions(lists=2, label="sme", heuristics=2, most=4)
@@ -170,7 +170,7 @@ def test_a_generated_set_names_every_code_that_labelled_it(tmp_path, monkeypatch
     one = GenerationOptions(lists=1, label="sme", heuristics=1, most=1, scenarios=("S1",))
 
     def run(code, options=one):
-        monkeypatch.setattr("learners.generation.provenance", lambda: {"code": code})
+        monkeypatch.setattr("steadyload.learners.generation.provenance", lambda: {"code": code})
         made = generate_labelled(options, tmp_path, workers=0)
         return [run["code"] for run in (*made["labelled_with_before"], made["labelled_with"])]
 

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from harness.layouts import Item, Layout, Pallet
-from harness.layouts.packing import random_layouts
-from harness.methods.registry import make_method
-from learners.features import (
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.packing import random_layouts
+from steadyload.learners.features import (
     SYMMETRIES,
     FeatureKind,
     features,
@@ -17,7 +16,8 @@ from learners.features import (
     symmetry_matrices,
     turned,
 )
-from learners.support import COLUMNS, GRAVITY, SECONDS, support_table
+from steadyload.learners.support import COLUMNS, GRAVITY, SECONDS, support_table
+from steadyload.methods.registry import make_method
 
 PALLET = Pallet(100.0, 100.0, 100.0)
 LAYOUTS = random_layouts(120, seed=11)

@@ -15,20 +15,16 @@ import pytest
 import safetensors.numpy
 import torch
 
-from harness.layouts import Item, Layout, Pallet
-from harness.layouts.benchmark import load_benchmark
-from harness.methods.method import Status
-from harness.methods.registry import make_method, method_listing
-from harness.methods.spec import SpecError
-from harness.studies.results import judged_by
-from learners import LearnerError
-from learners.features import FeatureKind, features
-from learners.inference import Network
-from learners.jobs import TrainingJob, train_weights
-from learners.network import NETWORKS
-from learners.options import NetworkKind, TrainingOptions
-from learners.ranges import QUANTITIES
-from learners.weights import (
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.learners import LearnerError
+from steadyload.learners.features import FeatureKind, features
+from steadyload.learners.inference import Network
+from steadyload.learners.jobs import TrainingJob, train_weights
+from steadyload.learners.network import NETWORKS
+from steadyload.learners.options import NetworkKind, TrainingOptions
+from steadyload.learners.ranges import QUANTITIES
+from steadyload.learners.weights import (
     SHIPPED,
     load_arrays,
     load_weights,
@@ -36,6 +32,10 @@ from learners.weights import (
     save_weights,
     weights_folder,
 )
+from steadyload.methods.method import Status
+from steadyload.methods.registry import make_method, method_listing
+from steadyload.methods.spec import SpecError
+from steadyload.studies.results import judged_by
 
 ROOT = Path(__file__).parents[2]
 
@@ -287,9 +287,9 @@ def test_other_weights_are_another_judge(weights, tmp_path):
 def test_preparing_compiles_all_that_judging_runs(weights):
     """A time of the first layout is not one of compilation."""
     script = f"""
-from harness.layouts.packing import random_layouts
-from harness.methods.registry import make_method
-from learners import features, inference, ranges, support
+from steadyload.layouts.packing import random_layouts
+from steadyload.methods.registry import make_method
+from steadyload.learners import features, inference, ranges, support
 functions = [
     value
     for module in (features, inference, ranges, support)
@@ -316,8 +316,8 @@ def test_neither_listing_nor_judging_imports_torch(weights):
     assert {p.name for p in listed["lstm_e"].parameters} >= {"weights", "threshold", "outside"}
     script = f"""
 import sys
-from harness.layouts.packing import random_layouts
-from harness.methods.registry import make_method, method_listing
+from steadyload.layouts.packing import random_layouts
+from steadyload.methods.registry import make_method, method_listing
 method_listing()
 method = make_method("lstm_e:weights={weights}")
 print([v.failing_step for v in method.judge_many(random_layouts(3, seed=1))])

@@ -4,10 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from harness.layouts.benchmark import load_benchmark
-from harness.methods.method import Status
-from harness.methods.registry import make_method
-from learners.weights import SHIPPED, load_weights, shipped_weights
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.learners.weights import SHIPPED, load_weights, shipped_weights
+from steadyload.methods.method import Status
+from steadyload.methods.registry import make_method
 
 NAMES = ("lstm_1", "lstm_e")
 

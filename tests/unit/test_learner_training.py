@@ -12,24 +12,24 @@ import pandas as pd
 import pytest
 import torch
 
-from harness.layouts.benchmark import load_benchmark
-from harness.layouts.benchmark.tables import CASES, OPINIONS, write_tables
-from learners import LeakError, LearnerError
-from learners.features import FeatureKind
-from learners.inference import Network
-from learners.jobs import TrainingJob, member_options, search_options, train_weights
-from learners.options import (
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.tables import CASES, OPINIONS, write_tables
+from steadyload.learners import LeakError, LearnerError
+from steadyload.learners.features import FeatureKind
+from steadyload.learners.inference import Network
+from steadyload.learners.jobs import TrainingJob, member_options, search_options, train_weights
+from steadyload.learners.options import (
     NetworkKind,
     TrainingOptions,
     options_from,
     training_preset,
     training_presets,
 )
-from learners.scoring import accuracies
-from learners.search import HIDDEN, JOURNAL, LEARNING_RATES, search_hyperparameters
-from learners.sequences import HeldOut, load_sequences
-from learners.training import CHECKPOINT, Training
-from learners.weights import load_arrays, load_weights
+from steadyload.learners.scoring import accuracies
+from steadyload.learners.search import HIDDEN, JOURNAL, LEARNING_RATES, search_hyperparameters
+from steadyload.learners.sequences import HeldOut, load_sequences
+from steadyload.learners.training import CHECKPOINT, Training
+from steadyload.learners.weights import load_arrays, load_weights
 
 ROOT = Path(__file__).parents[2]
 NOTHING = HeldOut(frozenset(), frozenset())
@@ -72,10 +72,10 @@ def test_thirty_layouts_are_learnt_by_heart(tmp_path, network):
 CHILD = """
 import sys, time, torch
 from pathlib import Path
-from learners.features import FeatureKind
-from learners.options import TrainingOptions
-from learners.sequences import HeldOut, load_sequences
-from learners.training import Training
+from steadyload.learners.features import FeatureKind
+from steadyload.learners.options import TrainingOptions
+from steadyload.learners.sequences import HeldOut, load_sequences
+from steadyload.learners.training import Training
 torch.set_num_threads(1)
 options = TrainingOptions(hidden=8, layers=2, epochs=6, batch=16, learning_rate=1e-2, dropout=0.3)
 data = load_sequences(FeatureKind.SUPPORT, limit=20)

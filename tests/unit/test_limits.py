@@ -5,13 +5,13 @@ import math
 
 import pytest
 
-from engines.errors import BadNumberError, EngineError
-from engines.limits import MASSES, SIZES, check_box
-from engines.substeps import SubstepClock
-from engines.world import Box, WorldSettings
-from harness.layouts import Item, Layout, Pallet
-from harness.layouts.model import SIDES, WEIGHTS
-from harness.methods.scene import boxes
+from steadyload.engines.errors import BadNumberError, EngineError
+from steadyload.engines.limits import MASSES, SIZES, check_box
+from steadyload.engines.substeps import SubstepClock
+from steadyload.engines.world import Box, WorldSettings
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.model import SIDES, WEIGHTS
+from steadyload.methods.scene import boxes
 
 NAN, INF = math.nan, math.inf
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from harness.studies.metrics import agreement, mean, outcomes, share, weighted_share
+from steadyload.studies.metrics import agreement, mean, outcomes, share, weighted_share
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from dataclasses import FrozenInstanceError
 import numpy as np
 import pytest
 
-from harness.layouts import Item, Layout, LayoutError, Pallet
+from steadyload.layouts import Item, Layout, LayoutError, Pallet
 
 PALLET = Pallet(100.0, 50.0, 100.0)
 

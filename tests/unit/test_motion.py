@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from engines.world import GRAVITY
-from harness.layouts import Item, Layout, Pallet
-from harness.methods import make_method
-from harness.methods.motion import Bodies, moved
-from harness.methods.touching import touching_points
+from steadyload.engines.world import GRAVITY
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.methods import make_method
+from steadyload.methods.motion import Bodies, moved
+from steadyload.methods.touching import touching_points
 
 PALLET = Pallet(200.0, 200.0, 200.0)
 WIDTH, HEIGHT = 20.0, 10.0

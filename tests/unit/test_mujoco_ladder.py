@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from engines.world import Box, WorldSettings
+from steadyload.engines.world import Box, WorldSettings
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -44,7 +44,7 @@ def compiled(boxes, solimp="0.95 0.99 0.001"):
 
 
 def test_the_ladder_equals_recompiling_at_every_step():
-    from engines.with_mujoco import MujocoWorld
+    from steadyload.engines.with_mujoco import MujocoWorld
 
     # Another layout first, so that the rungs are not fresh.
     with MujocoWorld(WorldSettings(friction=0.9, margin=0.01)) as earlier:
@@ -77,8 +77,8 @@ def test_the_ladder_equals_recompiling_at_every_step():
 
 
 def test_impedance_reaches_the_contacts_of_every_rung():
-    from engines.mujoco_options import MujocoOptions
-    from engines.with_mujoco import MujocoWorld
+    from steadyload.engines.mujoco_options import MujocoOptions
+    from steadyload.engines.with_mujoco import MujocoWorld
 
     # The same boxes under other options first, so that the rungs are not fresh.
     sinking = {}
@@ -100,7 +100,7 @@ def test_impedance_reaches_the_contacts_of_every_rung():
 
 
 def test_options_of_another_engine_are_refused():
-    from engines.with_mujoco import MujocoWorld
+    from steadyload.engines.with_mujoco import MujocoWorld
 
     with pytest.raises(TypeError, match="options are 'soft'; allowed: MujocoOptions"):
         MujocoWorld(WorldSettings(options="soft"))
@@ -108,7 +108,7 @@ def test_options_of_another_engine_are_refused():
 
 @pytest.mark.parametrize("value", [0.0, 1.0, float("nan")])
 def test_options_are_checked_wherever_they_come_from(value):
-    from engines.mujoco_options import MujocoOptions
+    from steadyload.engines.mujoco_options import MujocoOptions
 
     with pytest.raises(ValueError, match=r"impedance_deep is .*; allowed: 0.0001 to 0.9999"):
         MujocoOptions(impedance_deep=value)

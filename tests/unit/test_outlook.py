@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 from scipy.stats import binom, binomtest, norm, truncnorm
 
-from harness.layouts import Item, Layout, Pallet
-from harness.layouts.benchmark import load_benchmark
-from harness.layouts.packing import random_layouts
-from harness.methods.method import Status
-from harness.methods.registry import make_method
-from harness.methods.spec import SpecError
-from harness.methods.uncertainty import (
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.packing import random_layouts
+from steadyload.methods.method import Status
+from steadyload.methods.registry import make_method
+from steadyload.methods.spec import SpecError
+from steadyload.methods.uncertainty import (
     Uncertainty,
     dimensions,
     judge_deviated,
     parse_uncertainty,
 )
-from harness.studies.outlook import (
+from steadyload.studies.outlook import (
     REPLICATES,
     Ending,
     Outlook,

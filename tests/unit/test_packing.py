@@ -5,9 +5,9 @@ import hashlib
 import numpy as np
 import pytest
 
-from harness.layouts.heuristics import HEURISTICS, BinRule
-from harness.layouts.model import Pallet
-from harness.layouts.packing import (
+from steadyload.layouts.heuristics import HEURISTICS, BinRule
+from steadyload.layouts.model import Pallet
+from steadyload.layouts.packing import (
     DENSITY,
     ITEM_CLASSES,
     MOST_ITEMS,

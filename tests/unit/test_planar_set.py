@@ -7,24 +7,30 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from harness.cli import main
-from harness.layouts.benchmark import PLANAR, load_benchmark
-from harness.layouts.benchmark.build import PLANAR_OPTIONS, BuildOptions, build, draw_case
-from harness.layouts.benchmark.dataset import SETS
-from harness.layouts.benchmark.overview import overview
-from harness.layouts.benchmark.splits import assign_splits
-from harness.layouts.heuristics import HEURISTICS
-from harness.layouts.packing import ITEM_CLASSES, MOST_ITEMS, generate, make_instance, pack_instance
-from harness.layouts.scenarios import Scenario, apply_scenario
-from harness.methods.method import Status
-from harness.methods.registry import make_method
-from harness.methods.scene import planar_scene
-from harness.studies.definition import load_study
-from harness.studies.label_rows import LABEL, LIMITS
-from harness.studies.labelling import build_set, split_sizes
-from harness.studies.labels import load_labels
-from harness.studies.results import load_manifest
-from harness.studies.runner import run_study
+from steadyload.cli import main
+from steadyload.layouts.benchmark import PLANAR, load_benchmark
+from steadyload.layouts.benchmark.build import PLANAR_OPTIONS, BuildOptions, build, draw_case
+from steadyload.layouts.benchmark.dataset import SETS
+from steadyload.layouts.benchmark.overview import overview
+from steadyload.layouts.benchmark.splits import assign_splits
+from steadyload.layouts.heuristics import HEURISTICS
+from steadyload.layouts.packing import (
+    ITEM_CLASSES,
+    MOST_ITEMS,
+    generate,
+    make_instance,
+    pack_instance,
+)
+from steadyload.layouts.scenarios import Scenario, apply_scenario
+from steadyload.methods.method import Status
+from steadyload.methods.registry import make_method
+from steadyload.methods.scene import planar_scene
+from steadyload.studies.definition import load_study
+from steadyload.studies.label_rows import LABEL, LIMITS
+from steadyload.studies.labelling import build_set, split_sizes
+from steadyload.studies.labels import load_labels
+from steadyload.studies.results import load_manifest
+from steadyload.studies.runner import run_study
 
 SCENARIOS = [str(s) for s in Scenario]
 SAMPLE = 60

@@ -2,7 +2,7 @@
 
 import pytest
 
-from harness.methods import make_method
+from steadyload.methods import make_method
 
 TUNINGS = ("ps3", "ps5", "ps_opt-paper")
 
@@ -18,7 +18,7 @@ def test_a_tower_stands_and_an_overhang_falls(engine, tuning, stack):
 
 
 def test_the_paper_s_values_on_restitution_are_said_to_be_ignored_or_met(engine, stack):
-    from engines.registry import world_class
+    from steadyload.engines.registry import world_class
 
     verdict = make_method(f"ps3@{engine}").judge(stack(0.0))
     honoured = world_class(engine).capabilities.settings["restitution"].support == "honoured"

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from harness.layouts import Item, Layout, Pallet
-from harness.layouts.packing import random_layouts
-from harness.methods.criteria import Criterion
-from harness.methods.method import Status
-from harness.methods.recording import RecordingError, record_loading
-from harness.methods.registry import make_method
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.packing import random_layouts
+from steadyload.methods.criteria import Criterion
+from steadyload.methods.method import Status
+from steadyload.methods.recording import RecordingError, record_loading
+from steadyload.methods.registry import make_method
 
 SPECS = [
     "ps3@bullet",
@@ -102,8 +102,8 @@ def test_what_is_refused_is_one_sentence(plate):
 
 
 def test_a_state_that_is_not_finite_is_not_shown(monkeypatch, stack):
-    from engines.with_mujoco import MujocoWorld
-    from engines.world import Poses
+    from steadyload.engines.with_mujoco import MujocoWorld
+    from steadyload.engines.world import Poses
 
     poses = MujocoWorld.poses
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from harness.layouts import Item, Layout, Pallet
-from harness.layouts.scenarios import Scenario, apply_scenario
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.scenarios import Scenario, apply_scenario
 
 
 @pytest.fixture(scope="module")

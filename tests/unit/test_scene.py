@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from engines.registry import engine_names, world_class
-from harness.layouts import Item, Layout, Pallet
-from harness.layouts.contacts import find_contacts
-from harness.layouts.packing import random_layouts
-from harness.methods import Status, make_method
-from harness.methods.method import Effort
-from harness.methods.scene import boxes, joined_groups, neighbourhood, planar_scene
+from steadyload.engines.registry import engine_names, world_class
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.contacts import find_contacts
+from steadyload.layouts.packing import random_layouts
+from steadyload.methods import Status, make_method
+from steadyload.methods.method import Effort
+from steadyload.methods.scene import boxes, joined_groups, neighbourhood, planar_scene
 
 PALLET = Pallet(100.0, 100.0, 100.0)
 SPATIAL = [e for e in engine_names() if world_class(e).capabilities.dimensions == 3]

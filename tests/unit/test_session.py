@@ -9,18 +9,18 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from engines.world import EngineError
-from harness.layouts import Item, Layout, LayoutError, Pallet
-from harness.layouts.contacts import find_supports
-from harness.layouts.packing import random_layouts
-from harness.methods import Status, equilibrium
-from harness.methods.method import STABLE, Finding, Method, WholeLoader
-from harness.methods.placements import Placements
-from harness.methods.plane import strictly_inside_hull
-from harness.methods.session import LoadingSession, SessionError
-from harness.methods.spec import MethodSpec
-from harness.methods.touching import touching_points
-from harness.properties.strategies import layouts, packings
+from steadyload.engines.world import EngineError
+from steadyload.layouts import Item, Layout, LayoutError, Pallet
+from steadyload.layouts.contacts import find_supports
+from steadyload.layouts.packing import random_layouts
+from steadyload.methods import Status, equilibrium
+from steadyload.methods.method import STABLE, Finding, Method, WholeLoader
+from steadyload.methods.placements import Placements
+from steadyload.methods.plane import strictly_inside_hull
+from steadyload.methods.session import LoadingSession, SessionError
+from steadyload.methods.spec import MethodSpec
+from steadyload.methods.touching import touching_points
+from steadyload.properties.strategies import layouts, packings
 
 FEW = settings(
     max_examples=40, deadline=None, derandomize=True, database=None,

@@ -6,9 +6,9 @@ import sys
 import numpy as np
 import pytest
 
-from engines import registry
-from engines.registry import EngineEntry
-from engines.world import (
+from steadyload.engines import registry
+from steadyload.engines.registry import EngineEntry
+from steadyload.engines.world import (
     Capabilities,
     EngineError,
     FixedStepWorld,
@@ -18,11 +18,11 @@ from engines.world import (
     Velocities,
     declare,
 )
-from harness.layouts import Item, Layout, Pallet
-from harness.methods import Status, make_method
-from harness.methods import method as method_module
-from harness.methods.criteria import euler_angles
-from harness.methods.scene import boxes
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.methods import Status, make_method
+from steadyload.methods import method as method_module
+from steadyload.methods.criteria import euler_angles
+from steadyload.methods.scene import boxes
 
 
 class ScriptedWorld(FixedStepWorld):

@@ -2,9 +2,9 @@
 
 import pytest
 
-from harness.methods import make_method
-from harness.methods.registry import method_listing, presets
-from harness.methods.spec import SpecError, parse_spec
+from steadyload.methods import make_method
+from steadyload.methods.registry import method_listing, presets
+from steadyload.methods.spec import SpecError, parse_spec
 
 
 @pytest.mark.parametrize(

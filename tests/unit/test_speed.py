@@ -4,14 +4,14 @@ import math
 
 import pytest
 
-from engines.registry import engine_names
-from harness.layouts.packing import random_layouts
-from harness.methods.scene import planar_scene
-from harness.studies import speed
-from harness.studies.engine_study import engine_agreement, option_effects
-from harness.studies.speed import ITEM_COUNTS, brick_wall, random_pile, speed_curves
-from reports.engine_study_page import engine_study_page
-from reports.pages import write_page
+from steadyload.engines.registry import engine_names
+from steadyload.layouts.packing import random_layouts
+from steadyload.methods.scene import planar_scene
+from steadyload.reports.engine_study_page import engine_study_page
+from steadyload.reports.pages import write_page
+from steadyload.studies import speed
+from steadyload.studies.engine_study import engine_agreement, option_effects
+from steadyload.studies.speed import ITEM_COUNTS, brick_wall, random_pile, speed_curves
 
 
 def test_scenes_hold_as_many_items_as_asked():

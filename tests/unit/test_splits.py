@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from harness.layouts.benchmark import BenchmarkError
-from harness.layouts.benchmark.splits import SplitSizes, assign_splits
+from steadyload.layouts.benchmark import BenchmarkError
+from steadyload.layouts.benchmark.splits import SplitSizes, assign_splits
 
 SIZES = SplitSizes(test=40, validation=12, test_lists=3, validation_lists=1)
 

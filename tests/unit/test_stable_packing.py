@@ -2,17 +2,17 @@
 
 import pytest
 
-from harness.cli import main
-from harness.layouts.heuristics import HEURISTICS, pack_bins
-from harness.layouts.packing import ITEM_CLASSES, SPACE_RULES, make_instance, pack
-from harness.methods import make_method
-from harness.methods import method as method_module
-from harness.studies import session_cost
-from harness.studies.packing_gains import PACKED_BY, packing_gains
-from harness.studies.session_cost import SCENES, session_curves
-from harness.studies.stable_packing import pack_stably
-from reports.pages import write_page
-from reports.session_page import session_page
+from steadyload.cli import main
+from steadyload.layouts.heuristics import HEURISTICS, pack_bins
+from steadyload.layouts.packing import ITEM_CLASSES, SPACE_RULES, make_instance, pack
+from steadyload.methods import make_method
+from steadyload.methods import method as method_module
+from steadyload.reports.pages import write_page
+from steadyload.reports.session_page import session_page
+from steadyload.studies import session_cost
+from steadyload.studies.packing_gains import PACKED_BY, packing_gains
+from steadyload.studies.session_cost import SCENES, session_curves
+from steadyload.studies.stable_packing import pack_stably
 
 
 @pytest.mark.parametrize("rule", SPACE_RULES)

@@ -2,10 +2,10 @@
 
 import pytest
 
-from harness.layouts import Item, Layout, Pallet
-from harness.layouts.formats import read_layouts
-from harness.layouts.scenarios import Scenario, apply_scenario
-from harness.methods import make_method
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.formats import read_layouts
+from steadyload.layouts.scenarios import Scenario, apply_scenario
+from steadyload.methods import make_method
 
 PALLET = Pallet(100.0, 100.0, 100.0)
 

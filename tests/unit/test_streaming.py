@@ -6,15 +6,15 @@ import json
 import pandas as pd
 import pytest
 
-from harness.layouts.formats import Format, read_layouts, read_written, write_layouts
-from harness.layouts.model import Layout, LayoutError
-from harness.layouts.packing import random_layouts
-from harness.studies.definition import StudyDefinition, StudyError
-from harness.studies.results import KEYS, ResultsError, each_shard, load_results
-from harness.studies.runner import run_study
-from harness.studies.scale import scale
-from reports.pages import write_page
-from reports.scale_page import scale_page
+from steadyload.layouts.formats import Format, read_layouts, read_written, write_layouts
+from steadyload.layouts.model import Layout, LayoutError
+from steadyload.layouts.packing import random_layouts
+from steadyload.reports.pages import write_page
+from steadyload.reports.scale_page import scale_page
+from steadyload.studies.definition import StudyDefinition, StudyError
+from steadyload.studies.results import KEYS, ResultsError, each_shard, load_results
+from steadyload.studies.runner import run_study
+from steadyload.studies.scale import scale
 
 
 def layouts_in_memory():

@@ -13,17 +13,17 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from engines.registry import ENGINES, EngineEntry, installed_versions
-from engines.world import EngineNotInstalledError
-from harness.layouts.formats import Format, write_layouts
-from harness.layouts.packing import random_layouts
-from harness.methods import Status
-from harness.methods.method import judge
-from harness.methods.registry import make_method
-from harness.studies.definition import StudyError, load_study
-from harness.studies.results import SCHEMA, ResultsError, load_manifest, load_results
-from harness.studies.runner import run_study
-from harness.studies.units import OtherCodeError, Unit, judge_unit, made_now
+from steadyload.engines.registry import ENGINES, EngineEntry, installed_versions
+from steadyload.engines.world import EngineNotInstalledError
+from steadyload.layouts.formats import Format, write_layouts
+from steadyload.layouts.packing import random_layouts
+from steadyload.methods import Status
+from steadyload.methods.method import judge
+from steadyload.methods.registry import make_method
+from steadyload.studies.definition import StudyError, load_study
+from steadyload.studies.results import SCHEMA, ResultsError, load_manifest, load_results
+from steadyload.studies.runner import run_study
+from steadyload.studies.units import OtherCodeError, Unit, judge_unit, made_now
 
 STUDY = """
 name = "small"
@@ -105,7 +105,7 @@ def test_a_changed_method_or_layout_counts_as_missing(study_file, tmp_path, stac
 def test_changed_code_counts_as_missing(study_file, tmp_path, monkeypatch):
     study, run = load_study(study_file), tmp_path / "run"
     run_study(study, run)
-    monkeypatch.setattr("harness.studies.results.code_fingerprint", lambda *_: "another")
+    monkeypatch.setattr("steadyload.studies.results.code_fingerprint", lambda *_: "another")
     assert run_study(study, run) == 18
     assert len(load_results(run)) == 18
 
@@ -125,7 +125,7 @@ def test_other_code_where_it_is_judged_is_refused(stack):
 
 def test_a_study_that_was_killed_resumes_to_the_same_table(tmp_path):
     """SIGKILL in the middle: nothing half-written, no orphans, and the rest is computed later."""
-    command = [sys.executable, "-m", "harness.cli", "study", "run", str(tmp_path / "study.toml")]
+    command = [sys.executable, "-m", "steadyload.cli", "study", "run", str(tmp_path / "study.toml")]
     (tmp_path / "study.toml").write_text(
         'name = "killed"\nshard_size = 1\nlimit = 12\nlayouts = ["layouts.json"]\n'
         'methods = ["ps3@mujoco", "ps3@dart"]\nscenarios = ["S1"]\n'
@@ -212,7 +212,7 @@ def test_a_folder_left_by_an_early_interrupt_can_be_used(study_file, tmp_path):
 
 
 def test_two_runs_do_not_share_a_folder(study_file, tmp_path):
-    from harness.studies.runner import _claim, locked
+    from steadyload.studies.runner import _claim, locked
 
     study, run = load_study(study_file), tmp_path / "run"
     _claim(run, study)
@@ -249,7 +249,7 @@ def test_a_finished_study_keeps_its_times(study_file, tmp_path):
 
 def test_a_missing_engine_is_said_before_anything_is_judged(study_file, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "mujoco", None)
-    monkeypatch.delitem(sys.modules, "engines.with_mujoco", raising=False)
+    monkeypatch.delitem(sys.modules, "steadyload.engines.with_mujoco", raising=False)
     with pytest.raises(EngineNotInstalledError, match="pip install mujoco"):
         run_study(load_study(study_file), tmp_path / "run")
     assert not (tmp_path / "run").exists()
@@ -259,7 +259,7 @@ def test_new_engine_versions_count_as_missing(study_file, tmp_path, monkeypatch)
     study, run = load_study(study_file), tmp_path / "run"
     run_study(study, run)
     monkeypatch.setattr(
-        "harness.studies.units.installed_versions", lambda engine=None: {"mujoco": "99"}
+        "steadyload.studies.units.installed_versions", lambda engine=None: {"mujoco": "99"}
     )
     assert run_study(study, run) == 18
 
@@ -326,7 +326,7 @@ def test_options_of_an_engine_stand_in_the_rows(tmp_path):
 def test_a_changed_adapter_from_elsewhere_is_asked_anew(tmp_path, monkeypatch):
     adapter = tmp_path / "outside_world.py"
     adapter.write_text(
-        "from engines.with_bullet import BulletWorld\nclass OutsideWorld(BulletWorld):\n    pass\n"
+        "from steadyload.engines.with_bullet import BulletWorld\nclass OutsideWorld(BulletWorld):\n    pass\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setitem(ENGINES, "outside", EngineEntry("outside_world:OutsideWorld"))
@@ -340,11 +340,13 @@ def test_a_changed_adapter_from_elsewhere_is_asked_anew(tmp_path, monkeypatch):
 
 def test_results_do_not_depend_on_optional_packages_of_other_engines(monkeypatch):
     versions = {"numpy": "2", "drake": "1", "pybullet": "3"}
-    monkeypatch.setattr("engines.registry.importlib.metadata.version", lambda p: versions[p])
+    monkeypatch.setattr(
+        "steadyload.engines.registry.importlib.metadata.version", lambda p: versions[p]
+    )
     # A table of its own: what is taken out of the real one comes back at its end.
     known = {name: ENGINES[name] for name in ("bullet", "drake")}
     known["mujoco"] = EngineEntry("x:X", ("numpy",))
-    monkeypatch.setattr("engines.registry.ENGINES", known)
+    monkeypatch.setattr("steadyload.engines.registry.ENGINES", known)
     assert installed_versions("mujoco") == {"pybullet": "3", "numpy": "2"}
     assert installed_versions("drake") == {"pybullet": "3", "numpy": "2", "drake": "1"}
     assert installed_versions() == {"pybullet": "3", "numpy": "2", "drake": "1"}

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from engines.substeps import StepCount, SubstepClock
+from steadyload.engines.substeps import StepCount, SubstepClock
 
 SIXTIETH = 1.0 / 60.0
 

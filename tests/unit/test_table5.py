@@ -10,25 +10,25 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from harness.cli import main
-from harness.layouts.benchmark import load_benchmark
-from harness.methods import registry
-from harness.methods.base_support import FullBaseSupport
-from harness.methods.method import RefusedError
-from harness.methods.registry import make_method
-from harness.studies.comparison import method_key
-from harness.studies.definition import StudyDefinition
-from harness.studies.front import measured_in
-from harness.studies.metrics import mean
-from harness.studies.runner import run_study
-from harness.studies.table5 import study as table5
-from harness.studies.table5.paper import paper
-from harness.studies.table5.study import Questions, judge_table5, time_table5
-from harness.studies.table5.summary import pair_tests, same_order, summarise, tunings
-from reports.records import AccuracySummary
-from reports.table5_accuracy_sections import time_a_layout
-from reports.table5_records import ALL, JudgedSet
-from reports.table5_test_sections import simulation_pairs
+from steadyload.cli import main
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.methods import registry
+from steadyload.methods.base_support import FullBaseSupport
+from steadyload.methods.method import RefusedError
+from steadyload.methods.registry import make_method
+from steadyload.reports.records import AccuracySummary
+from steadyload.reports.table5_accuracy_sections import time_a_layout
+from steadyload.reports.table5_records import ALL, JudgedSet
+from steadyload.reports.table5_test_sections import simulation_pairs
+from steadyload.studies.comparison import method_key
+from steadyload.studies.definition import StudyDefinition
+from steadyload.studies.front import measured_in
+from steadyload.studies.metrics import mean
+from steadyload.studies.runner import run_study
+from steadyload.studies.table5 import study as table5
+from steadyload.studies.table5.paper import paper
+from steadyload.studies.table5.study import Questions, judge_table5, time_table5
+from steadyload.studies.table5.summary import pair_tests, same_order, summarise, tunings
 
 SPECS = ("fbs", "sme", "equilibrium")
 FEW = ("--limit", "3", "--timed", "2", "--repeats", "1", "-j", "1")

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import pytest
 
-from engines.quantities import quantity
-from harness.layouts.packing import random_layouts
-from harness.methods import registry
-from harness.methods.method import STABLE, Method
-from harness.studies.results import ResultsError
-from harness.studies.timing import taken, timed
+from steadyload.engines.quantities import quantity
+from steadyload.layouts.packing import random_layouts
+from steadyload.methods import registry
+from steadyload.methods.method import STABLE, Method
+from steadyload.studies.results import ResultsError
+from steadyload.studies.timing import taken, timed
 
 METHODS = ("noting", "noting:mark=1", "noting:mark=2")
 

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from engines.world import EngineError
-from harness.layouts import Item, Layout, Pallet
-from harness.layouts.packing import random_layouts
-from harness.methods.criteria import Criterion
-from harness.methods.loading import Loading
-from harness.methods.method import Status
-from harness.methods.registry import make_method
-from harness.methods.trace import LIMIT_T, UndecidedError, trace_loading
+from steadyload.engines.world import EngineError
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.packing import random_layouts
+from steadyload.methods.criteria import Criterion
+from steadyload.methods.loading import Loading
+from steadyload.methods.method import Status
+from steadyload.methods.registry import make_method
+from steadyload.methods.trace import LIMIT_T, UndecidedError, trace_loading
 
 MUJOCO = "label@mujoco"
 

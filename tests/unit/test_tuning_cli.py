@@ -10,9 +10,9 @@ import pandas as pd
 import pytest
 from pyarrow import parquet
 
-from harness.cli import main
-from harness.layouts.benchmark.dataset import KEYS, SHIPPED, load_benchmark
-from harness.tuning.ledger import Ledger
+from steadyload.cli import main
+from steadyload.layouts.benchmark.dataset import KEYS, SHIPPED, load_benchmark
+from steadyload.tuning.ledger import Ledger
 
 CASES = 2
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from harness.tuning.cases import CaseSource
-from harness.tuning.judging import FrontRace, Sheet
-from harness.tuning.ledger import Entry
-from harness.tuning.search import Search, SearchOptions
+from steadyload.tuning.cases import CaseSource
+from steadyload.tuning.judging import FrontRace, Sheet
+from steadyload.tuning.ledger import Entry
+from steadyload.tuning.search import Search, SearchOptions
 
 CASES = 36
 

@@ -7,16 +7,16 @@ import math
 import numpy as np
 import pytest
 
-from engines.world import BroadPhase
-from harness.methods import method as method_module
-from harness.methods.method import Effort
-from harness.methods.registry import make_method
-from harness.methods.simulation_parameters import SimulationParameters
-from harness.tuning import TuningError
-from harness.tuning.cases import CaseSource, load_cases
-from harness.tuning.cost import TERMS, CostModel, calibrate
-from harness.tuning.history import CHEAPEST, DEAREST, hypervolume
-from harness.tuning.judging import (
+from steadyload.engines.world import BroadPhase
+from steadyload.methods import method as method_module
+from steadyload.methods.method import Effort
+from steadyload.methods.registry import make_method
+from steadyload.methods.simulation_parameters import SimulationParameters
+from steadyload.tuning import TuningError
+from steadyload.tuning.cases import CaseSource, load_cases
+from steadyload.tuning.cost import TERMS, CostModel, calibrate
+from steadyload.tuning.history import CHEAPEST, DEAREST, hypervolume
+from steadyload.tuning.judging import (
     FitnessRace,
     FrontRace,
     JudgeUnit,
@@ -26,9 +26,9 @@ from harness.tuning.judging import (
     fitness,
     judge_unit,
 )
-from harness.tuning.ledger import Entry, GenerationEnd, Ledger
-from harness.tuning.search import pareto_front
-from harness.tuning.space import space_on
+from steadyload.tuning.ledger import Entry, GenerationEnd, Ledger
+from steadyload.tuning.search import pareto_front
+from steadyload.tuning.space import space_on
 
 FREE = CostModel(dict.fromkeys(TERMS, 0.0) | {"layout": 1000.0})
 """Every layout costs 1 ms."""

@@ -7,12 +7,12 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from reports.pages import write_page
-from reports.records import Estimate, MethodKey
-from reports.tables import duration, factor
-from reports.tuning_figures import plot_changes, plot_price
-from reports.tuning_page import tuning_page
-from reports.tuning_records import (
+from steadyload.reports.pages import write_page
+from steadyload.reports.records import Estimate, MethodKey
+from steadyload.reports.tables import duration, factor
+from steadyload.reports.tuning_figures import plot_changes, plot_price
+from steadyload.reports.tuning_page import tuning_page
+from steadyload.reports.tuning_records import (
     CostRow,
     GenerationRow,
     GeneRow,
@@ -27,8 +27,10 @@ from reports.tuning_records import (
     Variant,
     VariantTable,
 )
-from reports.tuning_records import OutcomeTable as HeldAgainst  # pytest collects what is named Test
-from reports.tuning_search_figures import front, plot_algorithms
+from steadyload.reports.tuning_records import (
+    OutcomeTable as HeldAgainst,  # pytest collects what is named Test
+)
+from steadyload.reports.tuning_search_figures import front, plot_algorithms
 
 
 def about(value, half=0.005):

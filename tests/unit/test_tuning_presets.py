@@ -5,18 +5,18 @@ import json
 
 import pytest
 
-from harness.methods import registry, tuned
-from harness.methods.registry import make_method, method_listing
-from harness.methods.spec import SpecError, as_plain
-from harness.methods.tuned import Tuned, write_tuned
-from harness.tuning import TuningError
-from harness.tuning.cases import CaseSource
-from harness.tuning.cost import TERMS, CostModel
-from harness.tuning.history import preset, tuning_of
-from harness.tuning.judging import fitness
-from harness.tuning.presets import differences, options_of, write_preset
-from harness.tuning.search import Search, SearchOptions
-from harness.tuning.study import tuning_study
+from steadyload.methods import registry, tuned
+from steadyload.methods.registry import make_method, method_listing
+from steadyload.methods.spec import SpecError, as_plain
+from steadyload.methods.tuned import Tuned, write_tuned
+from steadyload.tuning import TuningError
+from steadyload.tuning.cases import CaseSource
+from steadyload.tuning.cost import TERMS, CostModel
+from steadyload.tuning.history import preset, tuning_of
+from steadyload.tuning.judging import fitness
+from steadyload.tuning.presets import differences, options_of, write_preset
+from steadyload.tuning.search import Search, SearchOptions
+from steadyload.tuning.study import tuning_study
 
 MODEL = CostModel(dict.fromkeys(TERMS, 0.0) | {"layout": 500.0, "substep": 20.0}, 24, 0.9, 0.1)
 

@@ -9,20 +9,20 @@ import time
 
 import pytest
 
-from harness.cli import main
-from harness.methods import tuned
-from harness.methods.tuned import write_tuned
-from harness.studies import results
-from harness.tuning import TuningError, identity
-from harness.tuning import search as searching
-from harness.tuning.cases import CaseSource, load_cases
-from harness.tuning.cost import TERMS, CostModel
-from harness.tuning.history import preset
-from harness.tuning.ledger import Ledger
-from harness.tuning.proposers import Genetic
-from harness.tuning.search import Search, SearchOptions
-from harness.tuning.space import space_on
-from harness.tuning.study import apart_by_seeds
+from steadyload.cli import main
+from steadyload.methods import tuned
+from steadyload.methods.tuned import write_tuned
+from steadyload.studies import results
+from steadyload.tuning import TuningError, identity
+from steadyload.tuning import search as searching
+from steadyload.tuning.cases import CaseSource, load_cases
+from steadyload.tuning.cost import TERMS, CostModel
+from steadyload.tuning.history import preset
+from steadyload.tuning.ledger import Ledger
+from steadyload.tuning.proposers import Genetic
+from steadyload.tuning.search import Search, SearchOptions
+from steadyload.tuning.space import space_on
+from steadyload.tuning.study import apart_by_seeds
 
 MODEL = CostModel(dict.fromkeys(TERMS, 0.0) | {"layout": 500.0, "substep": 20.0}, 24, 0.9, 0.1)
 

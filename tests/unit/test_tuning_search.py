@@ -11,17 +11,17 @@ import time
 import numpy as np
 import pytest
 
-from harness.methods import tuned
-from harness.methods.registry import make_method
-from harness.tuning import TuningError
-from harness.tuning.cases import CaseSource
-from harness.tuning.cost import CostModel
-from harness.tuning.history import search_row, tuning_of
-from harness.tuning.judging import fitness
-from harness.tuning.ledger import Ledger
-from harness.tuning.proposers import ALGORITHMS
-from harness.tuning.search import Search, SearchOptions
-from harness.tuning.space import space_on
+from steadyload.methods import tuned
+from steadyload.methods.registry import make_method
+from steadyload.tuning import TuningError
+from steadyload.tuning.cases import CaseSource
+from steadyload.tuning.cost import CostModel
+from steadyload.tuning.history import search_row, tuning_of
+from steadyload.tuning.judging import fitness
+from steadyload.tuning.ledger import Ledger
+from steadyload.tuning.proposers import ALGORITHMS
+from steadyload.tuning.search import Search, SearchOptions
+from steadyload.tuning.space import space_on
 
 MODEL = CostModel(
     {
@@ -157,9 +157,9 @@ def test_every_genotype_is_judged_once_and_as_its_spec_says(finished):
 SCRIPT = """
 import sys
 from pathlib import Path
-from harness.tuning.cases import CaseSource
-from harness.tuning.cost import CostModel
-from harness.tuning.search import Search, SearchOptions
+from steadyload.tuning.cases import CaseSource
+from steadyload.tuning.cost import CostModel
+from steadyload.tuning.search import Search, SearchOptions
 
 if __name__ == "__main__":
     options = SearchOptions(

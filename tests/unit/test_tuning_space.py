@@ -5,14 +5,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from engines.registry import capabilities, engine_names
-from engines.world import SETTINGS, Support, WorldSettings
-from harness.methods.registry import make_method
-from harness.methods.simulation_parameters import SimulationParameters
-from harness.methods.spec import as_plain
-from harness.tuning import TuningError
-from harness.tuning.space import gene_groups, space_names, space_on
-from harness.tuning.variants import carried_over, physical, without_gains
+from steadyload.engines.registry import capabilities, engine_names
+from steadyload.engines.world import SETTINGS, Support, WorldSettings
+from steadyload.methods.registry import make_method
+from steadyload.methods.simulation_parameters import SimulationParameters
+from steadyload.methods.spec import as_plain
+from steadyload.tuning import TuningError
+from steadyload.tuning.space import gene_groups, space_names, space_on
+from steadyload.tuning.variants import carried_over, physical, without_gains
 
 TUNABLE = [name for name in engine_names() if not capabilities(name).error_controlled]
 

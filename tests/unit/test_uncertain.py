@@ -7,16 +7,16 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from harness.cli import main
-from harness.layouts.benchmark import load_benchmark
-from harness.layouts.formats import Format, write_layouts
-from harness.methods.registry import make_method
-from harness.studies.outlook import Sampling
-from harness.studies.uncertain import Questions, Sampled, run_uncertain
-from harness.studies.uncertain_cases import Unit, sample_unit
-from harness.studies.uncertain_summary import summarise
-from reports.pages import write_page
-from reports.uncertain_page import uncertain_page
+from steadyload.cli import main
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.formats import Format, write_layouts
+from steadyload.methods.registry import make_method
+from steadyload.reports.pages import write_page
+from steadyload.reports.uncertain_page import uncertain_page
+from steadyload.studies.outlook import Sampling
+from steadyload.studies.uncertain import Questions, Sampled, run_uncertain
+from steadyload.studies.uncertain_cases import Unit, sample_unit
+from steadyload.studies.uncertain_summary import summarise
 
 
 @pytest.fixture(scope="module")

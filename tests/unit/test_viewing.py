@@ -11,13 +11,13 @@ from importlib import metadata
 import numpy as np
 import pytest
 
-from harness.layouts import Item, Layout, Pallet
-from harness.layouts.formats import Format, write_layouts
-from harness.methods.method import Status
-from harness.methods.recording import record_loading
-from harness.methods.registry import make_method
-from harness.studies.viewing import ViewError, pick_layout, write_view
-from reports.three_js import ThreeJsError, three_js
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.formats import Format, write_layouts
+from steadyload.methods.method import Status
+from steadyload.methods.recording import record_loading
+from steadyload.methods.registry import make_method
+from steadyload.reports.three_js import ThreeJsError, three_js
+from steadyload.studies.viewing import ViewError, pick_layout, write_view
 
 
 @pytest.fixture
@@ -33,7 +33,7 @@ def data_of(page):
 
 
 def view(*arguments, cwd):
-    command = [sys.executable, "-m", "harness.cli", "view", *map(str, arguments)]
+    command = [sys.executable, "-m", "steadyload.cli", "view", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=600)
 
 
@@ -107,8 +107,8 @@ def test_the_page_holds_every_recorded_pose(tmp_path, way):
 
 
 def test_a_verdict_without_a_score_is_shown_as_none(tmp_path, monkeypatch, stack):
-    from engines.with_mujoco import MujocoWorld
-    from engines.world import Poses
+    from steadyload.engines.with_mujoco import MujocoWorld
+    from steadyload.engines.world import Poses
 
     poses = MujocoWorld.poses
     monkeypatch.setattr(

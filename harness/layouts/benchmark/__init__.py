@@ -1,6 +1,6 @@
 """The labelled benchmark: layouts, labels, how sure they are, and which split each belongs to."""
 
-from harness.layouts.benchmark.dataset import (
+from steadyload.layouts.benchmark.dataset import (
     PLANAR,
     UNLEARNT,
     Benchmark,

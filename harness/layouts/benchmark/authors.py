@@ -28,15 +28,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from harness.layouts.benchmark.authors_files import JOBS, Job, Label, Reader, find_files
-from harness.layouts.benchmark.dataset import row_of
-from harness.layouts.benchmark.observations import (
+from steadyload.layouts.benchmark.authors_files import JOBS, Job, Label, Reader, find_files
+from steadyload.layouts.benchmark.dataset import row_of
+from steadyload.layouts.benchmark.observations import (
     LABEL_T,
     Movements,
     RotationUnit,
 )
-from harness.layouts.benchmark.splits import SIZES, SplitSizes, assign_splits
-from harness.layouts.benchmark.tables import (
+from steadyload.layouts.benchmark.splits import SIZES, SplitSizes, assign_splits
+from steadyload.layouts.benchmark.tables import (
     CASES,
     LAYOUTS,
     OPINIONS,
@@ -45,9 +45,9 @@ from harness.layouts.benchmark.tables import (
     refuse_foreign,
     write_tables,
 )
-from harness.layouts.model import Layout
-from harness.layouts.packing import MOST_ITEMS
-from harness.layouts.scenarios import Scenario
+from steadyload.layouts.model import Layout
+from steadyload.layouts.packing import MOST_ITEMS
+from steadyload.layouts.scenarios import Scenario
 
 _PACKED = re.compile(r"H\d+_(Class_(\d+)_Instance_\d+)_ULD_\d+")
 _HEURISTIC, _DEVICE = re.compile(r"^H\d+_"), re.compile(r"_(?:ULD|ake|pmc|pge)_?.*$", re.I)
@@ -157,8 +157,8 @@ def read_authors(
         progress: called with job files read and job files in all.
 
     Returns:
-        Rows of :data:`harness.layouts.benchmark.tables.LAYOUTS` and
-        :data:`harness.layouts.benchmark.tables.CASES`, and a summary. Labels under the criterion
+        Rows of :data:`steadyload.layouts.benchmark.tables.LAYOUTS` and
+        :data:`steadyload.layouts.benchmark.tables.CASES`, and a summary. Labels under the criterion
         ``paper`` do not exist: ``failing_step_paper`` is null for every case.
 
     Raises:

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from harness.layouts.benchmark.observations import Movements, RotationUnit, read_movements
-from harness.layouts.benchmark.tables import BenchmarkError
-from harness.layouts.formats import read_layouts
-from harness.layouts.model import Layout, LayoutError
-from harness.layouts.record import shown
-from harness.layouts.scenarios import Scenario
+from steadyload.layouts.benchmark.observations import Movements, RotationUnit, read_movements
+from steadyload.layouts.benchmark.tables import BenchmarkError
+from steadyload.layouts.formats import read_layouts
+from steadyload.layouts.model import Layout, LayoutError
+from steadyload.layouts.record import shown
+from steadyload.layouts.scenarios import Scenario
 
 JOBS, _LABELS = "2_AeJobs", "4_Benchmark"
 _INPUTS = ("0_Input", "1_AeULDs", JOBS)

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 
-from harness.layouts.benchmark.dataset import row_of
-from harness.layouts.benchmark.splits import SIZES, SplitSizes
-from harness.layouts.model import Layout
-from harness.layouts.packing import ITEM_CLASSES, WeightRule, generate, make_instance
-from harness.layouts.scenarios import Scenario, apply_scenario
+from steadyload.layouts.benchmark.dataset import row_of
+from steadyload.layouts.benchmark.splits import SIZES, SplitSizes
+from steadyload.layouts.model import Layout
+from steadyload.layouts.packing import ITEM_CLASSES, WeightRule, generate, make_instance
+from steadyload.layouts.scenarios import Scenario, apply_scenario
 
 _OFFSET_DECIMALS = 2
 """Centres of mass lie on tenths of a millimetre: what is stored is what is judged."""
@@ -29,8 +29,8 @@ class BuildOptions:
             has 32 instead of 64: splits and intervals stand on item lists, and this gives more.
         weights: how heavy items are.
         planar: every layout is a planar scene in every scenario; see
-            :class:`harness.layouts.packing.Instance` and
-            :func:`harness.layouts.scenarios.apply_scenario`.
+            :class:`steadyload.layouts.packing.Instance` and
+            :func:`steadyload.layouts.scenarios.apply_scenario`.
         fewest_items: layouts of fewer are left out, 1 or more.
         splits: what is held out once the set is labelled.
     """

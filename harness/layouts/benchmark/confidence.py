@@ -31,8 +31,8 @@ def agrees(cases: pd.DataFrame, opinions: pd.DataFrame) -> pd.Series:
     """Whether each opinion names the label's failing step; one without a verdict never does.
 
     Args:
-        cases: labels, :data:`harness.layouts.benchmark.tables.CASES`.
-        opinions: on some of them, :data:`harness.layouts.benchmark.tables.OPINIONS`.
+        cases: labels, :data:`steadyload.layouts.benchmark.tables.CASES`.
+        opinions: on some of them, :data:`steadyload.layouts.benchmark.tables.OPINIONS`.
 
     Returns:
         Booleans, indexed as ``opinions``.
@@ -48,8 +48,8 @@ def confidence(cases: pd.DataFrame, opinions: pd.DataFrame) -> pd.DataFrame:
     """How sure the labels are of those cases that the ensemble was asked.
 
     Args:
-        cases: labels, :data:`harness.layouts.benchmark.tables.CASES`.
-        opinions: on some of them, :data:`harness.layouts.benchmark.tables.OPINIONS`.
+        cases: labels, :data:`steadyload.layouts.benchmark.tables.CASES`.
+        opinions: on some of them, :data:`steadyload.layouts.benchmark.tables.OPINIONS`.
 
     Returns:
         Indexed by layout and scenario: ``confidence``, the share of the ensemble that agrees;

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from harness.layouts.benchmark.confidence import confidence
-from harness.layouts.benchmark.tables import BenchmarkError, read_tables
-from harness.layouts.model import Item, Layout, Pallet
-from harness.layouts.scenarios import Scenario
+from steadyload.layouts.benchmark.confidence import confidence
+from steadyload.layouts.benchmark.tables import BenchmarkError, read_tables
+from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.scenarios import Scenario
 
 KEYS = ["layout", "scenario"]
 """What names a case."""
@@ -24,7 +24,7 @@ KEYS = ["layout", "scenario"]
 PAPER_SIZE = 300
 """Cases a scenario in the paper's test set; the first ranks of ``test`` are such a set."""
 
-_PACKAGE = Path(str(resources.files("harness.layouts.benchmark")))
+_PACKAGE = Path(str(resources.files("steadyload.layouts.benchmark")))
 
 SHIPPED = _PACKAGE / "data"
 """The folder of the set that comes with the package."""
@@ -60,12 +60,12 @@ class Benchmark:
     """A labelled set.
 
     Attributes:
-        layouts: a row a geometry, :data:`harness.layouts.benchmark.tables.LAYOUTS`, indexed by
+        layouts: a row a geometry, :data:`steadyload.layouts.benchmark.tables.LAYOUTS`, indexed by
             ``layout``.
-        cases: a row a layout and scenario, :data:`harness.layouts.benchmark.tables.CASES`, and the
-            column ``instance``.
+        cases: a row a layout and scenario, :data:`steadyload.layouts.benchmark.tables.CASES`, and
+            the column ``instance``.
         opinions: what other judges said of some cases,
-            :data:`harness.layouts.benchmark.tables.OPINIONS`.
+            :data:`steadyload.layouts.benchmark.tables.OPINIONS`.
         manifest: what it was made with.
         notes: what people found when they looked at its disputed labels, as Markdown; its folder
             may hold them as ``notes.md``.

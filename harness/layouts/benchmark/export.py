@@ -12,9 +12,9 @@ from typing import Any
 
 import pandas as pd
 
-from harness.atomic import write_atomically
-from harness.layouts.benchmark.dataset import KEYS, Benchmark, Part
-from harness.layouts.formats import Format, write_layouts
+from steadyload.atomic import write_atomically
+from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, Part
+from steadyload.layouts.formats import Format, write_layouts
 
 LABEL_COLUMNS = (
     "layout",
@@ -52,7 +52,7 @@ def export(
         benchmark: where the cases come from.
         path: the layout file.
         kind: its format; one that can be written.
-        part: as in :meth:`harness.layouts.benchmark.dataset.Benchmark.select`.
+        part: as in :meth:`steadyload.layouts.benchmark.dataset.Benchmark.select`.
         scenarios: as there.
         limit: as there.
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from harness.layouts.benchmark.tables import BenchmarkError
-from harness.layouts.model import FloatArray
+from steadyload.layouts.benchmark.tables import BenchmarkError
+from steadyload.layouts.model import FloatArray
 
 LABEL_T = 10.0
 """The authors call a step unstable once a corner moved by more along one axis [cm]."""

@@ -6,9 +6,9 @@ from typing import Any
 
 import pandas as pd
 
-from harness.layouts.benchmark.confidence import agrees
-from harness.layouts.benchmark.dataset import Benchmark, Part
-from harness.layouts.scenarios import Scenario
+from steadyload.layouts.benchmark.confidence import agrees
+from steadyload.layouts.benchmark.dataset import Benchmark, Part
+from steadyload.layouts.scenarios import Scenario
 
 _NO_SPLIT = "none"
 _SPLITS = (Part.TRAIN, Part.VALIDATION, Part.TEST, _NO_SPLIT)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from harness.layouts.benchmark.tables import BenchmarkError
+from steadyload.layouts.benchmark.tables import BenchmarkError
 
 
 @dataclass(frozen=True, slots=True)

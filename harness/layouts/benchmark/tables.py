@@ -10,7 +10,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from harness.atomic import write_atomically
+from steadyload.atomic import write_atomically
 
 VERSION = 1
 
@@ -57,8 +57,8 @@ CASES = pa.schema(
 """A row a layout and scenario.
 
 ``offsets``: centre of mass minus geometric centre [cm], as the positions; null when all are zero.
-``split``: see :class:`harness.layouts.benchmark.dataset.Part`, null for rows of no split; ``rank``:
-place in it, by scenario. ``status``: how labelling ended; only ``done`` has labels.
+``split``: see :class:`steadyload.layouts.benchmark.dataset.Part`, null for rows of no split;
+``rank``: place in it, by scenario. ``status``: how labelling ended; only ``done`` has labels.
 ``failing_step``: counted from 0, criterion ``adams``, null for a stable layout;
 ``failing_step_paper``: likewise, criterion ``paper``.
 
@@ -81,7 +81,8 @@ OPINIONS = pa.schema(
     ]
 )
 """A row a layout, scenario and further judge. ``reason``: why it could disagree, see
-:class:`harness.layouts.benchmark.confidence.Reason`; ``judge``: what was changed, or a method."""
+:class:`steadyload.layouts.benchmark.confidence.Reason`; ``judge``: what was changed, or a
+method."""
 
 _TABLES = {"layouts": LAYOUTS, "cases": CASES, "opinions": OPINIONS}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from importlib import resources
 
-from reports.table5_records import Paper, PaperRow
+from steadyload.reports.table5_records import Paper, PaperRow
 
 
 def paper() -> Paper:

@@ -10,27 +10,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from harness.layouts.benchmark import Benchmark, load_benchmark
-from harness.layouts.benchmark.dataset import KEYS
-from harness.methods.registry import make_method
-from harness.methods.scene import planar_scene
-from harness.methods.simulation import Simulation
-from harness.methods.spec import as_plain
-from harness.studies.accuracy import verdicts_against_labels
-from harness.studies.comparison import compare, method_key, tuning
-from harness.studies.error_places import margin_bins, size_bins
-from harness.studies.front import Front as Measurements
-from harness.studies.front import Measured, best
-from harness.studies.label_ceiling import label_ceiling
-from harness.studies.labels import load_labels
-from harness.studies.metrics import mean, outcomes, ratio
-from harness.studies.paired_tests import LEVEL, holm, letters, sign_flip
-from harness.studies.results import load_results
-from harness.studies.table5.paper import paper
-from harness.studies.table5.study import YARDSTICK, Questions, Ran
-from harness.studies.timing import Times
-from reports.records import Accuracies, AccuracySummary, MethodKey
-from reports.table5_records import (
+from steadyload.layouts.benchmark import Benchmark, load_benchmark
+from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.methods.registry import make_method
+from steadyload.methods.scene import planar_scene
+from steadyload.methods.simulation import Simulation
+from steadyload.methods.spec import as_plain
+from steadyload.reports.records import Accuracies, AccuracySummary, MethodKey
+from steadyload.reports.table5_records import (
     ALL,
     Cost,
     Front,
@@ -42,6 +29,19 @@ from reports.table5_records import (
     Timing,
     Watch,
 )
+from steadyload.studies.accuracy import verdicts_against_labels
+from steadyload.studies.comparison import compare, method_key, tuning
+from steadyload.studies.error_places import margin_bins, size_bins
+from steadyload.studies.front import Front as Measurements
+from steadyload.studies.front import Measured, best
+from steadyload.studies.label_ceiling import label_ceiling
+from steadyload.studies.labels import load_labels
+from steadyload.studies.metrics import mean, outcomes, ratio
+from steadyload.studies.paired_tests import LEVEL, holm, letters, sign_flip
+from steadyload.studies.results import load_results
+from steadyload.studies.table5.paper import paper
+from steadyload.studies.table5.study import YARDSTICK, Questions, Ran
+from steadyload.studies.timing import Times
 
 _WATCHED = 8
 
@@ -54,7 +54,7 @@ def summarise(asked: Questions, spatial: Ran, planar: Ran | None) -> Table5:
     """All that the page shows.
 
     Raises:
-        ResultsError: see :func:`harness.studies.comparison.compare`.
+        ResultsError: see :func:`steadyload.studies.comparison.compare`.
         BenchmarkError: the labelled set cannot be read any more.
     """
     large = load_benchmark(spatial.study.benchmark_directory)

@@ -6,9 +6,9 @@ import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
-from harness.layouts.benchmark import load_benchmark
-from harness.studies.viewing import write_view
-from reports.table5_records import Table5
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.reports.table5_records import Table5
+from steadyload.studies.viewing import write_view
 
 FOLDER = "views"
 
@@ -30,7 +30,7 @@ def with_views(
 
     Raises:
         BenchmarkError: the labelled set cannot be read any more.
-        as :func:`harness.studies.viewing.write_view`.
+        as :func:`steadyload.studies.viewing.write_view`.
     """
     own = found.spatial
     watched = list(own.watched)

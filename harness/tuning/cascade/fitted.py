@@ -9,18 +9,18 @@ from typing import Any
 
 import numpy as np
 
-from engines.registry import capabilities, engines
-from harness.layouts.benchmark import PLANAR, Part
-from harness.methods.registry import make_method
-from harness.methods.spec import SpecError, nearest
-from harness.methods.thresholds import Ladder, Stage, Thresholds, fingerprint
-from harness.studies.results import provenance
-from harness.tuning import TuningError
-from harness.tuning.cascade.fitting import Fit, fit, independent_cases, left_out
-from harness.tuning.cascade.opinions import Opinions, Table, ask
-from harness.tuning.cascade.outcome import outcome
-from harness.tuning.cases import Case, CaseSource, load_cases
-from harness.tuning.cases import fingerprint as cases_fingerprint
+from steadyload.engines.registry import capabilities, engines
+from steadyload.layouts.benchmark import PLANAR, Part
+from steadyload.methods.registry import make_method
+from steadyload.methods.spec import SpecError, nearest
+from steadyload.methods.thresholds import Ladder, Stage, Thresholds, fingerprint
+from steadyload.studies.results import provenance
+from steadyload.tuning import TuningError
+from steadyload.tuning.cascade.fitting import Fit, fit, independent_cases, left_out
+from steadyload.tuning.cascade.opinions import Opinions, Table, ask
+from steadyload.tuning.cascade.outcome import outcome
+from steadyload.tuning.cases import Case, CaseSource, load_cases
+from steadyload.tuning.cases import fingerprint as cases_fingerprint
 
 CANDIDATES = (
     "fbs",
@@ -117,7 +117,7 @@ def fit_cascade(
         progress: called with methods asked and in all.
 
     Raises:
-        TuningError: see :func:`harness.tuning.cascade.fitting.fit`.
+        TuningError: see :func:`steadyload.tuning.cascade.fitting.fit`.
         NotStepwiseError: a candidate judges whole loadings alone.
         BenchmarkError: no such labelled set.
     """

@@ -18,11 +18,11 @@ from functools import cache
 import numpy as np
 from scipy.stats import beta
 
-from harness.methods.thresholds import Stage
-from harness.studies.metrics import effective_size
-from harness.tuning import TuningError
-from harness.tuning.cascade.opinions import BoolArray, Table
-from harness.tuning.cascade.outcome import Outcome, outcome
+from steadyload.methods.thresholds import Stage
+from steadyload.studies.metrics import effective_size
+from steadyload.tuning import TuningError
+from steadyload.tuning.cascade.opinions import BoolArray, Table
+from steadyload.tuning.cascade.outcome import Outcome, outcome
 
 _MANY = 0.05
 """Share of cases that a ladder loses which tells how alike losses are."""

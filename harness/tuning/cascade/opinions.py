@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.methods.method import Method, RefusedError, Stopwatch
-from harness.methods.registry import make_method
-from harness.tuning.cases import Case
+from steadyload.methods.method import Method, RefusedError, Stopwatch
+from steadyload.methods.registry import make_method
+from steadyload.tuning.cases import Case
 
 BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
@@ -27,7 +27,8 @@ class Opinions:
     """What one method said of the steps of some cases, one below the other: N steps of M cases.
 
     Attributes:
-        risks: see :class:`harness.methods.method.StepJudge`; not a number without an opinion, (N,).
+        risks: see :class:`steadyload.methods.method.StepJudge`; not a number without an opinion,
+        (N,).
         cost: CPU time of asking [ms], (N,).
         opening: CPU time before the first step is asked [ms], (M,).
         brink: the risk above which the method itself calls a step unstable.

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harness.methods.thresholds import Stage
-from harness.tuning.cascade.opinions import BoolArray, FloatArray, Indices, Table
+from steadyload.methods.thresholds import Stage
+from steadyload.tuning.cascade.opinions import BoolArray, FloatArray, Indices, Table
 
 
 @dataclass(frozen=True)

@@ -10,24 +10,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from harness.atomic import write_atomically
-from harness.layouts.benchmark import UNLEARNT
-from harness.layouts.model import Layout
-from harness.methods.cascade import Cascade, Decision
-from harness.methods.method import Method
-from harness.methods.registry import make_method
-from harness.methods.spec import nearest
-from harness.methods.thresholds import Ladder
-from harness.studies.comparison import method_key
-from harness.studies.definition import StudyDefinition
-from harness.studies.labels import labelled_material, load_labels
-from harness.studies.metrics import share
-from harness.studies.results import load_results
-from harness.studies.runner import run_study
-from harness.studies.timing import machine_load
-from harness.tuning import TuningError
-from harness.tuning.outcomes import PART, Outcomes
-from reports.cascade_records import (
+from steadyload.atomic import write_atomically
+from steadyload.layouts.benchmark import UNLEARNT
+from steadyload.layouts.model import Layout
+from steadyload.methods.cascade import Cascade, Decision
+from steadyload.methods.method import Method
+from steadyload.methods.registry import make_method
+from steadyload.methods.spec import nearest
+from steadyload.methods.thresholds import Ladder
+from steadyload.reports.cascade_records import (
     CascadeStudy,
     Decided,
     FittedLadder,
@@ -35,6 +26,15 @@ from reports.cascade_records import (
     HeldAgainst,
     StageShare,
 )
+from steadyload.studies.comparison import method_key
+from steadyload.studies.definition import StudyDefinition
+from steadyload.studies.labels import labelled_material, load_labels
+from steadyload.studies.metrics import share
+from steadyload.studies.results import load_results
+from steadyload.studies.runner import run_study
+from steadyload.studies.timing import machine_load
+from steadyload.tuning import TuningError
+from steadyload.tuning.outcomes import PART, Outcomes
 
 BESIDE = (
     "fbs",
@@ -88,7 +88,7 @@ def cascade_study(
     Raises:
         TuningError: the part is one that is learnt from.
         ThresholdsError: no thresholds for the engine, or ones fitted with other judges.
-        as :func:`harness.studies.runner.run_study`.
+        as :func:`steadyload.studies.runner.run_study`.
     """
     if part not in UNLEARNT:
         raise TuningError(f"part is {part!r}; {nearest(part, UNLEARNT)}")

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pymunk
 
-from engines.quantities import quantity
-from harness.methods.method import STABLE, Method
+from steadyload.engines.quantities import quantity
+from steadyload.methods.method import STABLE, Method
 
 BAD = "layout-0002"
 
