@@ -8,7 +8,7 @@ READY := .venv/.ready
 help: ## list these targets
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
 
-$(READY): pyproject.toml constraints.txt
+$(READY): pyproject.toml setup.py constraints.txt
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test,lint]'
 	@touch $@
@@ -25,7 +25,9 @@ lint: $(READY) ## check style
 	$(BIN)/ruff format --check .
 
 types: $(READY) ## check types
-	$(BIN)/mypy
+	rm -rf .types && $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps \
+		--no-build-isolation --target .types .
+	MYPYPATH=.types $(BIN)/mypy
 
 bench: $(READY) ## measure what a judgement costs
 	$(BIN)/steadyload bench --output runs/bench
@@ -83,4 +85,4 @@ docs: $(READY) ## remake the generated pages
 	$(BIN)/steadyload engines --markdown > docs/engines.md
 
 clean: ## remove the virtual environment, caches and runs
-	rm -rf .venv runs .pytest_cache .ruff_cache
+	rm -rf .venv .types runs .pytest_cache .ruff_cache

@@ -4,3 +4,6 @@ Everything here speaks metres, kilograms, seconds and radians, z up, and knows n
 methods or reports. See :mod:`steadyload.engines.world` for the contract and
 :mod:`steadyload.engines.registry` for the list of engines.
 """
+
+if __name__ != "steadyload.engines":
+    raise ImportError("engines is installed as steadyload.engines: import it under that name")

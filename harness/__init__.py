@@ -1,4 +1,76 @@
 """steadyload: how stable is a pallet while it is being loaded?
 
-Data flows one way: layouts -> methods -> studies -> reports.
+Data flows one way: layouts -> methods -> runs -> studies -> pages. What is named here is the public
+interface; each name is imported when it is first asked for, so that ``import steadyload`` itself
+costs nothing.
+
+Example:
+    >>> import steadyload as sl
+    >>> item = sl.Item(0, position=(0, 0, 0), size=(40, 30, 40), weight=12)
+    >>> layout = sl.Layout("one", sl.Pallet(120, 160, 80), (item,))
+    >>> sl.make_method("sme").judge(layout).score
+    1.0
 """
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if __name__ != "steadyload":
+    raise ImportError("harness is installed as steadyload: import it under that name")
+
+if TYPE_CHECKING:
+    from steadyload.layouts.benchmark import load_benchmark as load_benchmark
+    from steadyload.layouts.formats import read_layouts as read
+    from steadyload.layouts.model import Item as Item
+    from steadyload.layouts.model import Layout as Layout
+    from steadyload.layouts.model import Pallet as Pallet
+    from steadyload.methods.method import Verdict as Verdict
+    from steadyload.methods.registry import make_method as make_method
+    from steadyload.methods.session import LoadingSession as LoadingSession
+    from steadyload.studies.results import load_results as load_results
+    from steadyload.studies.scoring import score_layouts as score
+    from steadyload.studies.viewing import write_view as view
+
+_PUBLIC = {
+    "Item": "steadyload.layouts.model:Item",
+    "Layout": "steadyload.layouts.model:Layout",
+    "LoadingSession": "steadyload.methods.session:LoadingSession",
+    "Pallet": "steadyload.layouts.model:Pallet",
+    "Verdict": "steadyload.methods.method:Verdict",
+    "load_benchmark": "steadyload.layouts.benchmark:load_benchmark",
+    "load_results": "steadyload.studies.results:load_results",
+    "make_method": "steadyload.methods.registry:make_method",
+    "read": "steadyload.layouts.formats:read_layouts",
+    "score": "steadyload.studies.scoring:score_layouts",
+    "view": "steadyload.studies.viewing:write_view",
+}
+"""Public name -> ``"module:name"`` of what it stands for."""
+
+__all__ = [
+    "Item",
+    "Layout",
+    "LoadingSession",
+    "Pallet",
+    "Verdict",
+    "load_benchmark",
+    "load_results",
+    "make_method",
+    "read",
+    "score",
+    "view",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'steadyload' has no attribute {name!r}")
+    module, _, attribute = _PUBLIC[name].partition(":")
+    found = getattr(importlib.import_module(module), attribute)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

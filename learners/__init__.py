@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import importlib.util
 
+if __name__ != "steadyload.learners":
+    raise ImportError("learners is installed as steadyload.learners: import it under that name")
+
 
 class LearnerError(ValueError):
     """Training, data or weights that cannot be: says what was asked and what is allowed."""

@@ -1,4 +1,7 @@
-"""The networks that are trained, in torch; :mod:`steadyload.learners.inference` runs the same ones without."""
+"""The networks that are trained, in torch.
+
+:mod:`steadyload.learners.inference` runs the same ones without it.
+"""
 
 from __future__ import annotations
 

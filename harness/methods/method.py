@@ -331,6 +331,9 @@ class Method(ABC):
         self.spec = spec
         self.parameters = parameters
 
+    def __str__(self) -> str:
+        return str(self.spec)
+
     @property
     def traits(self) -> frozenset[Trait]:
         """What the method, with its parameters, declares of itself."""

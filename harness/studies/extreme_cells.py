@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import steadyload.engines
 from steadyload.atomic import write_atomically
 from steadyload.engines.registry import engine_names, installed_versions, world_class
 from steadyload.engines.registry import engines as registered
@@ -213,7 +214,7 @@ class Shard:
 
 def _fingerprint(engine: str) -> str:
     """Hash of the code that a cell depends on."""
-    package = Path(engines.__path__[0])
+    package = Path(steadyload.engines.__path__[0])
     adapter = Path(inspect.getsourcefile(world_class(engine)) or "")
     measuring = [Path(str(module.__file__)) for module in _MEASURING]
     digest = hashlib.sha256()

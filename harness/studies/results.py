@@ -212,7 +212,7 @@ def code_fingerprint(*classes: type) -> str:
     digest = hashlib.sha256()
     for outside in sorted({inspect.getsourcefile(cls) or "" for cls in classes}):
         digest.update(Path(outside).read_bytes())
-    for package in (steadyload.layouts, steadyload.methods, engines):
+    for package in (steadyload.layouts, steadyload.methods, steadyload.engines):
         root = Path(package.__path__[0])
         for path in sorted([*root.rglob("*.py"), *root.rglob("*.toml")]):
             if "benchmark" in path.relative_to(root).parts:

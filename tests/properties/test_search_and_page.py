@@ -162,7 +162,8 @@ def test_a_run_that_would_ask_nothing_is_an_error(tmp_path):
 
 
 def test_an_engine_from_elsewhere_is_asked_anew_when_its_code_changes(tmp_path, monkeypatch):
-    code = "from steadyload.engines.with_mujoco import MujocoWorld\n\n\nclass World(MujocoWorld):\n    pass\n"
+    imported = "from steadyload.engines.with_mujoco import MujocoWorld"
+    code = f"{imported}\n\n\nclass World(MujocoWorld):\n    pass\n"
     (tmp_path / "elsewhere.py").write_text(code)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setitem(ENGINES, "elsewhere", EngineEntry("elsewhere:World", ()))

@@ -326,7 +326,8 @@ def test_options_of_an_engine_stand_in_the_rows(tmp_path):
 def test_a_changed_adapter_from_elsewhere_is_asked_anew(tmp_path, monkeypatch):
     adapter = tmp_path / "outside_world.py"
     adapter.write_text(
-        "from steadyload.engines.with_bullet import BulletWorld\nclass OutsideWorld(BulletWorld):\n    pass\n"
+        "from steadyload.engines.with_bullet import BulletWorld\n"
+        "class OutsideWorld(BulletWorld):\n    pass\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setitem(ENGINES, "outside", EngineEntry("outside_world:OutsideWorld"))

@@ -1,0 +1,85 @@
+"""One name at top level: what the wheel holds, and what stands beside a user's script."""
+
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+import steadyload
+
+ROOT = Path(__file__).parents[2]
+FOLDERS = {"harness": "", "engines": "engines/", "learners": "learners/", "reports": "reports/"}
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation",
+               "--disable-pip-version-check", "--wheel-dir", str(folder), str(ROOT)]  # fmt: skip
+    subprocess.run(command, check=True)
+    return next(folder.glob("*.whl"))
+
+
+def installed_path(tracked):
+    """Where a tracked file of the repository is installed; None for one that is not."""
+    top, _, rest = tracked.partition("/")
+    if top not in FOLDERS or tracked.startswith("reports/published/"):
+        return None
+    return f"steadyload/{FOLDERS[top]}{rest}"
+
+
+def test_the_wheel_holds_the_tracked_files_under_one_name(wheel):
+    listed = subprocess.run(
+        ["git", "-C", str(ROOT), "ls-files"], capture_output=True, text=True, check=True
+    ).stdout.splitlines()
+    tracked = {installed_path(file) for file in listed if (ROOT / file).exists()} - {None}
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+    about = {name for name in names if name.split("/")[0].endswith(".dist-info")}
+    assert names - about == tracked
+    assert {name.split("/")[0] for name in about} == {"steadyload-0.1.0.dist-info"}
+
+
+def test_files_beside_a_script_change_nothing(wheel, tmp_path):
+    site, script = tmp_path / "site", tmp_path / "script"
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(site)
+    (script / "reports").mkdir(parents=True)
+    for other in ("engines.py", "harness.py", "learners.py", "reports/__init__.py"):
+        (script / other).write_text("raise SystemExit('a file of the user was imported')\n")
+    main = script / "main.py"
+    main.write_text(
+        "import sys\n"
+        f"sys.path.insert(1, {str(site)!r})\n"
+        "import steadyload as sl\n"
+        "from steadyload.methods.registry import method_listing\n"
+        f"assert sl.__file__.startswith({str(site)!r}), sl.__file__\n"
+        "print(sl.make_method('sme'), sl.make_method('ps3@mujoco'), len(method_listing()) > 10)\n"
+    )
+    done = subprocess.run([sys.executable, str(main)], capture_output=True, text=True, cwd=script)
+    assert (done.returncode, done.stdout) == (0, "sme ps3@mujoco True\n"), done.stderr
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_a_folder_of_the_clone_is_refused_under_its_own_name(folder):
+    done = subprocess.run(
+        [sys.executable, "-c", f"import {folder}"], capture_output=True, text=True, cwd=ROOT
+    )
+    assert done.returncode == 1
+    assert f"{folder} is installed as steadyload" in done.stderr.splitlines()[-1]
+
+
+def test_importing_the_package_imports_nothing_heavy():
+    code = "import steadyload, sys; print([m for m in sys.modules if m in ('numpy', 'pandas')])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
+def test_every_public_name_is_there():
+    assert {name: getattr(steadyload, name) for name in steadyload.__all__}.keys() == set(
+        steadyload._PUBLIC
+    )
+    with pytest.raises(AttributeError, match="no attribute 'scores'"):
+        steadyload.scores  # noqa: B018
