@@ -21,7 +21,10 @@ setup(
     ],
     package_dir=FOLDERS,
     package_data={"": ["**/*"]},
-    exclude_package_data={"": ["__pycache__/*", "*/__pycache__/*"], "steadyload.reports": ["published/**"]},
+    exclude_package_data={
+        "": ["__pycache__/*", "*/__pycache__/*"],
+        "steadyload.reports": ["published/**"],
+    },
     # What an earlier build left beside the sources would add modules that have been deleted since.
     options={"build": {"build_base": BUILD}, "egg_info": {"egg_base": BUILD}},
 )

@@ -34,6 +34,12 @@ _HELD_AGAINST = {"ps3": "PS_3", "ps5": "PS_5"}
 _DEAR = "ps3"
 """The family of which a tuned method may cost a share."""
 
+_START = "label"
+"""The family of what a search begins with."""
+
+_AS_LABELS = {"t_max=0.3", "eps_t=10", "eps_r=10", "between_steps=reseat", "criterion=adams"}
+"""What a simulation is told that asks the question of the labels."""
+
 _SHARE_OF_COST = 0.2
 _ACCURATE = 0.98
 
@@ -131,6 +137,7 @@ def _came_out(tests: Sequence[OutcomeTable]) -> Section:
         mine = [t for t in tests if t.part == part]
         said.append(_verdict(part, mine))
         said.append("\n".join(_sentence(t) for t in mine))
+        said += _begun(mine)
         table = _outcome_table(mine)
         tables.append(table if len(parts) == 1 else f"**Part {part}**\n\n{table}")
     return Section("What came out", "\n\n".join(said), tables)
@@ -166,6 +173,31 @@ def _sentence(table: OutcomeTable) -> str:
         f"- {table.engine}: {100 * tuned.accuracy.value:.1f} % accurate at "
         f"{significant(tuned.cpu.value)} ms of CPU time a layout. {' '.join(groups)}"
     )
+
+
+def _begun(tests: Sequence[OutcomeTable]) -> list[str]:
+    """What a search begins with is right on, and what the search adds to that."""
+    starts = {t.engine: o for t in tests for o in t.others if o.method.family == _START}
+    gains = {e: o.difference for e, o in starts.items() if o.difference is not None}
+    if not gains:
+        return []
+    asked = [set(o.method.spec.partition(":")[2].split(",")) for o in starts.values()]
+    own = (
+        " They follow the label's own protocol (reseat, corner markers, 10 cm, 10 degrees, 0.3 s)."
+        if all(given >= _AS_LABELS for given in asked)
+        else ""
+    )
+    alone = "; ".join(f"{percent(starts[e].accuracy)} % on {e}" for e in gains)
+    added = "; ".join(f"{percent(gain)} points on {e}" for e, gain in gains.items())
+    unsure = [e for e, gain in gains.items() if gain.low <= 0.0 <= gain.high]
+    sure = [e for e in gains if e not in unsure]
+    told = [f"The interval of this gain includes 0 on {names(unsure)}."] if unsure else []
+    told += [f"The interval of this gain excludes 0 on {names(sure)}."] if sure else []
+    return [
+        "The parameters that a search begins with are judged as well, in the rows *start of the "
+        f"search*.{own} Alone they are right on {alone}. To that the tuned parameters add {added}. "
+        + " ".join(told)
+    ]
 
 
 def _outcome_table(tests: Sequence[OutcomeTable]) -> str:

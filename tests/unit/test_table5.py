@@ -5,6 +5,7 @@ import re
 import sys
 import types
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -17,7 +18,7 @@ from steadyload.methods.base_support import FullBaseSupport
 from steadyload.methods.method import RefusedError
 from steadyload.methods.registry import make_method
 from steadyload.reports.records import AccuracySummary
-from steadyload.reports.table5_accuracy_sections import time_a_layout
+from steadyload.reports.table5_accuracy_sections import time_a_layout, what_rows_are
 from steadyload.reports.table5_records import ALL, JudgedSet
 from steadyload.reports.table5_test_sections import simulation_pairs
 from steadyload.studies.comparison import method_key
@@ -222,6 +223,36 @@ def stated():
 def judged(**parts):
     """A judged set of which only some parts are asked for."""
     return JudgedSet(**{f.name: None for f in dataclasses.fields(JudgedSet)} | parts)
+
+
+def named(*specs):
+    """A judged set that knows its methods alone."""
+    methods = [types.SimpleNamespace(method=method_key(make_method(spec))) for spec in specs]
+    return judged(accuracies=types.SimpleNamespace(methods=methods))
+
+
+def test_a_page_says_which_rows_are_not_the_papers_own():
+    networks, reading = what_rows_are(named("lstm_1")), what_rows_are(named("ps5@bullet"))
+    assert "networks of our own" in networks
+    assert "PS_3" not in networks
+    assert "converted to SI" in reading
+    assert "LSTM" not in reading
+    assert what_rows_are(named("lstm_e", "ps3@mujoco")) == networks + reading
+    assert what_rows_are(named("sme", "ps3-literal@bullet", "ps_opt@bullet")) == ""
+
+
+def test_the_published_page_says_the_same_with_the_figures_of_other_pages():
+    pages = Path(__file__).parents[2] / "reports" / "published"
+    said = what_rows_are(named("lstm_1", "ps3@bullet"))
+    assert f"cases.{said}\n\n| method" in (pages / "table5" / "report.md").read_text()
+    (paper_network,) = re.findall(
+        r"^\| plain, the paper's network, 200 epochs, seed 0 +\| 3000 \| (60\.4 \S+ \S+) \|",
+        (pages / "learned" / "report.md").read_text(),
+        re.MULTILINE,
+    )
+    assert f"{paper_network} %" in said
+    printed = {row.title: f"{100 * row.accuracy[ALL]:.2f}" for row in paper().rows}
+    assert f"the paper has {printed['PS_3']} and {printed['PS_5']} %" in said
 
 
 def test_what_each_engine_was_tuned_for_is_not_told_as_what_the_engine_changes():

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import matplotlib.image
 import numpy as np
@@ -227,6 +228,53 @@ def test_bars_that_all_engines_meet_or_miss():
     assert "on no engine; they miss" in sections(replace(EMPTY, tests=(bad,)))["What came out"].text
     both = sections(replace(EMPTY, tests=(good, bad)))["What came out"].text
     assert "mean accuracy over 2 engines is 97.2 %, below 98 %" in both
+
+
+LABELS_OWN = "t_max=0.3,frequency=90,eps_t=10,eps_r=10,between_steps=reseat,criterion=adams"
+
+
+def with_start(engine, gain, spec=LABELS_OWN):
+    begun = replace(
+        outcome("Start", engine, 0.98, 9.0, gain),
+        method=MethodKey(f"start of the search @ {engine}", f"x@{engine}:{spec}", "label", engine),
+    )
+    table = held_against(engine)
+    return replace(table, others=(*table.others, begun))
+
+
+def test_a_page_gives_the_start_of_a_search_beside_what_the_search_adds():
+    tests = (
+        with_start("bullet", Estimate(0.013, 0.0, 0.043, 400)),
+        with_start("dart", Estimate(0.03, 0.01, 0.05, 400)),
+    )
+    text = sections(replace(EMPTY, tests=tests))["What came out"].text
+    assert "98.0 [97.5, 98.5] % on bullet; 98.0 [97.5, 98.5] % on dart." in text
+    assert "add 1.3 [0.0, 4.3] points on bullet; 3.0 [1.0, 5.0] points on dart." in text
+    assert "includes 0 on bullet. The interval of this gain excludes 0 on dart." in text
+    assert "the label's own protocol" in text
+
+
+def test_only_a_start_that_asks_the_labels_question_is_said_to_be_the_labels():
+    table = with_start("bullet", about(0.0), LABELS_OWN.replace("eps_t=10", "eps_t=22"))
+    text = sections(replace(EMPTY, tests=(table,)))["What came out"].text
+    assert "start of the search" in text
+    assert "protocol" not in text
+    assert "begins with" not in sections(FULL)["What came out"].text
+
+
+def test_the_published_page_and_readme_give_the_start_as_its_rows_do():
+    root = Path(__file__).parents[2]
+    published = (root / "reports" / "published" / "tuning" / "report.md").read_text()
+    readme = (root / "README.md").read_text()
+    rows = re.findall(r"^\| start of the search @ (\w+) +\|(.*)", published, re.MULTILINE)
+    assert len(rows) == 4
+    for engine, row in rows:
+        accuracy, gain = (cell.strip() for cell in row.split("|")[1:3])
+        assert f"{accuracy} % on {engine}" in published
+        assert f"{gain} points on {engine}" in published
+        (told,) = re.findall(rf"^\| {engine}\b.*", readme, re.M | re.I)
+        assert f"| {accuracy} |" in re.sub(" +", " ", told)
+        assert f"| {gain} |" in re.sub(" +", " ", told)
 
 
 def test_outcomes_have_the_numbers_of_their_records():
