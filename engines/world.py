@@ -28,7 +28,9 @@ from steadyload.engines.capabilities import WorldSettings as WorldSettings
 from steadyload.engines.capabilities import declare as declare
 from steadyload.engines.errors import BadNumberError, WorldClosedError
 from steadyload.engines.errors import EngineError as EngineError
-from steadyload.engines.errors import EngineNotInstalledError as EngineNotInstalledError
+from steadyload.engines.errors import (
+    EngineNotInstalledError as EngineNotInstalledError,
+)
 from steadyload.engines.limits import check_box
 from steadyload.engines.substeps import StepCount, SubstepClock
 

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from steadyload.methods.method import Verdict as Verdict
     from steadyload.methods.registry import make_method as make_method
     from steadyload.methods.session import LoadingSession as LoadingSession
-    from steadyload.studies.results import load_results as load_results
-    from steadyload.studies.scoring import score_layouts as score
+    from steadyload.runs.results import load_results as load_results
+    from steadyload.runs.scoring import score_layouts as score
     from steadyload.studies.viewing import write_view as view
 
 _PUBLIC = {
@@ -40,10 +40,10 @@ _PUBLIC = {
     "Pallet": "steadyload.layouts.model:Pallet",
     "Verdict": "steadyload.methods.method:Verdict",
     "load_benchmark": "steadyload.layouts.benchmark:load_benchmark",
-    "load_results": "steadyload.studies.results:load_results",
+    "load_results": "steadyload.runs.results:load_results",
     "make_method": "steadyload.methods.registry:make_method",
     "read": "steadyload.layouts.formats:read_layouts",
-    "score": "steadyload.studies.scoring:score_layouts",
+    "score": "steadyload.runs.scoring:score_layouts",
     "view": "steadyload.studies.viewing:write_view",
 }
 """Public name -> ``"module:name"`` of what it stands for."""

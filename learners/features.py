@@ -8,7 +8,14 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.layouts.model import Arrangement, FloatArray, Item, Layout, Pallet, Vector
+from steadyload.layouts.model import (
+    Arrangement,
+    FloatArray,
+    Item,
+    Layout,
+    Pallet,
+    Vector,
+)
 from steadyload.learners.compiled import compiled
 from steadyload.learners.support import COLUMNS, support_table
 

@@ -37,9 +37,9 @@ from steadyload.learners import LearnerError
 from steadyload.learners.sequences import HeldOut, geometry_of
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
-from steadyload.studies.executors import SinglePart, run_units
-from steadyload.studies.results import provenance
-from steadyload.studies.runner import locked
+from steadyload.runs.executors import SinglePart, run_units
+from steadyload.runs.results import provenance
+from steadyload.runs.runner import locked
 
 OWN_SEEDS = 1_000_000_000
 """Item lists are drawn from seeds above this; those of labelled sets are below."""
@@ -122,7 +122,7 @@ def generate_labelled(
     Args:
         options: what to draw, and who labels.
         directory: of the set; made when it does not exist.
-        workers: processes beside this one, see :func:`steadyload.studies.executors.run_units`.
+        workers: processes beside this one, see :func:`steadyload.runs.executors.run_units`.
         progress: called with item lists done and item lists in all.
 
     Returns:
@@ -131,7 +131,7 @@ def generate_labelled(
     Raises:
         LearnerError: the folder holds another set.
         ResultsError: another run is at work in the folder.
-        WorkerDiedError: see :func:`steadyload.studies.executors.run_units`.
+        WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
     """
     make_method(options.label).prepare()
     directory.mkdir(parents=True, exist_ok=True)

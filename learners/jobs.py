@@ -25,10 +25,15 @@ from steadyload.learners.scoring import THRESHOLD, accuracies
 from steadyload.learners.search import search_hyperparameters
 from steadyload.learners.sequences import HeldOut, Sequences, joined, load_sequences
 from steadyload.learners.training import Epoch, Trained, Training
-from steadyload.learners.weights import WEIGHTS, load_arrays, load_weights, save_weights
+from steadyload.learners.weights import (
+    WEIGHTS,
+    load_arrays,
+    load_weights,
+    save_weights,
+)
 from steadyload.methods.spec import as_plain
-from steadyload.studies.results import provenance
-from steadyload.studies.runner import locked
+from steadyload.runs.results import provenance
+from steadyload.runs.runner import locked
 
 BENCHMARK = "benchmark"
 """Stands for the labelled set of the package, where data are named."""

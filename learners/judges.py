@@ -22,11 +22,11 @@ from steadyload.learners.inference import Memory
 from steadyload.learners.scoring import THRESHOLD
 from steadyload.learners.weights import Weights, load_weights
 from steadyload.methods.method import (
-    STABLE,
     Finding,
     Loader,
     Method,
     RefusedError,
+    STABLE,
     Seconds,
     Status,
     StepJudge,

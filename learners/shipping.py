@@ -8,8 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.learners import LearnerError
-from steadyload.learners.weights import SHIPPED, load_arrays, load_weights, save_weights
-from steadyload.studies.results import provenance
+from steadyload.learners.weights import (
+    SHIPPED,
+    load_arrays,
+    load_weights,
+    save_weights,
+)
+from steadyload.runs.results import provenance
 
 
 def check_before(name: str, *, leaky: bool) -> None:

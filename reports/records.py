@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.reports.extreme_records import BeyondEnvelope
+from steadyload.studies.comparison.records import BeyondEnvelope
 
 FloatArray = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from steadyload.reports.records import Estimate
-from steadyload.reports.reliability_records import Abstention, Reliability
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.reliability import Abstention, Reliability
 
 LINES = ("#08519c", "#e6550d", "#2ca02c", "#9467bd", "#7f7f7f", "#8c6d31")
 MARKS = ("o", "s", "^", "D", "v", "P")

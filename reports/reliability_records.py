@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from steadyload.reports.records import Estimate
+from steadyload.statistics.estimate import Estimate
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import zlib
 
-from steadyload.reports.records import MethodKey
+from steadyload.methods.naming import MethodKey
 
 _FAMILY_COLOURS = {
     "fbs": "#7f7f7f",

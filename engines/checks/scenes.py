@@ -7,7 +7,14 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from steadyload.engines.world import Box, FixedStepWorld, FloatArray, Poses, Support, Velocities
+from steadyload.engines.world import (
+    Box,
+    FixedStepWorld,
+    FloatArray,
+    Poses,
+    Support,
+    Velocities,
+)
 
 WorldClass = type[FixedStepWorld]
 Check = Callable[[WorldClass], None]

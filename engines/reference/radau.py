@@ -13,7 +13,12 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from steadyload.engines.reference.contact import FLOOR
-from steadyload.engines.reference.islands import MOST_STRETCH, candidate_pairs, reaches, within
+from steadyload.engines.reference.islands import (
+    MOST_STRETCH,
+    candidate_pairs,
+    reaches,
+    within,
+)
 from steadyload.engines.reference.law import Law
 from steadyload.engines.reference.motion import (
     Field,
@@ -23,7 +28,12 @@ from steadyload.engines.reference.motion import (
     rotation_rate,
     turn_by,
 )
-from steadyload.engines.reference.rodas import FINISHED, NOT_FINITE, STEP_TOO_SMALL, Control
+from steadyload.engines.reference.rodas import (
+    Control,
+    FINISHED,
+    NOT_FINITE,
+    STEP_TOO_SMALL,
+)
 
 _WINDOW = 0.01
 """Rotation vectors start anew, and candidates for contact are found anew, after this time [s]."""

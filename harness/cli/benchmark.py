@@ -12,7 +12,7 @@ from typing import Any
 
 from steadyload.cli.terminal import at_least, print_table, progress_bar, resumable
 from steadyload.layouts.benchmark import Part, load_benchmark
-from steadyload.layouts.benchmark.build import PLANAR_OPTIONS, BuildOptions
+from steadyload.layouts.benchmark.build import BuildOptions, PLANAR_OPTIONS
 from steadyload.layouts.benchmark.dataset import SETS
 from steadyload.layouts.benchmark.observations import RotationUnit
 from steadyload.layouts.benchmark.splits import SIZES, SplitSizes
@@ -198,7 +198,7 @@ def _section(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 
 
 def _build(options: argparse.Namespace) -> None:
-    from steadyload.studies.labelling import build_set
+    from steadyload.studies.benchmark.labelling import build_set
 
     standard = PLANAR_OPTIONS if options.planar else BuildOptions()
     chosen = replace(
@@ -213,7 +213,7 @@ def _build(options: argparse.Namespace) -> None:
 
 
 def _label(options: argparse.Namespace) -> None:
-    from steadyload.studies.labelling import PANELS, label_set, split_sizes
+    from steadyload.studies.benchmark.labelling import PANELS, label_set, split_sizes
 
     wanted = {"test": options.test, "validation": options.validation}
     given = {name: size for name, size in wanted.items() if size is not None}
@@ -230,9 +230,9 @@ def _label(options: argparse.Namespace) -> None:
 
 
 def _page(options: argparse.Namespace) -> None:
-    from steadyload.reports.benchmark_page import benchmark_page
-    from steadyload.reports.pages import write_page
-    from steadyload.studies.benchmark_summary import made_with, summarise
+    from steadyload.studies.benchmark.page import benchmark_page
+    from steadyload.reports.page import write_page
+    from steadyload.studies.benchmark.summary import made_with, summarise
 
     found = load_benchmark(options.directory)
     page = benchmark_page(summarise(found), made_with(found), found.notes)

@@ -63,7 +63,7 @@ def _add_fit(actions: Any) -> None:
 
 def _fit(options: argparse.Namespace) -> None:
     from steadyload.methods.thresholds import FILE, write_thresholds
-    from steadyload.studies.results import provenance
+    from steadyload.runs.results import provenance
     from steadyload.tuning.cascade.fitted import (
         BUDGETS,
         CANDIDATES,
@@ -147,10 +147,10 @@ def _add_page(actions: Any) -> None:
 
 
 def _page(options: argparse.Namespace) -> None:
-    from steadyload.reports.cascade_page import cascade_page
-    from steadyload.reports.pages import write_page
-    from steadyload.studies.results import provenance_lines
-    from steadyload.tuning.cascade.study import cascade_study
+    from steadyload.studies.cascade.page import cascade_page
+    from steadyload.reports.page import write_page
+    from steadyload.runs.results import provenance_lines
+    from steadyload.studies.cascade.study import cascade_study
 
     with resumable(options.work), progress_bar("judging") as advance:
         record = cascade_study(

@@ -56,8 +56,15 @@ def share(text: str) -> float:
 
 
 def _recommend(options: argparse.Namespace) -> None:
-    from steadyload.studies.front import FrontError, best, load_front, measured_in, recommend, told
-    from steadyload.studies.front import write_front as write
+    from steadyload.studies.table5.front import (
+        FrontError,
+        best,
+        load_front,
+        measured_in,
+        recommend,
+        told,
+    )
+    from steadyload.studies.table5.front import write_front as write
 
     if options.write and options.run_folder is None:
         raise FrontError("--write needs --from RUN: the run to be kept")

@@ -40,11 +40,11 @@ def add_session(commands: Any) -> None:
 
 
 def _session(options: argparse.Namespace) -> None:
-    from steadyload.reports.pages import write_page
-    from steadyload.reports.session_page import session_page
-    from steadyload.studies.packing_gains import JUDGE, REJECTING, packing_gains
-    from steadyload.studies.results import provenance_lines
-    from steadyload.studies.session_cost import COSTED, SCENES, session_curves
+    from steadyload.reports.page import write_page
+    from steadyload.studies.session.page import session_page
+    from steadyload.studies.session.packing_gains import JUDGE, REJECTING, packing_gains
+    from steadyload.runs.results import provenance_lines
+    from steadyload.studies.session.study import COSTED, SCENES, session_curves
 
     parts = options.part or _PARTS
     made_with = provenance_lines()  # of the code that measures, not of what it has become meanwhile

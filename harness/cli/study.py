@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.cli.terminal import at_least, progress_bar, resumable, say, status_line
-from steadyload.studies.definition import EMBEDDED, load_study
-from steadyload.studies.envelope_use import study_warnings
-from steadyload.studies.executors import EXECUTORS, make_executor
-from steadyload.studies.results import load_manifest
+from steadyload.runs.definition import EMBEDDED, load_study
+from steadyload.runs.envelope_use import study_warnings
+from steadyload.runs.executors import EXECUTORS, make_executor
+from steadyload.runs.results import load_manifest
 
 _FEWEST_ROWS = 10_000
 
@@ -84,7 +84,7 @@ def add_report(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from steadyload.studies.runner import run_study
+    from steadyload.runs.runner import run_study
 
     study = load_study(options.study)
     directory = options.output or Path("runs") / study.name
@@ -108,10 +108,10 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def _measure(options: argparse.Namespace) -> None:
-    from steadyload.reports.pages import write_page
-    from steadyload.reports.scale_page import scale_page
-    from steadyload.studies.results import provenance_lines
-    from steadyload.studies.scale import METHODS, REPETITIONS, scale
+    from steadyload.reports.page import write_page
+    from steadyload.studies.scale.page import scale_page
+    from steadyload.runs.results import provenance_lines
+    from steadyload.studies.scale.study import METHODS, REPETITIONS, scale
 
     largest = options.rows - options.rows % _FEWEST_ROWS
     counts = [largest // 10**k for k in range(8) if largest // 10**k >= _FEWEST_ROWS]
@@ -126,9 +126,9 @@ def _measure(options: argparse.Namespace) -> None:
 
 
 def _report(options: argparse.Namespace) -> None:
-    from steadyload.reports.pages import write_page
-    from steadyload.reports.study_page import study_page
-    from steadyload.studies.comparison import compare
+    from steadyload.reports.page import write_page
+    from steadyload.studies.comparison.page import study_page
+    from steadyload.studies.comparison.summary import compare
 
     page = study_page(compare(options.directory))
     print(write_page(page, options.output or options.directory))

@@ -72,11 +72,17 @@ def add_tune(commands: Any) -> None:
 
 def _tune(options: argparse.Namespace) -> int:
     from steadyload.methods.tuned import TUNED
-    from steadyload.reports.pages import write_page
-    from steadyload.reports.tuning_page import tuning_page
-    from steadyload.studies.results import provenance, provenance_lines
-    from steadyload.tuning.history import preset, tuning_of
-    from steadyload.tuning.presets import check_remakable, differences, options_of, write_preset
+    from steadyload.reports.page import write_page
+    from steadyload.studies.tuning.page import tuning_page
+    from steadyload.runs.results import provenance, provenance_lines
+    from steadyload.tuning.presets import preset
+    from steadyload.studies.tuning.history import tuning_of
+    from steadyload.tuning.presets import (
+        check_remakable,
+        differences,
+        options_of,
+        write_preset,
+    )
     from steadyload.tuning.search import Search, SearchOptions
 
     if options.remake:
@@ -156,13 +162,13 @@ def add_tuned(commands: Any) -> None:
 
 
 def _tuned(options: argparse.Namespace) -> None:
-    from steadyload.reports.pages import write_page
-    from steadyload.reports.tuning_page import tuning_page
-    from steadyload.studies.results import provenance_lines
+    from steadyload.reports.page import write_page
+    from steadyload.studies.tuning.page import tuning_page
+    from steadyload.runs.results import provenance_lines
     from steadyload.tuning import TuningError
     from steadyload.tuning.presets import by_worth, write_preset
     from steadyload.tuning.search import Search
-    from steadyload.tuning.study import tuning_study
+    from steadyload.studies.tuning.study import tuning_study
 
     names = [folder.resolve().name for folder in options.searches]
     if len(set(names)) < len(names):

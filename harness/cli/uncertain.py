@@ -10,7 +10,7 @@ from typing import Any
 from steadyload.cli.terminal import at_least, progress_bar, resumable
 from steadyload.methods.spec import SpecError, bind
 from steadyload.methods.uncertainty import parse_uncertainty
-from steadyload.studies.outlook import Ending, Sampling
+from steadyload.runs.outlook import Ending, Sampling
 
 _SHOWN = 3
 """Failing steps in a cell, the most probable first."""
@@ -152,11 +152,11 @@ def add_uncertain(commands: Any) -> None:
 
 
 def _uncertain(options: argparse.Namespace) -> None:
-    from steadyload.reports.pages import write_page
-    from steadyload.reports.uncertain_page import uncertain_page
-    from steadyload.studies.results import provenance_lines
-    from steadyload.studies.uncertain import Questions, run_uncertain
-    from steadyload.studies.uncertain_summary import summarise
+    from steadyload.reports.page import write_page
+    from steadyload.studies.uncertain.page import uncertain_page
+    from steadyload.runs.results import provenance_lines
+    from steadyload.studies.uncertain.study import Questions, run_uncertain
+    from steadyload.studies.uncertain.summary import summarise
 
     made_with = provenance_lines()  # of the code that samples, not of what it has become meanwhile
     given = {

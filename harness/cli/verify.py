@@ -54,10 +54,10 @@ def add_verify(commands: Any) -> None:
 
 
 def _closed_forms(options: argparse.Namespace) -> None:
-    from steadyload.reports.closed_forms_page import closed_forms_page
-    from steadyload.reports.pages import write_page
-    from steadyload.studies.closed_forms import closed_form_tests, closed_forms
-    from steadyload.studies.results import provenance_lines
+    from steadyload.studies.closed_forms.page import closed_forms_page
+    from steadyload.reports.page import write_page
+    from steadyload.studies.closed_forms.study import closed_form_tests, closed_forms
+    from steadyload.runs.results import provenance_lines
 
     made_with = provenance_lines()
     with status_line() as say:
@@ -66,9 +66,14 @@ def _closed_forms(options: argparse.Namespace) -> None:
 
 
 def _convergence(options: argparse.Namespace) -> None:
-    from steadyload.reports.convergence_page import convergence_page
-    from steadyload.reports.pages import write_page
-    from steadyload.studies.convergence import OPINIONS, SECOND_MODEL, made_with, run_convergence
+    from steadyload.studies.convergence.page import convergence_page
+    from steadyload.reports.page import write_page
+    from steadyload.studies.convergence.study import (
+        OPINIONS,
+        SECOND_MODEL,
+        made_with,
+        run_convergence,
+    )
 
     opinions = (*OPINIONS, SECOND_MODEL) if options.second_model else OPINIONS
     with progress_bar("judging") as advance:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray
+from steadyload.layouts.model import Arrangement, FloatArray, TOLERANCE
 
 
 @dataclass(frozen=True, slots=True)

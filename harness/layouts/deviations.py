@@ -13,7 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
-from steadyload.layouts.model import TOLERANCE, WEIGHTS, FloatArray, Layout, replace_items
+from steadyload.layouts.model import (
+    FloatArray,
+    Layout,
+    TOLERANCE,
+    WEIGHTS,
+    replace_items,
+)
 
 CENTRE, PLACE, WEIGHT = slice(0, 3), slice(3, 5), 5
 """Which of an item's numbers moves what: its centre of mass along x, y and z, its place along x and

@@ -10,8 +10,16 @@ import numpy as np
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.contacts import Contacts, find_contacts
 from steadyload.layouts.growing import GrowingLayout
-from steadyload.layouts.model import TOLERANCE, FloatArray, Layout
-from steadyload.methods.method import STABLE, Finding, Loader, Method, StepJudge, Stopwatch, Trait
+from steadyload.layouts.model import FloatArray, Layout, TOLERANCE
+from steadyload.methods.method import (
+    Finding,
+    Loader,
+    Method,
+    STABLE,
+    StepJudge,
+    Stopwatch,
+    Trait,
+)
 from steadyload.methods.spec import NoParameters
 
 _ROUNDING = 1e-9

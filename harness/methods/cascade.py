@@ -22,11 +22,11 @@ from pathlib import Path
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import (
-    STABLE,
     Effort,
     Finding,
     Method,
     RefusedError,
+    STABLE,
     Status,
     StepJudge,
     Stopwatch,

@@ -10,7 +10,14 @@ from steadyload.methods.envelope import leaves
 from steadyload.methods.method import Trait, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.properties.clear import is_clear
-from steadyload.properties.property import Case, Property, Subject, Violation, declaring, spoken
+from steadyload.properties.property import (
+    Case,
+    Property,
+    Subject,
+    Violation,
+    declaring,
+    spoken,
+)
 from steadyload.properties.strategies import density_weight, layouts
 
 _FAR = 150.0

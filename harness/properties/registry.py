@@ -5,7 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from steadyload.methods.spec import nearest
-from steadyload.properties import PropertyError, consistency, stability, symmetry, worlds
+from steadyload.properties import (
+    PropertyError,
+    consistency,
+    stability,
+    symmetry,
+    worlds,
+)
 from steadyload.properties.property import Property
 
 PROPERTIES: dict[str, Property] = {

@@ -18,7 +18,14 @@ from steadyload.methods.simulation_parameters import BetweenSteps
 from steadyload.methods.trace import Trace, trace_loading
 from steadyload.properties.clear import balance_lost
 from steadyload.properties.moved import quarter_turned
-from steadyload.properties.property import Case, Property, Subject, Violation, declaring, spoken
+from steadyload.properties.property import (
+    Case,
+    Property,
+    Subject,
+    Violation,
+    declaring,
+    spoken,
+)
 from steadyload.properties.strategies import (
     Placed,
     built,
@@ -30,7 +37,7 @@ from steadyload.properties.strategies import (
     towers,
     with_offsets,
 )
-from steadyload.studies.mechanics import tipping_time
+from steadyload.properties.mechanics import tipping_time
 
 REST_SHIFT = 0.1
 """How far a corner may creep while its item is at rest [cm], where items are not large."""

@@ -8,10 +8,15 @@ from hypothesis.strategies import DrawFn, SearchStrategy
 
 from steadyload.engines.attitudes import rotate
 from steadyload.engines.registry import open_world
-from steadyload.engines.world import GRAVITY, FixedStepWorld, Velocities, WorldSettings
+from steadyload.engines.world import FixedStepWorld, GRAVITY, Velocities, WorldSettings
 from steadyload.methods.scene import Across, boxes, planar_scene
 from steadyload.properties.property import Case, Property, Subject, Violation
-from steadyload.properties.strategies import Placed, built, density_weight, ordinary_layouts
+from steadyload.properties.strategies import (
+    Placed,
+    built,
+    density_weight,
+    ordinary_layouts,
+)
 
 _EXACT = 1e-6
 _LIFT = 0.001

@@ -11,8 +11,14 @@ from steadyload.layouts.model import Layout
 from steadyload.methods.recording import RecordedStep, Recording, record_loading
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import nearest
-from steadyload.reports.view_records import Movement, View, ViewedItem, ViewedLoading, ViewedStep
-from steadyload.studies.results import provenance_lines
+from steadyload.reports.viewer.records import (
+    Movement,
+    View,
+    ViewedItem,
+    ViewedLoading,
+    ViewedStep,
+)
+from steadyload.runs.results import provenance_lines
 
 
 class ViewError(ValueError):
@@ -34,7 +40,7 @@ def write_view(layout: Layout, methods: Sequence[str], output: str | Path) -> Pa
         OSError: the page cannot be written.
     """
     # Whoever only wants the errors, as the command does at its start, needs no templates.
-    from steadyload.reports.view_page import view_html
+    from steadyload.reports.viewer.page import view_html
 
     judges = [make_method(spec) for spec in methods]
     for judge in judges:

@@ -26,8 +26,8 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.simulation_parameters import SimulationParameters
 from steadyload.methods.spec import SpecError
 from steadyload.methods.tuned import TUNED, tuned
-from steadyload.studies.executors import SinglePart, run_units
-from steadyload.studies.results import judged_by
+from steadyload.runs.executors import SinglePart, run_units
+from steadyload.runs.results import judged_by
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource, load_cases
 from steadyload.tuning.space import Space

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation_parameters import parameters_on
-from steadyload.studies.results import judged_by
+from steadyload.runs.results import judged_by
 from steadyload.tuning.space import Gene, Space
 
 if TYPE_CHECKING:

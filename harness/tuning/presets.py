@@ -11,7 +11,7 @@ from steadyload.methods.tuned import TUNED, Tuned, tuned, write_tuned
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import CostModel
-from steadyload.tuning.history import preset
+from steadyload.tuning.presets import preset
 from steadyload.tuning.judging import fitness
 from steadyload.tuning.search import Search, SearchOptions
 

@@ -11,7 +11,7 @@ from typing import ClassVar, Protocol
 
 import numpy as np
 
-from steadyload.studies.workers import interrupts_held_back
+from steadyload.runs.workers import interrupts_held_back
 from steadyload.tuning.space import Genotype, Space
 
 _WHEEL = 150

@@ -17,21 +17,21 @@ import numpy as np
 from steadyload.engines.registry import engines, world_class
 from steadyload.layouts.benchmark import PLANAR
 from steadyload.methods.spec import nearest
-from steadyload.studies.executors import run_units
-from steadyload.studies.results import provenance
-from steadyload.studies.runner import locked
+from steadyload.runs.executors import run_units
+from steadyload.runs.results import provenance
+from steadyload.runs.runner import locked
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource, fingerprint, load_cases
-from steadyload.tuning.cost import GOAL, CostModel, calibrate
+from steadyload.tuning.cost import CostModel, GOAL, calibrate
 from steadyload.tuning.identity import identity, space_of
 from steadyload.tuning.judging import (
-    GROWTH,
-    WORST_COST,
     FitnessRace,
     FrontRace,
+    GROWTH,
     JudgeUnit,
     Race,
     Sheet,
+    WORST_COST,
     crashed_sheet,
     estimated,
     fitness,
@@ -194,7 +194,7 @@ class Search:
             TuningError: the algorithm needs a package that is not there; the folder's search cannot
                 go on as it began.
             ResultsError: another search is at work in the folder.
-            WorkerDiedError: see :func:`steadyload.studies.executors.run_units`.
+            WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
             TuningError: the search was begun with another model of cost or other labels, or its
                 generations would be other ones now.
         """

@@ -15,7 +15,10 @@ import numpy as np
 from steadyload.engines.registry import engines, world_class
 from steadyload.engines.world import SETTINGS, Support
 from steadyload.methods.registry import make_method
-from steadyload.methods.simulation_parameters import SimulationParameters, parameters_on
+from steadyload.methods.simulation_parameters import (
+    SimulationParameters,
+    parameters_on,
+)
 from steadyload.methods.spec import as_plain, bind, canonical, nearest
 from steadyload.tuning import TuningError
 

@@ -9,7 +9,7 @@ import pytest
 
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods.registry import make_method
-from steadyload.reports import three_js
+from steadyload.reports.viewer import three_js
 from steadyload.studies.viewing import write_view
 
 BOXES = "player.panes[{}].stage.boxes"

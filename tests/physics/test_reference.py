@@ -19,9 +19,15 @@ from steadyload.engines.reference.motion import (
 )
 from steadyload.engines.reference.options import ReferenceOptions
 from steadyload.engines.reference.polygon import EDGES, separation
-from steadyload.engines.reference.rodas import FINISHED, Control, integrate
+from steadyload.engines.reference.rodas import Control, FINISHED, integrate
 from steadyload.engines.reference.world import ReferenceWorld
-from steadyload.engines.world import GRAVITY, Box, EngineError, Velocities, WorldSettings
+from steadyload.engines.world import (
+    Box,
+    EngineError,
+    GRAVITY,
+    Velocities,
+    WorldSettings,
+)
 
 SOFT = Law(1e6, 1.2, 1e3, 1e-5, 0.5, 0.4, 1e-3, 1e-2, 1e9)
 FIELD = Field(np.array([0.3, 0.2, -GRAVITY]), 0.0, 0.1, 0.2)

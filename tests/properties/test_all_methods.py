@@ -9,7 +9,7 @@ from steadyload.properties.findings import MOST_PER_ENGINE, finding, known_findi
 from steadyload.properties.property import Subject, Violation
 from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import PROFILES, search
-from steadyload.properties.study import methods_on
+from steadyload.studies.properties.study import methods_on
 
 EXAMPLES = PROFILES[os.environ.get("STEADYLOAD_PROFILE", "quick")]
 SUBJECTS = {spec: Subject(spec) for spec in methods_on(None)}

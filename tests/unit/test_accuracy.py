@@ -14,17 +14,22 @@ from steadyload.cli import main
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.benchmark.build import BuildOptions, build
 from steadyload.layouts.benchmark.dataset import SHIPPED
-from steadyload.layouts.benchmark.tables import CASES, OPINIONS, read_tables, write_tables
+from steadyload.layouts.benchmark.tables import (
+    CASES,
+    OPINIONS,
+    read_tables,
+    write_tables,
+)
 from steadyload.methods.registry import make_method
-from steadyload.reports.pages import write_page
-from steadyload.reports.study_page import study_page
-from steadyload.studies.accuracy import at_natural_prevalence, verdicts_against_labels
-from steadyload.studies.comparison import compare
-from steadyload.studies.definition import StudyDefinition, StudyError, load_study
-from steadyload.studies.labels import load_labels
-from steadyload.studies.metrics import mean, share
-from steadyload.studies.results import ResultsError, load_manifest, load_results
-from steadyload.studies.runner import run_study
+from steadyload.reports.page import write_page
+from steadyload.studies.comparison.page import study_page
+from steadyload.runs.evaluation import at_natural_prevalence, verdicts_against_labels
+from steadyload.studies.comparison.summary import compare
+from steadyload.runs.definition import StudyDefinition, StudyError, load_study
+from steadyload.runs.labels import load_labels
+from steadyload.statistics.metrics import mean, share
+from steadyload.runs.results import ResultsError, load_manifest, load_results
+from steadyload.runs.runner import run_study
 
 METHODS = ("fbs", "sme", "equilibrium:time=0.3", "simulation@mujoco:t_max=0.1,frequency=60")
 
@@ -296,7 +301,7 @@ def test_a_folder_without_its_labels_says_so(run, tmp_path):
     (mine / "labels.parquet").unlink()
     with pytest.raises(ResultsError, match=r"labels\.parquet: is missing; run the study again"):
         compare(mine)
-    from steadyload.studies.labels import write_labels
+    from steadyload.runs.labels import write_labels
 
     write_labels(mine, frame[1:])
     with pytest.raises(ResultsError, match="has no label in scenario 'S1'"):

@@ -7,10 +7,15 @@ from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import row_of
-from steadyload.layouts.benchmark.tables import CASES, OPINIONS, UNLABELLED, write_tables
-from steadyload.reports.benchmark_page import benchmark_page
-from steadyload.reports.pages import write_page
-from steadyload.studies.benchmark_summary import made_with, summarise
+from steadyload.layouts.benchmark.tables import (
+    CASES,
+    OPINIONS,
+    UNLABELLED,
+    write_tables,
+)
+from steadyload.studies.benchmark.page import benchmark_page
+from steadyload.reports.page import write_page
+from steadyload.studies.benchmark.summary import made_with, summarise
 
 ENSEMBLE = [(Reason.NUMERICAL, "fine"), (Reason.MODEL, "smooth"), (Reason.LIMITS, "strict")]
 MOVES = [f"{what}_{when}" for what in ("corner", "centre", "angle") for when in ("last", "most")]

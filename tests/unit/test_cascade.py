@@ -15,7 +15,13 @@ from steadyload.layouts.packing import random_layouts
 from steadyload.methods import registry
 from steadyload.methods.base_support import FullBaseSupport
 from steadyload.methods.cascade import Cascade
-from steadyload.methods.method import Finding, RefusedError, Status, StepJudge, Stopwatch
+from steadyload.methods.method import (
+    Finding,
+    RefusedError,
+    Status,
+    StepJudge,
+    Stopwatch,
+)
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import SpecError
 from steadyload.methods.thresholds import (

@@ -13,7 +13,7 @@ from steadyload.methods.method import Stopwatch
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import SpecError
 from steadyload.methods.thresholds import Stage, write_thresholds
-from steadyload.studies.metrics import effective_size
+from steadyload.statistics.metrics import effective_size
 from steadyload.tuning import TuningError
 from steadyload.tuning.cascade import fitted as fitted_module
 from steadyload.tuning.cascade.fitted import FitOptions, check_remakable, fit_cascade

@@ -17,12 +17,17 @@ from distributed import Client
 
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.packing import random_layouts
-from steadyload.studies.cluster import Dask
-from steadyload.studies.definition import StudyDefinition
-from steadyload.studies.executors import ExecutorError, WorkerDiedError, make_executor, run_units
-from steadyload.studies.results import load_results
-from steadyload.studies.runner import run_study
-from steadyload.studies.units import OtherCodeError
+from steadyload.runs.cluster import Dask
+from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.executors import (
+    ExecutorError,
+    WorkerDiedError,
+    make_executor,
+    run_units,
+)
+from steadyload.runs.results import load_results
+from steadyload.runs.runner import run_study
+from steadyload.runs.units import OtherCodeError
 
 _BAD = "layout-0002"
 
@@ -260,6 +265,6 @@ def test_executors_are_told_what_they_have():
 
 def test_a_missing_package_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    monkeypatch.delitem(sys.modules, "steadyload.studies.cluster")
+    monkeypatch.delitem(sys.modules, "steadyload.runs.cluster")
     with pytest.raises(ExecutorError, match=r"pip install 'steadyload\[dask\]'"):
         make_executor("dask")

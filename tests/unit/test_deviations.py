@@ -5,7 +5,13 @@ import pytest
 from scipy.stats import kstest, lognorm, norm, truncnorm
 
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.deviations import CENTRE, NUMBERS_AN_ITEM, PLACE, deviated, made_room
+from steadyload.layouts.deviations import (
+    CENTRE,
+    NUMBERS_AN_ITEM,
+    PLACE,
+    deviated,
+    made_room,
+)
 from steadyload.layouts.model import TOLERANCE
 from steadyload.layouts.packing import random_layouts
 

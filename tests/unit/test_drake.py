@@ -13,7 +13,7 @@ from steadyload.engines.world import (
     WorldSettings,
 )
 from steadyload.methods import make_method
-from steadyload.studies.convergence import run_convergence
+from steadyload.studies.convergence.study import run_convergence
 
 CUBE = Box((0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.05))
 

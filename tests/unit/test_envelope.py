@@ -22,12 +22,12 @@ from steadyload.methods.envelope import (
     leaves,
 )
 from steadyload.methods.registry import make_method
-from steadyload.reports.pages import write_page
-from steadyload.reports.study_page import study_page
-from steadyload.studies.comparison import compare
-from steadyload.studies.definition import load_study
-from steadyload.studies.results import load_manifest
-from steadyload.studies.runner import run_study
+from steadyload.reports.page import write_page
+from steadyload.studies.comparison.page import study_page
+from steadyload.studies.comparison.summary import compare
+from steadyload.runs.definition import load_study
+from steadyload.runs.results import load_manifest
+from steadyload.runs.runner import run_study
 
 HELD = Envelope(3, 10.0, 100.0, 2.0, 50.0, 20, True)
 

@@ -15,12 +15,12 @@ import pytest
 
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.packing import random_layouts
-from steadyload.studies.comparison import compare
-from steadyload.studies.definition import StudyDefinition
-from steadyload.studies.executors import Processes, WorkerDiedError, run_units
-from steadyload.studies.results import ResultsError, load_results
-from steadyload.studies.runner import run_study
-from steadyload.studies.workers import RemoteTracebackError, UnpicklableError
+from steadyload.studies.comparison.summary import compare
+from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.executors import Processes, WorkerDiedError, run_units
+from steadyload.runs.results import ResultsError, load_results
+from steadyload.runs.runner import run_study
+from steadyload.runs.workers import RemoteTracebackError, UnpicklableError
 
 BAD = "layout-0002"
 
@@ -217,8 +217,8 @@ def test_an_executor_keeps_its_workers_for_the_same_work(outside):
 def test_a_script_without_a_guard_is_told_so(tmp_path):
     (tmp_path / "script.py").write_text(
         "from pathlib import Path\n"
-        "from steadyload.studies.definition import StudyDefinition\n"
-        "from steadyload.studies.runner import run_study\n"
+        "from steadyload.runs.definition import StudyDefinition\n"
+        "from steadyload.runs.runner import run_study\n"
         "study = StudyDefinition('s', ('fbs',), generated=2)\n"
         "run_study(study, Path('run'), workers=2)\n"
     )

@@ -13,18 +13,29 @@ from matplotlib.patches import Rectangle
 
 from steadyload.cli import main
 from steadyload.engines.registry import engine_names, open_world, world_class
-from steadyload.engines.world import GRAVITY, Box, EngineError, Poses, Velocities, WorldSettings
+from steadyload.engines.world import (
+    Box,
+    EngineError,
+    GRAVITY,
+    Poses,
+    Velocities,
+    WorldSettings,
+)
 from steadyload.methods.envelope import Envelope, envelopes
-from steadyload.reports.extreme_figures import plot_outcomes
-from steadyload.reports.extreme_records import EnvelopeRow, ExtremeCell, Outcome
-from steadyload.reports.extremes_page import extremes_page
-from steadyload.reports.pages import write_page
-from steadyload.studies import extreme_cells, extreme_runs, mechanics
-from steadyload.studies import extreme_scenes as scenes
-from steadyload.studies.closed_form_runs import Stage
-from steadyload.studies.definition import StudyError
-from steadyload.studies.extreme_cells import run_extremes
-from steadyload.studies.extreme_envelope import (
+from steadyload.studies.extremes.figures import plot_outcomes
+from steadyload.studies.extremes.records import EnvelopeRow, ExtremeCell, Outcome
+from steadyload.studies.extremes.page import extremes_page
+from steadyload.reports.page import write_page
+from steadyload.studies.extremes import (
+    cells as extreme_cells,
+    measuring as extreme_runs,
+)
+from steadyload.properties import mechanics
+from steadyload.studies.extremes import scenes as scenes
+from steadyload.studies.closed_forms.measuring import Stage
+from steadyload.runs.definition import StudyError
+from steadyload.studies.extremes.cells import run_extremes
+from steadyload.studies.extremes.envelope import (
     ENVELOPE_SWEEPS,
     envelope_file,
     envelope_rows,
@@ -32,7 +43,12 @@ from steadyload.studies.extreme_envelope import (
     from_here_on,
     write_envelopes,
 )
-from steadyload.studies.extremes import FREQUENCIES, measure_cell, sweep_names, sweeps
+from steadyload.studies.extremes.sweeps import (
+    FREQUENCIES,
+    measure_cell,
+    sweep_names,
+    sweeps,
+)
 
 PUBLISHED = Path(__file__).resolve().parents[2] / "reports" / "published" / "extremes"
 

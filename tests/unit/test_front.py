@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from steadyload.cli import main
-from steadyload.reports.records import Estimate
-from steadyload.studies.definition import StudyDefinition
-from steadyload.studies.front import (
+from steadyload.statistics.estimate import Estimate
+from steadyload.runs.definition import StudyDefinition
+from steadyload.studies.table5.front import (
     Front,
     FrontError,
     Measured,
@@ -18,7 +18,7 @@ from steadyload.studies.front import (
     recommend,
     write_front,
 )
-from steadyload.studies.runner import run_study
+from steadyload.runs.runner import run_study
 
 
 def measured(method, accuracy, cpu, engine=None):

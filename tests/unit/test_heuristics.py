@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from steadyload.layouts.heuristics import (
-    HEURISTICS,
     BinRule,
+    HEURISTICS,
     Heuristic,
     HeuristicError,
     PlacementRule,

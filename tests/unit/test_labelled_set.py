@@ -15,8 +15,8 @@ from steadyload.layouts.packing import make_instance, pack_instance
 from steadyload.layouts.scenarios import Scenario
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
-from steadyload.studies.label_rows import LABEL, LIMITS
-from steadyload.studies.labelling import JUDGES
+from steadyload.studies.benchmark.label_rows import LABEL, LIMITS
+from steadyload.studies.benchmark.labelling import JUDGES
 
 SCENARIOS = [str(s) for s in Scenario]
 REMADE = 12

@@ -19,9 +19,14 @@ from steadyload.layouts.benchmark.tables import UNLABELLED, read_parquet, write_
 from steadyload.layouts.packing import random_layouts
 from steadyload.layouts.scenarios import Scenario
 from steadyload.methods.registry import make_method
-from steadyload.studies import labelling
-from steadyload.studies.label_rows import LABEL, TRACES, TraceUnit, crashed_row
-from steadyload.studies.labelling import (
+from steadyload.studies.benchmark import labelling
+from steadyload.studies.benchmark.label_rows import (
+    LABEL,
+    TRACES,
+    TraceUnit,
+    crashed_row,
+)
+from steadyload.studies.benchmark.labelling import (
     Judge,
     build_set,
     label_set,

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from steadyload.learners.study.calibration import sureness
-from steadyload.reports.learned_page import learned_page
-from steadyload.reports.learned_records import (
+from steadyload.studies.learned.calibration import sureness
+from steadyload.studies.learned.page import learned_page
+from steadyload.studies.learned.records import (
     Foreign,
     ForeignRow,
     JudgeCalibration,
@@ -20,10 +20,11 @@ from steadyload.reports.learned_records import (
     TimeRow,
     TrainedRow,
 )
-from steadyload.reports.pages import write_page
-from steadyload.reports.records import Estimate, MethodKey
-from steadyload.reports.reliability_records import Abstention, Reliability, ReliabilityBin
-from steadyload.studies.reliability import BINS, abstention, reliability
+from steadyload.reports.page import write_page
+from steadyload.statistics.estimate import Estimate
+from steadyload.methods.naming import MethodKey
+from steadyload.statistics.reliability import Abstention, Reliability, ReliabilityBin
+from steadyload.statistics.reliability import BINS, abstention, reliability
 
 SCENARIOS = ("S1", "S2a", "S2b")
 PARTS = ("all", *SCENARIOS)

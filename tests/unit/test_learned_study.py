@@ -17,13 +17,13 @@ from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.learners import LearnerError
-from steadyload.learners.study.plan import Section
-from steadyload.learners.study.plan_file import load_plan
-from steadyload.learners.study.study import learner_study
-from steadyload.learners.study.trainings import Workshop
+from steadyload.studies.learned.plan import Section
+from steadyload.studies.learned.plan_file import load_plan
+from steadyload.studies.learned.study import learner_study
+from steadyload.studies.learned.trainings import Workshop
 from steadyload.learners.weights import load_weights
 from steadyload.methods.registry import make_method
-from steadyload.reports.learned_page import learned_page
+from steadyload.studies.learned.page import learned_page
 
 ROOT = Path(__file__).parents[2]
 LIMIT = 12
@@ -274,9 +274,9 @@ def test_again_nothing_is_made_and_the_page_is_the_same(learned, plan, folder, f
 CHILD = """
 import sys
 from pathlib import Path
-from steadyload.learners.study.plan import Section
-from steadyload.learners.study.plan_file import load_plan
-from steadyload.learners.study.trainings import Workshop
+from steadyload.studies.learned.plan import Section
+from steadyload.studies.learned.plan_file import load_plan
+from steadyload.studies.learned.trainings import Workshop
 Workshop(load_plan(Path(sys.argv[1])), Path(sys.argv[2])).make([Section.SIZE], workers=0)
 """
 

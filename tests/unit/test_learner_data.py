@@ -11,7 +11,11 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.packing import make_instance
 from steadyload.learners import LeakError, LearnerError
 from steadyload.learners.features import FeatureKind, features
-from steadyload.learners.generation import OWN_SEEDS, GenerationOptions, generate_labelled
+from steadyload.learners.generation import (
+    GenerationOptions,
+    OWN_SEEDS,
+    generate_labelled,
+)
 from steadyload.learners.scoring import accuracies, items_safe
 from steadyload.learners.sequences import HeldOut, geometry_of, joined, load_sequences
 from steadyload.methods.registry import make_method

@@ -35,7 +35,7 @@ from steadyload.learners.weights import (
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method, method_listing
 from steadyload.methods.spec import SpecError
-from steadyload.studies.results import judged_by
+from steadyload.runs.results import judged_by
 
 ROOT = Path(__file__).parents[2]
 

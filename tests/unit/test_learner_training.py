@@ -17,7 +17,12 @@ from steadyload.layouts.benchmark.tables import CASES, OPINIONS, write_tables
 from steadyload.learners import LeakError, LearnerError
 from steadyload.learners.features import FeatureKind
 from steadyload.learners.inference import Network
-from steadyload.learners.jobs import TrainingJob, member_options, search_options, train_weights
+from steadyload.learners.jobs import (
+    TrainingJob,
+    member_options,
+    search_options,
+    train_weights,
+)
 from steadyload.learners.options import (
     NetworkKind,
     TrainingOptions,
@@ -26,7 +31,12 @@ from steadyload.learners.options import (
     training_presets,
 )
 from steadyload.learners.scoring import accuracies
-from steadyload.learners.search import HIDDEN, JOURNAL, LEARNING_RATES, search_hyperparameters
+from steadyload.learners.search import (
+    HIDDEN,
+    JOURNAL,
+    LEARNING_RATES,
+    search_hyperparameters,
+)
 from steadyload.learners.sequences import HeldOut, load_sequences
 from steadyload.learners.training import CHECKPOINT, Training
 from steadyload.learners.weights import load_arrays, load_weights

@@ -6,7 +6,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from steadyload.studies.metrics import agreement, mean, outcomes, share, weighted_share
+from steadyload.statistics.metrics import (
+    agreement,
+    mean,
+    outcomes,
+    share,
+    weighted_share,
+)
 
 
 @pytest.mark.parametrize(

@@ -18,10 +18,10 @@ from steadyload.methods.uncertainty import (
     judge_deviated,
     parse_uncertainty,
 )
-from steadyload.studies.outlook import (
-    REPLICATES,
+from steadyload.runs.outlook import (
     Ending,
     Outlook,
+    REPLICATES,
     Sampling,
     outlook,
     standing_interval,

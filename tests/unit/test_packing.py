@@ -5,14 +5,14 @@ import hashlib
 import numpy as np
 import pytest
 
-from steadyload.layouts.heuristics import HEURISTICS, BinRule
+from steadyload.layouts.heuristics import BinRule, HEURISTICS
 from steadyload.layouts.model import Pallet
 from steadyload.layouts.packing import (
     DENSITY,
     ITEM_CLASSES,
     MOST_ITEMS,
-    SPACE_RULES,
     PackingError,
+    SPACE_RULES,
     WeightRule,
     generate,
     make_instance,

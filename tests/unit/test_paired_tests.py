@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest, permutation_test
 
-from steadyload.studies.paired_tests import fewest_lists, holm, letters, sign_flip
+from steadyload.statistics.paired import fewest_lists, holm, letters, sign_flip
 
 
 def enumerated(differences, clusters):

@@ -9,7 +9,12 @@ import pytest
 
 from steadyload.cli import main
 from steadyload.layouts.benchmark import PLANAR, load_benchmark
-from steadyload.layouts.benchmark.build import PLANAR_OPTIONS, BuildOptions, build, draw_case
+from steadyload.layouts.benchmark.build import (
+    BuildOptions,
+    PLANAR_OPTIONS,
+    build,
+    draw_case,
+)
 from steadyload.layouts.benchmark.dataset import SETS
 from steadyload.layouts.benchmark.overview import overview
 from steadyload.layouts.benchmark.splits import assign_splits
@@ -25,12 +30,12 @@ from steadyload.layouts.scenarios import Scenario, apply_scenario
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.methods.scene import planar_scene
-from steadyload.studies.definition import load_study
-from steadyload.studies.label_rows import LABEL, LIMITS
-from steadyload.studies.labelling import build_set, split_sizes
-from steadyload.studies.labels import load_labels
-from steadyload.studies.results import load_manifest
-from steadyload.studies.runner import run_study
+from steadyload.runs.definition import load_study
+from steadyload.studies.benchmark.label_rows import LABEL, LIMITS
+from steadyload.studies.benchmark.labelling import build_set, split_sizes
+from steadyload.runs.labels import load_labels
+from steadyload.runs.results import load_manifest
+from steadyload.runs.runner import run_study
 
 SCENARIOS = [str(s) for s in Scenario]
 SAMPLE = 60

@@ -7,17 +7,19 @@ import pytest
 
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.packing import random_layouts
-from steadyload.reports.engines_page import engines_markdown
-from steadyload.reports.figures import plot_trade_off
-from steadyload.reports.pages import write_page
-from steadyload.reports.records import Estimate, MethodKey, TradeOff
-from steadyload.reports.study_page import study_page
+from steadyload.studies.engines.settings_page import engines_markdown
+from steadyload.reports.charts import plot_trade_off
+from steadyload.reports.page import write_page
+from steadyload.statistics.estimate import Estimate
+from steadyload.methods.naming import MethodKey
+from steadyload.reports.charts import TradeOff
+from steadyload.studies.comparison.page import study_page
 from steadyload.reports.style import colour, face, marker
-from steadyload.reports.tables import markdown_table, milliseconds, percent, significant
-from steadyload.studies.comparison import compare
-from steadyload.studies.definition import load_study
-from steadyload.studies.engine_table import engine_records
-from steadyload.studies.runner import run_study
+from steadyload.reports.table import markdown_table, milliseconds, percent, significant
+from steadyload.studies.comparison.summary import compare
+from steadyload.runs.definition import load_study
+from steadyload.studies.engines.settings import engine_records
+from steadyload.runs.runner import run_study
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +70,7 @@ def test_the_same_rows_give_the_same_bytes(run, tmp_path):
 
 
 def test_the_comparison_counts_by_hand(run):
-    from steadyload.studies.results import load_results
+    from steadyload.runs.results import load_results
 
     comparison = compare(run)
     frame = load_results(run)
@@ -121,7 +123,7 @@ def test_rules_against_simulations_are_disagreements(tmp_path, stack):
 def test_an_unfinished_study_names_what_is_missing(run, tmp_path):
     import shutil
 
-    from steadyload.studies.results import load_manifest
+    from steadyload.runs.results import load_manifest
 
     shutil.copytree(run, tmp_path / "run")
     for shard in load_manifest(run)["shards"][-1:]:

@@ -6,15 +6,20 @@ import json
 import pandas as pd
 import pytest
 
-from steadyload.layouts.formats import Format, read_layouts, read_written, write_layouts
+from steadyload.layouts.formats import (
+    Format,
+    read_layouts,
+    read_written,
+    write_layouts,
+)
 from steadyload.layouts.model import Layout, LayoutError
 from steadyload.layouts.packing import random_layouts
-from steadyload.reports.pages import write_page
-from steadyload.reports.scale_page import scale_page
-from steadyload.studies.definition import StudyDefinition, StudyError
-from steadyload.studies.results import KEYS, ResultsError, each_shard, load_results
-from steadyload.studies.runner import run_study
-from steadyload.studies.scale import scale
+from steadyload.reports.page import write_page
+from steadyload.studies.scale.page import scale_page
+from steadyload.runs.definition import StudyDefinition, StudyError
+from steadyload.runs.results import KEYS, ResultsError, each_shard, load_results
+from steadyload.runs.runner import run_study
+from steadyload.studies.scale.study import scale
 
 
 def layouts_in_memory():

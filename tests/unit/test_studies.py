@@ -20,10 +20,10 @@ from steadyload.layouts.packing import random_layouts
 from steadyload.methods import Status
 from steadyload.methods.method import judge
 from steadyload.methods.registry import make_method
-from steadyload.studies.definition import StudyError, load_study
-from steadyload.studies.results import SCHEMA, ResultsError, load_manifest, load_results
-from steadyload.studies.runner import run_study
-from steadyload.studies.units import OtherCodeError, Unit, judge_unit, made_now
+from steadyload.runs.definition import StudyError, load_study
+from steadyload.runs.results import ResultsError, SCHEMA, load_manifest, load_results
+from steadyload.runs.runner import run_study
+from steadyload.runs.units import OtherCodeError, Unit, judge_unit, made_now
 
 STUDY = """
 name = "small"
@@ -105,7 +105,7 @@ def test_a_changed_method_or_layout_counts_as_missing(study_file, tmp_path, stac
 def test_changed_code_counts_as_missing(study_file, tmp_path, monkeypatch):
     study, run = load_study(study_file), tmp_path / "run"
     run_study(study, run)
-    monkeypatch.setattr("steadyload.studies.results.code_fingerprint", lambda *_: "another")
+    monkeypatch.setattr("steadyload.runs.results.code_fingerprint", lambda *_: "another")
     assert run_study(study, run) == 18
     assert len(load_results(run)) == 18
 
@@ -212,7 +212,7 @@ def test_a_folder_left_by_an_early_interrupt_can_be_used(study_file, tmp_path):
 
 
 def test_two_runs_do_not_share_a_folder(study_file, tmp_path):
-    from steadyload.studies.runner import _claim, locked
+    from steadyload.runs.runner import _claim, locked
 
     study, run = load_study(study_file), tmp_path / "run"
     _claim(run, study)
@@ -259,7 +259,7 @@ def test_new_engine_versions_count_as_missing(study_file, tmp_path, monkeypatch)
     study, run = load_study(study_file), tmp_path / "run"
     run_study(study, run)
     monkeypatch.setattr(
-        "steadyload.studies.units.installed_versions", lambda engine=None: {"mujoco": "99"}
+        "steadyload.runs.units.installed_versions", lambda engine=None: {"mujoco": "99"}
     )
     assert run_study(study, run) == 18
 

@@ -17,19 +17,24 @@ from steadyload.methods import registry
 from steadyload.methods.base_support import FullBaseSupport
 from steadyload.methods.method import RefusedError
 from steadyload.methods.registry import make_method
-from steadyload.reports.records import AccuracySummary
-from steadyload.reports.table5_accuracy_sections import time_a_layout, what_rows_are
-from steadyload.reports.table5_records import ALL, JudgedSet
-from steadyload.reports.table5_test_sections import simulation_pairs
-from steadyload.studies.comparison import method_key
-from steadyload.studies.definition import StudyDefinition
-from steadyload.studies.front import measured_in
-from steadyload.studies.metrics import mean
-from steadyload.studies.runner import run_study
+from steadyload.runs.evaluation import AccuracySummary
+from steadyload.studies.table5.accuracy_sections import time_a_layout, what_rows_are
+from steadyload.studies.table5.records import ALL, JudgedSet
+from steadyload.studies.table5.test_sections import simulation_pairs
+from steadyload.methods.naming import method_key
+from steadyload.runs.definition import StudyDefinition
+from steadyload.studies.table5.front import measured_in
+from steadyload.statistics.metrics import mean
+from steadyload.runs.runner import run_study
 from steadyload.studies.table5 import study as table5
 from steadyload.studies.table5.paper import paper
 from steadyload.studies.table5.study import Questions, judge_table5, time_table5
-from steadyload.studies.table5.summary import pair_tests, same_order, summarise, tunings
+from steadyload.studies.table5.summary import (
+    pair_tests,
+    same_order,
+    summarise,
+    tunings,
+)
 
 SPECS = ("fbs", "sme", "equilibrium")
 FEW = ("--limit", "3", "--timed", "2", "--repeats", "1", "-j", "1")

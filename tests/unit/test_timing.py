@@ -11,9 +11,9 @@ import pytest
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods import registry
-from steadyload.methods.method import STABLE, Method
-from steadyload.studies.results import ResultsError
-from steadyload.studies.timing import taken, timed
+from steadyload.methods.method import Method, STABLE
+from steadyload.runs.results import ResultsError
+from steadyload.runs.timing import taken, timed
 
 METHODS = ("noting", "noting:mark=1", "noting:mark=2")
 

@@ -8,15 +8,16 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from steadyload.reports.pages import write_page
-from steadyload.reports.records import Estimate, MethodKey
-from steadyload.reports.tables import duration, factor
-from steadyload.reports.tuning_figures import plot_changes, plot_price
-from steadyload.reports.tuning_page import tuning_page
-from steadyload.reports.tuning_records import (
+from steadyload.reports.page import write_page
+from steadyload.statistics.estimate import Estimate
+from steadyload.methods.naming import MethodKey
+from steadyload.reports.table import duration, factor
+from steadyload.studies.tuning.figures import plot_changes, plot_price
+from steadyload.studies.tuning.page import tuning_page
+from steadyload.studies.tuning.records import (
     CostRow,
-    GenerationRow,
     GeneRow,
+    GenerationRow,
     JudgedGenotype,
     Outcome,
     PricePoint,
@@ -28,10 +29,8 @@ from steadyload.reports.tuning_records import (
     Variant,
     VariantTable,
 )
-from steadyload.reports.tuning_records import (
-    OutcomeTable as HeldAgainst,  # pytest collects what is named Test
-)
-from steadyload.reports.tuning_search_figures import front, plot_algorithms
+from steadyload.studies.tuning.records import OutcomeTable as HeldAgainst
+from steadyload.studies.tuning.search_figures import front, plot_algorithms
 
 
 def about(value, half=0.005):

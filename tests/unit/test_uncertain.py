@@ -11,12 +11,12 @@ from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.methods.registry import make_method
-from steadyload.reports.pages import write_page
-from steadyload.reports.uncertain_page import uncertain_page
-from steadyload.studies.outlook import Sampling
-from steadyload.studies.uncertain import Questions, Sampled, run_uncertain
-from steadyload.studies.uncertain_cases import Unit, sample_unit
-from steadyload.studies.uncertain_summary import summarise
+from steadyload.reports.page import write_page
+from steadyload.studies.uncertain.page import uncertain_page
+from steadyload.runs.outlook import Sampling
+from steadyload.studies.uncertain.study import Questions, Sampled, run_uncertain
+from steadyload.studies.uncertain.cases import Unit, sample_unit
+from steadyload.studies.uncertain.summary import summarise
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from steadyload.layouts.formats import Format, write_layouts
 from steadyload.methods.method import Status
 from steadyload.methods.recording import record_loading
 from steadyload.methods.registry import make_method
-from steadyload.reports.three_js import ThreeJsError, three_js
+from steadyload.reports.viewer.three_js import ThreeJsError, three_js
 from steadyload.studies.viewing import ViewError, pick_layout, write_view
 
 

@@ -10,7 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from steadyload.layouts.benchmark.observations import Movements, RotationUnit, read_movements
+from steadyload.layouts.benchmark.observations import (
+    Movements,
+    RotationUnit,
+    read_movements,
+)
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.formats import read_layouts
 from steadyload.layouts.model import Layout, LayoutError

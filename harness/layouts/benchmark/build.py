@@ -11,7 +11,12 @@ import pandas as pd
 from steadyload.layouts.benchmark.dataset import row_of
 from steadyload.layouts.benchmark.splits import SIZES, SplitSizes
 from steadyload.layouts.model import Layout
-from steadyload.layouts.packing import ITEM_CLASSES, WeightRule, generate, make_instance
+from steadyload.layouts.packing import (
+    ITEM_CLASSES,
+    WeightRule,
+    generate,
+    make_instance,
+)
 from steadyload.layouts.scenarios import Scenario, apply_scenario
 
 _OFFSET_DECIMALS = 2

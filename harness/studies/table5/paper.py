@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from importlib import resources
 
-from steadyload.reports.table5_records import Paper, PaperRow
+from steadyload.studies.table5.records import Paper, PaperRow
 
 
 def paper() -> Paper:

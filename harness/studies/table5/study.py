@@ -12,13 +12,13 @@ from steadyload.engines.registry import EngineNotInstalledError, capabilities
 from steadyload.layouts.benchmark.dataset import PLANAR
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
-from steadyload.studies.definition import StudyDefinition, StudyError
-from steadyload.studies.executors import Executor
-from steadyload.studies.front import SPATIAL
-from steadyload.studies.labels import labelled_material
-from steadyload.studies.results import ResultsError, load_manifest, load_results
-from steadyload.studies.runner import run_study
-from steadyload.studies.timing import BLOCK, Times, timed
+from steadyload.runs.definition import StudyDefinition, StudyError
+from steadyload.runs.executors import Executor
+from steadyload.studies.table5.front import SPATIAL
+from steadyload.runs.labels import labelled_material
+from steadyload.runs.results import ResultsError, load_manifest, load_results
+from steadyload.runs.runner import run_study
+from steadyload.runs.timing import BLOCK, Times, timed
 
 RULES = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3")
 TUNINGS = ("ps5", "ps3", "ps_opt-paper", "ps_opt")
@@ -163,7 +163,7 @@ def judge_table5(
 
     Raises:
         ResultsError: the folder holds another study; or as the next one.
-        as :func:`steadyload.studies.runner.run_study`.
+        as :func:`steadyload.runs.runner.run_study`.
     """
     if (work / "manifest.json").exists():  # its page would be written over
         name = load_manifest(work)["study"]["name"]
@@ -192,7 +192,7 @@ def time_table5(
 
     Raises:
         ResultsError: nothing was judged yet.
-        as :func:`steadyload.studies.timing.timed`.
+        as :func:`steadyload.runs.timing.timed`.
     """
     found = [
         _timed(asked, planar, folder, workers, progress)

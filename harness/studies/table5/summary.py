@@ -16,8 +16,9 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.scene import planar_scene
 from steadyload.methods.simulation import Simulation
 from steadyload.methods.spec import as_plain
-from steadyload.reports.records import Accuracies, AccuracySummary, MethodKey
-from steadyload.reports.table5_records import (
+from steadyload.runs.evaluation import Accuracies, AccuracySummary
+from steadyload.methods.naming import MethodKey
+from steadyload.studies.table5.records import (
     ALL,
     Cost,
     Front,
@@ -29,19 +30,20 @@ from steadyload.reports.table5_records import (
     Timing,
     Watch,
 )
-from steadyload.studies.accuracy import verdicts_against_labels
-from steadyload.studies.comparison import compare, method_key, tuning
-from steadyload.studies.error_places import margin_bins, size_bins
-from steadyload.studies.front import Front as Measurements
-from steadyload.studies.front import Measured, best
-from steadyload.studies.label_ceiling import label_ceiling
-from steadyload.studies.labels import load_labels
-from steadyload.studies.metrics import mean, outcomes, ratio
-from steadyload.studies.paired_tests import LEVEL, holm, letters, sign_flip
-from steadyload.studies.results import load_results
+from steadyload.runs.evaluation import verdicts_against_labels
+from steadyload.studies.comparison.summary import compare, tuning
+from steadyload.methods.naming import method_key
+from steadyload.studies.table5.error_places import margin_bins, size_bins
+from steadyload.studies.table5.front import Front as Measurements
+from steadyload.studies.table5.front import Measured, best
+from steadyload.studies.table5.label_ceiling import label_ceiling
+from steadyload.runs.labels import load_labels
+from steadyload.statistics.metrics import mean, outcomes, ratio
+from steadyload.statistics.paired import LEVEL, holm, letters, sign_flip
+from steadyload.runs.results import load_results
 from steadyload.studies.table5.paper import paper
-from steadyload.studies.table5.study import YARDSTICK, Questions, Ran
-from steadyload.studies.timing import Times
+from steadyload.studies.table5.study import Questions, Ran, YARDSTICK
+from steadyload.runs.timing import Times
 
 _WATCHED = 8
 
@@ -54,7 +56,7 @@ def summarise(asked: Questions, spatial: Ran, planar: Ran | None) -> Table5:
     """All that the page shows.
 
     Raises:
-        ResultsError: see :func:`steadyload.studies.comparison.compare`.
+        ResultsError: see :func:`steadyload.studies.comparison.summary.compare`.
         BenchmarkError: the labelled set cannot be read any more.
     """
     large = load_benchmark(spatial.study.benchmark_directory)

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.stats import beta
 
 from steadyload.methods.thresholds import Stage
-from steadyload.studies.metrics import effective_size
+from steadyload.statistics.metrics import effective_size
 from steadyload.tuning import TuningError
 from steadyload.tuning.cascade.opinions import BoolArray, Table
 from steadyload.tuning.cascade.outcome import Outcome, outcome

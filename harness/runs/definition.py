@@ -1,0 +1,248 @@
+"""A study's definition: one TOML file, validated at the edge."""
+
+from __future__ import annotations
+
+import glob
+import re
+import tomllib
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields
+from importlib import resources
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from steadyload.layouts.benchmark import Part
+from steadyload.layouts.benchmark.dataset import SETS
+from steadyload.layouts.formats import read_layouts
+from steadyload.layouts.model import Layout
+from steadyload.layouts.packing import drawn_layouts
+from steadyload.layouts.scenarios import Scenario, apply_scenario
+from steadyload.methods.registry import make_method
+from steadyload.methods.spec import SpecError, nearest
+
+AS_GIVEN = "as given"
+"""Scenario of layouts that keep the centres of mass of their files."""
+
+EMBEDDED = "embedded"
+"""Stands for the study that comes with the package."""
+
+
+class StudyError(ValueError):
+    """A study definition that cannot be run; says which key and what is allowed."""
+
+
+@dataclass(frozen=True, slots=True)
+class StudyDefinition:
+    """What a study compares.
+
+    Attributes:
+        name: for people.
+        methods: spec strings, each once; kept in their canonical form.
+        files: layout files, absolute.
+        generated: this many generated layouts after those of the files, drawn with the seed.
+        scenarios: scenarios to apply; empty keeps the centres of mass as given.
+        seed: root of every random draw, 0 or more.
+        max_items: judge only the first items of a layout; None for all.
+        limit: use only the first layouts; None for all.
+        snap_gap: vertical gaps to close when reading [cm].
+        repetitions: judgements of every case, for timing.
+        shard_size: cases a unit of work.
+        timeout: wall seconds a judgement may take; None for no limit.
+        benchmark: the part of a labelled set whose cases are judged, or its name; None for layouts
+            without labels. The set has its own layouts and centres of mass: ``scenarios`` picks
+            among them (empty for all) and ``limit`` counts cases a scenario, those of the first
+            ranks.
+        benchmark_directory: the folder of the labelled set, or a word of
+            :data:`steadyload.layouts.benchmark.dataset.SETS` as a text; None for the large set that
+            comes with the package.
+
+    Raises:
+        SpecError: no such method, engine or parameter.
+        StudyError: no such part, or something that cannot stand beside a labelled set.
+    """
+
+    name: str
+    methods: tuple[str, ...]
+    files: tuple[Path, ...] = ()
+    generated: int = 0
+    scenarios: tuple[Scenario, ...] = ()
+    seed: int = 0
+    max_items: int | None = None
+    limit: int | None = None
+    snap_gap: float = 0.0
+    repetitions: int = 1
+    shard_size: int = 12
+    timeout: float | None = None
+    benchmark: Part | str | None = None
+    benchmark_directory: Path | str | None = None
+
+    def __post_init__(self) -> None:
+        methods = tuple(str(make_method(spec).spec) for spec in self.methods)
+        object.__setattr__(self, "methods", methods)
+        if self.benchmark is None:
+            if self.benchmark_directory is not None:
+                raise StudyError('benchmark_directory needs a part: benchmark = "test"')
+            return
+        if self.benchmark not in list(Part):
+            raise StudyError(
+                f"benchmark: {self.benchmark!r}; {nearest(str(self.benchmark), list(Part))}"
+            )
+        object.__setattr__(self, "benchmark", Part(self.benchmark))
+        own = "a labelled set has its own layouts and centres of mass"
+        for key, given, why in (
+            ("layouts", self.files, own),
+            ("generated", self.generated, own),
+            ("seed", self.seed, own),
+            ("snap_gap", self.snap_gap, own),
+            ("max_items", self.max_items, "labels hold for whole layouts"),
+        ):
+            if given:
+                raise StudyError(f"{key} cannot stand beside benchmark: {why}")
+
+    def layouts(self) -> Iterator[Layout]:
+        """The study's own layouts in turn, whole and without scenarios, those of the files first.
+
+        Those of a labelled set come from :func:`steadyload.runs.labels.labelled_material`.
+
+        Raises:
+            LayoutError: a file is invalid, or a name stands in two files.
+            StudyError: two layouts have the same name, or a file cannot be read.
+        """
+        names: set[str] = set()
+        for layout in islice(self._sources(), self.limit):
+            if layout.name in names:
+                raise StudyError(
+                    f"layouts: name {layout.name!r} stands in two files; allowed: once"
+                )
+            names.add(layout.name)
+            yield layout
+        if not names:
+            raise StudyError("layouts: the files hold none; allowed: one or more")
+
+    def _sources(self) -> Iterator[Layout]:
+        for file in self.files:
+            try:
+                yield from read_layouts(file, snap_gap=self.snap_gap)
+            except OSError as error:
+                raise StudyError(f"layouts: {file}: {error.strerror}") from None
+        yield from islice(drawn_layouts(self.seed), self.generated)
+
+    def cases(self, layouts: Iterable[Layout]) -> Iterator[tuple[str, Layout]]:
+        """Every (scenario, layout) to judge, cut to ``max_items`` after the scenario is drawn."""
+        for layout in layouts:
+            for scenario in self.scenarios or (None,):
+                yield str(scenario or AS_GIVEN), case(layout, scenario, self.seed, self.max_items)
+
+
+def case(
+    layout: Layout, scenario: Scenario | None, seed: int, max_items: int | None = None
+) -> Layout:
+    """A layout as it is judged: its centres of mass drawn, then cut to its first items."""
+    drawn = layout if scenario is None else apply_scenario(layout, scenario, seed)
+    return drawn if max_items is None else drawn.first(max_items)
+
+
+def load_study(source: str | Path) -> StudyDefinition:
+    """Read a study file, or the embedded study for the word ``embedded``.
+
+    Raises:
+        StudyError: not valid TOML, an unknown key or method, or a value that is not allowed.
+        OSError: the file cannot be read.
+    """
+    if str(source) == EMBEDDED:
+        path = Path(str(resources.files("steadyload.runs.embedded") / "study.toml"))
+    else:
+        path = Path(source)
+    try:
+        with path.open("rb") as file:
+            content = tomllib.load(file)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise StudyError(f"{path}: not valid TOML ({error})") from None
+    try:
+        return _definition(content, path)
+    except (StudyError, SpecError) as error:
+        raise StudyError(f"{path}: {error}") from None
+
+
+def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
+    known = {f.name for f in fields(StudyDefinition)} - {"files"} | {"layouts"}
+    for key in content:
+        if key not in known:
+            raise StudyError(f"unknown key {key!r}; {nearest(key, known)}")
+    methods: list[str] = []
+    seen: dict[object, str] = {}
+    for text in _texts(content, "methods"):
+        method = make_method(text)
+        spec = str(method.spec)
+        identity = (type(method), method.spec.engine, method.parameters)
+        if identity in seen:
+            raise StudyError(f"methods: {spec!r} is the same as {seen[identity]!r}; name it once")
+        seen[identity] = spec
+        methods.append(spec)
+    files: list[Path] = []
+    if not {"layouts", "generated", "benchmark", "benchmark_directory"} & set(content):
+        raise StudyError(
+            "layouts is missing; allowed: a list of files, or generated = a number, or "
+            "benchmark = a part of the labelled set"
+        )
+    for pattern in _texts(content, "layouts") if "layouts" in content else []:
+        found = sorted(glob.glob(str(path.parent / pattern), recursive=True))
+        if not found:
+            raise StudyError(f"layouts: {pattern!r} matches no file")
+        files += [Path(name).resolve() for name in found]
+    scenarios = _texts(content, "scenarios") if "scenarios" in content else []
+    for scenario in scenarios:
+        if scenario not in list(Scenario):
+            raise StudyError(f"scenarios: {scenario!r}; {nearest(scenario, [*Scenario])}")
+    numbers = {
+        key: _whole(content[key], key, least)
+        for key, least in (
+            ("generated", 1), ("seed", 0), ("max_items", 1), ("limit", 1), ("repetitions", 1),
+            ("shard_size", 1),
+        )
+        if key in content
+    }  # fmt: skip
+    snap_gap = content.get("snap_gap", 0.0)
+    if type(snap_gap) not in (int, float) or not 0.0 <= snap_gap < 1e6:
+        raise StudyError(f"snap_gap is {snap_gap!r}; allowed: 0 or more [cm]")
+    benchmark, folder = content.get("benchmark"), content.get("benchmark_directory")
+    if folder is not None and not (isinstance(folder, str) and folder):
+        raise StudyError(f"benchmark_directory is {folder!r}; allowed: the path of a folder")
+    timeout = content.get("timeout")
+    if timeout is not None and (type(timeout) not in (int, float) or not 0.0 < timeout < 1e9):
+        raise StudyError(f"timeout is {timeout!r}; allowed: more than 0 [s]")
+    name = content.get("name", path.stem)
+    if not isinstance(name, str) or not re.fullmatch(r"\w[\w .+-]*", name):
+        raise StudyError(f"name is {name!r}; allowed: letters, digits, and any of _ . + -")
+    return StudyDefinition(
+        name=name,
+        methods=tuple(methods),
+        files=tuple(dict.fromkeys(files)),
+        scenarios=tuple(Scenario(s) for s in dict.fromkeys(scenarios)),
+        snap_gap=float(snap_gap),
+        timeout=timeout,
+        benchmark=benchmark,
+        benchmark_directory=_set_of(folder, path.parent),
+        **numbers,
+    )
+
+
+def _set_of(folder: str | None, beside: Path) -> Path | str | None:
+    """A labelled set as a study file names it: a word of the package's, or a folder."""
+    return folder if folder is None or folder in SETS else (beside / folder).resolve()
+
+
+def _texts(content: dict[str, Any], key: str) -> list[str]:
+    if key not in content:
+        raise StudyError(f"{key} is missing; allowed: a list of one or more texts")
+    value = content[key]
+    if not (isinstance(value, list) and value and all(isinstance(v, str) for v in value)):
+        raise StudyError(f"{key} is {value!r}; allowed: a list of one or more texts")
+    return value
+
+
+def _whole(value: Any, key: str, least: int) -> int:
+    if type(value) is not int or value < least:
+        raise StudyError(f"{key} is {value!r}; allowed: a whole number, {least} or more")
+    return value

@@ -1,0 +1,145 @@
+"""What a study judges, and the labels that go with it when it runs on a labelled set.
+
+A run folder with labels holds ``labels.parquet`` beside ``layouts.json``: a page needs nothing of
+the labelled set itself.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+
+from steadyload.layouts.benchmark import Benchmark, BenchmarkError, load_benchmark
+from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.benchmark.tables import is_table, read_parquet, write_parquet
+from steadyload.layouts.formats import read_written
+from steadyload.layouts.model import Layout
+from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.results import ResultsError
+
+LABELS = pa.schema(
+    [
+        pa.field("layout", pa.string(), nullable=False),
+        pa.field("scenario", pa.string(), nullable=False),
+        pa.field("instance", pa.string(), nullable=False),
+        pa.field("item_count", pa.int16(), nullable=False),
+        pa.field("failing_step", pa.int16()),
+        pa.field("confidence", pa.float64()),
+        pa.field("robust", pa.bool_()),
+        pa.field("offsets", pa.list_(pa.float64())),
+    ]
+)
+"""A row a case. ``instance``: the item list that the layout was packed from. ``failing_step``: the
+label, counted from 0, null for a stable layout. ``confidence``, ``robust``: see
+:func:`steadyload.layouts.benchmark.confidence.confidence`; null where no further judge was asked.
+``offsets``: centre of mass minus geometric centre [cm], x, y, z of item 0, then of item 1, ...;
+null when all are zero."""
+
+_FILE = "labels.parquet"
+
+
+Case = tuple[str, Layout]
+"""A scenario, and the layout as it is judged."""
+
+
+@dataclass(frozen=True)
+class Material:
+    """What a study judges. Layouts and cases come in turn, so that there may be any number.
+
+    Attributes:
+        layouts: as the run folder keeps them, without scenarios; to be gone through once.
+        cases: all cases, from the file that the layouts were written to; each call begins anew.
+        labels: a row a case, :data:`LABELS`; None without labels.
+        about: what a manifest says of the labels; None without labels.
+    """
+
+    layouts: Iterable[Layout]
+    cases: Callable[[Path], Iterable[Case]]
+    labels: pd.DataFrame | None = None
+    about: dict[str, Any] | None = None
+
+
+def own_material(study: StudyDefinition) -> Material:
+    """What a study without labels judges.
+
+    Raises:
+        LayoutError, StudyError: when its layouts are asked for, see
+            :meth:`StudyDefinition.layouts`.
+    """
+    return Material(study.layouts(), lambda kept: study.cases(read_written(kept)))
+
+
+def labelled_material(study: StudyDefinition) -> Material:
+    """What a study on a part of a labelled set judges, and the labels.
+
+    Raises:
+        BenchmarkError: not a labelled set, a damaged one, or it holds no such case.
+    """
+    assert study.benchmark is not None
+    benchmark = load_benchmark(study.benchmark_directory)
+    chosen = benchmark.select(
+        study.benchmark, scenarios=tuple(str(s) for s in study.scenarios), limit=study.limit
+    )
+    cases = [
+        (scenario, benchmark.layout(name, scenario))
+        for name, scenario in zip(chosen["layout"], chosen["scenario"], strict=True)
+    ]
+    layouts = {layout.name: layout for _, layout in cases}
+    centred = [layout.with_mass_offsets(np.zeros((len(layout), 3))) for layout in layouts.values()]
+    labels = _labels(benchmark, chosen)
+    answers = labels.drop(columns="offsets").to_csv(index=False)
+    about = {
+        "part": str(study.benchmark),
+        "cases": len(labels),
+        "hash": hashlib.sha256(answers.encode()).hexdigest()[:16],
+        "natural_stable": benchmark.natural_stable,
+    }
+    if isinstance(study.benchmark_directory, str):
+        about["set"] = study.benchmark_directory
+    return Material(centred, lambda kept: cases, labels, about)
+
+
+def _labels(benchmark: Benchmark, chosen: pd.DataFrame) -> pd.DataFrame:
+    sure = benchmark.confidence[["confidence", "robust"]]
+    return chosen.join(sure, on=KEYS).astype({"robust": "boolean"})[LABELS.names]
+
+
+def write_labels(directory: Path, labels: pd.DataFrame | None) -> None:
+    """Write a run folder's labels, or remove those of an earlier run that had some."""
+    if labels is None:
+        (directory / _FILE).unlink(missing_ok=True)
+    else:
+        write_parquet(directory / _FILE, labels, LABELS)
+
+
+def has_labels(directory: Path) -> bool:
+    """Whether a run folder's labels are there and can be read."""
+    return is_table(directory / _FILE, LABELS)
+
+
+def load_labels(directory: str | Path) -> pd.DataFrame:
+    """The labels of a run folder, columns of :data:`LABELS`, indexed by layout and scenario.
+
+    Numbers and truth values that may be missing come as pandas' nullable types.
+
+    Raises:
+        ResultsError: there are none, or the file is damaged.
+    """
+    try:
+        frame = read_parquet(Path(directory) / _FILE, LABELS)
+    except BenchmarkError as error:
+        raise ResultsError(f"{error}; run the study again to write it anew") from None
+    return frame.astype({"robust": "boolean"}).set_index(KEYS)
+
+
+def labelled_layout(layout: Layout, label: pd.Series) -> Layout:
+    """A case's layout as it was judged, from the run folder's layout and the case's label row."""
+    offsets = label["offsets"]
+    return layout if offsets is None else layout.with_mass_offsets(np.reshape(offsets, (-1, 3)))

@@ -1,0 +1,173 @@
+"""What judging costs, under control: one process, one thread, methods in turns on equal layouts.
+
+Times of a study over several processes are good for ratios at best. Here every method judges a
+block of layouts before it is the next one's turn, so that a slow minute is slow for all of them;
+which one comes first changes from block to block; and all is repeated.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from steadyload.atomic import write_atomically
+from steadyload.layouts.model import Layout
+from steadyload.methods.method import judge
+from steadyload.methods.registry import make_method
+from steadyload.runs.executors import SinglePart, run_units
+from steadyload.runs.results import ResultsError
+from steadyload.runs.units import made_now
+
+BLOCK = 50
+"""Layouts that a method judges in a turn. Whoever has just judged something else pays for it."""
+
+Progress = Callable[[int, int], None]
+
+
+def taken(work: Callable[[], object]) -> tuple[float, float]:
+    """CPU time of this process and wall time that some work takes [ms]."""
+    cpu, wall = time.process_time(), time.perf_counter()
+    work()
+    cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
+    return 1e3 * cpu, 1e3 * wall
+
+
+def machine_load() -> float | None:
+    """Processes that wanted to run in the last minute; None where the system does not tell."""
+    return os.getloadavg()[0] if hasattr(os, "getloadavg") else None
+
+
+@dataclass(frozen=True, slots=True)
+class Turn(SinglePart):
+    """A unit of work: all methods judge all layouts once, in blocks.
+
+    Attributes:
+        methods: spec strings.
+        layouts: that every method judges, one at a time.
+        block: layouts before it is the next method's turn.
+        repeat: which one this is, counted from 0.
+    """
+
+    methods: tuple[str, ...]
+    layouts: tuple[Layout, ...]
+    block: int
+    repeat: int
+
+    def describe(self, part: int) -> str:
+        """The unit for people."""
+        return (
+            f"timing {len(self.methods)} methods on {len(self.layouts)} layouts, "
+            f"repeat {self.repeat}"
+        )
+
+    def identity(self) -> str:
+        """Hash of all that times are of."""
+        made = {spec: dict(made) for spec, made in made_now(self.methods).items()}
+        own = [self.block, self.repeat, Path(__file__).read_text()]
+        content = [made, [layout.content_hash() for layout in self.layouts], own]
+        return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:16]
+
+
+@dataclass(frozen=True)
+class Times:
+    """What was measured.
+
+    Attributes:
+        cpu, wall: by method [ms], shape (repeats, layouts).
+        load: the most processes that wanted to run while times were taken, one of them ours; None
+            where the system does not tell.
+    """
+
+    cpu: dict[str, NDArray[np.float64]]
+    wall: dict[str, NDArray[np.float64]]
+    load: float | None
+
+
+def timed(
+    methods: Sequence[str],
+    layouts: Iterable[Layout],
+    folder: Path,
+    *,
+    repeats: int,
+    block: int = BLOCK,
+    workers: int = 1,
+    progress: Progress = lambda done, total: None,
+) -> Times:
+    """Times of methods on the same layouts; every repeat is kept, and not taken again.
+
+    A repeat counts as taken when methods, layouts, code and packages were the same.
+
+    Args:
+        methods: spec strings; without any there is nothing to time.
+        layouts: that every method judges.
+        folder: where times are kept; made when it does not exist.
+        repeats: how often every layout is judged.
+        block: layouts that a method judges in a turn.
+        workers: 0 times in this process, any other number in one beside it, with a single thread.
+        progress: called with repeats done and repeats in all.
+
+    Raises:
+        ResultsError: a method ended its process.
+        WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
+    """
+    if not methods:
+        return Times({}, {}, None)
+    chosen = tuple(layouts)
+    turns = [Turn(tuple(methods), chosen, block, repeat) for repeat in range(repeats)]
+    files = [folder / f"times-{turn.identity()}.json" for turn in turns]
+    missing = [turn for turn, file in zip(turns, files, strict=True) if not file.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    done = repeats - len(missing)
+    progress(done, repeats)
+    for turn, [found] in run_units(
+        _time, missing, workers=min(workers, 1), crashed=lambda unit, part, why: {"why": why}
+    ):
+        if "why" in found:
+            raise ResultsError(f"{turn.describe(0)}: {found['why']}")
+        write_atomically(files[turn.repeat], json.dumps(found) + "\n")
+        done += 1
+        progress(done, repeats)
+    kept = [json.loads(file.read_text()) for file in files]
+    loads = [entry["load"] for entry in kept]
+    cpu, wall = (
+        {spec: np.array([entry[clock][spec] for entry in kept]) for spec in methods}
+        for clock in ("cpu", "wall")
+    )
+    return Times(cpu, wall, None if None in loads else max(loads))
+
+
+def _time(turn: Turn) -> Iterator[dict[str, Any]]:
+    return (_times(turn) for _ in range(1))
+
+
+def _times(turn: Turn) -> dict[str, Any]:
+    methods = {spec: make_method(spec) for spec in turn.methods}
+    for method in methods.values():
+        method.prepare(max(map(len, turn.layouts)))
+        judge(method, turn.layouts[0])
+    before = machine_load()
+    found: dict[str, list[tuple[float, float]]] = {spec: [] for spec in methods}
+    blocks = range(0, len(turn.layouts), turn.block)
+    for number, start in enumerate(blocks):
+        block = turn.layouts[start : start + turn.block]
+        first = (number + turn.repeat * len(blocks)) % len(methods)
+        for spec in [*turn.methods[first:], *turn.methods[:first]]:
+            method = methods[spec]
+            judge(method, block[0])  # what the one before left in the caches is not its fault
+            found[spec] += [taken(partial(judge, method, layout)) for layout in block]
+    after = machine_load()
+    return {
+        "load": None if before is None or after is None else max(before, after),
+        "cpu": {spec: [cpu for cpu, _ in each] for spec, each in found.items()},
+        "wall": {spec: [wall for _, wall in each] for spec, each in found.items()},
+    }

@@ -1,0 +1,146 @@
+"""A study's units of work: one method, and cases that it judges one after the other."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib import metadata
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from steadyload.engines.registry import installed_versions
+from steadyload.layouts.model import Layout
+from steadyload.methods.method import Method, Status, Verdict, judge
+from steadyload.methods.registry import make_method
+from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.labels import Case
+from steadyload.runs.results import ResultsError, SCHEMA_VERSION, judged_by, result_row
+
+Row = dict[str, Any]
+"""A row of :data:`steadyload.runs.results.SCHEMA`."""
+
+MadeBy = Mapping[str, str]
+"""What a method's rows come from: a hash of the code, and versions of packages by name."""
+
+_NUMERICS = ("numpy", "scipy")
+
+
+class OtherCodeError(ResultsError):
+    """A process that is to judge has other code, or other packages, than the one that asks it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A unit of work: one method, what it is to judge, and the shard the rows go to.
+
+    A judgement is a repetition, a scenario and a layout; a row each.
+    """
+
+    method: str
+    judgements: tuple[tuple[int, str, Layout], ...]
+    shard: Path
+    made_by: MadeBy
+    timeout: float | None = None
+
+    def __len__(self) -> int:
+        return len(self.judgements)
+
+    def without(self, done: int) -> Unit:
+        """The unit without its first ``done`` judgements."""
+        return replace(self, judgements=self.judgements[done:])
+
+    def describe(self, part: int) -> str:
+        """A judgement for people."""
+        _, scenario, layout = self.judgements[part]
+        return f"{self.method} on layout {layout.name!r} ({scenario})"
+
+
+def made_now(methods: Iterable[str]) -> dict[str, MadeBy]:
+    """What rows of methods would come from, by method, as code and packages are now."""
+    _made_here.cache_clear()
+    return {spec: _made_here(spec) for spec in methods}
+
+
+@cache
+def _made_here(spec: str) -> MadeBy:
+    """What a method's rows come from in this process."""
+    method = make_method(spec)
+    numerics = {name: metadata.version(name) for name in _NUMERICS}
+    return {"code": judged_by(method), **numerics, **installed_versions(method.spec.engine or "")}
+
+
+def study_units(
+    study: StudyDefinition, cases: Iterable[Case], folder: Path, made_by: Mapping[str, MadeBy]
+) -> Iterator[Unit]:
+    """The study in parts, as they are asked for: every method on the first cases, then the next.
+
+    A shard's name is a hash of all that its rows depend on.
+
+    Args:
+        study: what to compare.
+        cases: what is judged, in turn.
+        folder: of the shards.
+        made_by: what a method's rows come from, by method.
+    """
+    ahead = iter(cases)
+    while part := tuple(islice(ahead, study.shard_size)):
+        judgements = tuple(
+            (repetition, scenario, layout)
+            for repetition in range(study.repetitions)
+            for scenario, layout in part
+        )
+        content = [[scenario, lay.name, lay.content_hash()] for scenario, lay in part]
+        for method in study.methods:
+            identity = [method, study.repetitions, study.timeout, SCHEMA_VERSION]
+            identity += [dict(made_by[method]), content]
+            digest = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:20]
+            shard = folder / f"{digest}.parquet"
+            yield Unit(method, judgements, shard, made_by[method], study.timeout)
+
+
+def judge_unit(unit: Unit) -> Iterator[Row]:
+    """Prepare a unit's method, then judge: a row of the results for every judgement, in turn.
+
+    The first layout is judged once beforehand, so that no reported time holds imports, compilation
+    or first connections.
+
+    Raises:
+        OtherCodeError: the rows would not come from what the unit says.
+    """
+    _check(unit)
+    method = make_method(unit.method)
+    method.prepare(max(len(layout) for _, _, layout in unit.judgements))
+    return _rows(method, unit)
+
+
+def _check(unit: Unit) -> None:
+    asked, here = unit.made_by, _made_here(unit.method)
+    if asked != here:
+        names = sorted({*asked, *here})
+        other = [
+            f"{name} {here.get(name, 'missing'):.16} instead of {asked.get(name, 'none'):.16}"
+            for name in names
+            if asked.get(name) != here.get(name)
+        ]
+        raise OtherCodeError(
+            f"{unit.method}: a worker would judge by {', '.join(other)}; allowed: the same on all "
+            "workers, which are to be started anew when it was changed"
+        )
+
+
+def _rows(method: Method, unit: Unit) -> Iterator[Row]:
+    judge(method, unit.judgements[0][2], unit.timeout)
+    for repetition, scenario, layout in unit.judgements:
+        verdict = judge(method, layout, unit.timeout)
+        yield result_row(layout, scenario, method, repetition, verdict)
+
+
+def crashed_row(unit: Unit, part: int, reason: str) -> Row:
+    """The row of a judgement that ends the process it is made in."""
+    repetition, scenario, layout = unit.judgements[part]
+    verdict = Verdict(item_count=len(layout), status=Status.CRASHED, reason=reason)
+    return result_row(layout, scenario, make_method(unit.method), repetition, verdict)

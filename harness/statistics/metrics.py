@@ -1,0 +1,207 @@
+"""Numbers with intervals. Every function is pure and deterministic.
+
+Cases that share a layout (the same geometry in several scenarios), or an item list that several
+layouts were packed from, are not independent. Wherever such cases are pooled, ``clusters`` says
+which belong together, and intervals are as wide as the number of *clusters* allows.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+
+from steadyload.statistics.estimate import Estimate
+
+_Z = 1.959963984540054
+_RESAMPLES = 2000
+_SEED = 0
+_NOTHING = Estimate(math.nan, math.nan, math.nan, 0)
+
+
+def share(hits: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
+    """A proportion with its 95 % Wilson interval.
+
+    With clusters, the interval is taken at the effective sample size p (1 - p) / Var(p), where the
+    variance is that between clusters (Kish's design effect), at least the size that clusters of one
+    opinion each would have (their number, where they are of one size) and at most n.
+
+    Args:
+        hits: what happened in each case, as booleans.
+        clusters: a label for each case; cases with equal labels belong together.
+    """
+    happened = np.asarray(hits, dtype=float)
+    n = len(happened)
+    if n == 0:
+        return _NOTHING
+    p = float(happened.mean())
+    low, high = _wilson(p, effective_size(happened, clusters))
+    return Estimate(p, low, high, n)
+
+
+def mean(values: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
+    """A mean with its 95 % percentile-bootstrap interval (2000 resamples of clusters, fixed seed).
+
+    Args:
+        values: a number for each case.
+        clusters: a label for each case; cases with equal labels are drawn together.
+    """
+    array = np.asarray(values, dtype=float)
+    if len(array) == 0:
+        return _NOTHING
+    sums, sizes = _cluster_sums(array, clusters)
+    means = [sums[drawn].sum(axis=1) / sizes[drawn].sum(axis=1) for drawn in resamples(len(sums))]
+    low, high = np.quantile(np.concatenate(means), (0.025, 0.975))
+    return Estimate(float(array.mean()), float(low), float(high), len(array))
+
+
+def ratio(above: ArrayLike, below: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
+    """The ratio of two means over the same cases, with a 95 % percentile-bootstrap interval.
+
+    Args:
+        above: a number for each case.
+        below: another, of a mean above 0.
+        clusters: a label for each case; cases with equal labels are drawn together.
+    """
+    over, under = np.asarray(above, dtype=float), np.asarray(below, dtype=float)
+    if len(over) == 0:
+        return _NOTHING
+    top, _ = _cluster_sums(over, clusters)
+    bottom, _ = _cluster_sums(under, clusters)
+    drawn_ratios = [top[d].sum(axis=1) / bottom[d].sum(axis=1) for d in resamples(len(top))]
+    low, high = np.quantile(np.concatenate(drawn_ratios), (0.025, 0.975))
+    return Estimate(float(over.sum() / under.sum()), float(low), float(high), len(over))
+
+
+def weighted_share(
+    hits: ArrayLike,
+    strata: ArrayLike,
+    weights: Mapping[str, float],
+    clusters: ArrayLike | None = None,
+) -> Estimate:
+    """The shares of several strata, weighted, with a 95 % percentile-bootstrap interval.
+
+    Resamples draw clusters over all strata at once. One in which a stratum has no case says
+    nothing and is left out.
+
+    Args:
+        hits: what happened in each case, as booleans.
+        strata: the stratum of each case; cases of strata without a weight are left out.
+        weights: by stratum, 0 or more, not all 0; they are taken relative to their sum.
+        clusters: a label for each case; cases with equal labels are drawn together.
+
+    Returns:
+        Not a number where a stratum of weight above 0 has no case.
+    """
+    used = {stratum: weight for stratum, weight in weights.items() if weight > 0.0}
+    member = pd.Index(list(used)).get_indexer(np.asarray(strata, dtype=object))
+    kept = member >= 0
+    happened, member = np.asarray(hits, dtype=float)[kept], member[kept]
+    if len(set(member.tolist())) < len(used):
+        return _NOTHING
+    group = np.arange(len(kept)) if clusters is None else np.asarray(clusters)
+    _, group = np.unique(group[kept], return_inverse=True)
+    shape = (int(group.max()) + 1, len(used))
+    sums, sizes = np.zeros(shape), np.zeros(shape)
+    np.add.at(sums, (group, member), happened)
+    np.add.at(sizes, (group, member), 1.0)
+    factors = np.array(list(used.values())) / sum(used.values())
+    found = []
+    for drawn in resamples(shape[0]):
+        counts = sizes[drawn].sum(axis=1)
+        whole = (counts > 0.0).all(axis=1)
+        found.append((sums[drawn].sum(axis=1)[whole] / counts[whole]) @ factors)
+    whole_ones = np.concatenate(found)
+    low, high = np.quantile(whole_ones, (0.025, 0.975)) if len(whole_ones) else (math.nan, math.nan)
+    value = (sums.sum(axis=0) / sizes.sum(axis=0)) @ factors
+    return Estimate(float(value), float(low), float(high), len(happened))
+
+
+def outcomes(results: pd.DataFrame) -> pd.DataFrame:
+    """What each method said of each case: rows (layout, scenario), a column per method.
+
+    A value is the failing step, the number of items for a stable layout (so that equal values mean
+    equal verdicts), and missing where a method has no verdict. Of several repetitions the first
+    counts.
+    """
+    first = results[results["repetition"] == 0]
+    said = first["failing_step"].fillna(first["item_count"]).where(first["status"] == "done")
+    table = first.assign(said=said).pivot(
+        index=["layout", "scenario"], columns="method", values="said"
+    )
+    return table.astype("Int32")
+
+
+def agreement(
+    said: pd.DataFrame, first: str, second: str, clusters: ArrayLike | None = None
+) -> Estimate:
+    """Share of cases with the same failing step; a missing verdict agrees with nothing.
+
+    Args:
+        said: as :func:`outcomes` gives it.
+        first: one of its columns.
+        second: another.
+        clusters: a label for each case; None takes the layouts.
+    """
+    together = said.index.get_level_values("layout") if clusters is None else clusters
+    return share(same(said, first, second), together)
+
+
+def same(said: pd.DataFrame, first: str, second: str) -> NDArray[np.bool_]:
+    """Case by case: both methods have a verdict, and it is the same."""
+    return (said[first] == said[second]).fillna(False).to_numpy(bool)
+
+
+def resamples(count: int) -> Iterator[NDArray[np.int64]]:
+    """The clusters that every resample of ``count`` of them draws, the same at every call.
+
+    Yields:
+        Blocks that fit in memory, shape (resamples, count).
+    """
+    random = np.random.default_rng(_SEED)
+    block = max(1, 4_000_000 // count)
+    for start in range(0, _RESAMPLES, block):
+        yield random.integers(0, count, (min(block, _RESAMPLES - start), count))
+
+
+def effective_size(hits: ArrayLike, clusters: ArrayLike | None) -> float:
+    """How many independent cases tell as much of a proportion as these do, see :func:`share`.
+
+    Args:
+        hits: what happened in each case, as booleans.
+        clusters: a label for each case; cases with equal labels belong together.
+    """
+    happened = np.asarray(hits, dtype=float)
+    n, p = len(happened), float(happened.mean())
+    sums, sizes = _cluster_sums(happened, clusters)
+    count = len(sums)
+    if count == n:
+        return n
+    alike = n * n / float((sizes * sizes).sum())  # clusters of one opinion each
+    if count == 1 or p in (0.0, 1.0):
+        return alike
+    spread = ((sums - p * sizes) ** 2).sum() / (n * n) * count / (count - 1)
+    return float(np.clip(p * (1 - p) / max(spread, 1e-300), alike, n))
+
+
+def _wilson(p: float, n: float) -> tuple[float, float]:
+    z2 = _Z * _Z
+    middle = (p + z2 / (2 * n)) / (1 + z2 / n)
+    half = _Z / (1 + z2 / n) * math.sqrt(p * (1 - p) / n + z2 / (4 * n * n))
+    # At p = 0 and p = 1 the formula's own end is exact; floating point may miss it by an ulp.
+    low = 0.0 if p == 0.0 else max(0.0, middle - half)
+    high = 1.0 if p == 1.0 else min(1.0, middle + half)
+    return low, high
+
+
+def _cluster_sums(
+    values: NDArray[np.float64], clusters: ArrayLike | None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Sum and size of every cluster; without clusters every value is its own."""
+    if clusters is None:
+        return values, np.ones(len(values))
+    _, member = np.unique(np.asarray(clusters), return_inverse=True)
+    return np.bincount(member, weights=values).astype(float), np.bincount(member).astype(float)

@@ -1,0 +1,92 @@
+"""Whether probabilities keep what they say, and what not judging the unsure cases gives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.reliability import Abstention, Reliability, ReliabilityBin
+from steadyload.statistics.metrics import mean, resamples, share
+
+BINS = 10
+EDGES = tuple(number / BINS for number in range(BINS + 1))
+"""Of bins of equal width, from 0 to 1."""
+
+UNSURE = 0.1
+"""The share of cases that are not judged."""
+
+_CURVE = 20
+"""Places of the curve of risk against coverage."""
+
+
+def reliability(
+    said: ArrayLike,
+    happened: ArrayLike,
+    clusters: ArrayLike,
+    edges: Sequence[float] = EDGES,
+) -> Reliability:
+    """How probabilities keep what they say.
+
+    The interval of the expected calibration error is a percentile bootstrap over clusters. Noise
+    moves every bin away from its line, so that an interval leans upward, and that of a judge
+    without any error does not hold 0.
+
+    Args:
+        said: probabilities, 0 to 1, one or more.
+        happened: whether each came true.
+        clusters: a label for each; those of equal labels belong together.
+        edges: of the bins, rising from 0 to 1; a probability on an edge is in the upper bin.
+    """
+    p, y = np.asarray(said, dtype=float), np.asarray(happened, dtype=float)
+    _, member = np.unique(np.asarray(clusters), return_inverse=True)
+    count = len(edges) - 1
+    where = np.minimum(np.searchsorted(edges, p, side="right") - 1, count - 1)
+    shape = (int(member.max()) + 1, count)
+    gaps, sizes = np.zeros(shape), np.zeros(shape)
+    np.add.at(gaps, (member, where), p - y)
+    np.add.at(sizes, (member, where), 1.0)
+    drawn = np.concatenate(
+        [
+            np.abs(gaps[d].sum(axis=1)).sum(axis=1) / sizes[d].sum(axis=(1, 2))
+            for d in resamples(shape[0])
+        ]
+    )
+    low, high = np.quantile(drawn, (0.025, 0.975))
+    error = float(np.abs(gaps.sum(axis=0)).sum() / len(p))
+    bins = []
+    for number, ends in enumerate(pairwise(edges)):
+        inside = where == number
+        if inside.any():
+            happening = share(y[inside], member[inside])
+            bins.append(ReliabilityBin(*ends, float(p[inside].mean()), happening))
+    return Reliability(
+        mean((p - y) ** 2, member), Estimate(error, float(low), float(high), len(p)), tuple(bins)
+    )
+
+
+def abstention(sure: ArrayLike, right: ArrayLike, clusters: ArrayLike) -> Abstention:
+    """What is won by not judging the tenth that a judge is least sure of.
+
+    Args:
+        sure: how sure it is of each case, 0 to 1.
+        right: whether it is right.
+        clusters: a label for each; those of equal labels belong together.
+    """
+    certain, hits = np.asarray(sure, dtype=float), np.asarray(right, dtype=bool)
+    together = np.asarray(clusters)
+    order = np.argsort(-certain, kind="stable")
+    judged = len(order) - round(UNSURE * len(order))
+    first, last = order[:judged], order[judged:]
+    wrong = np.cumsum(~hits[order]) / np.arange(1, len(order) + 1)
+    places = [max(1, round(k / _CURVE * len(order))) for k in range(1, _CURVE + 1)]
+    return Abstention(
+        least=float(certain[first].min()),
+        every=share(hits, together),
+        sure=share(hits[first], together[first]),
+        unsure=share(hits[last], together[last]),
+        curve=tuple((place / len(order), float(wrong[place - 1])) for place in places),
+    )

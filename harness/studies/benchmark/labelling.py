@@ -1,0 +1,320 @@
+"""Labels for a set of layouts: traces by the reference, splits, and what other judges say.
+
+A folder is worked on in place. ``traces/`` and ``opinions/`` in it hold what is computed, in shards
+that are whole or not there: an interrupted run goes on where it was.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from steadyload.engines.registry import installed_versions
+from steadyload.layouts.benchmark.build import BuildOptions, build
+from steadyload.layouts.benchmark.confidence import Reason
+from steadyload.layouts.benchmark.dataset import Benchmark, load_benchmark
+from steadyload.layouts.benchmark.splits import (
+    SplitSizes,
+    assign_splits,
+    drawn_instances,
+)
+from steadyload.layouts.benchmark.tables import (
+    BenchmarkError,
+    CASES,
+    OPINIONS,
+    UNLABELLED,
+    is_table,
+    read_parquet,
+    read_tables,
+    refuse_foreign,
+    write_parquet,
+    write_tables,
+)
+from steadyload.layouts.model import Layout
+from steadyload.methods.method import Status
+from steadyload.methods.registry import make_method
+from steadyload.studies.benchmark import label_rows
+from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.executors import IN_THIS_PROCESS, run_units
+from steadyload.studies.benchmark.label_rows import (
+    LABEL,
+    LIMITS,
+    TRACES,
+    TraceUnit,
+    crashed_row,
+    trace_unit,
+)
+from steadyload.runs.results import code_fingerprint, load_results, provenance
+from steadyload.runs.runner import locked, run_study
+
+_SHARD = 48
+
+
+@dataclass(frozen=True, slots=True)
+class Judge:
+    """A further judge of validation and test, and why it could disagree with the label."""
+
+    reason: Reason
+    spec: str
+
+
+JUDGES: tuple[Judge, ...] = (
+    Judge(Reason.NUMERICAL, f"{LABEL}:tolerance=1e-6"),
+    Judge(Reason.NUMERICAL, f"{LABEL}:jitter=1e-5"),
+    Judge(Reason.NUMERICAL, f"{LABEL}:jitter=1e-4"),
+    # A hundredth of the stiffness: the limit that light items' contacts keep is a rate, its root.
+    Judge(Reason.MODEL, f"{LABEL}:stiffness=1e7,most_rate=3e3"),
+    Judge(Reason.MODEL, f"{LABEL}:friction=0.4"),
+    Judge(Reason.MODEL, f"{LABEL}:friction=0.6"),
+    Judge(Reason.MODEL, f"{LABEL}:damping_time=3e-4"),
+    Judge(Reason.LOADING, f"{LABEL}:between_steps=carry"),
+    Judge(Reason.ENGINE, "label@mujoco:frequency=1000"),
+    Judge(Reason.ENGINE, "label@bullet:frequency=480"),
+)
+"""Those that simulate anew; thresholds and times (``limits``) are read off the traces."""
+
+FEW_JUDGES = tuple(
+    judge
+    for judge in JUDGES
+    if judge.spec in (f"{LABEL}:tolerance=1e-6", f"{LABEL}:friction=0.4", f"{LABEL}:friction=0.6")
+)
+"""One numerical judge and two of the model, for minutes instead of hours, and a weaker ``robust``:
+jitter opens and closes every contact, which costs the reference ten times as much."""
+
+PANELS: Mapping[str, tuple[Judge, ...]] = {"all": JUDGES, "few": FEW_JUDGES, "none": ()}
+"""Further judges by the name of their panel."""
+
+
+def build_set(
+    options: BuildOptions,
+    directory: Path,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> int:
+    """Write the layouts and unlabelled cases to ``directory``; returns the number of cases.
+
+    Raises:
+        PackingError: an option that cannot be.
+        BenchmarkError: the folder already holds a set.
+    """
+    if (directory / "manifest.json").exists():
+        raise BenchmarkError(f"{directory}: already holds something; choose another folder")
+    refuse_foreign(directory)
+    layouts, cases = build(options, progress)
+    manifest = {
+        "origin": "generated",
+        "seed": options.seed,
+        "instances": options.instances,
+        "item_counts": {str(k): v for k, v in options.item_counts.items()},
+        "weights": str(options.weights),
+        "planar": options.planar,
+        "fewest_items": options.fewest_items,
+        "splits": dataclasses.asdict(options.splits),
+        "built_with": provenance(),
+    }
+    write_unlabelled(directory, layouts, cases, manifest)
+    return len(cases)
+
+
+def write_unlabelled(
+    directory: Path,
+    layouts: pd.DataFrame,
+    cases: Sequence[tuple[str, Layout]],
+    manifest: dict[str, Any],
+) -> None:
+    """Write a set that nobody has judged yet.
+
+    Args:
+        directory: made when it does not exist.
+        layouts: a row a geometry, :data:`steadyload.layouts.benchmark.tables.LAYOUTS`.
+        cases: scenario and layout with its centres of mass; names as in ``layouts``.
+        manifest: says at least the ``seed`` of the splits.
+    """
+    rows = [
+        {
+            "layout": layout.name,
+            "scenario": scenario,
+            "item_count": len(layout),
+            "offsets": layout.mass_offsets.ravel().tolist() if layout.mass_offsets.any() else None,
+            "status": UNLABELLED,
+        }
+        for scenario, layout in cases
+    ]
+    frame = pd.DataFrame(rows).reindex(columns=CASES.names)
+    write_tables(directory, layouts, frame, _no_opinions(), manifest)
+
+
+def label_set(
+    directory: Path,
+    *,
+    sizes: SplitSizes | None = None,
+    judges: Sequence[Judge] = JUDGES,
+    workers: int = IN_THIS_PROCESS,
+    progress: Callable[[str, int, int], None] = lambda what, done, total: None,
+) -> None:
+    """Label all cases of a folder, split them, and ask further judges of validation and test.
+
+    Args:
+        directory: as :func:`build_set` leaves it; labels are written into its tables.
+        sizes: of validation and test; None for those of the manifest, :func:`split_sizes`.
+        judges: the further judges.
+        workers: see :func:`steadyload.runs.runner.run_study`.
+        progress: called with what is done, cases done and cases in all.
+
+    Raises:
+        BenchmarkError: no such folder, one of an imported set, or too few stable or unstable cases
+            for the splits.
+        ResultsError: another run is at work in the folder.
+        EngineNotInstalledError: a judge's engine is missing.
+        WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
+    """
+    manifest = read_tables(directory)[3]
+    if manifest.get("origin") == "imported" or "seed" not in manifest:
+        raise BenchmarkError(f"{directory}: was not made by `benchmark build`; its labels stay")
+    for judge in judges:
+        make_method(judge.spec).prepare()
+    with locked(directory):
+        _label(directory, sizes or split_sizes(manifest), judges, workers, progress)
+
+
+def split_sizes(manifest: Mapping[str, Any]) -> SplitSizes:
+    """What is held out of a set, by its manifest: as built, or as labelled last.
+
+    Raises:
+        BenchmarkError: the manifest's sizes cannot be.
+    """
+    try:
+        return SplitSizes(**manifest.get("splits", {}))
+    except TypeError:
+        raise BenchmarkError(f"manifest: splits is {manifest['splits']!r}") from None
+
+
+def _label(
+    directory: Path,
+    sizes: SplitSizes,
+    judges: Sequence[Judge],
+    workers: int,
+    progress: Callable[[str, int, int], None],
+) -> None:
+    traces = _traced(directory, workers, lambda done, total: progress("labels", done, total))
+    layouts, cases, _, manifest = read_tables(directory)
+    kept = ["offsets", "split", "rank"]
+    cases = cases[["layout", "scenario", *kept]].merge(
+        traces, on=["layout", "scenario"], how="left", validate="1:1"
+    )
+    groups = layouts.set_index("layout")[["instance", "item_class"]]
+    cases = assign_splits(cases.join(groups, on="layout"), seed=manifest["seed"], sizes=sizes)
+    asked = cases[cases["split"].isin(("validation", "test"))]
+    opinions = _limits(asked)
+    manifest = {
+        **manifest,
+        "label": LABEL,
+        "splits": dataclasses.asdict(sizes),
+        "labelled_with": provenance(),
+    }
+    write_tables(directory, layouts, cases, opinions, manifest)
+    for part in ("validation", "test"):
+        said = _asked(directory, part, judges, workers, progress)
+        opinions = pd.concat([opinions, said], ignore_index=True)
+    write_tables(directory, layouts, cases, opinions, manifest)
+
+
+def _traced(directory: Path, workers: int, progress: Callable[[int, int], None]) -> pd.DataFrame:
+    """Traces of all cases, computed where they are missing."""
+    benchmark = load_benchmark(directory)
+    names = zip(benchmark.cases["scenario"], benchmark.cases["layout"], strict=True)
+    cases = [(scenario, benchmark.layout(name, scenario)) for scenario, name in names]
+    folder = directory / "traces"
+    folder.mkdir(exist_ok=True)
+    for unfinished in folder.glob(".*.parquet.*"):
+        unfinished.unlink()
+    rules = Path(label_rows.__file__).read_bytes()
+    made_by = [
+        code_fingerprint(),
+        hashlib.sha256(rules).hexdigest(),
+        installed_versions("reference"),
+    ]
+    units = []
+    for start in range(0, len(cases), _SHARD):
+        part = tuple(cases[start : start + _SHARD])
+        identity = [*made_by, [[s, lay.name, lay.content_hash()] for s, lay in part]]
+        digest = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:20]
+        units.append(TraceUnit(part, folder / f"{digest}.parquet"))
+    missing = [unit for unit in units if not is_table(unit.shard, TRACES)]
+    missing.sort(key=_turn(benchmark))
+    done = len(cases) - sum(len(unit.cases) for unit in missing)
+    progress(done, len(cases))
+    for unit, rows in run_units(trace_unit, missing, workers=workers, crashed=crashed_row):
+        write_parquet(unit.shard, pd.DataFrame(rows).reindex(columns=TRACES.names), TRACES)
+        done += len(rows)
+        progress(done, len(cases))
+    return pd.concat([read_parquet(u.shard, TRACES) for u in units], ignore_index=True)
+
+
+def _turn(benchmark: Benchmark) -> Callable[[TraceUnit], int]:
+    """Held-out instances come first, so that further judges can be asked of them early."""
+    classes = benchmark.cases.join(benchmark.layouts["item_class"], on="layout")
+    rounds = drawn_instances(classes, seed=benchmark.manifest["seed"])
+    turn = {name: k for k, members in enumerate(rounds) for name in members}
+    instances = benchmark.layouts["instance"]
+    return lambda unit: min(turn[instances[layout.name]] for _, layout in unit.cases)
+
+
+def _limits(cases: pd.DataFrame) -> pd.DataFrame:
+    """What other thresholds and times make of the traces."""
+    said = [
+        cases[["layout", "scenario"]].assign(
+            reason=str(Reason.LIMITS),
+            judge=str(make_method(spec).spec),
+            status=str(Status.DONE),
+            failing_step=cases[spec],
+        )
+        for spec in LIMITS
+    ]
+    return pd.concat(said, ignore_index=True)
+
+
+def _asked(
+    directory: Path,
+    part: str,
+    judges: Sequence[Judge],
+    workers: int,
+    progress: Callable[[str, int, int], None],
+) -> pd.DataFrame:
+    """What the judges say of a part."""
+    reasons = {str(make_method(j.spec).spec): str(j.reason) for j in judges}
+    if not reasons:
+        return _no_opinions()
+    study = StudyDefinition(
+        name=f"opinions on {part}",
+        methods=tuple(reasons),
+        benchmark=part,
+        benchmark_directory=directory,
+        shard_size=50,
+    )
+    (directory / "opinions").mkdir(exist_ok=True)
+    folder = directory / "opinions" / part
+    run_study(
+        study, folder, workers=workers, progress=lambda done, total: progress(part, done, total)
+    )
+    rows = load_results(folder)
+    return pd.DataFrame(
+        {
+            "layout": rows["layout"],
+            "scenario": rows["scenario"],
+            "reason": rows["method"].map(reasons),
+            "judge": rows["method"],
+            "status": rows["status"],
+            "failing_step": rows["failing_step"].astype("Int16"),
+        }
+    )
+
+
+def _no_opinions() -> pd.DataFrame:
+    return pd.DataFrame({f.name: pd.Series(dtype=object) for f in OPINIONS})

@@ -1,0 +1,289 @@
+"""From a labelled set to the records that its page shows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+
+from steadyload.layouts.benchmark.confidence import ENSEMBLE, Reason, agrees
+from steadyload.layouts.benchmark.dataset import Benchmark, KEYS
+from steadyload.layouts.benchmark.tables import BenchmarkError
+from steadyload.layouts.scenarios import Scenario
+from steadyload.studies.benchmark.records import (
+    BenchmarkSummary,
+    ClassCount,
+    FailureReason,
+    Firmness,
+    JudgeAgreement,
+    NaturalStable,
+    RobustDispute,
+    SplitCount,
+)
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.metrics import mean, share
+from steadyload.runs.results import provenance_lines
+
+PUBLISHED_STABLE: Mapping[str, float] = {"S1": 0.790, "S2a": 0.760, "S2b": 0.708}
+"""Share of stable layouts in the paper's sub-dataset 2, before balancing."""
+
+_THRESHOLD_T, _THRESHOLD_R = 9.9995, 9.9995
+"""10 cm, 10 degrees, as stored movements show them: rounded to thousandths."""
+
+_BINS = 10
+STABLE = "stable"
+
+
+def made_with(benchmark: Benchmark) -> dict[str, str]:
+    """What a set was made with, as a page shows it."""
+    manifest, lines = benchmark.manifest, {}
+    for key in ("origin", "seed", "instances", "item_counts", "weights", "label", "source"):
+        if key in manifest:
+            lines[key.replace("_", " ")] = str(manifest[key])
+    for step in ("built_with", "labelled_with"):
+        if step in manifest:
+            made = provenance_lines(manifest[step])
+            lines |= {f"{step.replace('_', ' ')}: {k}": v for k, v in made.items()}
+    return lines
+
+
+def summarise(benchmark: Benchmark) -> BenchmarkSummary:
+    """Counts, shares and agreements of a labelled set; every interval resamples item lists.
+
+    Raises:
+        BenchmarkError: nothing is labelled.
+    """
+    cases = benchmark.cases
+    done = cases[cases["status"] == "done"]
+    if done.empty:
+        raise BenchmarkError("nothing in this set is labelled yet")
+    packings = benchmark.layouts["sources"].map(len)
+    done = done.assign(packings=packings.reindex(done["layout"]).to_numpy())
+    scenarios = [str(s) for s in Scenario if (done["scenario"] == str(s)).any()]
+    counts = benchmark.layouts["sizes"].map(len) // 3
+    sizes = counts.value_counts().sort_index()
+    said = _test_opinions(benchmark)
+    return BenchmarkSummary(
+        layouts=len(benchmark.layouts),
+        cases=len(cases),
+        instances=benchmark.layouts["instance"].nunique(),
+        without_label=len(cases) - len(done),
+        classes=tuple(_classes(benchmark, done, counts)),
+        splits=tuple(_splits(done, scenarios)),
+        natural=tuple(_natural(done[done["scenario"] == s], s) for s in scenarios),
+        item_counts={int(k): int(v) for k, v in sizes.items()},
+        scores={s: _scores(done[done["scenario"] == s]) for s in scenarios},
+        reasons=tuple(_reasons(done, scenarios)),
+        firmness=tuple(_firmness(benchmark, done, scenarios)),
+        judges=tuple(_judges(said, scenarios)),
+        disputes=tuple(_disputes(benchmark, said)),
+    )
+
+
+def _classes(benchmark: Benchmark, done: pd.DataFrame, counts: pd.Series) -> list[ClassCount]:
+    rows = []
+    classes = benchmark.layouts["item_class"].reindex(done["layout"]).to_numpy()
+    for number, group in benchmark.layouts.groupby("item_class"):
+        own = done[classes == number]
+        rows.append(
+            ClassCount(
+                item_class=int(number),
+                instances=group["instance"].nunique(),
+                layouts=len(group),
+                items=mean(counts[group.index], group["instance"]),
+                stable=share(own["failing_step"].isna(), own["instance"]),
+            )
+        )
+    return rows
+
+
+def _splits(done: pd.DataFrame, scenarios: list[str]) -> list[SplitCount]:
+    rows = []
+    for split in ("train", "validation", "test", None):
+        own = done[done["split"].isna() if split is None else done["split"] == split]
+        for scenario in scenarios:
+            part = own[own["scenario"] == scenario]
+            stable = int(part["failing_step"].isna().sum())
+            rows.append(SplitCount(split, scenario, part["instance"].nunique(), len(part), stable))
+    return rows
+
+
+def _natural(done: pd.DataFrame, scenario: str) -> NaturalStable:
+    known = not done["failing_step_paper"].isna().all()
+    stable, paper = done["failing_step"].fillna(-1), done["failing_step_paper"].fillna(-1)
+    return NaturalStable(
+        scenario=scenario,
+        stable=share(stable == -1, done["instance"]),
+        packings=_of_packings(stable == -1, done["packings"], done["instance"]),
+        criterion_paper=share(paper == -1, done["instance"]) if known else None,
+        other_label=share(stable != paper, done["instance"]) if known else None,
+        published=PUBLISHED_STABLE.get(scenario),
+    )
+
+
+def _of_packings(stable: pd.Series, packings: pd.Series, instances: pd.Series) -> Estimate:
+    """Share of stable cases when every packing counts, as files of the published set do."""
+    rows = stable.index.repeat(packings)
+    return share(stable.loc[rows], instances.loc[rows])
+
+
+def _scores(done: pd.DataFrame) -> tuple[int, ...]:
+    """Cases by loading stability: ten bins below 1, and the stable ones."""
+    failed = done.dropna(subset=["failing_step"]).astype({"failing_step": int, "item_count": int})
+    tenth = _BINS * failed["failing_step"] // failed["item_count"]  # whole numbers: 0.3 is 0.3
+    counts = np.bincount(tenth, minlength=_BINS)
+    return (*counts.tolist(), len(done) - len(failed))
+
+
+def _reasons(done: pd.DataFrame, scenarios: list[str]) -> list[FailureReason]:
+    """What happens at the failing step, as shares of the unstable cases."""
+    known = done["corner_last"].notna() & done["margin"].notna()
+    failed = done[done["failing_step"].notna() & known]
+    if failed.empty:
+        return []
+    rows = pd.DataFrame([_at_failure(row) for row in failed.itertuples(index=False)], failed.index)
+    titles = {
+        "shift": "beyond 10 cm only",
+        "turn": "beyond 10 degrees only",
+        "both": "beyond both",
+        "placed": "the item just placed moves furthest",
+        "balance": "no equilibrium (margin below 0)",
+        "recent": "at the last item of the layout",
+    }
+    found = []
+    for key, title in titles.items():
+        shares: dict[str, Estimate] = {}
+        for scenario in scenarios:
+            own = failed["scenario"] == scenario
+            shares[scenario] = share(rows[key][own], failed["instance"][own])
+        found.append(FailureReason(title, shares))
+    return found
+
+
+def _at_failure(row: object) -> dict[str, bool]:
+    step = int(row.failing_step)  # type: ignore[attr-defined]
+    shift = row.corner_last[step] > _THRESHOLD_T  # type: ignore[attr-defined]
+    turn = row.angle_last[step] > _THRESHOLD_R  # type: ignore[attr-defined]
+    return {
+        "shift": bool(shift and not turn),
+        "turn": bool(turn and not shift),
+        "both": bool(shift and turn),
+        "placed": int(row.moved[step]) == step,  # type: ignore[attr-defined]
+        "balance": bool(row.margin[step] < 0.0),  # type: ignore[attr-defined]
+        "recent": step == int(row.item_count) - 1,  # type: ignore[attr-defined]
+    }
+
+
+def _firmness(benchmark: Benchmark, done: pd.DataFrame, scenarios: list[str]) -> list[Firmness]:
+    known = done.merge(benchmark.confidence.reset_index(), on=KEYS, how="inner")
+    known = known[known["robust"].notna()]
+    rows = []
+    for split in ("validation", "test"):
+        for scenario in scenarios:
+            own = known[(known["split"] == split) & (known["scenario"] == scenario)]
+            if len(own):
+                rows.append(
+                    Firmness(
+                        split=split,
+                        scenario=scenario,
+                        confidence=mean(own["confidence"], own["instance"]),
+                        robust=share(own["robust"].astype(bool), own["instance"]),
+                        parts={str(r): mean(own[str(r)], own["instance"]) for r in ENSEMBLE},
+                    )
+                )
+    return rows
+
+
+def _test_opinions(benchmark: Benchmark) -> pd.DataFrame:
+    """Opinions on the test split, with label, instance, robustness and agreement."""
+    test = benchmark.cases[benchmark.cases["split"] == "test"]
+    columns = [*KEYS, "instance", "item_count", "failing_step"]
+    said = benchmark.opinions.merge(
+        test[columns].rename(columns={"failing_step": "label"}), on=KEYS, how="inner"
+    )
+    robust = benchmark.confidence["robust"].rename("robust").reset_index()
+    said = said.merge(robust, on=KEYS, how="left")
+    return said.assign(agrees=agrees(benchmark.cases, said).to_numpy())
+
+
+def _judges(said: pd.DataFrame, scenarios: list[str]) -> list[JudgeAgreement]:
+    """Agreement of every judge, from what :func:`_test_opinions` gives."""
+    order = [str(r) for r in Reason]
+    rows = []
+    for reason in order:
+        part = said[said["reason"] == reason]
+        for judge in part["judge"].unique():
+            own = part[part["judge"] == judge]
+            firm = own[own["robust"].fillna(False).astype(bool)]
+            answered = own[own["status"] == "done"]
+            label = answered["label"].fillna(answered["item_count"]).astype(int)
+            step = answered["failing_step"].fillna(answered["item_count"]).astype(int)
+            rows.append(
+                JudgeAgreement(
+                    reason=reason,
+                    judge=str(judge),
+                    by_scenario={
+                        s: share(
+                            own["agrees"][own["scenario"] == s],
+                            own["instance"][own["scenario"] == s],
+                        )
+                        for s in scenarios
+                    },
+                    pooled=share(own["agrees"], own["instance"]),
+                    robust=None
+                    if reason in [str(r) for r in ENSEMBLE]
+                    else share(firm["agrees"], firm["instance"]),
+                    earlier=int((step < label).sum()),
+                    later=int((step > label).sum()),
+                    without_verdict=len(own) - len(answered),
+                )
+            )
+    return rows
+
+
+def _disputes(benchmark: Benchmark, said: pd.DataFrame) -> list[RobustDispute]:
+    """Robust labels of the test split that some engine disagrees with."""
+    engines = said[(said["reason"] == str(Reason.ENGINE)) & said["robust"].fillna(False)]
+    traces = benchmark.cases.set_index(KEYS)
+    rows = []
+    for (name, scenario), group in engines[~engines["agrees"]].groupby(KEYS):
+        every = engines[(engines["layout"] == name) & (engines["scenario"] == scenario)]
+        case = traces.loc[(name, scenario)]
+        count = int(case["item_count"])
+        steps = [
+            _step(case["failing_step"], count),
+            *(_step(v, count) for v in group["failing_step"]),
+        ]
+        first = min(min(steps), count - 1)
+        seen = case["corner_last"] is not None and first < len(case["corner_last"])
+        rows.append(
+            RobustDispute(
+                layout=str(name),
+                scenario=str(scenario),
+                item_count=count,
+                label=_said(case["failing_step"], "done"),
+                said={
+                    str(j): _said(f, s)
+                    for j, f, s in zip(
+                        every["judge"], every["failing_step"], every["status"], strict=True
+                    )
+                },
+                step=first,
+                corner=float(case["corner_last"][first]) if seen else math.nan,
+                angle=float(case["angle_last"][first]) if seen else math.nan,
+                margin=float(case["margin"][first]) if seen else None,
+            )
+        )
+    return rows
+
+
+def _step(value: object, item_count: int) -> int:
+    return item_count if pd.isna(value) else int(value)  # type: ignore[call-overload]
+
+
+def _said(step: object, status: str) -> str:
+    if status != "done":
+        return status
+    return STABLE if pd.isna(step) else str(int(step))  # type: ignore[call-overload]

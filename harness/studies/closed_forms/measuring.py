@@ -1,0 +1,255 @@
+"""How an engine answers the questions of :mod:`steadyload.studies.closed_forms.study`.
+
+Each function sets up a scene, lets it run and returns one number, in the unit of its test.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from steadyload.engines.registry import open_world, world_class
+from steadyload.engines.world import (
+    Box,
+    FixedStepWorld,
+    FloatArray,
+    GRAVITY,
+    Poses,
+    Support,
+    Velocities,
+    WorldSettings,
+)
+from steadyload.methods.method import Stopwatch
+from steadyload.properties import mechanics
+
+SIDE = 0.1
+_CUBE = (SIDE, SIDE, SIDE)
+FLAT = (0.4, 0.1, 0.05)
+_SPUN = (0.1, 0.2, 0.3)
+_SPIN = (0.1, 10.0, 0.1)
+_BLOCK = (0.2, 0.1, 0.05)
+
+FALL_SECONDS = 0.3
+SLIDE_SECONDS = 1.0
+FRICTION = 0.5
+BEYOND = 1.005
+TURNED = 10.0
+TIP_SECONDS = 3.0
+"""A cube 1e-15 m past the edge has turned by 10 degrees: it tips by a factor e every 0.09 s."""
+
+STACK_SECONDS = 2.0
+"""Eight blocks scaled by 1.00001 have fallen: every way to tip grows by e within 0.2 s."""
+
+_GLANCE = 0.1
+"""Between two looks at whether something has turned over [s]."""
+
+_STICKING = 5.0
+"""Friction at which nothing slips before it turns over."""
+
+DROP = 0.2
+RESTITUTION = 0.5
+
+
+class NoValueError(Exception):
+    """An engine has no answer; the message says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """One engine at one frequency.
+
+    ``watch``: is looked at after every substep; what takes longer than it allows ends with its
+    :class:`steadyload.methods.method.TimeoutExpiredError`.
+    """
+
+    engine: str
+    frequency: int
+    watch: Stopwatch | None = None
+
+    @contextmanager
+    def scene(self, boxes: Sequence[Box], settings: WorldSettings) -> Iterator[FixedStepWorld]:
+        """A world that holds the boxes."""
+        with open_world(self.engine, settings) as world:
+            for box in boxes:
+                world.add_box(box)
+            world.prepare()
+            yield world
+
+    def run(self, world: FixedStepWorld, seconds: float) -> Poses:
+        """Poses after so many more seconds."""
+        parts = 1 if self.watch is None else max(1, math.ceil(seconds * self.frequency))
+        for _ in range(parts):
+            world.stepSimulation(seconds / parts, 10**6, 1.0 / self.frequency)
+            if self.watch is not None:
+                self.watch.check()
+        poses = world.poses()
+        if not all(np.isfinite(part).all() for part in poses):
+            raise NoValueError("diverged")
+        return poses
+
+    def samples(self, world: FixedStepWorld, seconds: float) -> Iterator[tuple[float, Poses]]:
+        """Time and poses after every substep."""
+        for count in range(1, round(seconds * self.frequency) + 1):
+            yield count / self.frequency, self.run(world, 1.0 / self.frequency)
+
+    def turns(self, boxes: Sequence[Box], settings: WorldSettings, seconds: float) -> bool:
+        """Whether any box has turned by 10 degrees within some time."""
+        with self.scene(boxes, settings) as world:
+            for _ in range(round(seconds / _GLANCE)):
+                if total_angles(self.run(world, _GLANCE)).max() >= TURNED:
+                    return True
+        return False
+
+
+def fall(stage: Stage) -> float:
+    """Change of height in free fall [mm]."""
+    with stage.scene([Box(_CUBE, 1.0, (0.0, 0.0, 50.0))], WorldSettings()) as world:
+        return 1e3 * float(stage.run(world, FALL_SECONDS).centres[0, 2] - 50.0)
+
+
+def spin(stage: Stage) -> float:
+    """Angle between the attitude of a spinning box and the right one [degrees]."""
+    if world_class(stage.engine).capabilities.dimensions < 3:
+        raise NoValueError("not defined: two dimensions")
+    weightless = WorldSettings(gravity=(0.0, 0.0, 0.0))
+    with stage.scene([Box(_SPUN, 3.0, (0.0, 0.0, 50.0))], weightless) as world:
+        world.set_velocities(Velocities(np.zeros((1, 3)), np.array([_SPIN])))
+        found = stage.run(world, 1.0).quaternions[0]
+    expected = mechanics.spun(mechanics.box_inertia(_SPUN, 3.0), _SPIN, 1.0)[:4]
+    # The shorter of both differences; accurate for small angles, as an arc cosine is not.
+    apart = min(float(np.linalg.norm(found - s * expected)) for s in (1.0, -1.0))
+    return math.degrees(4.0 * math.asin(min(1.0, 0.5 * apart)))
+
+
+def way(stage: Stage, slope: float) -> float:
+    """Metres down a slope in 1 s."""
+    angle = math.atan(slope)
+    gravity = (GRAVITY * math.sin(angle), 0.0, -GRAVITY * math.cos(angle))
+    settings = WorldSettings(friction=FRICTION, gravity=gravity)
+    with stage.scene([Box(FLAT, 2.0, (0.0, 0.0, 0.5 * FLAT[2]))], settings) as world:
+        return float(stage.run(world, SLIDE_SECONDS).centres[0, 0])
+
+
+def sliding_threshold(stage: Stage) -> float:
+    """The slope on which a box slides as far as it should a little beyond the limit."""
+    limit = BEYOND * FRICTION
+    far = mechanics.slid(limit, FRICTION, SLIDE_SECONDS)
+    return boundary(lambda slope: way(stage, slope) > far, limit, 1e-4, 5e-6, (0.25, 1.0))
+
+
+def tipping_offset(stage: Stage) -> float:
+    """Where over the edge the upper of two cubes begins to turn over [mm]."""
+    lower = Box(_CUBE, 1.0, (0.0, 0.0, 0.5 * SIDE))
+
+    def tips(offset: float) -> bool:
+        upper = Box(_CUBE, 1.0, (0.5 * SIDE + offset, 0.0, 1.5 * SIDE))
+        return stage.turns([lower, upper], WorldSettings(), TIP_SECONDS)
+
+    return 1e3 * boundary(tips, 0.0, 1e-5, 1e-6, (-0.04, 0.04))
+
+
+def time_to_turn(stage: Stage, past_edge: float) -> float:
+    """Time in which a cube turns by 10 degrees about an edge [s]."""
+    table = Box(_CUBE, 1.0, (0.0, 0.0, 0.5 * SIDE), fixed=True)
+    cube = Box(_CUBE, 1.0, (0.5 * SIDE + past_edge, 0.0, 1.5 * SIDE))
+    times, found = [0.0], [0.0]
+    with stage.scene([table, cube], WorldSettings(friction=_STICKING)) as world:
+        for time, poses in stage.samples(world, TIP_SECONDS):
+            times.append(time)
+            found.append(float(total_angles(poses)[1]))
+            if found[-1] >= TURNED:
+                return float(CubicSpline(times, found).solve(TURNED, extrapolate=False)[0])
+    raise NoValueError(f"not turned by 10 degrees within {TIP_SECONDS:g} s")
+
+
+def bounce(stage: Stage, restitution: float = RESTITUTION) -> float:
+    """Height of the first rebound over the height of the drop."""
+    settings = WorldSettings(restitution=restitution, emulate=frozenset({"restitution"}))
+    facts = world_class(stage.engine).capabilities
+    if facts.support("restitution", settings) is Support.IGNORED:
+        raise NoValueError("not defined: no restitution")
+    with stage.scene([Box(_CUBE, 1.0, (0.0, 0.0, 0.5 * SIDE + DROP))], settings) as world:
+        heights = [float(poses.centres[0, 2]) for _, poses in stage.samples(world, 0.6)]
+    low = next((i for i in range(1, len(heights) - 1) if heights[i + 1] > heights[i]), None)
+    if low is None:
+        return 0.0
+    rising = range(low + 1, len(heights) - 1)
+    top = next((i for i in rising if heights[i + 1] <= heights[i]), None)
+    if top is None:  # it rises as long as it is followed
+        return (heights[-1] - 0.5 * SIDE) / DROP
+    before, at, after = heights[top - 1 : top + 2]
+    # In flight heights lie on a parabola, whatever the step.
+    bend, rise = before - 2.0 * at + after, 0.5 * (after - before)
+    peak = at - (0.5 * rise**2 / bend if bend < 0.0 else 0.0)
+    return (peak - 0.5 * SIDE) / DROP
+
+
+def overhang(stage: Stage, count: int, *, width: float = 1e-4, resolution: float = 1e-5) -> float:
+    """The share of the harmonic overhangs from which on a stack falls; see :func:`boundary`."""
+    length, _, height = _BLOCK
+    overhangs = mechanics.harmonic_overhangs(count, length)
+
+    def falls(factor: float) -> bool:
+        # From the floor up, so that the lowest overhang comes first.
+        places = np.concatenate(([0.0], np.cumsum(overhangs[::-1]))) * factor
+        boxes = [
+            Box(_BLOCK, 1.0, (float(x), 0.0, height * (level + 0.5)))
+            for level, x in enumerate(places)
+        ]
+        return stage.turns(boxes, WorldSettings(), STACK_SECONDS)
+
+    return boundary(falls, 1.0, width, resolution, (0.3, 1.5))
+
+
+def sink(stage: Stage, ratio: float) -> float:
+    """How far a heavy cube sinks on a light one [mm], at most its whole height."""
+    boxes = [
+        Box(_CUBE, 1.0, (0.0, 0.0, 0.5 * SIDE)),
+        Box(_CUBE, ratio, (0.0, 0.0, 1.5 * SIDE)),
+    ]
+    with stage.scene(boxes, WorldSettings()) as world:
+        height = float(stage.run(world, 1.0).centres[1, 2])
+    return 1e3 * min(SIDE, 1.5 * SIDE - height)
+
+
+def total_angles(poses: Poses) -> FloatArray:
+    """Total angles [degrees], exact also where they are small."""
+    turned = np.linalg.norm(poses.quaternions[:, 1:], axis=1)
+    return np.degrees(2.0 * np.arctan2(turned, np.abs(poses.quaternions[:, 0])))
+
+
+def boundary(
+    beyond: Callable[[float], bool],
+    guess: float,
+    width: float,
+    resolution: float,
+    limits: tuple[float, float],
+) -> float:
+    """Where ``beyond`` turns from false to true, to within ``resolution``.
+
+    The bracket grows from the guess, by a factor of 4 at a time. Should there be several such
+    places, one of those near the guess is found.
+
+    Raises:
+        NoValueError: the answer is the same as far as the limits.
+    """
+    fails = beyond(guess)
+    inside, outside = (guess, guess)
+    while True:
+        edge = max(limits[0], guess - width) if fails else min(limits[1], guess + width)
+        if beyond(edge) is not fails:
+            inside, outside = (edge, outside) if fails else (inside, edge)
+            break
+        if edge in limits:
+            raise NoValueError(f"no threshold {'down' if fails else 'up'} to {edge:g}")
+        inside, outside = (inside, edge) if fails else (edge, outside)
+        width *= 4.0
+    while outside - inside > resolution:
+        middle = 0.5 * (inside + outside)
+        inside, outside = (inside, middle) if beyond(middle) else (middle, outside)
+    return 0.5 * (inside + outside)

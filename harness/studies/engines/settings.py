@@ -1,0 +1,28 @@
+"""The engines' declarations as records to show."""
+
+from __future__ import annotations
+
+from steadyload.engines.registry import capabilities, engines
+from steadyload.engines.world import EngineNotInstalledError
+from steadyload.studies.engines.records import EngineSettings
+
+
+def engine_records() -> list[EngineSettings]:
+    """Every engine's answer to every setting; a missing library is said in the title."""
+    records = []
+    for name in engines():
+        try:
+            facts = capabilities(name)
+        except EngineNotInstalledError as error:
+            records.append(EngineSettings(name, f"{name} (not installed)", 3, {}, str(error)))
+            continue
+        answers = {
+            setting: (_limited(str(answer.support), answer.values), answer.note)
+            for setting, answer in facts.settings.items()
+        }
+        records.append(EngineSettings(name, facts.title, facts.dimensions, answers, facts.notes))
+    return records
+
+
+def _limited(support: str, values: tuple[object, ...] | None) -> str:
+    return support if values is None else f"{support} ({', '.join(map(str, values))})"

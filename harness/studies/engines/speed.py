@@ -1,0 +1,197 @@
+"""What a judgement costs: by engine, number of items and phase, beside the engine's own floor.
+
+Everything here is measured in one process, alternatives side by side, in CPU time; compare ratios.
+"""
+
+from __future__ import annotations
+
+import math
+import multiprocessing
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import cache
+
+import numpy as np
+
+from steadyload.engines.registry import engine_names, open_world, world_class
+from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.packing import pack, random_layouts
+from steadyload.methods.method import Status, Verdict
+from steadyload.methods.registry import make_method
+from steadyload.methods.scene import boxes
+from steadyload.methods.simulation_parameters import SimulationParameters
+from steadyload.studies.engines.records import SpeedCurve, SpeedPoint, Throughput
+
+ITEM_COUNTS = (5, 10, 20, 50, 100, 200)
+TUNING = "t_max=0.3,frequency=90,between_steps=reseat,samples=1"
+"""One placement is 27 substeps and one look at its end."""
+
+_LARGEST_SPATIAL_WALL = 20
+"""A touching wall is the worst case of a 3-D solver: DART needs 40 s for one of 50 bricks."""
+
+_PATIENCE = 60.0
+"""A judgement that takes longer [s] ends a curve, and so does one without a verdict."""
+
+_REPEATS = 5
+_ENOUGH_SECONDS = 2.0
+"""A case that took this long is not repeated."""
+
+Progress = Callable[[str], None]
+
+
+@cache
+def random_pile(count: int) -> Layout:
+    """The first ``count`` boxes of one pile packed from the bottom up.
+
+    Nine tenths of every base are supported: the pile stands, so that every item is placed.
+    """
+    pallet = Pallet(140.0, 400.0, 100.0)
+    return random_boxes(f"pile-{count}", count, pallet, "bottom-back-left", seed=3, support=0.9)
+
+
+def random_boxes(
+    name: str, count: int, pallet: Pallet, rule: str, *, seed: int, support: float
+) -> Layout:
+    """Boxes with sides of 5 to 25 cm, packed by a rule.
+
+    Args:
+        name: of the layout.
+        count: how many; more of them start with fewer.
+        pallet: holds them all.
+        rule: a key of :data:`steadyload.layouts.packing.SPACE_RULES`.
+        seed: of their sizes.
+        support: share of every base that rests on something, 0 to 1.
+    """
+    random = np.random.default_rng(np.random.SeedSequence(seed))
+    sides = random.integers(5, 26, (20 * count, 3)).tolist()
+    sizes = [(float(a), float(b), float(c)) for a, b, c in sides]
+    layout = pack(name, pallet, sizes, rule, most_items=count, least_support=support)
+    assert layout is not None
+    assert len(layout) == count, "the pallet holds all"
+    return layout
+
+
+def brick_wall(count: int) -> Layout:
+    """Bricks of 20 x 15 cm and full depth in courses of six, shifted by 5 cm in turn: planar."""
+    items = []
+    for index in range(count):
+        course, place = divmod(index, 6)
+        x = 20.0 * place + (5.0 if course % 2 else 0.0)
+        items.append(Item(index, (x, 15.0 * course, 0.0), (20.0, 15.0, 40.0), 3.0))
+    return Layout(f"wall-{count}", Pallet(130.0, 600.0, 40.0), tuple(items))
+
+
+def speed_curves(
+    counts: Sequence[int] = ITEM_COUNTS,
+    *,
+    progress: Progress = lambda what: None,
+) -> list[SpeedCurve]:
+    """Cost against the number of items, per engine: the whole pile, local scope, and the wall."""
+    curves = []
+    for engine in engine_names():
+        planar_only = world_class(engine).capabilities.dimensions == 2
+        plans: list[tuple[str, Sequence[int], str]]
+        if planar_only:
+            plans = [("wall", counts, "all")]
+        else:
+            few = [n for n in counts if n <= _LARGEST_SPATIAL_WALL]
+            plans = [("wall", few, "all"), ("pile", counts, "all"), ("pile", counts, "local")]
+        for scene, numbers, scope in plans:
+            points = []
+            for count in numbers:
+                progress(f"{engine}, {scene}, {scope}, {count} items")
+                layout = brick_wall(count) if scene == "wall" else random_pile(count)
+                point = _measure(engine, layout, scope)
+                if point is None:
+                    break
+                points.append(point)
+            curves.append(SpeedCurve(engine, scene, scope, tuple(points), _exponent(points)))
+    return curves
+
+
+def throughput(*, layouts: int = 60, progress: Progress = lambda what: None) -> list[Throughput]:
+    """Layouts a second over one process and over two, wall time, start-up excluded."""
+    cases = random_layouts(layouts, seed=11)
+    rows = []
+    context = multiprocessing.get_context("spawn")
+    for engine in engine_names():
+        if world_class(engine).capabilities.dimensions == 2:
+            continue
+        progress(f"{engine}, throughput")
+        spec, rates = f"simulation@{engine}:{TUNING}", []
+        for workers in (1, 2):
+            parts = [cases[i::10] for i in range(10)]
+            with ProcessPoolExecutor(workers, mp_context=context) as pool:
+                # Warm both workers, then measure.
+                list(pool.map(_judge_part, [spec] * 4 * workers, [cases[:6]] * 4 * workers))
+                start = time.perf_counter()
+                done = sum(pool.map(_judge_part, [spec] * len(parts), parts))
+                rates.append(done / (time.perf_counter() - start))
+        rows.append(Throughput(engine, layouts, rates[0], rates[1]))
+    return rows
+
+
+def _judge_part(spec: str, layouts: list[Layout]) -> int:
+    method = make_method(spec)
+    method.prepare(20)
+    return sum(v.status is Status.DONE for v in method.judge_many(layouts))
+
+
+def _measure(engine: str, layout: Layout, scope: str) -> SpeedPoint | None:
+    """One point, or None where the engine has no verdict within a minute."""
+    method = make_method(f"simulation@{engine}:{TUNING},scope={scope}")
+    method.prepare(len(layout))
+    method.judge(layout if len(layout) <= 20 else layout.first(20))
+    runs: list[Verdict] = []
+    floors: list[tuple[float, float]] = []
+    spent = 0.0
+    while len(runs) < _REPEATS and spent < _ENOUGH_SECONDS:
+        verdict = method.judge(layout, timeout=_PATIENCE)
+        if not verdict.stable:
+            return None
+        runs.append(verdict)
+        if scope == "all":
+            floors.append(_floor(engine, layout))
+        spent += verdict.cpu.total
+    total, build, step, read = (
+        1e3 * float(np.median([getattr(v.cpu, phase) for v in runs]))
+        for phase in ("total", "build", "step", "read")
+    )
+    floor, create = (1e3 * np.median(floors, axis=0)).tolist() if floors else (None, None)
+    return SpeedPoint(len(layout), total, build, step, read, floor, create, len(runs))
+
+
+def _floor(engine: str, layout: Layout) -> tuple[float, float]:
+    """CPU seconds of the engine's own stepping, with no Python of ours between the calls, and of
+    adding the boxes, which creates native bodies where the engine has them.
+    """
+    parameters: SimulationParameters = make_method(f"simulation@{engine}:{TUNING}").parameters
+    substeps = round(parameters.t_max * parameters.frequency)
+    length, stepping, adding = 1.0 / parameters.frequency, 0.0, 0.0
+    planar = world_class(engine).capabilities.dimensions == 2
+    world = open_world(engine, parameters.world_settings())
+    try:
+        for box in boxes(layout, across="depth" if planar else "width"):
+            start = time.process_time()
+            world.add_box(box)
+            adding += time.process_time() - start
+            world.prepare()
+            start = time.process_time()
+            world._advance(substeps, length)
+            stepping += time.process_time() - start
+            world.reset_poses()
+    finally:
+        world.close()
+    return stepping, adding
+
+
+def _exponent(points: Sequence[SpeedPoint]) -> float:
+    """Growth exponent of the total from 10 items on, by least squares in log-log."""
+    large = [p for p in points if p.item_count >= 10]
+    if len(large) < 2:
+        return math.nan
+    slope, _ = np.polyfit(
+        np.log([p.item_count for p in large]), np.log([p.total for p in large]), 1
+    )
+    return float(slope)

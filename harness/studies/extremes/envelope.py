@@ -1,0 +1,188 @@
+"""From the cells of the extremes to what each engine holds: the envelope and its file."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import steadyload.methods
+from steadyload.atomic import write_atomically
+from steadyload.engines.registry import installed_versions
+from steadyload.methods.envelope import ENVELOPES
+from steadyload.studies.extremes.records import (
+    EnvelopeRow,
+    ExtremeCell,
+    Extremes,
+    Outcome,
+)
+from steadyload.studies.extremes.sweeps import sweeps
+
+_SIZE_SWEEPS = ("size-two", "size-five")
+_NOMINAL = 10.0
+"""The edge from which sizes are followed in both directions [cm]."""
+
+ENVELOPE_SWEEPS = (
+    "tower", "heavy-on-light", "heavy-on-two", "light-on-heavy", *_SIZE_SWEEPS, "items",
+    "plate-on-edge",
+)  # fmt: skip
+"""The sweeps that an envelope is made from."""
+
+Held = dict[float, bool]
+"""Whether each measured value was held."""
+
+
+def extremes_record(cells: Sequence[ExtremeCell], timeout: float) -> Extremes:
+    """Everything that the page shows; sweeps without cells are left out."""
+    measured = {cell.sweep for cell in cells}
+    rows = envelope_rows(cells)
+    strict = envelope_rows(cells, frozenset({Outcome.CLOSE}))
+    return Extremes(
+        sweeps=tuple(s.about for name, s in sweeps().items() if name in measured),
+        cells=tuple(cells),
+        envelope=rows,
+        rests=strict,
+        from_here_on=from_here_on(rows),
+        at_rest=from_here_on(strict),
+        timeout=timeout,
+    )
+
+
+GOOD = frozenset(outcome for outcome in Outcome if outcome.good)
+
+
+def envelope_rows(
+    cells: Iterable[ExtremeCell], counts: frozenset[Outcome] = GOOD
+) -> tuple[EnvelopeRow, ...]:
+    """What each engine holds at each frequency, where all that an envelope needs was measured.
+
+    Args:
+        cells: of any sweeps.
+        counts: outcomes that count as held.
+    """
+    held: dict[tuple[str, int | None], dict[str, Held]] = {}
+    for cell in cells:
+        by_sweep = held.setdefault((cell.engine, cell.frequency), {})
+        by_sweep.setdefault(cell.sweep, {})[cell.value] = cell.outcome in counts
+    return tuple(
+        _row(engine, frequency, found)
+        for (engine, frequency), found in held.items()
+        if set(ENVELOPE_SWEEPS) <= set(found)
+    )
+
+
+def _row(engine: str, frequency: int | None, held: Mapping[str, Held]) -> EnvelopeRow:
+    least, most = _range(held)
+    return EnvelopeRow(
+        engine=engine,
+        frequency=frequency,
+        tower_height=int(_up_to(held["tower"])),
+        heavy_on_light=min(_up_to(held["heavy-on-light"]), _up_to(held["heavy-on-two"])),
+        light_on_heavy=_up_to(held["light-on-heavy"]),
+        least_size=least,
+        most_size=most,
+        item_count=int(_up_to(held["items"])),
+        sees_falls=all(held["plate-on-edge"].values()),
+    )
+
+
+def _up_to(held: Held) -> float:
+    """The largest value that was held with all smaller ones; 0 where the least was not."""
+    largest = 0.0
+    for value in sorted(held):
+        if not held[value]:
+            break
+        largest = float(value)
+    return largest
+
+
+def _range(held: Mapping[str, Held]) -> tuple[float, float]:
+    """The sizes around the nominal one that were all held; two zeros where that was not."""
+    both = {v: all(held[s][v] for s in _SIZE_SWEEPS) for v in held[_SIZE_SWEEPS[0]]}
+    downwards = _up_to({-v: good for v, good in both.items() if v <= _NOMINAL})
+    upwards = _up_to({v: good for v, good in both.items() if v >= _NOMINAL})
+    return abs(downwards), upwards
+
+
+def from_here_on(rows: Sequence[EnvelopeRow]) -> tuple[EnvelopeRow, ...]:
+    """What an engine holds at a frequency and at all higher ones that were measured."""
+    kept: list[EnvelopeRow] = []
+    for engine in dict.fromkeys(row.engine for row in rows):
+        mine = sorted((r for r in rows if r.engine == engine), key=lambda r: -(r.frequency or 0))
+        joined: list[EnvelopeRow] = []
+        for row in mine:
+            joined.append(_both(row, joined[-1]) if joined else row)
+        rising = [row for row in reversed(joined) if row.sees_falls and _holds_two(row)]
+        alike = [dataclasses.replace(b, frequency=a.frequency) == a for a, b in pairwise(rising)]
+        kept += [row for row, same in zip(rising, [False, *alike], strict=False) if not same]
+    return tuple(kept)
+
+
+def _holds_two(row: EnvelopeRow) -> bool:
+    """Two equal cubes of the usual size stand on each other."""
+    return row.tower_height > 1 and row.heavy_on_light >= 1.0 and row.most_size > 0.0
+
+
+def _both(row: EnvelopeRow, higher: EnvelopeRow) -> EnvelopeRow:
+    """What a row and those of higher frequencies have in common."""
+    least, most = max(row.least_size, higher.least_size), min(row.most_size, higher.most_size)
+    if not (row.most_size and higher.most_size):
+        least = most = 0.0
+    return EnvelopeRow(
+        engine=row.engine,
+        frequency=row.frequency,
+        tower_height=min(row.tower_height, higher.tower_height),
+        heavy_on_light=min(row.heavy_on_light, higher.heavy_on_light),
+        light_on_heavy=min(row.light_on_heavy, higher.light_on_heavy),
+        least_size=least,
+        most_size=most,
+        item_count=min(row.item_count, higher.item_count),
+        sees_falls=row.sees_falls and higher.sees_falls,
+    )
+
+
+def envelope_file() -> Path:
+    """Where the envelopes that :mod:`steadyload.methods.envelope` reads are kept."""
+    return Path(steadyload.methods.__path__[0]) / ENVELOPES
+
+
+def write_envelopes(
+    rows: Sequence[EnvelopeRow],
+    rests: Sequence[EnvelopeRow],
+    made_by: Mapping[str, Any],
+    path: Path | None = None,
+) -> Path:
+    """Write what was measured; engines that were not measured keep what the file says of them.
+
+    Args:
+        rows: as :func:`envelope_rows` gives them.
+        rests: the same where nothing may move; of the same engines and frequencies.
+        made_by: the provenance of the measurement.
+        path: the file; that of the package if None.
+    """
+    path = path or envelope_file()
+    entries = json.loads(path.read_bytes()) if path.exists() else {}
+    for engine in dict.fromkeys(row.engine for row in rows):
+        holds, still = ([row for row in of if row.engine == engine] for of in (rows, rests))
+        packages = set(installed_versions(engine)) & set(made_by["versions"])
+        entries[engine] = {
+            "made": {
+                "git": made_by["git"],
+                "code": made_by["code"],
+                "versions": {name: made_by["versions"][name] for name in sorted(packages)},
+            },
+            "rows": [
+                {"frequency": row.frequency, "holds": _holds(row), "rests": _holds(strict)}
+                for row, strict in zip(holds, still, strict=True)
+            ],
+        }
+    write_atomically(path, json.dumps(entries, indent=1) + "\n")
+    return path
+
+
+def _holds(row: EnvelopeRow) -> dict[str, Any]:
+    values = dataclasses.asdict(row)
+    return {k: v for k, v in values.items() if k not in ("engine", "frequency")}

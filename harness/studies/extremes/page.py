@@ -1,0 +1,328 @@
+"""The page of the extremes: what each engine holds, and where it stops holding."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from steadyload.studies.extremes.figures import plot_outcomes
+from steadyload.studies.extremes.records import (
+    EnvelopeRow,
+    ExtremeCell,
+    ExtremeSweep,
+    Extremes,
+    Outcome,
+)
+from steadyload.studies.closed_forms.figures import (
+    plot_closed_form_series,
+    plot_closed_forms,
+)
+from steadyload.reports.page import Page, Picture, Section
+from steadyload.studies.closed_forms.records import ClosedFormResult, ClosedFormTest
+from steadyload.reports.table import MISSING, compact, markdown_table
+
+_OWN = "own"
+"""The frequency of an engine that chooses its own steps."""
+
+_SPOKEN_OF = (60, 240, 1000)
+"""Frequencies of which sentences and tables of numbers speak, where they were measured."""
+
+_CURVES = (30, 90, 240, 1000)
+"""Frequencies of the panels that show errors against the value."""
+
+_TALL, _UNEVEN = 10, 10.0
+"""A pallet has stacks of some ten items, and weights of a few kilograms to tens of them."""
+
+
+def extremes_page(extremes: Extremes, manifest: Mapping[str, str]) -> Page:
+    """Compose the page."""
+    sections = []
+    if extremes.envelope:
+        sections = [_use(extremes), _findings(extremes), _envelope(extremes.envelope)]
+    formulas = [s for s in extremes.sweeps if s.quantity]
+    sections += [_resting(s, extremes) for s in extremes.sweeps if not s.quantity]
+    if formulas:
+        sections.append(_overview(formulas, extremes))
+    sections += [_formula(s, extremes) for s in formulas]
+    return Page(
+        "The engines at the edge",
+        "Every engine is taken to where it stops being right: from 5 to 1000 substeps a second, "
+        "towers of up to 100 cubes, mass ratios of up to a million, edges from a millimetre to ten "
+        "metres, plates of 1 x 100 x 100 cm, friction 0 to 2, restitution up to 0.95, up to 200 "
+        "items. Boxes that are in balance are placed and simulated for 0.3 s, as the label's "
+        "loading does, at friction 0.5 and restitution 0 where these are not swept; *held* means "
+        "that none moved by more than 10 cm or turned by more than 10 degrees at the end of it. "
+        "What moves is held against a closed form. Each axis is swept by itself. An engine that "
+        f"chooses its own steps (`{_OWN}`) runs once. A cell that takes longer than "
+        f"{extremes.timeout:g} s of wall time has no verdict, which is neither held nor failed. "
+        "Nothing here is drawn by chance, so there are no intervals.",
+        sections,
+        manifest,
+    )
+
+
+def _use(extremes: Extremes) -> Section:
+    header = (
+        "engine",
+        "at or above",
+        "stacks up to",
+        "heavy on light up to",
+        "light on heavy up to",
+        "edges (cm)",
+        "items up to",
+    )
+    tables = [
+        markdown_table(header, [(r.engine, _hertz(r.frequency), *_holds(r)) for r in rows])
+        for rows in (extremes.from_here_on, extremes.at_rest)
+    ]
+    return Section(
+        "What to use",
+        "Use an engine at or above so many substeps a second for stacks of up to so many items and "
+        "mass ratios of up to so much: what was held at that frequency and at all higher ones, "
+        "with all smaller values. Left out are frequencies at which a plate beyond an edge does "
+        "not fall, or one before it does, or not even two equal cubes hold. Where a larger value "
+        "has no verdict, the number is what was seen to hold, not all that does.",
+        [
+            tables[0],
+            f"The same where nothing may move by 1 mm or turn by half a degree:\n\n{tables[1]}",
+        ],
+    )
+
+
+def _holds(row: EnvelopeRow) -> tuple[str, ...]:
+    edges = f"{row.least_size:g} to {row.most_size:g}" if row.most_size else "none"
+    return (
+        f"{row.tower_height}" if row.tower_height else "none",
+        _ratio(row.heavy_on_light),
+        _ratio(row.light_on_heavy),
+        edges,
+        f"{row.item_count}" if row.item_count else "none",
+    )
+
+
+def _ratio(value: float) -> str:
+    return f"{value:,.0f}" if value else "none"
+
+
+def _findings(extremes: Extremes) -> Section:
+    """Sentences made from the envelope's rows."""
+    rows, count = extremes.envelope, len(extremes.cells)
+    said = [
+        "- "
+        + f"{count} cells: "
+        + ", ".join(
+            f"{sum(c.outcome is outcome for c in extremes.cells)} {title}"
+            for outcome, title in (
+                (Outcome.CLOSE, "within the stricter limit"),
+                (Outcome.HELD, "held"),
+                (Outcome.FAILED, "failed"),
+                (Outcome.NO_VERDICT, "without a verdict"),
+                (Outcome.UNDEFINED, "not defined for the engine"),
+            )
+        )
+        + "."
+    ]
+    for frequency in [f for f in _SPOKEN_OF if any(r.frequency == f for r in rows)]:
+        at = [r for r in rows if r.frequency in (frequency, None)]
+        towers = ", ".join(f"{r.tower_height} ({r.engine})" for r in at)
+        heavy = ", ".join(f"{_ratio(r.heavy_on_light)} ({r.engine})" for r in at)
+        said.append(
+            f"- At {frequency} Hz the tallest tower that holds has {towers} cubes; a cube stands "
+            f"on lighter ones up to a mass ratio of {heavy}."
+        )
+    for engine in dict.fromkeys(r.engine for r in rows):
+        fit = [r for r in extremes.from_here_on if r.engine == engine and _is_fit(r)]
+        when = f"from {_hertz(fit[0].frequency)} on" if fit else "at no frequency measured"
+        if fit and fit[0].frequency is None:
+            when = "with its own steps"
+        said.append(
+            f"- {engine} holds stacks of {_TALL} and mass ratios of {_UNEVEN:g}, both ways, {when}"
+            + (f", with edges down to {fit[0].least_size:g} cm." if fit else ".")
+        )
+    blind = [f"{r.engine} at {_hertz(r.frequency)}" for r in rows if not r.sees_falls]
+    if blind:
+        said.append(
+            f"- A plate over an edge is misjudged by {', '.join(blind)}: a row that holds towers "
+            "there says little."
+        )
+    silent = _silent(extremes)
+    if silent:
+        said.append(f"- Without a verdict, so that larger values may hold: {silent}.")
+    return Section("What it shows", "\n".join(said))
+
+
+def _silent(extremes: Extremes) -> str:
+    """Sweeps of engines that ran out of time, with the frequencies at which they did."""
+    titles = {s.name: s.title.lower() for s in extremes.sweeps}
+    at: dict[str, list[str]] = {}
+    for c in extremes.cells:
+        if c.outcome is Outcome.NO_VERDICT:
+            at.setdefault(f"{c.engine}, {titles[c.sweep]}", []).append(_hertz(c.frequency))
+    return "; ".join(f"{what} ({', '.join(dict.fromkeys(hertz))})" for what, hertz in at.items())
+
+
+def _is_fit(row: EnvelopeRow) -> bool:
+    ratio = min(row.heavy_on_light, row.light_on_heavy)
+    return row.tower_height >= _TALL and ratio >= _UNEVEN
+
+
+def _envelope(rows: Sequence[EnvelopeRow]) -> Section:
+    header = (
+        "engine",
+        "substeps",
+        "stacks",
+        "heavy on light",
+        "light on heavy",
+        "edges (cm)",
+        "items",
+        "sees falls",
+    )
+    cells = [
+        (r.engine, _hertz(r.frequency), *_holds(r), "yes" if r.sees_falls else "no") for r in rows
+    ]
+    return Section(
+        "The envelope",
+        "What is held at each frequency by itself. `harness/methods/envelopes.json` has these "
+        "numbers; studies and scores warn of layouts that leave the row of the engine and "
+        "frequency that judges them.",
+        [markdown_table(header, cells)],
+    )
+
+
+def _resting(sweep: ExtremeSweep, extremes: Extremes) -> Section:
+    cells = [c for c in extremes.cells if c.sweep == sweep.name]
+    text = f"{sweep.definition} Stricter limit: {sweep.close}. Held: {sweep.held}."
+    if sweep.stops is not None:
+        text += (
+            f" After {sweep.stops} values in a row that were not held no larger one is measured."
+        )
+    if sweep.name in _WITH_NEGATIVE:
+        return Section(sweep.title, text, [], [_map(sweep, cells, extremes)])
+    header = (
+        "engine", "substeps", f"largest {sweep.axis} held", "moved (mm)", "turned (deg)",
+        "penetration (mm)", "energy (mm)", "CPU ms",
+    )  # fmt: skip
+    return Section(
+        sweep.title,
+        f"{text} The table has the largest value that was held: how far any box moved, turned and "
+        "came into another one, the energy gained over the weight of all (a height; below 0: lost) "
+        "and, for information, the CPU time.",
+        [markdown_table(header, [_numbers(c) for c in _largest_held(cells)])],
+        [_map(sweep, cells, extremes)],
+    )
+
+
+_WITH_NEGATIVE = ("plate-on-edge",)
+"""Sweeps of which the largest value held says nothing."""
+
+
+def _largest_held(cells: Sequence[ExtremeCell]) -> list[ExtremeCell]:
+    largest: dict[tuple[str, int | None], ExtremeCell] = {}
+    for cell in cells:
+        if cell.outcome.good and cell.frequency in (*_SPOKEN_OF, None):
+            largest[cell.engine, cell.frequency] = cell
+    return list(largest.values())
+
+
+def _numbers(cell: ExtremeCell) -> tuple[str, ...]:
+    found = [cell.numbers.get(n) for n in ("moved", "turned", "penetration", "energy", "cpu")]
+    return (
+        cell.engine,
+        _hertz(cell.frequency),
+        f"{cell.value:,g}",
+        *(MISSING if n is None else compact(n) for n in found),
+    )
+
+
+def _map(sweep: ExtremeSweep, cells: Sequence[ExtremeCell], extremes: Extremes) -> Picture:
+    frequencies = sorted({c.frequency for c in extremes.cells if c.frequency is not None})
+    return Picture(
+        sweep.name,
+        plot_outcomes(sweep, cells, frequencies),
+        f"{sweep.title}: {sweep.axis} against substeps a second, a panel an engine.",
+    )
+
+
+def _overview(formulas: Sequence[ExtremeSweep], extremes: Extremes) -> Section:
+    shown = [_test(s, s.shown) for s in formulas if s.shown is not None]
+    results = [r for s in formulas for r in _results(s, extremes.cells)]
+    return Section(
+        "Errors against closed forms",
+        "At one value of each of the sweeps below.",
+        [],
+        [
+            Picture(
+                "closed-forms",
+                plot_closed_forms(shown, results),
+                "Size of the error against frequency, log axes: filled markers are positive "
+                "errors, hollow ones negative, dashed lines engines that choose their own steps; "
+                "smaller errors than a test resolves stand on a dotted line. Values: "
+                + ", ".join(f"{s.title.lower()} at {s.axis} {s.shown:g}" for s in formulas)
+                + ".",
+            )
+        ],
+    )
+
+
+def _formula(sweep: ExtremeSweep, extremes: Extremes) -> Section:
+    cells = [c for c in extremes.cells if c.sweep == sweep.name]
+    # A value of 0 is another question: what does not stop, or does not rebound.
+    tests = [_test(sweep, v) for v in sweep.values if v and _expected(sweep, v, cells)]
+    results = [r for r in _results(sweep, cells) if r.frequency in (*_CURVES, None)]
+    header = ("engine", "substeps", *(f"{sweep.axis} {v:g}" for v in sweep.values))
+    by_place = {(c.engine, c.frequency, c.value): c for c in cells}
+    runs = dict.fromkeys((c.engine, c.frequency) for c in cells)
+    rows = [
+        (e, _hertz(f), *(_found(by_place.get((e, f, v))) for v in sweep.values)) for e, f in runs
+    ]
+    expected = ("closed form", "", *(_or_missing(_expected(sweep, v, cells)) for v in sweep.values))
+    pictures = [_map(sweep, cells, extremes)]
+    if any(r.error is not None for r in results):
+        caption = f"{sweep.title}: size of the error against {sweep.axis}."
+        figure = plot_closed_form_series(tests, results)
+        pictures.append(Picture(f"{sweep.name}-error", figure, caption))
+    return Section(
+        sweep.title,
+        f"{sweep.definition} Stricter limit: {sweep.close}. Held: {sweep.held}. Cells are what was "
+        f"found: {sweep.quantity}.",
+        [markdown_table(header, [expected, *rows])],
+        pictures,
+    )
+
+
+def _found(cell: ExtremeCell | None) -> str:
+    return MISSING if cell is None else _or_missing(cell.numbers.get("found"))
+
+
+def _or_missing(value: float | None) -> str:
+    return MISSING if value is None else compact(value, 3)
+
+
+def _expected(sweep: ExtremeSweep, value: float, cells: Sequence[ExtremeCell]) -> float | None:
+    """What the closed form says, as the cells hold it; None where no engine had an answer."""
+    mine = (c for c in cells if c.sweep == sweep.name and c.value == value)
+    return next((c.numbers["expected"] for c in mine if "expected" in c.numbers), None)
+
+
+def _test(sweep: ExtremeSweep, value: float) -> ClosedFormTest:
+    axis = f"{sweep.axis} ({sweep.unit})" if sweep.unit else sweep.axis
+    return ClosedFormTest(
+        f"{sweep.name} {value:g}", sweep.title, sweep.definition, 1.0, sweep.quantity,
+        relative=True, resolution=sweep.resolution, argument=value, argument_name=axis,
+    )  # fmt: skip
+
+
+def _results(sweep: ExtremeSweep, cells: Sequence[ExtremeCell]) -> list[ClosedFormResult]:
+    """Errors in per cent of the closed form, where that is not 0."""
+    results = []
+    for c in cells:
+        expected = c.numbers.get("expected")
+        if c.sweep == sweep.name and expected:
+            found = c.numbers["found"]
+            error = 100.0 * (found - expected) / expected
+            name = f"{sweep.name} {c.value:g}"
+            results.append(ClosedFormResult(name, c.engine, c.frequency, found, error))
+    return results
+
+
+def _hertz(frequency: int | None) -> str:
+    return _OWN if frequency is None else f"{frequency} Hz"

@@ -1,0 +1,158 @@
+"""A part of the labelled set, and what trained weights say of its cases."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from steadyload.layouts.benchmark import Part
+from steadyload.learners.features import Array32, FeatureKind
+from steadyload.learners.jobs import BENCHMARK
+from steadyload.learners.scoring import items_safe
+from steadyload.learners.sequences import Sequences, load_sequences
+from steadyload.studies.learned.trainings import Run
+from steadyload.learners.weights import Weights, load_weights
+from steadyload.studies.learned.records import ALL, ProvenanceRow, TrainedRow
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.metrics import mean, share
+
+Rights = NDArray[np.bool_]
+"""Whether a score is the label's, shape (seeds, cases)."""
+
+
+class JudgedPart:
+    """Cases with labels, in one order for all judges.
+
+    Whether a layout lies outside of what a network was trained on is not asked: that is for a
+    network trained on little no fault of its features.
+
+    Args:
+        part: of the labelled set.
+        limit: only so many cases a scenario.
+    """
+
+    def __init__(self, part: Part, limit: int | None = None) -> None:
+        self.part, self._limit = part, limit
+        self._sequences: dict[FeatureKind, Sequences] = {}
+        self._known: dict[Path, NDArray[np.bool_]] = {}
+
+    def sequences(self, kind: FeatureKind) -> Sequences:
+        """The cases as features and labels."""
+        if kind not in self._sequences:
+            self._sequences[kind] = load_sequences(kind, self.part, limit=self._limit)
+        return self._sequences[kind]
+
+    @cached_property
+    def cases(self) -> Sequences:
+        """The cases, for their labels, scenarios and item lists."""
+        return self.sequences(FeatureKind.PLAIN)
+
+    @property
+    def scenarios(self) -> tuple[str, ...]:
+        """All scenarios of the cases."""
+        return tuple(dict.fromkeys(str(s) for s in self.cases.scenarios))
+
+    def probabilities(self, weights: Weights, members: int | None = None) -> Array32:
+        """That steps are unstable, (cases, most items): the mean of the first ``members``."""
+        rows = self.sequences(weights.kind).padded()
+        networks = weights.networks[:members]
+        found: Array32 = np.mean([n.probabilities_of_many(rows) for n in networks], axis=0)
+        return found
+
+    def rights(self, runs: Sequence[Run]) -> Rights:
+        """Whether every seed of a training is right, case by case."""
+        return np.array([self._right(run.weights) for run in runs])
+
+    def _right(self, folder: Path) -> NDArray[np.bool_]:
+        if folder not in self._known:
+            said = items_safe(self.probabilities(load_weights(folder)), self.cases.counts)
+            self._known[folder] = said == self.cases.safe
+        return self._known[folder]
+
+    def by_scenario(self, rights: Rights) -> dict[str, Estimate]:
+        """Accuracy, the mean of the seeds; intervals stand on item lists."""
+        return {
+            name: share(rights[0, which], self.cases.instances[which])
+            if len(rights) == 1
+            else mean(rights[:, which].mean(axis=0), self.cases.instances[which])
+            for name, which in self._parts().items()
+        }
+
+    def differences(self, rights: Rights, others: Rights) -> dict[str, Estimate]:
+        """Accuracy minus that of others, both the mean of their seeds, case by case."""
+        ahead = rights.mean(axis=0) - others.mean(axis=0)
+        return {
+            name: mean(ahead[which], self.cases.instances[which])
+            for name, which in self._parts().items()
+        }
+
+    def row(self, runs: Sequence[Run], against: Sequence[Run] = ()) -> TrainedRow:
+        """What a training came to.
+
+        Args:
+            runs: its seeds.
+            against: the seeds of the training that it is held against.
+        """
+        rights = self.rights(runs)
+        manifest = load_weights(runs[0].weights).manifest
+        options = manifest["members"][0]["options"]
+        return TrainedRow(
+            title=runs[0].training.title,
+            features=manifest["features"],
+            network=manifest["network"],
+            symmetries=int(options["symmetries"]),
+            labels=_label_sources(manifest["data"], runs[0]),
+            item_lists=manifest["item_lists"],
+            cases=manifest["cases"],
+            accuracy=self.by_scenario(rights),
+            seeds={
+                name: tuple(rights[:, which].mean(axis=1).tolist())
+                for name, which in self._parts().items()
+            },
+            difference=self.differences(rights, self.rights(against)) if against else None,
+        )
+
+    def _parts(self) -> dict[str, NDArray[np.bool_]]:
+        scenarios = self.cases.scenarios
+        return {ALL: np.ones(len(scenarios), dtype=bool)} | {
+            s: np.asarray(scenarios == s) for s in self.scenarios
+        }
+
+
+def provenance_row(title: str, weights: Weights) -> ProvenanceRow:
+    """Where weights come from."""
+    manifest = weights.manifest
+    members = manifest["members"]
+    return ProvenanceRow(
+        title=title,
+        seeds=tuple(int(m["options"]["seed"]) for m in members),
+        command=manifest["command"],
+        commit=str(manifest["made_by"]["git"] or "installed package"),
+        cases=manifest["cases"],
+        item_lists=manifest.get("item_lists"),
+        epochs=tuple(m["epochs"] for m in members),
+        best_epochs=tuple(m["best_epoch"] for m in members),
+        validation=manifest["validation"]["mean"]["all"],
+        seconds=sum(m["seconds"] for m in members),
+        digest=weights.digest,
+    )
+
+
+def _label_sources(data: Sequence[Mapping[str, object]], run: Run) -> str:
+    """Who labelled what a training learnt from, the training that it goes on from first."""
+    own = " and ".join(
+        "labelled set" if source["name"] == BENCHMARK else str(source.get("label", source["name"]))
+        for source in data
+    )
+    if run.start is None:
+        return own
+    before = load_weights(run.start).manifest["data"]
+    return f"{_label_sources(before, _without_start(run))}, then {own}"
+
+
+def _without_start(run: Run) -> Run:
+    return Run(run.training, run.seed, run.folder, run.data, None)

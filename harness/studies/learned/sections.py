@@ -1,0 +1,192 @@
+"""The parts of the page of learned judges that compare trainings with one another."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from steadyload.studies.learned.figures import plot_remedies, plot_size
+from steadyload.studies.learned.records import ALL, LeakRow, SizeCurve, TrainedRow
+from steadyload.reports.page import Picture, Section
+from steadyload.statistics.estimate import Estimate
+from steadyload.reports.table import MISSING, markdown_table, names, percent
+
+_SHIFTED = "S2b"
+"""The scenario whose centres of mass are shifted the most."""
+
+_GAIN = 0.08
+"""What remedies are to bring there."""
+
+
+def size(curves: Sequence[SizeCurve], scenarios: Sequence[str]) -> Section:
+    """Accuracy against the size of the training set."""
+    return Section(
+        "Size of the training set",
+        "\n".join(_growth(curve) for curve in curves)
+        + "\n\nA training set grows by *cases* that are drawn from the same item lists, or by "
+        "*item lists*: the two are not the same, since layouts packed from one list are alike. "
+        f"{_SEEDS_EXPLAINED}",
+        [f"**{curve.title}**\n\n{_rows(curve.rows, scenarios)}" for curve in curves],
+        [
+            Picture(
+                "learned-size",
+                plot_size(curves),
+                "Accuracy over all scenarios against the number of cases and of item lists that "
+                "were learnt from, with 95 % intervals.",
+            )
+        ],
+    )
+
+
+_SEEDS_EXPLAINED = (
+    "Accuracies are means over the seeds of a training, and their intervals tell how far other "
+    "item lists to be judged would move them; *seeds* tells the least and the greatest accuracy of "
+    "a seed, and how many there are."
+)
+
+
+def _growth(curve: SizeCurve) -> str:
+    first, last = (f(curve.rows, key=lambda r: r.cases) for f in (min, max))
+    return (
+        f"- {curve.title}: from {_set(first)} to {_set(last)}, accuracy goes from "
+        f"{100 * first.accuracy[ALL].value:.1f} to {100 * last.accuracy[ALL].value:.1f} %."
+    )
+
+
+def _set(row: TrainedRow) -> str:
+    return f"{row.cases} cases of {row.item_lists} item lists"
+
+
+def sources(
+    rows: Sequence[TrainedRow], agreement: Mapping[str, Estimate], scenarios: Sequence[str]
+) -> Section:
+    """Accuracy against who labelled what was learnt from."""
+    tables = [_rows(rows, scenarios), _differences(rows, scenarios)]
+    if agreement:
+        tables.append(
+            "How often a source gives the label that the first one gives, on the layouts that "
+            "were learnt from:\n\n"
+            + markdown_table(
+                ("label source", "n", "same label %"),
+                [(name, str(e.n), percent(e)) for name, e in agreement.items()],
+            )
+        )
+    return Section(
+        "Label source",
+        "\n".join(_held(row, ALL) for row in rows if row.difference is not None)
+        + f"\n\nAll are held against {rows[0].title}. *Then*: training went on from the weights "
+        f"that the labels before it had made. {_SEEDS_EXPLAINED}",
+        tables,
+    )
+
+
+def remedies(rows: Sequence[TrainedRow], scenarios: Sequence[str]) -> Section:
+    """What shifted centres of mass cost, and what is won back by which means."""
+    plain = rows[0]
+    said = []
+    if _SHIFTED in plain.accuracy and "S1" in plain.accuracy:
+        drops = [
+            f"{row.title} {100 * (row.accuracy['S1'].value - row.accuracy[_SHIFTED].value):.1f}"
+            for row in rows
+        ]
+        said.append(f"From S1 to {_SHIFTED} accuracy drops by these points: {'; '.join(drops)}.")
+        reached = [
+            row.title for row in rows if row.difference and row.difference[_SHIFTED].value >= _GAIN
+        ]
+        said.append(
+            f"At least {100 * _GAIN:g} points above {plain.title} on {_SHIFTED}: {names(reached)}."
+        )
+        said.append("\n".join(_held(row, _SHIFTED) for row in rows if row.difference is not None))
+    said.append(
+        "*Symmetry*: a training draws one of the pallet's 8 turns and mirrors for every layout. "
+        "*Attention*: at every step the network looks back at the items placed by then. *Support "
+        "features*: it is told how an item, and all that carries it, stands on what is below. "
+        f"{_SEEDS_EXPLAINED}"
+    )
+    return Section(
+        "Shifted centres of mass",
+        "\n\n".join(said),
+        [_rows(rows, scenarios, means=True), _differences(rows, scenarios)],
+        [
+            Picture(
+                "learned-remedies",
+                plot_remedies(rows, scenarios),
+                "Accuracy by scenario; bars are 95 % intervals, dots are single seeds.",
+            )
+        ],
+    )
+
+
+def leak(rows: Sequence[LeakRow], scenarios: Sequence[str]) -> Section:
+    """What it is worth to learn from layouts of held-out item lists."""
+    said = [
+        f"- {row.leaky.title} beside {row.honest.title}: {percent(row.leaky.difference[ALL])} "
+        f"points over {row.leaky.accuracy[ALL].n} cases, learnt from {row.leaky.cases} cases and "
+        f"{row.honest.cases}."
+        for row in rows
+        if row.leaky.difference is not None
+    ]
+    tables = [
+        f"{_rows((row.honest, row.leaky), scenarios)}\n\n"
+        f"{_differences((row.honest, row.leaky), scenarios)}"
+        for row in rows
+    ]
+    return Section(
+        "What a leak is worth",
+        "\n".join(said)
+        + "\n\nA leaky training learns from the sisters of the cases that are judged, too: layouts "
+        "packed from the same item lists, and the same geometries with other centres of mass; not "
+        "from these cases themselves.",
+        tables,
+    )
+
+
+def _held(row: TrainedRow, part: str) -> str:
+    """How far a training is ahead of that which it is held against."""
+    assert row.difference is not None
+    found = row.difference[part]
+    told = "" if found.low > 0.0 or found.high < 0.0 else ", not told apart"
+    where = "" if part == ALL else f" on {part}"
+    return f"- {row.title}: {percent(found)} points{where}{told}."
+
+
+def _rows(rows: Sequence[TrainedRow], scenarios: Sequence[str], *, means: bool = False) -> str:
+    """Trainings one below the other; ``means`` says by what they differ."""
+    parts = (ALL, *scenarios)
+    about = ("features", "network", "symmetries") if means else ("labels",)
+    header = (
+        "training", *about, "cases", "item lists", "n",
+        *(text for p in parts for text in (f"{'all' if p == ALL else p} %", "seeds")),
+    )  # fmt: skip
+    return markdown_table(
+        header,
+        [
+            (
+                row.title,
+                *((row.features, row.network, str(row.symmetries)) if means else (row.labels,)),
+                str(row.cases),
+                str(row.item_lists),
+                str(row.accuracy[ALL].n),
+                *(t for p in parts for t in (percent(row.accuracy[p]), _spread(row.seeds[p]))),
+            )
+            for row in rows
+        ],
+        left=1 + len(about),
+    )
+
+
+def _differences(rows: Sequence[TrainedRow], scenarios: Sequence[str]) -> str:
+    parts = (ALL, *scenarios)
+    return markdown_table(
+        (f"minus {rows[0].title}", "n", *("all" if p == ALL else p for p in parts)),
+        [
+            (row.title, str(row.accuracy[ALL].n), *(percent(row.difference[p]) for p in parts))
+            for row in rows
+            if row.difference is not None
+        ],
+    )
+
+
+def _spread(seeds: Sequence[float]) -> str:
+    if len(seeds) < 2:
+        return MISSING
+    return f"{100 * min(seeds):.1f} to {100 * max(seeds):.1f} ({len(seeds)})"

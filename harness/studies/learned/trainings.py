@@ -1,0 +1,200 @@
+"""The sets and trainings of a plan, made where they are missing; each has a folder of its own.
+
+A folder's name holds a hash of what it is made from: a plan that changes finds what has not
+changed, and leaves the rest where it is.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from steadyload.layouts.benchmark.tables import BenchmarkError, read_tables
+from steadyload.learners import LearnerError
+from steadyload.learners.generation import generate_labelled
+from steadyload.learners.jobs import BENCHMARK, TrainingJob, train_weights
+from steadyload.learners.options import training_preset
+from steadyload.studies.learned.plan import Plan, PlannedTraining, Section
+from steadyload.learners.weights import MANIFEST
+from steadyload.methods.spec import as_plain
+from steadyload.runs.executors import SinglePart, run_units
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Run(SinglePart):
+    """One seed of a training.
+
+    Attributes:
+        training: what it is one of.
+        seed: of its options.
+        folder: holds checkpoints, and ``weights`` in the end.
+        data: names of its sets as a :class:`TrainingJob` has them.
+        start: folder of the weights that it starts from; None for none.
+    """
+
+    training: PlannedTraining
+    seed: int
+    folder: Path
+    data: tuple[str, ...]
+    start: Path | None
+
+    @property
+    def weights(self) -> Path:
+        """The folder of its weights."""
+        return self.folder / "weights"
+
+    @property
+    def finished(self) -> bool:
+        """Its weights are there."""
+        return (self.weights / MANIFEST).exists()
+
+    def describe(self, part: int) -> str:
+        """The run for people."""
+        return f"training {self.training.name!r}, seed {self.seed}"
+
+    def job(self) -> TrainingJob:
+        """What is trained; the weights that it starts from must be there."""
+        planned = self.training
+        return TrainingJob.of(
+            training_preset(planned.preset),
+            {**planned.options, "seed": self.seed},
+            members=planned.members,
+            left_out=planned.left_out,
+            budget=planned.budget,
+            data=self.data,
+            limit=planned.limit,
+            lists=planned.lists,
+            start=str(self.start) if self.start else "",
+            leaky=planned.leaky,
+        )
+
+
+@dataclass(frozen=True)
+class Workshop:
+    """The folder in which a plan's sets and trainings are.
+
+    Args:
+        plan: of them.
+        folder: holds ``sets`` and ``trainings``.
+    """
+
+    plan: Plan
+    folder: Path
+
+    def set_folder(self, name: str) -> Path:
+        """The folder of a generated set."""
+        identity = self.plan.sets[name].identity()
+        return self.folder / "sets" / f"{name}-{_digest(identity)}"
+
+    def runs(self, name: str) -> list[Run]:
+        """All seeds of a training."""
+        return [self._run(name, seed) for seed in self.plan.trainings[name].seeds]
+
+    def make(
+        self,
+        sections: Collection[Section],
+        *,
+        workers: int,
+        generating: Progress = lambda done, total: None,
+        training: Progress = lambda done, total: None,
+    ) -> None:
+        """Make what sections need and is missing; what was interrupted goes on.
+
+        Args:
+            sections: of the plan.
+            workers: processes beside this one; each trains with one thread.
+            generating: called with item lists done and item lists in all, for every set.
+            training: called with trainings done and trainings in all.
+
+        Raises:
+            LearnerError: a training that cannot be; or one ended its process, twice.
+            as :func:`steadyload.learners.generation.generate_labelled` and
+            :func:`steadyload.learners.jobs.train_weights`.
+        """
+        needed = self.plan.needed(sections)
+        for name in dict.fromkeys(n for t in needed for n in t.data if n != BENCHMARK):
+            if self._lists(name) != self.plan.sets[name].lists:
+                generate_labelled(
+                    self.plan.sets[name],
+                    self.set_folder(name),
+                    workers=workers,
+                    progress=generating,
+                )
+        total = sum(len(t.seeds) for t in needed)
+        waves: dict[int, list[Run]] = {}
+        for planned in needed:
+            waves.setdefault(self._depth(planned), []).extend(self.runs(planned.name))
+        done = total - sum(not run.finished for runs in waves.values() for run in runs)
+        training(done, total)
+        for _, runs in sorted(waves.items()):
+            missing = [run for run in runs if not run.finished]
+            for run, (reason,) in run_units(
+                _train, missing, workers=workers, crashed=lambda run, part, reason: reason
+            ):
+                if reason:
+                    raise LearnerError(f"{run.describe(0)}: {reason}")
+                done += 1
+                training(done, total)
+
+    def _run(self, name: str, seed: int) -> Run:
+        planned = self.plan.trainings[name]
+        start = self._run(planned.start, seed) if planned.start else None
+        identity = {
+            "options": as_plain(training_preset(planned.preset).options) | dict(planned.options),
+            "members": planned.members,
+            "left_out": planned.left_out,
+            "budget": planned.budget,
+            "data": [self._data_identity(each) for each in planned.data],
+            "limit": planned.limit,
+            "lists": planned.lists,
+            "start": start.folder.name if start else "",
+            "leaky": planned.leaky,
+        }
+        return Run(
+            training=planned,
+            seed=seed,
+            folder=self.folder / "trainings" / f"{name}-{seed}-{_digest(identity)}",
+            data=tuple(
+                each if each == BENCHMARK else str(self.set_folder(each)) for each in planned.data
+            ),
+            start=start.weights if start else None,
+        )
+
+    def _data_identity(self, name: str) -> Any:
+        if name == BENCHMARK:
+            return name
+        return {**self.plan.sets[name].identity(), "lists": self.plan.sets[name].lists}
+
+    def _lists(self, name: str) -> int | None:
+        """Item lists of a set that is there as a whole; None without one."""
+        try:
+            return int(read_tables(self.set_folder(name))[3]["lists"])
+        except BenchmarkError:
+            return None
+
+    def _depth(self, training: PlannedTraining) -> int:
+        """How many trainings come before it."""
+        if not training.start:
+            return 0
+        return 1 + self._depth(self.plan.trainings[training.start])
+
+
+def _train(run: Run) -> Iterator[str]:
+    """Train one seed; the answer is empty."""
+    return (_trained(run) for _ in range(1))
+
+
+def _trained(run: Run) -> str:
+    train_weights(run.job(), run.folder, threads=1)
+    return ""
+
+
+def _digest(identity: Mapping[str, Any]) -> str:
+    text = json.dumps(identity, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:10]

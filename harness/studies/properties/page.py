@@ -1,0 +1,109 @@
+"""The page of property tests: a matrix, and every counterexample as table, picture and file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import PurePosixPath
+
+from steadyload.reports.charts import plot_scene
+from steadyload.reports.page import Page, Picture, Section
+from steadyload.studies.properties.records import PropertyRow, PropertyTable, Standing
+from steadyload.reports.table import MISSING, markdown_table
+
+_SIGNS = {
+    Standing.HOLDS: "holds",
+    Standing.FINDING: "**finding**",
+    Standing.VIOLATED: "**violated**",
+    Standing.NOT_ASKED: MISSING,
+}
+
+
+def properties_page(found: PropertyTable, manifest: Mapping[str, str]) -> Page:
+    """Compose the page of a run of property tests."""
+    counts = dict.fromkeys(Standing, 0)
+    for row in found.rows:
+        counts[row.standing] += 1
+    examples = sum(row.examples for row in found.rows)
+    summary = (
+        f"Properties: {len(found.about)}; methods: {len(found.methods)}; pairs that hold: "
+        f"{counts[Standing.HOLDS]}, declared findings: {counts[Standing.FINDING]}, violated: "
+        f"{counts[Standing.VIOLATED]}, on {examples} cases in all. A property is "
+        "asked only of methods that declare what it is about; a case is drawn at random, built "
+        "so that it can be loaded, and one that violates a property is made as small as it gets."
+    )
+    return Page("Property tests", summary, property_sections(found), manifest)
+
+
+def property_sections(found: PropertyTable) -> list[Section]:
+    """The matrix, the properties in words, and the counterexamples; for any page."""
+    failing = [row for row in found.rows if row.smallest is not None or row.why]
+    return [_matrix(found), _in_words(found), *(_counterexample(row) for row in failing)]
+
+
+def _matrix(found: PropertyTable) -> Section:
+    cells = {(row.method.spec, row.property): row for row in found.rows}
+    rows = [
+        (name, *(_cell(cells.get((method.spec, name))) for method in found.methods))
+        for name in found.about
+    ]
+    return Section(
+        "Properties and methods",
+        "In each cell, how the method stands to the property, and on how many of the cases tried "
+        f"the property said anything. {MISSING}: not asked.",
+        [markdown_table(("property", *(m.title for m in found.methods)), rows)],
+    )
+
+
+def _cell(row: PropertyRow | None) -> str:
+    if row is None or row.standing is Standing.NOT_ASKED:
+        return MISSING
+    return f"{_SIGNS[row.standing]} {row.asked}/{row.examples}"
+
+
+def _in_words(found: PropertyTable) -> Section:
+    return Section(
+        "What they say",
+        tables=[markdown_table(("property", "what must hold"), found.about.items(), left=2)],
+    )
+
+
+def _counterexample(row: PropertyRow) -> Section:
+    title, smallest = (
+        f"{row.standing.capitalize()}: {row.property}, {row.method.title}",
+        row.smallest,
+    )
+    if smallest is None:
+        return Section(title, f"No answer: {row.why}.")
+    drawn = "; ".join(f"{name} {value:g}" for name, value in smallest.change.items())
+    text = f"{smallest.found[0].upper()}{smallest.found[1:]}."
+    if drawn:
+        text += f" Drawn with it: {drawn}."
+    if row.why:
+        text += f"\n\n{row.why}"
+    text += f"\n\nThe layout: [{smallest.file}]({smallest.file})."
+    header = ("item", "x", "y", "z", "width", "height", "depth", "offset x, y, z (cm)", "kg")
+    items = [
+        (
+            str(number),
+            *(f"{value:g}" for value in (*item.position, *item.size)),
+            ", ".join(f"{value:g}" for value in item.mass_offset),
+            f"{item.weight:g}",
+        )
+        for number, item in enumerate(smallest.items)
+    ]
+    picture = Picture(
+        f"counterexample_{PurePosixPath(smallest.file).stem.replace('-', '_')}",
+        plot_scene(smallest.scene),
+        "The layout in cm; dots are centres of mass.",
+    )
+    return Section(
+        title,
+        text,
+        [markdown_table(header, items)],
+        [picture],
+    )
+
+
+def violations(rows: Sequence[PropertyRow]) -> list[PropertyRow]:
+    """Rows that nobody declared."""
+    return [row for row in rows if row.standing is Standing.VIOLATED]

@@ -1,0 +1,270 @@
+"""Properties x methods: asked over processes, kept in files, resumable.
+
+A folder holds ``results/*.json``, one file a property and method; beside the page lie
+``counterexamples/*.json``, layout files that can be read like any other.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import zlib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from importlib import metadata, resources
+from pathlib import Path
+
+from steadyload.atomic import write_atomically
+from steadyload.engines.registry import engine_names, engines, installed_versions
+from steadyload.layouts.formats import Format, read_layouts, write_layouts
+from steadyload.layouts.model import Layout
+from steadyload.methods.envelope import ENVELOPES
+from steadyload.methods.spec import nearest
+from steadyload.properties import PropertyError
+from steadyload.properties.findings import finding
+from steadyload.properties.property import Case, Property, Subject
+from steadyload.properties.registry import PROPERTIES
+from steadyload.properties.search import Counterexample, Outcome, search
+from steadyload.studies.properties.records import (
+    ItemRow,
+    PropertyRow,
+    PropertyTable,
+    SmallestCase,
+    Standing,
+)
+from steadyload.properties import mechanics
+from steadyload.methods.naming import method_key
+from steadyload.studies.comparison.summary import scene
+from steadyload.runs.executors import IN_THIS_PROCESS, SinglePart, run_units
+from steadyload.runs.results import judged_by, provenance_lines
+from steadyload.runs.runner import locked
+
+STATIC_METHODS = (
+    "fbs",
+    "pbs",
+    "sme",
+    "equilibrium",
+    "equilibrium:sides=frictionless",
+    "equilibrium:sides=friction",
+    "equilibrium:time=0.3",
+)
+
+_READABLE = 100
+"""Characters of a counterexample's file name that tell property and method."""
+
+
+@dataclass(frozen=True, slots=True)
+class PropertyStudy:
+    """What is asked.
+
+    Attributes:
+        methods: spec strings.
+        properties: what they are asked about.
+        examples: cases a pair at most.
+        seed: of the cases.
+    """
+
+    methods: tuple[str, ...]
+    properties: tuple[Property, ...]
+    examples: int
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class _Unit(SinglePart):
+    property: str
+    method: str
+    examples: int
+    seed: int
+    file: Path
+
+    def describe(self, part: int) -> str:
+        return f"{self.property!r} of {self.method}"
+
+
+def methods_on(names: Sequence[str] | None) -> list[str]:
+    """The methods that are asked by default: all static ones, and the label's way on engines.
+
+    Args:
+        names: engines; None takes the static methods and all engines that are installed and not
+            optional.
+
+    Raises:
+        PropertyError: no engine of that name.
+    """
+    known = engines()
+    for name in names or ():
+        if name not in known:
+            raise PropertyError(f"unknown engine {name!r}; {nearest(name, known)}")
+    if names is not None:
+        return [f"label@{name}" for name in names]
+    return [*STATIC_METHODS, *(f"label@{name}" for name in engine_names())]
+
+
+def run_properties(
+    study: PropertyStudy,
+    directory: Path,
+    *,
+    output: Path | None = None,
+    workers: int = IN_THIS_PROCESS,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> PropertyTable:
+    """Ask what has not been asked yet.
+
+    Args:
+        study: what is asked; a method that is spelt in two ways is asked once.
+        directory: folder of the results, made when it does not exist.
+        output: folder of the page, to which counterexamples go; by default the same.
+        workers: see :func:`steadyload.runs.runner.run_study`.
+        progress: called with pairs done and pairs in all.
+
+    Raises:
+        SpecError: no such method.
+        PropertyError: no property applies to any of the methods.
+        EngineNotInstalledError: a method's engine is missing.
+        ResultsError: another run is at work in the folder.
+        WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
+    """
+    subjects = list({s.spec: s for s in map(Subject, study.methods)}.values())
+    for subject in subjects:
+        subject.method.prepare()
+    units = [unit for subject in subjects for unit in _units(subject, study, directory / "results")]
+    if not units:
+        asked_about = ", ".join(repr(each.name) for each in study.properties)
+        raise PropertyError(f"{asked_about}: asked of none of {', '.join(study.methods)}")
+    (directory / "results").mkdir(parents=True, exist_ok=True)
+    with locked(directory):
+        missing = [unit for unit in units if not _is_whole(unit.file)]
+        progress(len(units) - len(missing), len(units))
+        done = len(units) - len(missing)
+        asked = run_units(
+            _ask,
+            missing,
+            workers=workers,
+            # Of an engine that ends its process; the case it did so on is not known.
+            crashed=lambda unit, part, reason: Outcome(0, 0, None, reason),
+        )
+        for unit, (answer,) in asked:
+            _keep(unit, answer)
+            done += 1
+            progress(done, len(units))
+        rows = [_row(unit, output or directory) for unit in units]
+    return PropertyTable(
+        about={asked.name: asked.about for asked in study.properties},
+        methods=tuple(method_key(subject.method) for subject in subjects),
+        rows=tuple(rows),
+    )
+
+
+def made_with(study: PropertyStudy) -> dict[str, str]:
+    """What a page of this study is made with."""
+    return {
+        "examples": f"{study.examples} a property and method, seed {study.seed}",
+        **provenance_lines(),
+        "hypothesis": metadata.version("hypothesis"),
+    }
+
+
+def _units(subject: Subject, study: PropertyStudy, folder: Path) -> Iterator[_Unit]:
+    """What a method is asked, and the files of its results: hashes of all that they depend on."""
+    here = Path(__file__).parent
+    code = [*sorted(here.glob("*.py")), Path(str(mechanics.__file__))]
+    rules = hashlib.sha256(b"".join(path.read_bytes() for path in code))
+    rules.update(resources.files("steadyload.methods").joinpath(ENVELOPES).read_bytes())
+    made_by = [
+        subject.spec, study.examples, study.seed, rules.hexdigest(),
+        metadata.version("hypothesis"), judged_by(subject.method),
+        installed_versions(subject.engine or ""),
+    ]  # fmt: skip
+    for asked in study.properties:
+        if asked.applies(subject):
+            digest = hashlib.sha256(json.dumps([asked.name, *made_by]).encode()).hexdigest()[:20]
+            file = folder / f"{digest}.json"
+            yield _Unit(asked.name, subject.spec, study.examples, study.seed, file)
+
+
+def _ask(unit: _Unit) -> Iterator[Outcome]:
+    subject = Subject(unit.method)
+    subject.method.prepare()
+    yield search(PROPERTIES[unit.property], subject, examples=unit.examples, seed=unit.seed)
+
+
+def _keep(unit: _Unit, outcome: Outcome) -> None:
+    held, failure = outcome.counterexample, None
+    if held is not None:
+        write_layouts(unit.file.with_suffix(".layout"), [held.case.layout], Format.NATIVE)
+        failure = {"found": held.found, "change": dict(held.case.change)}
+    result = {
+        "examples": outcome.examples,
+        "asked": outcome.asked,
+        "failure": failure,
+        "crashed": outcome.crashed,
+    }
+    write_atomically(unit.file, json.dumps(result, indent=1) + "\n")
+
+
+def _is_whole(file: Path) -> bool:
+    """Whether a result is there and can be read."""
+    try:
+        return "crashed" in json.loads(file.read_bytes())
+    except (FileNotFoundError, ValueError):
+        return False
+
+
+def _kept(unit: _Unit) -> Outcome:
+    result = json.loads(unit.file.read_text())
+    failure, counterexample = result["failure"], None
+    if failure is not None:
+        (layout,) = read_layouts(unit.file.with_suffix(".layout"))
+        counterexample = Counterexample(Case(layout, failure["change"]), failure["found"])
+    return Outcome(result["examples"], result["asked"], counterexample, result["crashed"])
+
+
+def _row(unit: _Unit, directory: Path) -> PropertyRow:
+    """A result as a page shows it; a declared finding shows even where this run missed it."""
+    outcome, known = _kept(unit), finding(unit.property, unit.method)
+    shown, standing = outcome.counterexample, Standing.HOLDS
+    if known is not None:
+        standing = Standing.FINDING
+        shown = shown or Counterexample(known.case, known.found)
+    elif shown is not None or outcome.crashed:
+        standing = Standing.VIOLATED
+    elif not outcome.asked:
+        standing = Standing.NOT_ASKED
+    return PropertyRow(
+        property=unit.property,
+        method=method_key(Subject(unit.method).method),
+        standing=standing,
+        examples=outcome.examples,
+        asked=outcome.asked,
+        why=known.why if known else outcome.crashed,
+        smallest=None if shown is None else _smallest(unit, shown, directory),
+    )
+
+
+def _smallest(unit: _Unit, shown: Counterexample, directory: Path) -> SmallestCase:
+    layout = shown.case.layout
+    file = Path("counterexamples") / f"{_file_name(unit)}.json"
+    (directory / file).parent.mkdir(parents=True, exist_ok=True)
+    write_layouts(directory / file, [layout], Format.NATIVE)
+    return SmallestCase(
+        found=shown.found,
+        change=shown.case.change,
+        items=_items(layout),
+        scene=scene(layout, "", []),
+        file=file.as_posix(),
+    )
+
+
+def _file_name(unit: _Unit) -> str:
+    """Readable, and another for every pair: specs may differ in nothing but punctuation."""
+    pair = f"{unit.property} {unit.method}"
+    readable = re.sub(r"[^a-z0-9]+", "-", pair.lower()).strip("-")[:_READABLE]
+    return f"{readable}-{zlib.crc32(pair.encode()):08x}"
+
+
+def _items(layout: Layout) -> tuple[ItemRow, ...]:
+    return tuple(
+        ItemRow(item.position, item.size, item.mass_offset, item.weight) for item in layout.items
+    )

@@ -1,0 +1,64 @@
+"""The page on what a study needs by its number of rows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from steadyload.reports.page import Page, Section
+from steadyload.studies.scale.records import ScalePoint, ScaleStep
+from steadyload.reports.table import markdown_table, significant
+
+_STEPS = ("run", "load", "report")
+
+
+def scale_page(points: Sequence[ScalePoint], how: str, manifest: Mapping[str, str]) -> Page:
+    """Compose the page.
+
+    Args:
+        points: by rising number of rows.
+        how: a sentence on what was judged.
+        manifest: what the page is made with.
+    """
+    columns = [f"{step}: {what}" for step in _STEPS for what in ("wall s", "CPU s", "MiB")]
+    header = ("rows", "layouts", "folder MiB", *columns)
+    table = markdown_table(
+        header,
+        [
+            (
+                str(point.rows),
+                str(point.layouts),
+                significant(point.size),
+                *(
+                    cell
+                    for step in _steps(point)
+                    for cell in (significant(step.wall), significant(step.cpu), f"{step.peak:.0f}")
+                ),
+            )
+            for point in points
+        ],
+        left=0,
+    )
+    least, most = points[0], points[-1]
+    growth = ""
+    if most.rows > least.rows:
+        added = [b.peak - a.peak for a, b in zip(_steps(least), _steps(most), strict=True)]
+        grown = [f"{2**20 * more / (most.rows - least.rows):.0f}" for more in added]
+        growth = f" From the first line to the last it grows by {', '.join(grown)} bytes a row."
+    return Page(
+        "What a study of many rows needs",
+        f"{how} MiB is the most memory that the process of a step held at a time, imports "
+        f"included.{growth}",
+        [
+            Section(
+                "Time and memory",
+                "*Run*: the process that hands out units and writes shards; others judge. *Load*: "
+                "`load_results`, all columns. *Report*: what a page shows, from the folder.",
+                [table],
+            )
+        ],
+        manifest,
+    )
+
+
+def _steps(point: ScalePoint) -> tuple[ScaleStep, ...]:
+    return point.run, point.load, point.report

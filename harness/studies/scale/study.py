@@ -1,0 +1,97 @@
+"""What a study needs by its number of rows: time and memory, of the run and of reading it.
+
+Every step is measured in a fresh process, which alone holds what grows: units, rows, frames. The
+processes that judge hold one unit each, whatever the study.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import re
+import resource
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from steadyload.studies.scale.records import ScalePoint, ScaleStep
+from steadyload.studies.comparison.summary import compare
+from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.results import load_results
+from steadyload.runs.runner import run_study
+
+METHODS = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5")
+"""Cheap ones: what is measured is all that is not judging."""
+
+REPETITIONS = 10
+_ROWS_A_LAYOUT = len(METHODS) * REPETITIONS
+_SHARD_SIZE = 100
+_SEED = 1
+
+
+def scale(
+    row_counts: Sequence[int],
+    *,
+    workers: int = 2,
+    progress: Callable[[str], None] = lambda what: None,
+) -> list[ScalePoint]:
+    """Run, load and compare generated studies.
+
+    Args:
+        row_counts: of the studies, 40 or more; what does not make a layout is left out.
+        workers: processes that judge.
+        progress: is told what is measured.
+    """
+    points = []
+    for asked in row_counts:
+        layouts = asked // _ROWS_A_LAYOUT
+        rows = layouts * _ROWS_A_LAYOUT
+        with tempfile.TemporaryDirectory(prefix="steadyload-scale-") as name:
+            folder = Path(name) / "run"
+            steps = {}
+            for what, step in (("run", _run), ("load", load_results), ("report", compare)):
+                progress(f"{rows} rows: {what}")
+                told = (folder, layouts, workers) if step is _run else (folder,)
+                steps[what] = _measured(step, *told)
+            size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+        points.append(ScalePoint(rows, layouts, size / 2**20, **steps))
+    return points
+
+
+def _run(folder: Path, layouts: int, workers: int) -> None:
+    study = StudyDefinition(
+        "scale",
+        METHODS,
+        generated=layouts,
+        seed=_SEED,
+        repetitions=REPETITIONS,
+        shard_size=_SHARD_SIZE,
+    )
+    run_study(study, folder, workers=workers)
+
+
+def _measured(step: Callable[..., Any], *arguments: Any) -> ScaleStep:
+    """A step in a process of its own."""
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(1, mp_context=context) as process:
+        return process.submit(_measure, step, arguments).result()
+
+
+def _measure(step: Callable[..., Any], arguments: tuple[Any, ...]) -> ScaleStep:
+    start, busy = time.perf_counter(), time.process_time()
+    step(*arguments)
+    wall, cpu = time.perf_counter() - start, time.process_time() - busy
+    return ScaleStep(wall, cpu, _peak())
+
+
+def _peak() -> float:
+    """The most memory that this process has held so far [MiB]."""
+    status = Path("/proc/self/status")
+    if status.exists():
+        # What getrusage tells starts with what the process held that started this one.
+        found = re.search(r"VmHWM:\s+(\d+) kB", status.read_text())
+        assert found is not None
+        return int(found[1]) / 1024.0
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0

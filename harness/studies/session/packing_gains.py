@@ -1,0 +1,123 @@
+"""What packing heuristics gain by a loading session that rejects what is not stable."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from steadyload.layouts.heuristics import HEURISTICS, Heuristic
+from steadyload.layouts.model import Layout
+from steadyload.layouts.packing import ITEM_CLASSES, Instance, make_instance
+from steadyload.methods.method import Method, Verdict
+from steadyload.methods.registry import make_method
+from steadyload.studies.session.records import PackingGain, PackingTask
+from steadyload.methods.naming import method_key
+from steadyload.statistics.metrics import mean, share
+from steadyload.studies.session.stable_packing import StablePacking, pack_stably
+
+Progress = Callable[[str], None]
+
+REJECTING = (
+    "fbs",
+    "pbs0.7",
+    "sme",
+    "equilibrium",
+    "equilibrium:time=0.3",
+    "lstm_1",
+    "ps_opt@mujoco",
+)
+"""Methods that reject placements."""
+
+JUDGE = "label@reference"
+"""Judges what was packed, and is none of those that rejected."""
+
+PACKED_BY = HEURISTICS[:40:5]
+"""All eight space rules and all five placement rules, each at least once; the first bin first."""
+
+ITEM_COUNT = 20
+"""Items of a list: as many as a layout of the labelled set holds at most."""
+
+_SEED = 21
+
+
+def packing_gains(
+    specs: Sequence[str] = REJECTING,
+    *,
+    judge: str = JUDGE,
+    instances: int = 5,
+    heuristics: Sequence[Heuristic] = PACKED_BY,
+    progress: Progress = lambda what: None,
+) -> list[PackingTask]:
+    """Pack item lists of all classes with every method that rejects, and without any.
+
+    Args:
+        specs: methods that reject placements.
+        judge: judges the bins that come of it.
+        instances: item lists of each class.
+        heuristics: that pack each of them.
+        progress: is told what is done.
+
+    Raises:
+        SpecError: no such method.
+    """
+    methods = [None, *map(make_method, specs)]
+    verdicts = _Verdicts(make_method(judge))
+    tasks = []
+    for item_class in ITEM_CLASSES:
+        lists = [
+            make_instance(item_class, number, seed=_SEED, item_count=ITEM_COUNT)
+            for number in range(instances)
+        ]
+        gains = []
+        for method in methods:
+            rejecting = "nobody rejects" if method is None else f"{method.spec} rejects"
+            progress(f"class {item_class}, {rejecting}")
+            gains.append(_gain(method, lists, heuristics, verdicts))
+        names = tuple(h.name for h in heuristics)
+        tasks.append(
+            PackingTask(f"Class {item_class}", instances, ITEM_COUNT, names, judge, tuple(gains))
+        )
+    return tasks
+
+
+class _Verdicts:
+    """A judge that is asked once for every geometry: many heuristics pack alike."""
+
+    def __init__(self, judge: Method) -> None:
+        self._judge = judge
+        self._known: dict[str, Verdict] = {}
+        judge.prepare(ITEM_COUNT)
+
+    def of(self, layout: Layout) -> Verdict:
+        key = layout.content_hash()
+        if key not in self._known:
+            self._known[key] = self._judge.judge(layout)
+        return self._known[key]
+
+
+def _gain(
+    method: Method | None,
+    instances: Sequence[Instance],
+    heuristics: Sequence[Heuristic],
+    verdicts: _Verdicts,
+) -> PackingGain:
+    if method is not None:
+        method.prepare(ITEM_COUNT)
+    packed: list[tuple[int, StablePacking]] = [
+        (instance.number, pack_stably(instance, heuristic, method))
+        for instance in instances
+        for heuristic in heuristics
+    ]
+    judged = [(number, verdicts.of(layout)) for number, p in packed for layout in p.layouts]
+    of_bins, of_packings = [number for number, _ in judged], [number for number, _ in packed]
+    items = ITEM_COUNT * len(packed)
+    return PackingGain(
+        method=None if method is None else method_key(method),
+        stable=share([v.stable for _, v in judged], of_bins),
+        score=mean([v.score or 0.0 for _, v in judged], of_bins),
+        bins=mean([len(p.layouts) for _, p in packed], of_packings),
+        left_out=sum(p.left_out for _, p in packed),
+        asked=sum(p.placements for _, p in packed) / items,
+        rejected=sum(p.rejected for _, p in packed) / items,
+        cpu=mean([1e3 * p.seconds / ITEM_COUNT for _, p in packed], of_packings),
+        judging=mean([1e3 * p.judging / ITEM_COUNT for _, p in packed], of_packings),
+    )

@@ -1,0 +1,207 @@
+"""What a placement costs in a loading session, while the session grows."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.methods.method import Method
+from steadyload.methods.registry import make_method
+from steadyload.methods.session import LoadingSession
+from steadyload.studies.session.records import PlacementCost, SessionCurve
+from steadyload.methods.naming import method_key
+from steadyload.studies.engines.speed import random_boxes
+
+Progress = Callable[[str], None]
+
+COSTED = (
+    "pbs0.7",
+    "sme",
+    "equilibrium",
+    "equilibrium:time=0.3",
+    "lstm_1:outside=accept",
+    "ps_opt@mujoco",
+    "label@mujoco:scope=local",
+    "label@mujoco",
+)
+"""Methods that are measured."""
+
+_DRAWS = 3
+_SUPPORT = 0.8
+_STACK = 20
+"""Boxes in a stack."""
+
+_APART = 3.0
+"""Stacks are so many of their sides from each other, from middle to middle."""
+
+_SPARE = 1.2
+"""So many times the items that are to be loaded are offered: some are rejected."""
+
+_WINDOW = 20
+_REPEATS = 9
+_ENOUGH = 10.0
+"""A session that has taken this long [s] ends."""
+
+_ENOUGH_TO_REPEAT = 0.5
+"""Sessions of one method and draw are repeated until they have taken this long together [s]."""
+
+_ENOUGH_FOR_A_WHOLE = 1.5
+"""The judging of whole layouts goes no further when one size has taken this long [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """Boxes that stand: ``about`` says how they lie; ``make`` takes their number and a seed."""
+
+    name: str
+    about: str
+    make: Callable[[int, int], Layout]
+
+
+def _row(count: int, seed: int) -> Layout:
+    pallet = Pallet(100.0, 100.0, 2000.0)
+    return random_boxes("row", count, pallet, "back-bottom-left", seed=seed, support=_SUPPORT)
+
+
+def _pile(count: int, seed: int) -> Layout:
+    pallet = Pallet(140.0, 400.0, 100.0)
+    return random_boxes("pile", count, pallet, "bottom-back-left", seed=seed, support=_SUPPORT)
+
+
+def _stacks(count: int, seed: int) -> Layout:
+    items: list[Item] = []
+    number, side = math.ceil(count / _STACK), 60.0
+    for k in range(number):
+        stack = random_boxes(
+            "stack", _STACK, Pallet(side, 400.0, side), "bottom-back-left",
+            seed=seed * number + k, support=_SUPPORT,
+        )  # fmt: skip
+        for item in stack.items:
+            x, y, z = item.position
+            items.append(replace(item, sequence=len(items), position=(x, y, z + _APART * side * k)))
+    pallet = Pallet(side, 400.0, _APART * side * number)
+    return Layout("stacks", pallet, tuple(items[:count]))
+
+
+SCENES = (
+    Scene("stacks", f"floors of 60 x 60 cm apart from each other, {_STACK} boxes on each", _stacks),
+    Scene("row", "a long floor, 1 m wide and up to 1 m high, from the back to the front", _row),
+    Scene("pile", "a floor of 140 x 100 cm from the bottom up; some 60 boxes cover it", _pile),
+)
+
+
+def session_curves(
+    specs: Sequence[str] = COSTED,
+    *,
+    count: int = 200,
+    progress: Progress = lambda what: None,
+) -> list[SessionCurve]:
+    """Cost of a placement against the number of items loaded, by scene and method.
+
+    Sessions are repeated in turn, so that what slows the machine for a while slows all alike, and
+    the least time of each placement counts.
+
+    Args:
+        specs: methods.
+        count: items that are loaded.
+        progress: is told what is measured.
+
+    Raises:
+        SpecError: no such method.
+    """
+    methods = [make_method(spec) for spec in specs]
+    cells = []
+    for scene in SCENES:
+        draws = [scene.make(round(_SPARE * count), seed) for seed in range(_DRAWS)]
+        cells += [_Cell(scene, method, draws) for method in methods]
+    for method in methods:
+        method.prepare(count)
+    for turn in range(_REPEATS):
+        for cell in cells:
+            progress(f"{cell.scene.name}, {cell.method.spec}, turn {turn + 1}")
+            cell.run(count)
+    curves = []
+    for cell in cells:
+        progress(f"{cell.scene.name}, {cell.method.spec}, whole layouts")
+        curves.append(cell.curve())
+    return curves
+
+
+@dataclass(slots=True)
+class _Cell:
+    """One method in one scene: what was loaded, and the least times of placements [s], by draw."""
+
+    scene: Scene
+    method: Method
+    draws: Sequence[Layout]
+    loaded: list[Layout] = field(default_factory=list)
+    least: list[np.ndarray] = field(default_factory=list)
+    spent: float = 0.0
+
+    def run(self, count: int) -> None:
+        """Load every draw once more, where that is quick."""
+        if self.spent > _ENOUGH_TO_REPEAT * len(self.draws):
+            return
+        first = not self.least
+        for place, draw in enumerate(self.draws):
+            loaded, times = _load(self.method, draw, count)
+            self.spent += float(times.sum())
+            if first:
+                self.loaded.append(loaded)
+                self.least.append(times)
+            else:
+                self.least[place] = np.minimum(self.least[place], times)
+
+    def curve(self) -> SessionCurve:
+        """What was measured, and the cost of whole layouts beside it."""
+        whole = _whole_costs(self.method, self.loaded[0])
+        points = []
+        for last in range(_WINDOW, min(map(len, self.least)) + 1, _WINDOW):
+            times = np.concatenate([times[last - _WINDOW : last] for times in self.least])
+            points.append(PlacementCost(last, 1e3 * float(np.median(times)), whole.get(last)))
+        key = method_key(self.method)
+        return SessionCurve(key, self.scene.name, tuple(points), _exponent(points))
+
+
+def _load(method: Method, layout: Layout, count: int) -> tuple[Layout, np.ndarray]:
+    """Place items until so many stay or it takes too long; CPU seconds of those that stay."""
+    times: list[float] = []
+    spent = 0.0
+    with LoadingSession(layout.pallet, method) as session:
+        for item in layout.items:
+            start = time.process_time()
+            stable = session.try_place(item).stable
+            taken = time.process_time() - start
+            spent += taken
+            if stable:
+                times.append(taken)
+            if len(session) == count or spent > _ENOUGH:
+                break
+        return session.layout(), np.array(times)
+
+
+def _whole_costs(method: Method, layout: Layout) -> dict[int, float]:
+    """By number of items: CPU milliseconds of judging the whole layout, as far as it is quick."""
+    costs: dict[int, float] = {}
+    for items in range(_WINDOW, len(layout) + 1, _WINDOW):
+        part, taken = layout.first(items), [method.judge(layout.first(items)).cpu.total]
+        while len(taken) < _REPEATS and sum(taken) < 0.1 * _ENOUGH_FOR_A_WHOLE:
+            taken.append(method.judge(part).cpu.total)
+        costs[items] = 1e3 * min(taken)
+        if sum(taken) >= _ENOUGH_FOR_A_WHOLE:
+            break
+    return costs
+
+
+def _exponent(points: Sequence[PlacementCost]) -> float | None:
+    """Growth exponent from 100 items on, by least squares in log-log."""
+    late = [p for p in points if p.items >= 100]
+    if len(late) < 4:
+        return None
+    slope, _ = np.polyfit(np.log([p.items for p in late]), np.log([p.placement for p in late]), 1)
+    return float(slope)

@@ -1,0 +1,93 @@
+"""Where methods err: by the number of items, and by how well a step is in balance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from steadyload.statistics.estimate import Estimate
+from steadyload.studies.table5.records import MarginBin, SizeBin
+from steadyload.statistics.metrics import share
+
+SIZES = ((1, 3), (4, 5), (6, 6), (7, 7), (8, 10), (11, 15), (16, 19), (20, 20))
+"""Numbers of items that go together. The paper cuts layouts to 20 items: many have just so many."""
+
+MARGINS = (-np.inf, -20.0, -10.0, -5.0, -1.0, 0.0, 0.5, 1.0, 2.0, 5.0, np.inf)
+"""Edges of bins of the margin [cm]. Below 0 nothing balances, and it is a matter of time."""
+
+
+def size_bins(right: pd.DataFrame, labels: pd.DataFrame) -> tuple[SizeBin, ...]:
+    """Accuracy by number of items; bins without a case are left out.
+
+    Args:
+        right: whether a method is right, cases x specs.
+        labels: of the same cases, :data:`steadyload.runs.labels.LABELS`, in the same order.
+    """
+    count, lists = labels["item_count"].astype(int).to_numpy(), labels["instance"].to_numpy()
+    most = max(int(count.max(initial=0)), SIZES[-1][1])
+    edges = [*SIZES[:-1], (SIZES[-1][0], most)]
+    found = []
+    for fewest, largest in edges:
+        here = (count >= fewest) & (count <= largest)
+        if here.any():
+            shares = {spec: share(right[spec].to_numpy()[here], lists[here]) for spec in right}
+            found.append(SizeBin(fewest, largest, int(here.sum()), shares))
+    return tuple(found)
+
+
+def margin_bins(
+    said: pd.DataFrame, labels: pd.DataFrame, margins: Sequence[Sequence[float] | None]
+) -> tuple[MarginBin, ...]:
+    """False alarms and misses by margin; empty where margins are not known.
+
+    A case is followed to the step where method and label part, or to the label's failing step: what
+    either would say of later steps is not known.
+
+    Args:
+        said: items placed safely, cases x specs, as :func:`steadyload.statistics.metrics.outcomes`.
+        labels: of the same cases, :data:`steadyload.runs.labels.LABELS`, in the same order.
+        margins: by case, the margin of every step up to the label's failing one [cm].
+    """
+    if any(margin is None for margin in margins):
+        return ()
+    number, step, margin, fails = _steps(labels, margins)
+    place = np.digitize(margin, MARGINS[1:-1])
+    lists = pd.factorize(labels["instance"])[0][number]
+    alarms: list[dict[str, Estimate]] = [{} for _ in MARGINS[1:]]
+    misses: list[dict[str, Estimate]] = [{} for _ in MARGINS[1:]]
+    for spec in said:
+        safe = said[spec].fillna(-1).astype(int).to_numpy()[number]
+        came = safe >= step  # without a verdict to none
+        for bin_ in range(len(MARGINS) - 1):
+            here = came & (place == bin_)
+            of = here & ~fails, here & fails
+            alarms[bin_][str(spec)] = share((safe == step)[of[0]], lists[of[0]])
+            misses[bin_][str(spec)] = share((safe > step)[of[1]], lists[of[1]])
+    return tuple(
+        MarginBin(
+            float(low),
+            float(high),
+            int(((place == bin_) & ~fails).sum()),
+            int(((place == bin_) & fails).sum()),
+            alarms[bin_],
+            misses[bin_],
+        )
+        for bin_, (low, high) in enumerate(pairwise(MARGINS))
+    )
+
+
+def _steps(
+    labels: pd.DataFrame, margins: Sequence[Sequence[float] | None]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
+    """All steps up to the labels' failing ones: case, step, margin, whether it is that one."""
+    count = labels["item_count"].astype(int).to_numpy()
+    safe = labels["failing_step"].fillna(labels["item_count"]).astype(int).to_numpy()
+    steps = [np.arange(min(s + 1, n)) for s, n in zip(safe, count, strict=True)]
+    case = np.repeat(np.arange(len(steps)), [len(own) for own in steps])
+    step = np.concatenate(steps)
+    margin = [np.asarray(m, float)[: len(own)] for m, own in zip(margins, steps, strict=True)]
+    return case, step, np.concatenate(margin), step == safe[case]

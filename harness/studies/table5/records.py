@@ -1,0 +1,274 @@
+"""What the page of Table 5 shows, as small typed records. Shares from 0 to 1, times in ms.
+
+A *group* is a scenario, or :data:`ALL` for all cases; mappings by group hold ALL first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from steadyload.runs.evaluation import Accuracies, AgreementMatrix
+from steadyload.statistics.estimate import Estimate
+from steadyload.methods.naming import MethodKey
+
+ALL = "all"
+"""The group of all cases."""
+
+
+@dataclass(frozen=True, slots=True)
+class PaperRow:
+    """A column of the paper's Table 5, by group: accuracy, runtime [ms of wall time].
+
+    ``families``: what judges in the same way here, see :attr:`MethodKey.family`.
+    """
+
+    title: str
+    families: tuple[str, ...]
+    accuracy: Mapping[str, float]
+    runtime: Mapping[str, float]
+
+    @property
+    def runtime_mean(self) -> float:
+        """Mean of the runtimes of the scenarios; the printed average may be another number."""
+        single = [value for group, value in self.runtime.items() if group != ALL]
+        return sum(single) / len(single)
+
+
+@dataclass(frozen=True, slots=True)
+class Paper:
+    """The paper's Table 5: ``cases`` a scenario, and the ``machine`` that times are of."""
+
+    source: str
+    cases: int
+    machine: str
+    rows: tuple[PaperRow, ...]
+
+    def row_of(self, method: MethodKey) -> PaperRow | None:
+        """The column that a method belongs to; None where the paper has none."""
+        return next((row for row in self.rows if method.family in row.families), None)
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What a method costs a layout: means over cases of the median over repeats.
+
+    ``ratio``: CPU time over that of the yardstick on the same cases; None for the yardstick, and
+    where there is none. ``spread``: largest minus smallest mean of a repeat, over the mean.
+    """
+
+    method: MethodKey
+    cpu: Estimate
+    wall: Estimate
+    ratio: Estimate | None
+    spread: float
+
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """The timing pass: by group, a row a method.
+
+    ``yardstick``: the method that ratios are to. ``load``: the most processes that wanted to run
+    while times were taken, one of them ours; None where it is not known. ``untimed``: methods
+    without times, and why. ``refused``: of methods with times, cases that they refuse; nobody was
+    timed on those.
+    """
+
+    costs: Mapping[str, tuple[Cost, ...]]
+    yardstick: MethodKey | None
+    layouts: int
+    item_lists: int
+    repeats: int
+    block: int
+    load: float | None
+    untimed: Mapping[str, str]
+    refused: Mapping[str, int]
+
+    def cost(self, group: str, method: MethodKey) -> Cost | None:
+        """A method's cost in a group; None where it was not timed."""
+        return next((c for c in self.costs[group] if c.method == method), None)
+
+
+@dataclass(frozen=True, slots=True)
+class PairTest:
+    """Two methods on the same cases: accuracy of the first minus that of the second.
+
+    ``p``: of the sign-flip test over item lists; ``corrected``: by Holm, over all pairs of the
+    group.
+    """
+
+    first: MethodKey
+    second: MethodKey
+    difference: Estimate
+    p: float
+    corrected: float
+
+
+@dataclass(frozen=True, slots=True)
+class PairTests:
+    """Pairs of methods in a group: all of them, or each with ``against``.
+
+    ``letters``: by spec; methods that share one are not told apart at ``level``; empty where not
+    all pairs were tested. ``sizes``: cases of every item list, the largest first. ``least``: the
+    smallest corrected p that so many lists and pairs can give.
+    """
+
+    pairs: tuple[PairTest, ...]
+    letters: Mapping[str, str]
+    sizes: tuple[int, ...]
+    level: float
+    least: float
+    against: MethodKey | None = None
+
+    def of(self, first: MethodKey, second: MethodKey) -> PairTest:
+        """The test of two methods, turned round where it was made the other way.
+
+        Raises:
+            KeyError: these two were not tested.
+        """
+        for test in self.pairs:
+            if (test.first, test.second) == (first, second):
+                return test
+            if (test.first, test.second) == (second, first):
+                d = test.difference
+                turned = Estimate(-d.value, -d.high, -d.low, d.n)
+                return PairTest(first, second, turned, test.p, test.corrected)
+        raise KeyError(first.spec, second.spec)
+
+
+@dataclass(frozen=True, slots=True)
+class SizeBin:
+    """Accuracy on layouts of so many items: ``accuracy`` by spec."""
+
+    fewest: int
+    most: int
+    cases: int
+    accuracy: Mapping[str, Estimate]
+
+
+@dataclass(frozen=True, slots=True)
+class MarginBin:
+    """Steps whose balance has a margin in [low, high) cm, and what methods make of them.
+
+    ``false_alarms``: by spec, the share of steps that hold by the label and fail by the method;
+    ``misses``: of those that fail by the label and hold by the method. Only steps that both come to
+    are counted. ``holding``, ``failing``: steps of the labels.
+    """
+
+    low: float
+    high: float
+    holding: int
+    failing: int
+    false_alarms: Mapping[str, Estimate]
+    misses: Mapping[str, Estimate]
+
+
+@dataclass(frozen=True, slots=True)
+class Watch:
+    """A robustly labelled case on which methods part, and two of them to watch side by side.
+
+    ``label``, ``said``: failing steps or ``stable``. ``right``: the most accurate method that names
+    the label; ``wrong``: the most accurate one that does not. ``wrong_methods`` of ``methods`` do
+    not. ``part``: of the labelled set; ``directory``: the word of the set, empty for the large one.
+    ``view``: the page that plays both loadings, as this page may link it; empty without one.
+    """
+
+    layout: str
+    scenario: str
+    item_count: int
+    label: str
+    right: MethodKey
+    wrong: MethodKey
+    said: str
+    wrong_methods: int
+    methods: int
+    part: str
+    directory: str
+    view: str = ""
+
+    @property
+    def name(self) -> str:
+        """Of the case as a layout, where cases are written as files."""
+        return f"{self.layout}_{self.scenario}"
+
+
+@dataclass(frozen=True, slots=True)
+class CeilingRow:
+    """How often answers to the same question agree that were found otherwise.
+
+    ``judges``: how many further answers a case has, besides the label. ``label``: each of them
+    against the label. ``twin``: two of all answers, drawn at random, against each other.
+    ``plurality``: one of all answers, drawn at random, against the most frequent of the others.
+    The last two are None where there are no draws to compare.
+    """
+
+    name: str
+    judges: int
+    label: Estimate
+    twin: Estimate | None
+    plurality: Estimate | None
+
+
+@dataclass(frozen=True, slots=True)
+class Ceiling:
+    """What the labels' own noise leaves to be reached.
+
+    ``by_group``: by group, a row a set of changes, from the narrowest to the widest. ``engines``:
+    other simulators that were asked the same question, all cases.
+    """
+
+    by_group: Mapping[str, tuple[CeilingRow, ...]]
+    engines: tuple[CeilingRow, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Front:
+    """Specs of methods that no other is as accurate as at a lower cost, by rising cost."""
+
+    specs: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedSet:
+    """All methods on a part of a labelled set.
+
+    ``tunings``: by spec of a simulation, a text of its parameters; those of one text share them.
+    ``fronts`` by group; empty where nothing was timed. ``margins`` is empty where the set has none.
+    ``robust``, ``fragile`` shares of errors are read off ``accuracies``.
+    """
+
+    accuracies: Accuracies
+    layouts: int
+    timing: Timing
+    tests: Mapping[str, PairTests]
+    tunings: Mapping[str, str]
+    fronts: Mapping[str, Front]
+    matrix: AgreementMatrix
+    sizes: tuple[SizeBin, ...]
+    margins: tuple[MarginBin, ...]
+    watched: tuple[Watch, ...]
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """All cases, then the scenarios."""
+        return tuple(self.tests)
+
+
+@dataclass(frozen=True, slots=True)
+class Table5:
+    """The whole page.
+
+    ``spatial``: methods in space; ``planar``: those of two dimensions beside them on layouts that
+    they can judge, None where none was asked for. ``flat``: cases of ``spatial`` that a planar
+    engine could judge. ``left_out``: by spec, why a method is in no table.
+    """
+
+    spatial: JudgedSet
+    planar: JudgedSet | None
+    flat: int
+    planar_methods: tuple[MethodKey, ...]
+    left_out: Mapping[str, str]
+    paper: Paper
+    ceiling: Ceiling | None
+    same_order: tuple[int, int]
+    manifest: Mapping[str, str]

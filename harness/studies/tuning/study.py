@@ -1,0 +1,322 @@
+"""What tuning brought, on cases that nothing was tuned on; fills the page of tuning."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from steadyload.engines.registry import capabilities
+from steadyload.layouts.benchmark import PLANAR
+from steadyload.methods.registry import make_method
+from steadyload.methods.tuned import TUNED, tuned
+from steadyload.methods.naming import MethodKey
+from steadyload.studies.tuning.records import (
+    OutcomeTable,
+    PricePoint,
+    SeedRow,
+    TransferCell,
+    TransferTable,
+    Tuning,
+    Variant,
+    VariantTable,
+)
+from steadyload.methods.naming import method_key
+from steadyload.tuning import TuningError
+from steadyload.tuning.cost import GOAL
+from steadyload.tuning.presets import preset
+from steadyload.studies.tuning.history import tuning_of
+from steadyload.tuning.judging import fitness
+from steadyload.tuning.ledger import Entry
+from steadyload.studies.tuning.outcomes import (
+    Outcomes,
+    PART,
+    canonical_spec,
+    judge_all,
+)
+from steadyload.tuning.presets import by_worth
+from steadyload.tuning.search import Search, pareto_front
+from steadyload.studies.tuning.variants import (
+    Change,
+    carried_over,
+    physical,
+    tuned_values,
+    without_gains,
+)
+
+BUDGETS = (1.0, 3.0, 10.0, 30.0)
+"""ms a layout of the table of prices."""
+
+_STOPPED = GOAL.partition(":")[2]
+"""What PS_3 and PS_5 are given, as all methods: looks, and a stop at rest."""
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass
+class _Engine:
+    """One engine's part of the study: the specs that are to be judged, by what they are for."""
+
+    name: str
+    tuned: str
+    others: dict[str, MethodKey]
+    left_out: list[Change]
+    physical: list[Change]
+    carried: dict[str, tuple[str, tuple[str, ...]]]
+    seeds: list[tuple[Search, str]]
+    prices: list[tuple[float, Entry | None, str]]
+
+    def specs(self) -> list[str]:
+        """All of them."""
+        changed = [change.spec for change in (*self.left_out, *self.physical)]
+        elsewhere = [spec for spec, _ in self.carried.values()]
+        priced = [spec for _, _, spec in self.prices if spec]
+        seeded = [spec for _, spec in self.seeds]
+        return [self.tuned, *self.others, *changed, *elsewhere, *seeded, *priced]
+
+
+def tuning_study(
+    searches: Iterable[Search],
+    work: Path,
+    *,
+    workers: int,
+    limit: int | None = None,
+    progress: Progress = lambda done, total: None,
+) -> Tuning:
+    """Hold the tuned presets against others on the test part, and take apart what they gained.
+
+    Engines of two dimensions are judged on the planar set, on which the others are judged, too,
+    where parameters are carried over.
+
+    Args:
+        searches: that were made; they found the presets, fronts and seeds are theirs.
+        work: run folders of what is judged; an interrupted study goes on from there.
+        workers: processes beside this one.
+        limit: only so many cases a scenario.
+        progress: called with rows done and rows in all, for each labelled set.
+
+    Raises:
+        TuningError: none of the searched engines has a preset, or none of its searches found it.
+        as :func:`steadyload.runs.runner.run_study`.
+    """
+    searches = [search for own in by_worth(searches).values() for search in own]
+    names = [e for e in dict.fromkeys(s.options.engine for s in searches) if e in tuned()[TUNED]]
+    if not names:
+        raise TuningError("none of these engines has a preset; steadyload tune --write-preset")
+    sets: dict[str | None, list[str]] = {}
+    for name in names:
+        sets.setdefault(_set_of(name), []).append(name)
+    tables = []
+    for benchmark, on_it in sets.items():
+        others = names if benchmark == PLANAR else on_it
+        engines = [_engine(name, searches, others) for name in on_it]
+        # Engines of three dimensions take part on the planar set with what they are on their own.
+        guests = [n for n in others if n not in on_it]
+        specs = [spec for engine in engines for spec in engine.specs()]
+        specs += [_carried(a, b)[0] for b in guests for a in others]
+        outcomes = judge_all(
+            specs,
+            work / (benchmark or "shipped"),
+            benchmark=benchmark,
+            workers=workers,
+            limit=limit,
+            progress=progress,
+        )
+        tables.append((benchmark, engines, others, outcomes))
+    return _assembled(searches, tables)
+
+
+_Judged = tuple[str | None, list[_Engine], list[str], Outcomes]
+
+
+def _assembled(searches: Sequence[Search], tables: Iterable[_Judged]) -> Tuning:
+    tables = list(tables)
+    parts = [(engine, outcomes, _part(benchmark)) for benchmark, engines, _, outcomes in tables
+             for engine in engines]  # fmt: skip
+    return dataclasses.replace(
+        tuning_of(searches),
+        tests=tuple(_held_against(engine, part, found) for engine, found, part in parts),
+        seeds=tuple(row for engine, found, _ in parts for row in _seed_rows(engine, found)),
+        left_out=tuple(
+            _changed(e, part, found, e.left_out) for e, found, part in parts if e.left_out
+        ),
+        plausibility=tuple(
+            _changed(e, part, found, e.physical) for e, found, part in parts if e.physical
+        ),
+        transfer=tuple(
+            _transfer(_part(benchmark), names, found)
+            for benchmark, _, names, found in tables
+            if len(names) > 1
+        ),
+        prices=tuple(row for engine, found, _ in parts for row in _price_rows(engine, found)),
+    )
+
+
+def _set_of(engine: str) -> str | None:
+    return PLANAR if capabilities(engine).dimensions == 2 else None
+
+
+def _part(benchmark: str | None) -> str:
+    return f"{PART}, {benchmark}" if benchmark else PART
+
+
+def _engine(name: str, searches: Sequence[Search], others: Sequence[str]) -> _Engine:
+    own = [search for search in searches if search.options.engine == name]
+    values = tuned_values(name)
+    spec = canonical_spec(f"{TUNED}@{name}")
+    main = _finder(name, own)
+    rivals = {
+        canonical_spec(rival): (title, family)
+        for rival, title, family in (
+            (f"ps3@{name}:{_STOPPED}", "PS_3, stopped at rest", "ps3"),
+            (f"ps5@{name}:{_STOPPED}", "PS_5, stopped at rest", "ps5"),
+            (f"ps3@{name}:{_STOPPED},scope=widening", "PS_3, widening scope", "simulation"),
+            (f"ps3@{name}", "PS_3, never stopped", "simulation"),
+            (
+                f"ps_opt-paper@{name}:rest_speed={values['rest_speed']}",
+                "PS_opt, paper",
+                "ps_opt-paper",
+            ),
+            (main.space.spec(main.space.start), "start of the search", "label"),
+        )
+    }
+    return _Engine(
+        name=name,
+        tuned=spec,
+        others={
+            rival: MethodKey(f"{title} @ {name}", rival, family, name)
+            for rival, (title, family) in rivals.items()
+        },
+        left_out=without_gains(main.space, values),
+        physical=physical(name, values),
+        carried={other: _carried(other, name) for other in others},
+        seeds=apart_by_seeds(own),
+        prices=_prices(own),
+    )
+
+
+def _finder(engine: str, searches: Sequence[Search]) -> Search:
+    """The search that found the preset of an engine."""
+    values = tuned()[TUNED][engine].parameters
+    for search in searches:
+        if preset(search).parameters == values:
+            return search
+    raise TuningError(f"none of these searches found {TUNED}@{engine}; name the folder of the one")
+
+
+def _carried(here: str, there: str) -> tuple[str, tuple[str, ...]]:
+    """What was tuned on one engine, as a spec on another, and what has no effect there."""
+    if here == there:
+        return canonical_spec(f"{TUNED}@{here}"), ()
+    return carried_over(tuned_values(here), there)
+
+
+def apart_by_seeds(searches: Sequence[Search]) -> list[tuple[Search, str]]:
+    """Searches that differ in their seed alone, where there are such.
+
+    Of several such kinds, the one that begins with the fewest genotypes known before: these would
+    be found again with any seed.
+    """
+    kinds: dict[tuple[Any, ...], list[Search]] = {}
+    for search in searches:
+        o = search.options
+        kinds.setdefault((o.algorithm, o.space, o.population, o.begin_with), []).append(search)
+    several = [kind for kind in kinds.values() if len(kind) > 1]
+    alike = min(several, key=lambda kind: len(kind[0].options.begin_with), default=[])
+    alike.sort(key=lambda s: s.options.seed)
+    return [(s, canonical_spec(s.space.spec(s.fittest().genotype))) for s in alike]
+
+
+def _prices(searches: Sequence[Search]) -> list[tuple[float, Entry | None, str]]:
+    """By budget the most accurate genotype of all searches that costs no more, and its spec."""
+    finders = {id(entry): search for search in searches for entry in search.whole()}
+    front = pareto_front([entry for search in searches for entry in search.whole()])
+    found: list[tuple[float, Entry | None, str]] = []
+    for budget in BUDGETS:
+        best = max(
+            (e for e in front if e.sheet.mean_cost <= budget),
+            key=lambda e: e.sheet.mean_cost,
+            default=None,
+        )
+        spec = canonical_spec(finders[id(best)].space.spec(best.genotype)) if best else ""
+        found.append((budget, best, spec))
+    return found
+
+
+def _held_against(engine: _Engine, part: str, found: Outcomes) -> OutcomeTable:
+    return OutcomeTable(
+        engine=engine.name,
+        part=part,
+        tuned=found.of(engine.tuned),
+        others=tuple(found.of(spec, engine.tuned, key) for spec, key in engine.others.items()),
+        cpu_ratio={spec: found.cpu_ratio(engine.tuned, spec) for spec in engine.others},
+    )
+
+
+def _changed(
+    engine: _Engine, part: str, found: Outcomes, changes: Sequence[Change]
+) -> VariantTable:
+    return VariantTable(
+        engine.name,
+        part,
+        tuple(
+            Variant(
+                change=change.name,
+                values=change.values,
+                accuracy=found.of(change.spec).accuracy,
+                accuracy_change=found.difference(change.spec, engine.tuned),
+                cost=found.of(change.spec).cpu.value,
+                cost_change=found.cpu_ratio(change.spec, engine.tuned).value,
+            )
+            for change in changes
+        ),
+    )
+
+
+def _transfer(part: str, names: Sequence[str], found: Outcomes) -> TransferTable:
+    cells, ignored = [], {}
+    for there in names:
+        own, _ = _carried(there, there)
+        for here in names:
+            spec, lost = _carried(here, there)
+            ignored[here, there] = lost
+            against = None if here == there else own
+            key = dataclasses.replace(
+                method_key(make_method(f"{TUNED}@{here}")), title=f"PS_opt of {here} @ {there}"
+            )
+            cells.append(TransferCell(here, there, found.of(spec, against, key)))
+    return TransferTable(part, tuple(names), tuple(cells), ignored)
+
+
+def _seed_rows(engine: _Engine, found: Outcomes) -> list[SeedRow]:
+    rows = []
+    for search, spec in engine.seeds:
+        best = search.fittest()
+        values: Mapping[str, object] = search.space.values(best.genotype)
+        rows.append(
+            SeedRow(
+                engine.name,
+                search.options.seed,
+                fitness(best.sheet, search.goal),
+                best.sheet.accuracy,
+                found.of(spec, engine.tuned),
+                {name: f"{value}" for name, value in values.items()},
+            )
+        )
+    return rows
+
+
+def _price_rows(engine: _Engine, found: Outcomes) -> list[PricePoint]:
+    rows = []
+    for budget, entry, spec in engine.prices:
+        if entry is None:
+            rows.append(PricePoint(engine.name, budget, "", 0.0, None))
+            continue
+        values = spec.partition(":")[2]
+        key = MethodKey(f"{budget:g} ms @ {engine.name}", spec, "simulation", engine.name)
+        rows.append(
+            PricePoint(engine.name, budget, values, entry.sheet.accuracy, found.of(spec, None, key))
+        )
+    return rows

@@ -1,0 +1,115 @@
+"""What is sampled of one labelled case: a row for the page of uncertain verdicts."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from steadyload.layouts.model import Layout
+from steadyload.methods.method import Method, Status, judge
+from steadyload.methods.registry import make_method
+from steadyload.methods.uncertainty import (
+    dimensions,
+    judge_deviated,
+    parse_uncertainty,
+)
+from steadyload.runs.outlook import Sampling, outlook, variance_by_scramblings
+
+Row = dict[str, Any]
+"""``layout, scenario, item_count``; ``nominal``, items placed safely by the plan (all: it stands),
+None without a verdict; ``safe``, the same of samples, with how many; ``samples, lost``; ``low,
+high, ending``; ``variance`` of the share that stands; ``cpu, nominal_cpu`` [s]; ``random``, the
+share of random samples that stand, None where there were none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A unit of work: one question to some cases, and the file that the answers go to."""
+
+    method: str
+    uncertainty: str
+    cases: tuple[tuple[str, Layout], ...]
+    sampling: Sampling
+    random: int
+    path: Path
+
+    def __len__(self) -> int:
+        return len(self.cases)
+
+    def without(self, done: int) -> Unit:
+        """The unit without its first cases."""
+        return replace(self, cases=self.cases[done:])
+
+    def describe(self, part: int) -> str:
+        """A case for people."""
+        scenario, layout = self.cases[part]
+        return f"{self.method} on layout {layout.name!r} ({scenario}), {self.uncertainty}"
+
+
+def sample_unit(unit: Unit) -> Iterator[Row]:
+    """Prepare a unit's method, then sample: a row a case."""
+    method = make_method(unit.method)
+    method.prepare(max(len(layout) for _, layout in unit.cases))
+    return _rows(method, unit)
+
+
+def _rows(method: Method, unit: Unit) -> Iterator[Row]:
+    # One by one and in a batch, so that no time holds imports or compilation.
+    first = unit.cases[0][1]
+    judge(method, first)
+    numbers = np.full((2, dimensions(len(first))), 0.5)
+    judge_deviated(method, first, parse_uncertainty(unit.uncertainty), numbers)
+    for part in range(len(unit)):
+        yield _row(method, unit, part)
+
+
+def _row(method: Method, unit: Unit, part: int) -> Row:
+    scenario, layout = unit.cases[part]
+    found = outlook(method, layout, parse_uncertainty(unit.uncertainty), unit.sampling)
+    stands = [safe == len(layout) for safe in found.said]
+    return {
+        "layout": layout.name,
+        "scenario": scenario,
+        "item_count": len(layout),
+        "nominal": _safe(found.nominal.status, found.nominal.failing_step, len(layout)),
+        "safe": sorted(Counter(s for s in found.said if s is not None).items()),
+        "samples": found.samples,
+        "lost": sum(found.without_verdict.values()),
+        "low": found.low,
+        "high": found.high,
+        "ending": str(found.ending),
+        "variance": variance_by_scramblings(stands) if stands else None,
+        "cpu": found.cpu,
+        "nominal_cpu": found.nominal.cpu.total,
+        "random": _random_share(method, unit, layout) if unit.random else None,
+    }
+
+
+def _safe(status: Status, failing_step: int | None, item_count: int) -> int | None:
+    if status is not Status.DONE:
+        return None
+    return item_count if failing_step is None else failing_step
+
+
+def _random_share(method: Method, unit: Unit, layout: Layout) -> float:
+    """How many of random samples stand, drawn apart from the quasi-random ones."""
+    digest = int(layout.content_hash()[:8], 16)
+    random = np.random.default_rng([unit.sampling.seed, digest])
+    uniforms = random.random((unit.random, dimensions(len(layout))))
+    verdicts = judge_deviated(method, layout, parse_uncertainty(unit.uncertainty), uniforms)
+    return float(np.mean([verdict.stable for verdict in verdicts]))
+
+
+def crashed_row(unit: Unit, part: int, reason: str) -> Row:
+    """The row of a case that ends the process it is judged in."""
+    scenario, layout = unit.cases[part]
+    return {
+        "layout": layout.name, "scenario": scenario, "item_count": len(layout), "nominal": None,
+        "safe": [], "samples": 0, "lost": 0, "low": 0.0, "high": 1.0, "variance": None,
+        "ending": f"crashed: {reason}", "cpu": 0.0, "nominal_cpu": 0.0, "random": None,
+    }  # fmt: skip

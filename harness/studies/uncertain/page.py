@@ -1,0 +1,274 @@
+"""The page of uncertain verdicts: how probable it is that a load stands, and what that is worth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from steadyload.reports.page import Page, Picture, Section
+from steadyload.statistics.estimate import Estimate
+from steadyload.reports.reliability_figures import plot_reliability, plot_risk
+from steadyload.reports.reliability_tables import (
+    abstention_table,
+    bins_table,
+    errors_table,
+)
+from steadyload.reports.table import (
+    MISSING,
+    compact,
+    factor,
+    markdown_table,
+    milliseconds,
+    names,
+    percent,
+    significant,
+)
+from steadyload.studies.uncertain.records import (
+    Check,
+    Checked,
+    Uncertain,
+    UncertainRow,
+)
+
+_FEW = 10
+"""A mean of fewer cases is not shown."""
+
+
+def uncertain_page(found: Uncertain, manifest: Mapping[str, str]) -> Page:
+    """Compose the page."""
+    sections = [_shows(found), _accuracy(found.rows), _firm(found.rows)]
+    if found.alone:
+        sections.append(_alone(found))
+    sections += [_calibration(found.rows), _cost(found)]
+    if found.check is not None:
+        sections.append(_check(found.check))
+    return Page(
+        "How sure verdicts are",
+        f"Cases of part `{found.part}` of the labelled set are judged as planned, and again and "
+        f"again with deviations from the plan: `{found.uncertainty}`, standard deviations, "
+        "lengths in cm (what deviates how: docs/uncertainty.md). *P* is the probability that the "
+        f"whole load stands, sampled until it is known to {found.half_width:g}, with at most "
+        f"{found.most} samples; the *likeliest* failing step is the one that most samples have. "
+        "Labels are of the plans. Half of the cases are stable, more than half in nature. "
+        f"Brackets hold 95 % intervals, which stand on the {found.item_lists} item lists.",
+        sections,
+        manifest,
+    )
+
+
+def _shows(found: Uncertain) -> Section:
+    said = [
+        f"- {row.method.title} (n {row.plan.n}): the likeliest step is right for "
+        f"{_one(row.likeliest)} % of the cases, the plan's for {_one(row.plan)} %. "
+        f"{_one(row.changed)} % of the samples fail at another step than the plan"
+        f"{_by_label(row)}; P lies from 5 to 95 % for {_one(row.unsure)} % of the cases. Of the "
+        f"tenth that it is least sure of it gets {_one(row.abstention.unsure)} % right, of the "
+        f"others {_one(row.abstention.sure)} %."
+        for row in found.rows
+    ]
+    said += [f"- {title} has no verdict on any of its cases." for title in found.silent]
+    if found.alone:
+        most = max(found.alone, key=lambda each: each.changed.value)
+        said.append(
+            f"- Of {names(f'`{each.what}`' for each in found.alone)}, each alone, `{most.what}` "
+            f"changes most: {_one(most.changed)} % of the failing steps of "
+            f"{found.alone_method.title} (n {most.changed.n})."
+        )
+    if found.check is not None:
+        inside = sum(row.inside for row in found.check.rows)
+        said.append(
+            f"- On {len(found.check.rows)} layouts of which some samples stand and some fall, "
+            f"{found.check.random} random samples a layout give a probability within the interval "
+            f"of {inside}; a quasi-random sample is worth {compact(found.check.gain.value)} "
+            "random ones there."
+        )
+    return Section("What it shows", "\n".join(said))
+
+
+def _by_label(row: UncertainRow) -> str:
+    robust, fragile = row.changed_robust, row.changed_fragile
+    if min(robust.n, fragile.n) < _FEW:
+        return ""
+    return f", {_one(fragile)} % where the label is fragile and {_one(robust)} % where it is robust"
+
+
+def _accuracy(rows: Sequence[UncertainRow]) -> Section:
+    header = (
+        "method", "n", "plan %", "likeliest step %", "ahead (points)", "Brier, plan", "Brier, P",
+    )  # fmt: skip
+    return Section(
+        "Accuracy",
+        "Share of cases on which the failing step is the label's: the one of the plan, and the "
+        "likeliest one. *Ahead*: the latter minus the former, on the same cases; an interval that "
+        "holds 0 tells no difference. *Brier*: mean square of the distance between what is said "
+        "of standing (stable or not, 1 or 0, or P) and the label, 1 or 0; 0 is best, and saying "
+        "one half always is 0.25. A case without a verdict counts as wrong.",
+        [
+            markdown_table(
+                header,
+                [
+                    (
+                        row.method.title,
+                        str(row.plan.n),
+                        percent(row.plan),
+                        percent(row.likeliest),
+                        percent(row.ahead),
+                        factor(row.plan_brier),
+                        factor(row.stands.brier),
+                    )
+                    for row in rows
+                ],
+            )
+        ],
+    )
+
+
+def _firm(rows: Sequence[UncertainRow]) -> Section:
+    header = ("method", "unsure %", "n", "changed %", "n", "robust %", "n", "fragile %", "n")
+    return Section(
+        "How firm a plan's verdict is",
+        "*Unsure*: P lies from 5 to 95 %. *Changed*: mean share of samples with another failing "
+        "step than the plan, over all cases, and over those whose label is *robust* (all judges "
+        f"of its ensemble name the same step) or *fragile* (one does not); fewer than {_FEW} cases "
+        "tell no mean.",
+        [
+            markdown_table(
+                header,
+                [
+                    (
+                        row.method.title,
+                        *_with_n(row.unsure, row.changed, row.changed_robust, row.changed_fragile),
+                    )
+                    for row in rows
+                ],
+            )
+        ],
+    )
+
+
+def _alone(found: Uncertain) -> Section:
+    return Section(
+        "What matters",
+        f"One thing alone deviates, judged by {found.alone_method.title}.",
+        [
+            markdown_table(
+                ("deviates", "n", "changed %", "unsure %"),
+                [
+                    (each.what, str(each.changed.n), percent(each.changed), percent(each.unsure))
+                    for each in found.alone
+                ],
+            )
+        ],
+    )
+
+
+def _calibration(rows: Sequence[UncertainRow]) -> Section:
+    kinds = {
+        "the load stands": {row.method.title: row.stands for row in rows},
+        "the likeliest step is right": {row.method.title: row.right for row in rows},
+    }
+    abstaining = {row.method.title: row.abstention for row in rows}
+    return Section(
+        "Calibration, and not judging the unsure",
+        "Whether of the cases with a P of 80 % so many stand by their labels, and whether the "
+        "likeliest step is right as often as its share says. A label is one verdict on the plan: "
+        "P says what may become of the plan, so a P of 50 % promises no coin toss of the label, "
+        "only that the label could easily be another. *Expected calibration error*: the distance "
+        "between mean probability and share that happened, over the bins below, weighted; noise "
+        "alone makes it larger than 0.",
+        [
+            errors_table(kinds),
+            "Accuracy of the likeliest step without the tenth of the cases of which it has the "
+            f"smallest share:\n\n{abstention_table(abstaining)}",
+            bins_table(kinds),
+        ],
+        [
+            Picture(
+                "reliability",
+                plot_reliability(kinds),
+                "What the labels say against the probability that was given, with 95 % intervals; "
+                "the diagonal keeps what it says.",
+            ),
+            Picture(
+                "risk",
+                plot_risk(abstaining),
+                "Share of wrong likeliest steps against the share of cases that are judged, the "
+                "surest first.",
+            ),
+        ],
+    )
+
+
+def _cost(found: Uncertain) -> Section:
+    header = (
+        "method", "n", "samples", "CPU ms, plan", "CPU ms, all samples", "sampling ended",
+        "samples without a verdict", "cases without one",
+    )  # fmt: skip
+    return Section(
+        "Cost",
+        "A case and all of its samples; drawing what deviates is part of it. Other work on the "
+        "machine lengthens times; rows are to be held against one another. *Ended*: cases by why "
+        "there were not more samples; *narrow*: the interval is as narrow as asked for; "
+        "*spent*: there were as many as there may be.",
+        [
+            markdown_table(
+                header,
+                [
+                    (
+                        row.method.title,
+                        str(row.samples.n),
+                        f"{row.samples.value:.0f} [{row.samples.low:.0f}, {row.samples.high:.0f}]",
+                        milliseconds(row.plan_cpu),
+                        milliseconds(row.cpu),
+                        names(f"{count} {why}" for why, count in row.endings.items()),
+                        str(row.lost),
+                        str(row.unjudged),
+                    )
+                    for row in found.rows
+                ],
+            )
+        ],
+    )
+
+
+def _check(check: Check) -> Section:
+    farthest = max(abs(row.stands - row.random) for row in check.rows)
+    header = ("layout", "scenario", "samples", "P %", "random samples %", "inside")
+    return Section(
+        "Against many random samples",
+        f"{check.method.title}, the {len(check.rows)} first layouts, scenarios in turn, of which "
+        "some samples stand and some fall (other samples than those shown, so that nothing is "
+        f"chosen by its own luck); {check.random} random samples a layout, drawn apart. "
+        f"Their share lies in the interval for {percent(check.inside)} % of the layouts (by chance "
+        "it may miss for one in twenty); at most the two are "
+        f"{significant(100 * farthest, 2)} points apart. One quasi-random sample is worth "
+        f"{factor(check.gain)} random ones: p (1 - p) / n over the variance of the mean, which "
+        "shows in how far the answers of independent scramblings lie apart.",
+        [
+            markdown_table(
+                header,
+                [(row.layout, row.scenario, *_checked(row)) for row in check.rows],
+                left=2,
+            )
+        ],
+    )
+
+
+def _checked(row: Checked) -> tuple[str, ...]:
+    return (
+        str(row.samples),
+        percent(Estimate(row.stands, row.low, row.high, row.samples)),
+        f"{100 * row.random:.1f}",
+        "yes" if row.inside else "no",
+    )
+
+
+def _with_n(*estimates: Estimate) -> tuple[str, ...]:
+    return tuple(
+        text
+        for each in estimates
+        for text in (percent(each) if each.n >= _FEW else MISSING, str(each.n))
+    )
+
+
+def _one(estimate: Estimate) -> str:
+    return MISSING if estimate.n == 0 else f"{100 * estimate.value:.1f}"

@@ -1,0 +1,229 @@
+"""How sure verdicts are on labelled cases: what is sampled for the page of uncertain verdicts.
+
+A run folder holds ``cases/*.json``, a file for some cases of one question, named by a hash of all
+that they depend on. Every file is whole or not there, so an interrupted run goes on where it was.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import zip_longest
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from steadyload.atomic import write_atomically
+from steadyload.engines.registry import installed_versions
+from steadyload.layouts.benchmark import Benchmark, Part, load_benchmark
+from steadyload.layouts.model import Layout
+from steadyload.methods.registry import make_method
+from steadyload.methods.uncertainty import parse_uncertainty
+from steadyload.runs import outlook
+from steadyload.studies.uncertain import cases as uncertain_cases
+from steadyload.runs.executors import IN_THIS_PROCESS, run_units
+from steadyload.runs.outlook import FIRST_LOOK, Sampling
+from steadyload.runs.results import ResultsError, judged_by
+from steadyload.runs.runner import locked
+from steadyload.studies.uncertain.cases import Row, Unit, crashed_row, sample_unit
+
+CHECK = "equilibrium"
+"""The method whose probabilities are held against those of many random samples."""
+
+_SHARD = 10
+_MEASURING = (outlook.__file__, uncertain_cases.__file__)
+"""The code that a row depends on, besides that of methods and engines."""
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Questions:
+    """What is asked of which cases.
+
+    Attributes:
+        part: of the labelled set that comes with the package.
+        uncertainty: what deviates, as :func:`parse_uncertainty` reads it.
+        methods: spec strings.
+        cases: a scenario, for methods without an engine.
+        engine_cases: a scenario, for methods with one, and for ``alone``.
+        alone: what deviates by itself, to tell what matters.
+        alone_method: which method is asked that.
+        checked: layouts on which :data:`CHECK` is held against random samples; 0 for none.
+        check_cases: a scenario, among which they are the first of which some samples stand and
+            some fall, by :data:`FIRST_LOOK` samples of another seed.
+        random: samples a checked layout.
+        sampling: how long to sample.
+    """
+
+    part: Part = Part.TEST
+    uncertainty: str = "com=5mm,position=3mm"
+    methods: tuple[str, ...] = (
+        "sme", "equilibrium:time=0.3", "lstm_1:outside=accept", "ps_opt@mujoco"
+    )  # fmt: skip
+    cases: int = 100
+    engine_cases: int = 20
+    alone: tuple[str, ...] = ("com=5mm", "position=3mm", "weight=5%", "friction=0.1")
+    alone_method: str = "equilibrium:time=0.3"
+    checked: int = 50
+    check_cases: int = 500
+    random: int = 4096
+    sampling: Sampling = field(default_factory=Sampling)
+
+
+@dataclass(frozen=True, slots=True)
+class Sampled:
+    """What a run found: tables with the columns of :data:`Row`, a row a case."""
+
+    methods: dict[str, pd.DataFrame]
+    alone: dict[str, pd.DataFrame]
+    check: pd.DataFrame
+
+
+def run_uncertain(
+    asked: Questions,
+    directory: Path,
+    *,
+    workers: int = IN_THIS_PROCESS,
+    progress: Progress = lambda done, total: None,
+) -> Sampled:
+    """Sample what is missing in ``directory``; an interrupted run is taken up again.
+
+    Args:
+        asked: what to ask.
+        directory: made when it does not exist.
+        workers: see :func:`steadyload.runs.runner.run_study`.
+        progress: called with cases done and cases in all, first of all but the random samples.
+
+    Raises:
+        SpecError: no such method, or nothing that can be uncertain.
+        BenchmarkError: no such part.
+        ResultsError: the folder is none, or another run is at work in it.
+        EngineNotInstalledError: a method's engine is missing.
+        WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
+    """
+    for text in (asked.uncertainty, *asked.alone):
+        parse_uncertainty(text)
+    for spec in (*asked.methods, asked.alone_method):
+        make_method(spec).prepare()
+    if directory.exists() and not directory.is_dir():
+        raise ResultsError(f"{directory}: is not a folder")
+    (directory / "cases").mkdir(parents=True, exist_ok=True)
+    with locked(directory):
+        run = _Run(asked, load_benchmark(), directory / "cases")
+        by_method = {spec: run.by_method(spec) for spec in asked.methods}
+        alone = {what: run.alone(what) for what in asked.alone}
+        glance = run.glance()
+        run.sample([*by_method.values(), *alone.values(), glance], workers, progress)
+        check = replace(
+            glance, cases=_unsure(glance, run.table(glance))[: asked.checked],
+            sampling=asked.sampling, random=asked.random,
+        )  # fmt: skip
+        run.sample([check], workers, progress)
+        return Sampled(
+            {spec: run.table(question) for spec, question in by_method.items()},
+            {what: run.table(question) for what, question in alone.items()},
+            run.table(check),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Question:
+    """One method, asked one thing of some cases."""
+
+    method: str
+    uncertainty: str
+    cases: tuple[tuple[str, Layout], ...]
+    sampling: Sampling
+    random: int = 0
+
+
+class _Run:
+    def __init__(self, asked: Questions, benchmark: Benchmark, folder: Path) -> None:
+        self._asked, self._benchmark, self._folder = asked, benchmark, folder
+        specs = dict.fromkeys((*asked.methods, asked.alone_method, CHECK))
+        # Of the code that samples, not of what it has become meanwhile.
+        self._made_by = {spec: _made_by(spec) for spec in specs}
+
+    def by_method(self, spec: str) -> _Question:
+        """How sure a method is."""
+        asked = self._asked
+        limit = asked.cases if make_method(spec).spec.engine is None else asked.engine_cases
+        return _Question(spec, asked.uncertainty, self._cases(limit), asked.sampling)
+
+    def alone(self, what: str) -> _Question:
+        """What changes where one thing alone deviates."""
+        asked = self._asked
+        return _Question(asked.alone_method, what, self._cases(asked.engine_cases), asked.sampling)
+
+    def glance(self) -> _Question:
+        """Which layouts are to be checked: by samples that do not count any more then."""
+        asked = self._asked
+        cases = self._cases(asked.check_cases) if asked.checked else ()
+        few = replace(asked.sampling, most=FIRST_LOOK, seed=asked.sampling.seed + 1)
+        return _Question(CHECK, asked.uncertainty, cases, few)
+
+    def _cases(self, limit: int) -> tuple[tuple[str, Layout], ...]:
+        """The first so many cases a scenario."""
+        chosen = self._benchmark.select(self._asked.part, limit=limit)
+        return tuple(
+            (scenario, self._benchmark.layout(name, scenario))
+            for name, scenario in zip(chosen["layout"], chosen["scenario"], strict=True)
+        )
+
+    def sample(self, questions: Sequence[_Question], workers: int, progress: Progress) -> None:
+        """Answer what is missing."""
+        units = {unit.path: unit for question in questions for unit in self._units(question)}
+        missing = [unit for path, unit in units.items() if _answers(path) is None]
+        total = sum(map(len, units.values()))
+        done = total - sum(map(len, missing))
+        progress(done, total)
+        for unit, rows in run_units(sample_unit, missing, workers=workers, crashed=crashed_row):
+            write_atomically(unit.path, json.dumps({"cases": rows}) + "\n")
+            done += len(rows)
+            progress(done, total)
+
+    def table(self, question: _Question) -> pd.DataFrame:
+        """The answers to a question that was sampled, as they are kept."""
+        answers = [_answers(unit.path) for unit in self._units(question)]
+        return pd.DataFrame([row for rows in answers for row in rows or ()])
+
+    def _units(self, question: _Question) -> Iterator[Unit]:
+        """A question in parts; a file's name is a hash of all that its rows depend on."""
+        method, uncertainty = question.method, question.uncertainty
+        sampling, random = question.sampling, question.random
+        asked = [method, str(parse_uncertainty(uncertainty)), repr(sampling), random]
+        for start in range(0, len(question.cases), _SHARD):
+            part = question.cases[start : start + _SHARD]
+            cases = [[scenario, layout.name, layout.content_hash()] for scenario, layout in part]
+            identity = json.dumps([asked, self._made_by[method], cases])
+            path = self._folder / f"{hashlib.sha256(identity.encode()).hexdigest()[:20]}.json"
+            yield Unit(method, uncertainty, part, sampling, random, path)
+
+
+def _unsure(glance: _Question, table: pd.DataFrame) -> tuple[tuple[str, Layout], ...]:
+    """The cases of which some samples stand and some fall, scenarios in turn."""
+    turns: dict[str, list[tuple[str, Layout]]] = {scenario: [] for scenario, _ in glance.cases}
+    for case, safe in zip(glance.cases, table["safe"] if len(table) else (), strict=True):
+        counts = dict(safe)
+        if 0 < counts.get(len(case[1]), 0) < sum(counts.values()):
+            turns[case[0]].append(case)
+    return tuple(case for turn in zip_longest(*turns.values()) for case in turn if case is not None)
+
+
+def _made_by(spec: str) -> list[Any]:
+    method = make_method(spec)
+    code = hashlib.sha256(b"".join(Path(file).read_bytes() for file in _MEASURING))
+    return [judged_by(method), installed_versions(method.spec.engine or ""), code.hexdigest()]
+
+
+def _answers(path: Path) -> list[Row] | None:
+    """What is there; a file that cannot be read counts as not there."""
+    try:
+        found: list[Row] = json.loads(path.read_bytes())["cases"]
+    except (FileNotFoundError, ValueError):
+        return None
+    return found

@@ -1,0 +1,175 @@
+"""The page that plays a loading: one HTML file that needs nothing else, not even a network.
+
+Our own scripts draw with three.js (see :mod:`steadyload.reports.viewer.three_js`). The library and the
+poses stand in the page as gzip in base64, and the browser unpacks them. Two layers keep the page
+small: an item has a track in a step only where it moves by more than :data:`STILL_CM` or turns, and
+numbers are whole hundredths of a millimetre.
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+from importlib import resources
+from typing import Any
+
+import jinja2
+import numpy as np
+from numpy.typing import NDArray
+
+from steadyload.reports.table import significant
+from steadyload.reports.viewer.three_js import three_js
+from steadyload.reports.viewer.records import Movement, View, ViewedLoading, ViewedStep
+
+STILL_CM = 0.01
+"""What moves by less within a step is drawn at rest [cm]."""
+
+_STILL_TURN = 1e-4
+_PER_CM = 1000
+_PER_UNIT = 10_000
+_PARTS = ("page.html.j2", "viewer.css", "stage.js", "player.js")
+
+
+def view_html(view: View) -> str:
+    """The page as text; the same view gives the same text.
+
+    Raises:
+        ThreeJsError: see :func:`steadyload.reports.viewer.three_js.three_js`.
+    """
+    folder = resources.files("steadyload.reports.templates.viewer")
+    environment = jinja2.Environment(
+        loader=jinja2.DictLoader({n: folder.joinpath(n).read_text() for n in _PARTS}),
+        autoescape=jinja2.select_autoescape(["html", "j2"], default=False),
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    return environment.get_template("page.html.j2").render(
+        view=view,
+        summary=_summary(view),
+        captions=[_caption(loading, len(view.items)) for loading in view.loadings],
+        library=_packed(three_js()),
+        data=_packed(json.dumps(_plain(view), separators=(",", ":"))),
+    )
+
+
+def _packed(text: str) -> str:
+    return base64.b64encode(gzip.compress(text.encode(), 9, mtime=0)).decode()
+
+
+def _summary(view: View) -> str:
+    width, height, depth = view.pallet
+    weight = sum(item.weight for item in view.items)
+    count = len(view.items)
+    return (
+        f"{count} item{'s' if count != 1 else ''}, {significant(weight)} kg, on a pallet of "
+        f"{width:g} × {depth:g} cm loaded up to {height:g} cm"
+    )
+
+
+def _caption(loading: ViewedLoading, items: int) -> dict[str, Any]:
+    """What stands above the scene of a method."""
+    if loading.status != "done":
+        kind, headline = "none", f"no verdict: {loading.status}"
+    elif loading.failing_step is None:
+        kind, headline = "stable", "stable"
+    else:
+        kind, headline = "fails", f"fails at step {loading.failing_step}"
+    score = "none" if loading.score is None else f"{significant(loading.score)}"
+    safe = items if loading.failing_step is None else loading.failing_step
+    facts = {
+        "score": f"{score} ({safe} of {items} placed)" if loading.score is not None else score,
+        "CPU time": _time(loading.seconds),
+    }
+    if loading.displacement is not None and loading.rotation is not None:
+        facts[f"item {loading.moved_item} moved"] = (
+            f"{loading.displacement:.1f} cm, {loading.rotation:.1f}°"
+        )
+    notes = []
+    if loading.reason and loading.displacement is None:
+        notes.append(loading.reason)
+    if not loading.simulates:
+        notes.append("this method moves nothing: items are shown as planned")
+    if loading.ignored:
+        notes.append(f"the engine ignored {', '.join(loading.ignored)}")
+    return {"kind": kind, "headline": headline, "facts": facts, "notes": "; ".join(notes)}
+
+
+def _plain(view: View) -> dict[str, Any]:
+    return {
+        "pallet": view.pallet,
+        "items": [
+            {"size": i.size, "offset": i.mass_offset, "weight": i.weight, "name": i.name}
+            for i in view.items
+        ],
+        "scale": [_PER_CM, _PER_UNIT],
+        "loadings": [_plain_loading(loading) for loading in view.loadings],
+    }
+
+
+def _plain_loading(loading: ViewedLoading) -> dict[str, Any]:
+    count = len(loading.planned)
+    upright = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
+    planned = np.hstack((loading.planned, upright))
+    rest, steps = planned.copy(), []
+    for step in loading.steps:
+        if loading.reseats:
+            rest = planned.copy()
+        steps.append(_plain_step(step, planned, rest))
+    if loading.status != "done":
+        last = max(len(steps) - 1, 0)
+    else:
+        last = count - 1 if loading.failing_step is None else loading.failing_step
+    return {
+        "method": loading.method,
+        "planned": np.round(loading.planned, 3).tolist(),
+        "last": last,
+        "failing": loading.failing_step,
+        "moved": loading.moved_item,
+        "simulates": loading.simulates,
+        "steps": steps,
+    }
+
+
+def _plain_step(
+    step: ViewedStep, planned: NDArray[np.float64], rest: NDArray[np.float64]
+) -> dict[str, Any]:
+    """Tracks by item: a frame at the placement, then those recorded; one frame for what rests.
+
+    ``rest`` holds where items are as the step begins, and is brought to where it ends.
+    """
+    tracks: dict[str, list[int]] = {}
+    frames = np.concatenate((step.centres, step.quaternions), axis=2)
+    for item in range(frames.shape[1]):
+        track = np.vstack((rest[item], frames[:, item]))
+        if _is_still(track, rest[item]):
+            if not _is_still(rest[item][None], planned[item]):
+                tracks[str(item)] = _whole(rest[item])
+            continue
+        tracks[str(item)] = _whole(track)
+        rest[item] = track[-1]
+    return {
+        "times": [0.0, *np.round(step.times, 5).tolist()] if len(step.times) else [],
+        "judged": step.judged,
+        "tracks": tracks,
+        "moved": [_plain_movement(m) for m in step.movements],
+    }
+
+
+def _is_still(track: NDArray[np.float64], at: NDArray[np.float64]) -> bool:
+    away = np.abs(track - at)
+    return bool(away[:, :3].max() <= STILL_CM and away[:, 3:].max() <= _STILL_TURN)
+
+
+def _whole(track: NDArray[np.float64]) -> list[int]:
+    scale = np.array([_PER_CM] * 3 + [_PER_UNIT] * 4)
+    return [int(v) for v in np.rint(track * scale).ravel()]
+
+
+def _plain_movement(movement: Movement) -> tuple[int, float, float]:
+    return (movement.item, round(movement.displacement, 2), round(movement.rotation, 2))
+
+
+def _time(seconds: float) -> str:
+    return f"{significant(1e3 * seconds)} ms" if seconds < 1.0 else f"{significant(seconds)} s"
