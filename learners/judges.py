@@ -22,11 +22,11 @@ from steadyload.learners.inference import Memory
 from steadyload.learners.scoring import THRESHOLD
 from steadyload.learners.weights import Weights, load_weights
 from steadyload.methods.method import (
+    STABLE,
     Finding,
     Loader,
     Method,
     RefusedError,
-    STABLE,
     Seconds,
     Status,
     StepJudge,
@@ -73,6 +73,7 @@ class LearnedJudge(Method):
     give a number there, too, and nothing would say what it is worth.
     """
 
+    title = "LSTM_1"
     Parameters: ClassVar[type[Any]] = LearnedParameters
     members: ClassVar[int | None] = 1
     """How many networks of the weights judge, the first ones; None for all."""
@@ -294,5 +295,6 @@ class _LikelySteps(StepJudge):
 class LearnedEnsemble(LearnedJudge):
     """LSTM_e: the mean of the probabilities of several trained networks (Eq. 8)."""
 
+    title = "LSTM_e"
     Parameters = EnsembleParameters
     members = None

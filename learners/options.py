@@ -12,7 +12,7 @@ from typing import Any
 
 from steadyload.engines.quantities import check_ranges, quantity
 from steadyload.learners import LearnerError
-from steadyload.learners.features import FeatureKind, SYMMETRIES
+from steadyload.learners.features import SYMMETRIES, FeatureKind
 from steadyload.learners.inference import HEADS
 from steadyload.methods.spec import SpecError, bind, nearest
 

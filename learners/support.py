@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from steadyload.layouts.model import FloatArray, TOLERANCE
+from steadyload.layouts.model import TOLERANCE, FloatArray
 from steadyload.learners.compiled import compiled
 from steadyload.learners.plane import hull_of, margin_in, pressures, sort_points
 

@@ -19,7 +19,7 @@ from torch import Tensor, nn
 from steadyload.atomic import write_atomically
 from steadyload.learners import LearnerError
 from steadyload.learners.features import symmetry_matrices
-from steadyload.learners.network import LstmNetwork, NETWORKS
+from steadyload.learners.network import NETWORKS, LstmNetwork
 from steadyload.learners.options import Optimizer, Schedule, TrainingOptions
 from steadyload.learners.scoring import accuracies
 from steadyload.learners.sequences import HeldOut, Sequences

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from steadyload.reports.table import compact, markdown_table, percent, significant
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.reliability import Abstention, Reliability
-from steadyload.reports.table import compact, markdown_table, percent, significant
 
 Kinds = Mapping[str, Mapping[str, Reliability]]
 """By what the probability is of, and by its judge."""

@@ -7,8 +7,7 @@ method has parameters of its own.
 from __future__ import annotations
 
 import zlib
-
-from steadyload.methods.naming import MethodKey
+from typing import Protocol
 
 _FAMILY_COLOURS = {
     "fbs": "#7f7f7f",
@@ -50,18 +49,42 @@ _SPARE_COLOURS = ("#393b79", "#637939", "#843c39", "#7b4173", "#3182bd", "#e6550
 _SPARE_MARKERS = ("P", "X", "h", "<", ">", "p")
 
 
-def colour(method: MethodKey) -> str:
+class Identified(Protocol):
+    """Whatever has the names that fix its colour and marker, such as a method's key."""
+
+    @property
+    def title(self) -> str:
+        """As it stands in tables and legends."""
+
+    @property
+    def spec(self) -> str:
+        """Its identity, with its parameters."""
+
+    @property
+    def family(self) -> str:
+        """Fixes the colour."""
+
+    @property
+    def engine(self) -> str | None:
+        """Fixes the marker."""
+
+
+def colour(method: Identified) -> str:
     """The method's colour; a family without one gets a spare colour by its name."""
     return _FAMILY_COLOURS.get(method.family) or _spare(method.family, _SPARE_COLOURS)
 
 
-def marker(method: MethodKey) -> str:
-    """The method's marker; an engine without one gets a spare marker by its name."""
-    known = _ENGINE_MARKERS.get(method.engine)
-    return known or _spare(str(method.engine), _SPARE_MARKERS)
+def marker(method: Identified) -> str:
+    """The method's marker, which is its engine's."""
+    return engine_marker(method.engine)
 
 
-def face(method: MethodKey) -> str:
+def engine_marker(engine: str | None) -> str:
+    """The marker of an engine, or of none; one without a marker gets a spare one by its name."""
+    return _ENGINE_MARKERS.get(engine) or _spare(str(engine), _SPARE_MARKERS)
+
+
+def face(method: Identified) -> str:
     """The inside of the method's marker: its colour, white where its spec names parameters."""
     return "white" if ":" in method.spec else colour(method)
 

@@ -19,7 +19,7 @@ from steadyload.engines.checks.scenes import (
     two_cubes,
 )
 from steadyload.engines.substeps import StepCount
-from steadyload.engines.world import Box, GRAVITY, Support, WorldSettings
+from steadyload.engines.world import GRAVITY, Box, Support, WorldSettings
 
 
 def check_free_fall(world_class: WorldClass) -> None:

@@ -26,10 +26,10 @@ from steadyload.engines.checks.scenes import (
 )
 from steadyload.engines.substeps import StepCount
 from steadyload.engines.world import (
+    GRAVITY,
     Box,
     BroadPhase,
     EngineError,
-    GRAVITY,
     Poses,
     Velocities,
     World,

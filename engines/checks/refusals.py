@@ -8,7 +8,7 @@ from functools import partial
 
 from steadyload.engines.checks.scenes import CUBE, WorldClass, expect
 from steadyload.engines.errors import BadNumberError
-from steadyload.engines.world import Box, GRAVITY, WorldSettings
+from steadyload.engines.world import GRAVITY, Box, WorldSettings
 
 _FINE = Box(CUBE, 1.0, (0.0, 0.0, 0.05))
 _NOT_FINITE = (math.nan, math.inf, -math.inf)

@@ -8,7 +8,7 @@ import numpy as np
 
 from steadyload.engines.reference.compiled import compiled
 from steadyload.engines.reference.contact import FLOOR
-from steadyload.engines.reference.rodas import Control, FINISHED, NOT_FINITE, integrate
+from steadyload.engines.reference.rodas import FINISHED, NOT_FINITE, Control, integrate
 
 _WINDOW = 0.03
 """Bodies that cannot meet within this time [s] are integrated apart, each group with its own steps.

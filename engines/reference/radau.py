@@ -29,10 +29,10 @@ from steadyload.engines.reference.motion import (
     turn_by,
 )
 from steadyload.engines.reference.rodas import (
-    Control,
     FINISHED,
     NOT_FINITE,
     STEP_TOO_SMALL,
+    Control,
 )
 
 _WINDOW = 0.01

@@ -12,12 +12,12 @@ from steadyload.engines.reference.contact import BODY, make_scratch
 from steadyload.engines.reference.motion import Field
 from steadyload.engines.reference.options import Integrator, ReferenceOptions
 from steadyload.engines.reference.rodas import (
-    Control,
     FINISHED,
     NOT_FINITE,
     SINGULAR,
     STEP_TOO_SMALL,
     TOO_MUCH_WORK,
+    Control,
 )
 from steadyload.engines.world import (
     Box,

@@ -56,9 +56,9 @@ from steadyload.reports.viewer.three_js import ThreeJsError
 from steadyload.runs.definition import StudyError
 from steadyload.runs.envelope_use import score_warnings
 from steadyload.runs.executors import ExecutorError, WorkerDiedError
-from steadyload.studies.table5.front import FrontError
 from steadyload.runs.results import ResultsError
 from steadyload.runs.scoring import score_layouts
+from steadyload.studies.table5.front import FrontError
 from steadyload.studies.viewing import ViewError
 from steadyload.tuning import TuningError
 
@@ -300,11 +300,11 @@ def _convert(options: argparse.Namespace) -> None:
 
 
 def _bench(options: argparse.Namespace) -> None:
-    from steadyload.studies.engines.page import engine_study_page
     from steadyload.reports.page import write_page
-    from steadyload.studies.engines.study import engine_agreement, option_effects
     from steadyload.runs.results import provenance_lines
+    from steadyload.studies.engines.page import engine_study_page
     from steadyload.studies.engines.speed import ITEM_COUNTS, speed_curves, throughput
+    from steadyload.studies.engines.study import engine_agreement, option_effects
 
     parts = options.part or ["speed", "throughput"]
     made_with = provenance_lines()  # of the code that measures, not of what it has become meanwhile
@@ -342,8 +342,8 @@ def _methods(options: argparse.Namespace) -> None:
 
 
 def _engines(options: argparse.Namespace) -> None:
-    from steadyload.studies.engines.settings_page import engines_markdown, engines_rows
     from steadyload.studies.engines.settings import engine_records
+    from steadyload.studies.engines.settings_page import engines_markdown, engines_rows
 
     records = engine_records()
     if options.markdown:

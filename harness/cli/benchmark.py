@@ -12,7 +12,7 @@ from typing import Any
 
 from steadyload.cli.terminal import at_least, print_table, progress_bar, resumable
 from steadyload.layouts.benchmark import Part, load_benchmark
-from steadyload.layouts.benchmark.build import BuildOptions, PLANAR_OPTIONS
+from steadyload.layouts.benchmark.build import PLANAR_OPTIONS, BuildOptions
 from steadyload.layouts.benchmark.dataset import SETS
 from steadyload.layouts.benchmark.observations import RotationUnit
 from steadyload.layouts.benchmark.splits import SIZES, SplitSizes
@@ -230,8 +230,8 @@ def _label(options: argparse.Namespace) -> None:
 
 
 def _page(options: argparse.Namespace) -> None:
-    from steadyload.studies.benchmark.page import benchmark_page
     from steadyload.reports.page import write_page
+    from steadyload.studies.benchmark.page import benchmark_page
     from steadyload.studies.benchmark.summary import made_with, summarise
 
     found = load_benchmark(options.directory)

@@ -147,9 +147,9 @@ def _add_page(actions: Any) -> None:
 
 
 def _page(options: argparse.Namespace) -> None:
-    from steadyload.studies.cascade.page import cascade_page
     from steadyload.reports.page import write_page
     from steadyload.runs.results import provenance_lines
+    from steadyload.studies.cascade.page import cascade_page
     from steadyload.studies.cascade.study import cascade_study
 
     with resumable(options.work), progress_bar("judging") as advance:

@@ -44,13 +44,13 @@ def add_extremes(commands: Any) -> None:
 
 
 def _extremes(options: argparse.Namespace) -> None:
-    from steadyload.studies.extremes.page import extremes_page
     from steadyload.reports.page import write_page
     from steadyload.runs.definition import StudyError
+    from steadyload.runs.results import provenance, provenance_lines
     from steadyload.studies.extremes.cells import run_extremes
     from steadyload.studies.extremes.envelope import extremes_record, write_envelopes
+    from steadyload.studies.extremes.page import extremes_page
     from steadyload.studies.extremes.sweeps import FREQUENCIES, TIMEOUT
-    from steadyload.runs.results import provenance, provenance_lines
 
     if options.write_envelope and (options.sweep or options.frequency):
         raise StudyError("--write-envelope is of all sweeps and frequencies; leave these out")

@@ -58,14 +58,14 @@ def _properties(options: argparse.Namespace) -> int:
         raise PropertyError("property tests need hypothesis: pip install 'steadyload[properties]'")
     from steadyload.properties.registry import chosen
     from steadyload.properties.search import PROFILES
+    from steadyload.reports.page import write_page
+    from steadyload.studies.properties.page import properties_page, violations
     from steadyload.studies.properties.study import (
         PropertyStudy,
         made_with,
         methods_on,
         run_properties,
     )
-    from steadyload.reports.page import write_page
-    from steadyload.studies.properties.page import properties_page, violations
 
     methods = list(options.method or ())
     if options.engine or not methods:

@@ -109,8 +109,8 @@ def _run(options: argparse.Namespace) -> None:
 
 def _measure(options: argparse.Namespace) -> None:
     from steadyload.reports.page import write_page
-    from steadyload.studies.scale.page import scale_page
     from steadyload.runs.results import provenance_lines
+    from steadyload.studies.scale.page import scale_page
     from steadyload.studies.scale.study import METHODS, REPETITIONS, scale
 
     largest = options.rows - options.rows % _FEWEST_ROWS

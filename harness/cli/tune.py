@@ -73,14 +73,14 @@ def add_tune(commands: Any) -> None:
 def _tune(options: argparse.Namespace) -> int:
     from steadyload.methods.tuned import TUNED
     from steadyload.reports.page import write_page
-    from steadyload.studies.tuning.page import tuning_page
     from steadyload.runs.results import provenance, provenance_lines
-    from steadyload.tuning.presets import preset
     from steadyload.studies.tuning.history import tuning_of
+    from steadyload.studies.tuning.page import tuning_page
     from steadyload.tuning.presets import (
         check_remakable,
         differences,
         options_of,
+        preset,
         write_preset,
     )
     from steadyload.tuning.search import Search, SearchOptions
@@ -163,12 +163,12 @@ def add_tuned(commands: Any) -> None:
 
 def _tuned(options: argparse.Namespace) -> None:
     from steadyload.reports.page import write_page
-    from steadyload.studies.tuning.page import tuning_page
     from steadyload.runs.results import provenance_lines
+    from steadyload.studies.tuning.page import tuning_page
+    from steadyload.studies.tuning.study import tuning_study
     from steadyload.tuning import TuningError
     from steadyload.tuning.presets import by_worth, write_preset
     from steadyload.tuning.search import Search
-    from steadyload.studies.tuning.study import tuning_study
 
     names = [folder.resolve().name for folder in options.searches]
     if len(set(names)) < len(names):

@@ -54,10 +54,10 @@ def add_verify(commands: Any) -> None:
 
 
 def _closed_forms(options: argparse.Namespace) -> None:
-    from steadyload.studies.closed_forms.page import closed_forms_page
     from steadyload.reports.page import write_page
-    from steadyload.studies.closed_forms.study import closed_form_tests, closed_forms
     from steadyload.runs.results import provenance_lines
+    from steadyload.studies.closed_forms.page import closed_forms_page
+    from steadyload.studies.closed_forms.study import closed_form_tests, closed_forms
 
     made_with = provenance_lines()
     with status_line() as say:
@@ -66,8 +66,8 @@ def _closed_forms(options: argparse.Namespace) -> None:
 
 
 def _convergence(options: argparse.Namespace) -> None:
-    from steadyload.studies.convergence.page import convergence_page
     from steadyload.reports.page import write_page
+    from steadyload.studies.convergence.page import convergence_page
     from steadyload.studies.convergence.study import (
         OPINIONS,
         SECOND_MODEL,

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.layouts.model import Arrangement, FloatArray, TOLERANCE
+from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray
 
 
 @dataclass(frozen=True, slots=True)

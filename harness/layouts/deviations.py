@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from steadyload.layouts.model import (
-    FloatArray,
-    Layout,
     TOLERANCE,
     WEIGHTS,
+    FloatArray,
+    Layout,
     replace_items,
 )
 

@@ -9,11 +9,11 @@ import numpy as np
 from steadyload.layouts.contacts import Patch, Supports
 from steadyload.layouts.grid import BoxGrid
 from steadyload.layouts.model import (
+    TOLERANCE,
     FloatArray,
     Item,
     Layout,
     Pallet,
-    TOLERANCE,
     Vector,
     outside_error,
     overlap_error,

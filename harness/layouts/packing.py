@@ -19,8 +19,8 @@ from itertools import islice, permutations
 import numpy as np
 
 from steadyload.layouts.heuristics import (
-    BinRule,
     HEURISTICS,
+    BinRule,
     Heuristic,
     Packer,
     layout_corners,

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from steadyload.layouts.model import Layout, TOLERANCE, replace_items
+from steadyload.layouts.model import TOLERANCE, Layout, replace_items
 
 SNAP_GAP = 0.5
 """Vertical gaps up to this [cm] are closed unless another limit is given."""

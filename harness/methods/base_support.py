@@ -10,12 +10,12 @@ import numpy as np
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.contacts import Contacts, find_contacts
 from steadyload.layouts.growing import GrowingLayout
-from steadyload.layouts.model import FloatArray, Layout, TOLERANCE
+from steadyload.layouts.model import TOLERANCE, FloatArray, Layout
 from steadyload.methods.method import (
+    STABLE,
     Finding,
     Loader,
     Method,
-    STABLE,
     StepJudge,
     Stopwatch,
     Trait,
@@ -40,6 +40,7 @@ class PartialBaseSupport(Method):
     it, so the failing step is the first item with too little.
     """
 
+    title = "PBS"
     Parameters: ClassVar[type[Any]] = _PartialSupport
 
     @property
@@ -130,6 +131,7 @@ class _SupportedSteps(StepJudge):
 class FullBaseSupport(PartialBaseSupport):
     """FBS: the whole base must be supported, that is PBS with alpha = 1."""
 
+    title = "FBS"
     Parameters = NoParameters
 
     @property

@@ -22,11 +22,11 @@ from pathlib import Path
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import (
+    STABLE,
     Effort,
     Finding,
     Method,
     RefusedError,
-    STABLE,
     Status,
     StepJudge,
     Stopwatch,
@@ -82,6 +82,7 @@ class Cascade(Method):
     there are now are refused.
     """
 
+    title = "Cascade"
     Parameters = CascadeParameters
     needs_engine = True
 

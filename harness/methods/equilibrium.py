@@ -17,10 +17,10 @@ from steadyload.methods.balance import VerticalBalance
 from steadyload.methods.criteria import Moved
 from steadyload.methods.friction import Sides, unbalanced_item
 from steadyload.methods.method import (
+    STABLE,
     Finding,
     Loader,
     Method,
-    STABLE,
     Status,
     StepJudge,
     Stopwatch,
@@ -82,6 +82,7 @@ class Equilibrium(Method):
     The displacement and the angle in the verdict are that model's, good up to some 20 degrees.
     """
 
+    title = "Equilibrium"
     Parameters = EquilibriumParameters
 
     @property

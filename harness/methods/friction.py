@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 from scipy.optimize import nnls
 
-from steadyload.layouts.model import Arrangement, FloatArray, TOLERANCE
+from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray
 from steadyload.methods.balance import EDGE
 from steadyload.methods.touching import Points, directions, touching_points, wrenches
 

@@ -12,7 +12,7 @@ from steadyload.layouts.contacts import Contacts, find_contacts
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Arrangement, Layout
 from steadyload.methods.criteria import Examiner, Indices
-from steadyload.methods.method import Finding, RefusedError, STABLE, Stopwatch
+from steadyload.methods.method import STABLE, Finding, RefusedError, Stopwatch
 from steadyload.methods.placements import Placements
 from steadyload.methods.scene import (
     Across,

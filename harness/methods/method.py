@@ -326,6 +326,8 @@ class Method(ABC):
 
     Parameters: ClassVar[type[Any]]
     needs_engine: ClassVar[bool] = False
+    title: ClassVar[str] = ""
+    """As it stands in tables and legends; empty for the registered name."""
 
     def __init__(self, spec: MethodSpec, parameters: Any) -> None:
         self.spec = spec

@@ -24,7 +24,7 @@ from scipy.optimize import nnls
 
 from steadyload.engines.attitudes import cross
 from steadyload.engines.world import GRAVITY
-from steadyload.layouts.model import FloatArray, TOLERANCE
+from steadyload.layouts.model import TOLERANCE, FloatArray
 from steadyload.methods.touching import FIRM, Indices, Points, directions, wrenches
 
 _G = 100.0 * GRAVITY

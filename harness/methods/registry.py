@@ -125,14 +125,11 @@ def make_method(spec: str | MethodSpec) -> Method:
         SpecError: no such method, engine or parameter, or a value out of range.
     """
     parsed = parse_spec(spec) if isinstance(spec, str) else spec
-    known = method_classes()
+    method = method_class(parsed.name)
+    if method is None:
+        known = [*method_classes(), *presets()]
+        raise SpecError(f"unknown method {parsed.name!r}; {nearest(parsed.name, known)}")
     preset = presets().get(parsed.name)
-    target = known.get(preset.method if preset else parsed.name)
-    if target is None:
-        raise SpecError(
-            f"unknown method {parsed.name!r}; {nearest(parsed.name, [*known, *presets()])}"
-        )
-    method = _load(target)
     _check_engine(parsed, method)
     stored = dict(preset.parameters_on(parsed.engine)) if preset else {}
     parameters = bind(
@@ -140,6 +137,13 @@ def make_method(spec: str | MethodSpec) -> Method:
     )
     values = canonical(parameters, [key for key, _ in parsed.values])
     return method(MethodSpec(parsed.name, parsed.engine, values), parameters)
+
+
+def method_class(name: str) -> type[Method] | None:
+    """The class behind a method's or a preset's name; None where no such method is registered."""
+    preset = presets().get(name)
+    target = method_classes().get(preset.method if preset else name)
+    return None if target is None else _load(target)
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from steadyload.engines.world import Box, Poses
 from steadyload.layouts.contacts import Contacts
-from steadyload.layouts.model import Arrangement, TOLERANCE
+from steadyload.layouts.model import TOLERANCE, Arrangement
 
 CM = 0.01
 """Metres in a centimetre."""

@@ -41,6 +41,7 @@ class Simulation(Method):
     a rule, and not followed here. A 2-D engine refuses layouts that are not planar.
     """
 
+    title = "PS"
     Parameters = SimulationParameters
     needs_engine = True
 

@@ -10,7 +10,7 @@ from functools import cache
 
 from steadyload.engines.quantities import quantity
 from steadyload.engines.registry import engine_options
-from steadyload.engines.world import BroadPhase, SETTINGS, WorldSettings
+from steadyload.engines.world import SETTINGS, BroadPhase, WorldSettings
 from steadyload.methods.criteria import Criterion
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from steadyload.layouts.contacts import Supports, find_supports
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Arrangement, Layout
-from steadyload.methods.method import Finding, Loader, Method, STABLE, Stopwatch, Trait
+from steadyload.methods.method import STABLE, Finding, Loader, Method, Stopwatch, Trait
 from steadyload.methods.plane import Point, strictly_inside_hull
 from steadyload.methods.spec import NoParameters
 
@@ -22,6 +22,7 @@ class StaticMechanicalEquilibrium(Method):
     counts: a rule of thumb, not the exact equilibrium.
     """
 
+    title = "SME"
     Parameters = NoParameters
 
     @property

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.engines.attitudes import cross
-from steadyload.layouts.model import Arrangement, FloatArray, TOLERANCE
+from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray
 
 Indices = NDArray[np.intp]
 

@@ -17,6 +17,7 @@ from steadyload.methods.simulation import Simulation
 from steadyload.methods.simulation_parameters import BetweenSteps
 from steadyload.methods.trace import Trace, trace_loading
 from steadyload.properties.clear import balance_lost
+from steadyload.properties.mechanics import tipping_time
 from steadyload.properties.moved import quarter_turned
 from steadyload.properties.property import (
     Case,
@@ -37,7 +38,6 @@ from steadyload.properties.strategies import (
     towers,
     with_offsets,
 )
-from steadyload.properties.mechanics import tipping_time
 
 REST_SHIFT = 0.1
 """How far a corner may creep while its item is at rest [cm], where items are not large."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 
-from steadyload.layouts.model import Layout, WEIGHTS, replace_items
+from steadyload.layouts.model import WEIGHTS, Layout, replace_items
 from steadyload.methods.method import Trait
 from steadyload.properties.clear import is_clear
 from steadyload.properties.moved import mirrored, quarter_turned, translated

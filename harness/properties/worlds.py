@@ -8,7 +8,7 @@ from hypothesis.strategies import DrawFn, SearchStrategy
 
 from steadyload.engines.attitudes import rotate
 from steadyload.engines.registry import open_world
-from steadyload.engines.world import FixedStepWorld, GRAVITY, Velocities, WorldSettings
+from steadyload.engines.world import GRAVITY, FixedStepWorld, Velocities, WorldSettings
 from steadyload.methods.scene import Across, boxes, planar_scene
 from steadyload.properties.property import Case, Property, Subject, Violation
 from steadyload.properties.strategies import (

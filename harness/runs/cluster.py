@@ -23,7 +23,7 @@ from distributed import Client, KilledWorker, LocalCluster, Worker, get_worker
 from distributed.comm import get_address_host_port
 from distributed.diagnostics.plugin import WorkerPlugin
 
-from steadyload.runs.executors import AHEAD, ExecutorError, LOOK, all_cores
+from steadyload.runs.executors import AHEAD, LOOK, ExecutorError, all_cores
 from steadyload.runs.seats import (
     Answer,
     Crashed,
@@ -31,8 +31,8 @@ from steadyload.runs.seats import (
     Seats,
     Unit,
     Work,
-    WorkUnit,
     WorkerDiedError,
+    WorkUnit,
 )
 from steadyload.runs.workers import RemoteTracebackError, interrupts_held_back, pickled
 

@@ -7,15 +7,105 @@ layout. All intervals stand on instances (item lists): layouts packed from one l
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from steadyload.runs.evaluation import Accuracies, AccuracySummary, MethodSummary
+from steadyload.methods.naming import MethodKey
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share, weighted_share
+
+
+@dataclass(frozen=True, slots=True)
+class PhaseTimes:
+    """Mean CPU time a layout by phase [ms]."""
+
+    build: float
+    step: float
+    read: float
+    other: float
+
+
+@dataclass(frozen=True, slots=True)
+class MethodSummary:
+    """One method over all cases of a study.
+
+    ``agreement`` is the mean agreement with the simulations on *other* engines, None where there is
+    none to compare with. Times are a layout, in ms.
+    """
+
+    method: MethodKey
+    score: Estimate
+    stable: Estimate
+    agreement: Estimate | None
+    cpu: Estimate
+    wall: Estimate
+    phases: PhaseTimes
+    without_verdict: Mapping[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class AgreementMatrix:
+    """Share of equal failing steps between every two methods."""
+
+    methods: tuple[MethodKey, ...]
+    shares: tuple[tuple[Estimate, ...], ...]
+
+    @property
+    def titles(self) -> tuple[str, ...]:
+        """The methods' titles, in the order of rows and columns."""
+        return tuple(method.title for method in self.methods)
+
+
+@dataclass(frozen=True, slots=True)
+class AccuracySummary:
+    """One method against the labels: shares of cases.
+
+    ``accuracy``: the failing step is the label's. ``over``, ``under``: it is later, earlier; a
+    stable layout fails later than all. ``stable``: both say stable, or neither does.
+    ``within_one``: the numbers of items placed safely differ by at most one. ``robust``,
+    ``fragile``: accuracy on cases whose label is so. ``natural``: accuracy at the natural share of
+    stable layouts. Estimates that no case speaks of have n = 0. Times are a layout, in ms.
+    ``behind``: accuracy minus that of the most accurate method on the same cases, None for that
+    method itself. A case without a verdict counts as wrong, and as neither over nor under.
+    """
+
+    method: MethodKey
+    accuracy: Estimate
+    over: Estimate
+    under: Estimate
+    stable: Estimate
+    within_one: Estimate
+    robust: Estimate
+    fragile: Estimate
+    natural: Estimate
+    cpu: Estimate
+    wall: Estimate
+    without_verdict: Mapping[str, int]
+    behind: Estimate | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Accuracies:
+    """All methods against the labels of a part of a labelled set.
+
+    ``stable``, ``robust``, ``fragile``: cases whose label is so; what is neither robust nor fragile
+    was not asked. ``natural_stable``: share of stable layouts by scenario in the whole set.
+    """
+
+    part: str
+    cases: int
+    instances: int
+    stable: int
+    robust: int
+    fragile: int
+    natural_stable: Mapping[str, float]
+    methods: tuple[AccuracySummary, ...]
+    by_scenario: Mapping[str, tuple[AccuracySummary, ...]]
+
 
 BoolArray = NDArray[np.bool_]
 

@@ -22,7 +22,7 @@ from steadyload.layouts.model import Layout
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.envelope_use import EnvelopeCount
-from steadyload.runs.executors import Executor, IN_THIS_PROCESS, run_units
+from steadyload.runs.executors import IN_THIS_PROCESS, Executor, run_units
 from steadyload.runs.labels import (
     Case,
     Material,
@@ -32,8 +32,8 @@ from steadyload.runs.labels import (
     write_labels,
 )
 from steadyload.runs.results import (
-    ResultsError,
     SCHEMA_VERSION,
+    ResultsError,
     is_whole,
     load_manifest,
     provenance,

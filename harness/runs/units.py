@@ -18,7 +18,7 @@ from steadyload.methods.method import Method, Status, Verdict, judge
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.labels import Case
-from steadyload.runs.results import ResultsError, SCHEMA_VERSION, judged_by, result_row
+from steadyload.runs.results import SCHEMA_VERSION, ResultsError, judged_by, result_row
 
 Row = dict[str, Any]
 """A row of :data:`steadyload.runs.results.SCHEMA`."""

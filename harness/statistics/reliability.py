@@ -3,14 +3,54 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.reliability import Abstention, Reliability, ReliabilityBin
 from steadyload.statistics.metrics import mean, resamples, share
+
+
+@dataclass(frozen=True, slots=True)
+class ReliabilityBin:
+    """Predictions from ``low`` to ``high``: their ``mean``, and how often it ``happened``."""
+
+    low: float
+    high: float
+    mean: float
+    happened: Estimate
+
+
+@dataclass(frozen=True, slots=True)
+class Reliability:
+    """How a probability keeps what it says.
+
+    ``brier``: mean square of probability minus outcome. ``error``: expected calibration error, the
+    mean over ``bins`` (of equal width) of the distance between the mean probability and the share
+    that happened, weighted by the number of predictions.
+    """
+
+    brier: Estimate
+    error: Estimate
+    bins: tuple[ReliabilityBin, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Abstention:
+    """What is won by not judging what a judge is least sure of.
+
+    ``least``: how sure it must be to judge. ``curve``: (share of cases judged, the surest first;
+    share of these that are wrong).
+    """
+
+    least: float
+    every: Estimate
+    sure: Estimate
+    unsure: Estimate
+    curve: tuple[tuple[float, float], ...]
+
 
 BINS = 10
 EDGES = tuple(number / BINS for number in range(BINS + 1))

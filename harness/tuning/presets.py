@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from steadyload.methods.spec import parse_spec
+from steadyload.methods.spec import as_plain, parse_spec
 from steadyload.methods.tuned import TUNED, Tuned, tuned, write_tuned
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import CostModel
-from steadyload.tuning.presets import preset
 from steadyload.tuning.judging import fitness
+from steadyload.tuning.ledger import Entry
 from steadyload.tuning.search import Search, SearchOptions
 
 
@@ -99,3 +100,41 @@ def _entry(spec: str) -> Tuned:
         known = [f"{name}@{engine}" for name, engines in tuned().items() for engine in engines]
         raise TuningError(f"{spec}: no search found it; allowed: {', '.join(known) or 'none yet'}")
     return found[parsed.engine]
+
+
+def preset(search: Search) -> Tuned:
+    """The fittest genotype as a preset, with all that is needed to find it again."""
+    options, best = search.options, search.fittest()
+    chosen = {*search.space.fixed, *(gene.name for gene in search.space.genes)}
+    parameters = as_plain(search.space.parameters(best.genotype))
+    fitness, accuracy, cost = worth(search, best)
+    return Tuned(
+        {name: value for name, value in parameters.items() if name in chosen},
+        {
+            "engine": options.engine,
+            "algorithm": options.algorithm,
+            "space": options.space,
+            "seed": options.seed,
+            "population": options.population,
+            "generations": len(search.ledger.ends),
+            "begin_with": list(options.begin_with),
+            "source": dataclasses.asdict(options.source),
+            "model": search.ledger.facts["model"],
+            "found": {
+                "fitness": round(fitness, 6),
+                "accuracy": round(accuracy, 6),
+                "cost_ms": round(cost, 4),
+                "goal_ms": search.goal,
+                "cases": len(search.cases),
+                "genotypes": len(search.judged()),
+                "wall_seconds": round(search.wall),
+            },
+            **search.made_by,
+        },
+    )
+
+
+def worth(search: Search, entry: Entry) -> tuple[float, float, float]:
+    """Fitness, accuracy (0 to 1) and mean cost [ms] of a judged genotype."""
+    sheet = entry.sheet
+    return fitness(sheet, search.goal), sheet.accuracy, sheet.mean_cost

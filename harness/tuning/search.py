@@ -22,16 +22,16 @@ from steadyload.runs.results import provenance
 from steadyload.runs.runner import locked
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource, fingerprint, load_cases
-from steadyload.tuning.cost import CostModel, GOAL, calibrate
+from steadyload.tuning.cost import GOAL, CostModel, calibrate
 from steadyload.tuning.identity import identity, space_of
 from steadyload.tuning.judging import (
+    GROWTH,
+    WORST_COST,
     FitnessRace,
     FrontRace,
-    GROWTH,
     JudgeUnit,
     Race,
     Sheet,
-    WORST_COST,
     crashed_sheet,
     estimated,
     fitness,

@@ -1,7 +1,8 @@
 """The page that plays a loading: one HTML file that needs nothing else, not even a network.
 
-Our own scripts draw with three.js (see :mod:`steadyload.reports.viewer.three_js`). The library and the
-poses stand in the page as gzip in base64, and the browser unpacks them. Two layers keep the page
+Our own scripts draw with three.js (see :mod:`steadyload.reports.viewer.three_js`). The library and
+the poses stand in the page as gzip in base64, and the browser unpacks them. Two layers keep the
+page
 small: an item has a track in a step only where it moves by more than :data:`STILL_CM` or turns, and
 numbers are whole hundredths of a millimetre.
 """
@@ -19,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.reports.table import significant
-from steadyload.reports.viewer.three_js import three_js
 from steadyload.reports.viewer.records import Movement, View, ViewedLoading, ViewedStep
+from steadyload.reports.viewer.three_js import three_js
 
 STILL_CM = 0.01
 """What moves by less within a step is drawn at rest [cm]."""

@@ -19,12 +19,12 @@ from steadyload.engines.reference.motion import (
 )
 from steadyload.engines.reference.options import ReferenceOptions
 from steadyload.engines.reference.polygon import EDGES, separation
-from steadyload.engines.reference.rodas import Control, FINISHED, integrate
+from steadyload.engines.reference.rodas import FINISHED, Control, integrate
 from steadyload.engines.reference.world import ReferenceWorld
 from steadyload.engines.world import (
+    GRAVITY,
     Box,
     EngineError,
-    GRAVITY,
     Velocities,
     WorldSettings,
 )

@@ -13,19 +13,19 @@ from steadyload.properties.property import Case, Property, Subject, Violation
 from steadyload.properties.registry import chosen
 from steadyload.properties.search import search
 from steadyload.properties.strategies import layouts
+from steadyload.reports.page import Page, write_page
+from steadyload.runs.definition import load_study
+from steadyload.runs.runner import run_study
+from steadyload.studies.comparison.page import study_page
+from steadyload.studies.comparison.summary import compare
+from steadyload.studies.properties.page import properties_page, property_sections
+from steadyload.studies.properties.records import Standing
 from steadyload.studies.properties.study import (
     PropertyStudy,
     made_with,
     methods_on,
     run_properties,
 )
-from steadyload.reports.page import Page, write_page
-from steadyload.studies.properties.page import properties_page, property_sections
-from steadyload.studies.properties.records import Standing
-from steadyload.studies.comparison.page import study_page
-from steadyload.studies.comparison.summary import compare
-from steadyload.runs.definition import load_study
-from steadyload.runs.runner import run_study
 
 
 def below_three(subject, case):

@@ -22,14 +22,14 @@ from steadyload.layouts.benchmark.tables import (
 )
 from steadyload.methods.registry import make_method
 from steadyload.reports.page import write_page
-from steadyload.studies.comparison.page import study_page
-from steadyload.runs.evaluation import at_natural_prevalence, verdicts_against_labels
-from steadyload.studies.comparison.summary import compare
 from steadyload.runs.definition import StudyDefinition, StudyError, load_study
+from steadyload.runs.evaluation import at_natural_prevalence, verdicts_against_labels
 from steadyload.runs.labels import load_labels
-from steadyload.statistics.metrics import mean, share
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
+from steadyload.statistics.metrics import mean, share
+from steadyload.studies.comparison.page import study_page
+from steadyload.studies.comparison.summary import compare
 
 METHODS = ("fbs", "sme", "equilibrium:time=0.3", "simulation@mujoco:t_max=0.1,frequency=60")
 

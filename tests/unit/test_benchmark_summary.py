@@ -13,8 +13,8 @@ from steadyload.layouts.benchmark.tables import (
     UNLABELLED,
     write_tables,
 )
-from steadyload.studies.benchmark.page import benchmark_page
 from steadyload.reports.page import write_page
+from steadyload.studies.benchmark.page import benchmark_page
 from steadyload.studies.benchmark.summary import made_with, summarise
 
 ENSEMBLE = [(Reason.NUMERICAL, "fine"), (Reason.MODEL, "smooth"), (Reason.LIMITS, "strict")]

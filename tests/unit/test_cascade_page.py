@@ -16,13 +16,13 @@ from steadyload.methods.thresholds import (
     fingerprint,
     write_thresholds,
 )
+from steadyload.reports.page import write_page
+from steadyload.runs.results import load_results
+from steadyload.statistics.estimate import Estimate
 from steadyload.studies.cascade.page import cascade_page
 from steadyload.studies.cascade.records import HeldAgainst
-from steadyload.reports.page import write_page
-from steadyload.statistics.estimate import Estimate
-from steadyload.runs.results import load_results
-from steadyload.tuning import TuningError
 from steadyload.studies.cascade.study import cascade_study
+from steadyload.tuning import TuningError
 
 FOUND = {
     "cases": 900, "item_lists": 6, "independent": 450.0, "allowed": 3, "lost": 2, "gained": 1,

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from steadyload.engines.registry import ENGINES, EngineEntry, world_class
-from steadyload.engines.world import EngineError, GRAVITY, SettingSupport, Support
-from steadyload.studies.closed_forms.page import closed_forms_page
-from steadyload.studies.closed_forms.figures import plot_closed_forms
+from steadyload.engines.world import GRAVITY, EngineError, SettingSupport, Support
+from steadyload.properties import mechanics
 from steadyload.reports.page import write_page
 from steadyload.reports.table import compact
-from steadyload.properties import mechanics
-from steadyload.studies.closed_forms.measuring import NoValueError, boundary
-from steadyload.studies.closed_forms.study import closed_form_tests, closed_forms
 from steadyload.runs.definition import StudyError
+from steadyload.studies.closed_forms.figures import plot_closed_forms
+from steadyload.studies.closed_forms.measuring import NoValueError, boundary
+from steadyload.studies.closed_forms.page import closed_forms_page
+from steadyload.studies.closed_forms.study import closed_form_tests, closed_forms
 
 TESTS = {test.name: test for test in closed_form_tests()}
 

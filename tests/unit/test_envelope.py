@@ -23,11 +23,11 @@ from steadyload.methods.envelope import (
 )
 from steadyload.methods.registry import make_method
 from steadyload.reports.page import write_page
-from steadyload.studies.comparison.page import study_page
-from steadyload.studies.comparison.summary import compare
 from steadyload.runs.definition import load_study
 from steadyload.runs.results import load_manifest
 from steadyload.runs.runner import run_study
+from steadyload.studies.comparison.page import study_page
+from steadyload.studies.comparison.summary import compare
 
 HELD = Envelope(3, 10.0, 100.0, 2.0, 50.0, 20, True)
 

@@ -15,12 +15,12 @@ import pytest
 
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.packing import random_layouts
-from steadyload.studies.comparison.summary import compare
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.executors import Processes, WorkerDiedError, run_units
 from steadyload.runs.results import ResultsError, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.workers import RemoteTracebackError, UnpicklableError
+from steadyload.studies.comparison.summary import compare
 
 BAD = "layout-0002"
 

@@ -14,26 +14,25 @@ from matplotlib.patches import Rectangle
 from steadyload.cli import main
 from steadyload.engines.registry import engine_names, open_world, world_class
 from steadyload.engines.world import (
+    GRAVITY,
     Box,
     EngineError,
-    GRAVITY,
     Poses,
     Velocities,
     WorldSettings,
 )
 from steadyload.methods.envelope import Envelope, envelopes
-from steadyload.studies.extremes.figures import plot_outcomes
-from steadyload.studies.extremes.records import EnvelopeRow, ExtremeCell, Outcome
-from steadyload.studies.extremes.page import extremes_page
+from steadyload.properties import mechanics
 from steadyload.reports.page import write_page
+from steadyload.runs.definition import StudyError
+from steadyload.studies.closed_forms.measuring import Stage
 from steadyload.studies.extremes import (
     cells as extreme_cells,
+)
+from steadyload.studies.extremes import (
     measuring as extreme_runs,
 )
-from steadyload.properties import mechanics
 from steadyload.studies.extremes import scenes as scenes
-from steadyload.studies.closed_forms.measuring import Stage
-from steadyload.runs.definition import StudyError
 from steadyload.studies.extremes.cells import run_extremes
 from steadyload.studies.extremes.envelope import (
     ENVELOPE_SWEEPS,
@@ -43,6 +42,9 @@ from steadyload.studies.extremes.envelope import (
     from_here_on,
     write_envelopes,
 )
+from steadyload.studies.extremes.figures import plot_outcomes
+from steadyload.studies.extremes.page import extremes_page
+from steadyload.studies.extremes.records import EnvelopeRow, ExtremeCell, Outcome
 from steadyload.studies.extremes.sweeps import (
     FREQUENCIES,
     measure_cell,

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from steadyload.cli import main
-from steadyload.statistics.estimate import Estimate
 from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.runner import run_study
+from steadyload.statistics.estimate import Estimate
 from steadyload.studies.table5.front import (
     Front,
     FrontError,
@@ -18,7 +19,6 @@ from steadyload.studies.table5.front import (
     recommend,
     write_front,
 )
-from steadyload.runs.runner import run_study
 
 
 def measured(method, accuracy, cpu, engine=None):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from steadyload.layouts.heuristics import (
-    BinRule,
     HEURISTICS,
+    BinRule,
     Heuristic,
     HeuristicError,
     PlacementRule,

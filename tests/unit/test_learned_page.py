@@ -5,6 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from steadyload.methods.naming import MethodKey
+from steadyload.reports.page import write_page
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.reliability import (
+    BINS,
+    Abstention,
+    Reliability,
+    ReliabilityBin,
+    abstention,
+    reliability,
+)
 from steadyload.studies.learned.calibration import sureness
 from steadyload.studies.learned.page import learned_page
 from steadyload.studies.learned.records import (
@@ -20,11 +31,6 @@ from steadyload.studies.learned.records import (
     TimeRow,
     TrainedRow,
 )
-from steadyload.reports.page import write_page
-from steadyload.statistics.estimate import Estimate
-from steadyload.methods.naming import MethodKey
-from steadyload.statistics.reliability import Abstention, Reliability, ReliabilityBin
-from steadyload.statistics.reliability import BINS, abstention, reliability
 
 SCENARIOS = ("S1", "S2a", "S2b")
 PARTS = ("all", *SCENARIOS)

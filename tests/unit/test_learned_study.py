@@ -17,13 +17,13 @@ from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.learners import LearnerError
+from steadyload.learners.weights import load_weights
+from steadyload.methods.registry import make_method
+from steadyload.studies.learned.page import learned_page
 from steadyload.studies.learned.plan import Section
 from steadyload.studies.learned.plan_file import load_plan
 from steadyload.studies.learned.study import learner_study
 from steadyload.studies.learned.trainings import Workshop
-from steadyload.learners.weights import load_weights
-from steadyload.methods.registry import make_method
-from steadyload.studies.learned.page import learned_page
 
 ROOT = Path(__file__).parents[2]
 LIMIT = 12

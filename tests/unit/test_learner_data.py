@@ -12,8 +12,8 @@ from steadyload.layouts.packing import make_instance
 from steadyload.learners import LeakError, LearnerError
 from steadyload.learners.features import FeatureKind, features
 from steadyload.learners.generation import (
-    GenerationOptions,
     OWN_SEEDS,
+    GenerationOptions,
     generate_labelled,
 )
 from steadyload.learners.scoring import accuracies, items_safe

@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.packing import random_layouts
 from steadyload.learners.features import (
-    FeatureKind,
     SYMMETRIES,
+    FeatureKind,
     features,
     names,
     symmetry_matrices,

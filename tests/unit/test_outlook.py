@@ -19,9 +19,9 @@ from steadyload.methods.uncertainty import (
     parse_uncertainty,
 )
 from steadyload.runs.outlook import (
+    REPLICATES,
     Ending,
     Outlook,
-    REPLICATES,
     Sampling,
     outlook,
     standing_interval,

@@ -5,14 +5,14 @@ import hashlib
 import numpy as np
 import pytest
 
-from steadyload.layouts.heuristics import BinRule, HEURISTICS
+from steadyload.layouts.heuristics import HEURISTICS, BinRule
 from steadyload.layouts.model import Pallet
 from steadyload.layouts.packing import (
     DENSITY,
     ITEM_CLASSES,
     MOST_ITEMS,
-    PackingError,
     SPACE_RULES,
+    PackingError,
     WeightRule,
     generate,
     make_instance,

@@ -10,8 +10,8 @@ import pytest
 from steadyload.cli import main
 from steadyload.layouts.benchmark import PLANAR, load_benchmark
 from steadyload.layouts.benchmark.build import (
-    BuildOptions,
     PLANAR_OPTIONS,
+    BuildOptions,
     build,
     draw_case,
 )
@@ -31,11 +31,11 @@ from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.methods.scene import planar_scene
 from steadyload.runs.definition import load_study
-from steadyload.studies.benchmark.label_rows import LABEL, LIMITS
-from steadyload.studies.benchmark.labelling import build_set, split_sizes
 from steadyload.runs.labels import load_labels
 from steadyload.runs.results import load_manifest
 from steadyload.runs.runner import run_study
+from steadyload.studies.benchmark.label_rows import LABEL, LIMITS
+from steadyload.studies.benchmark.labelling import build_set, split_sizes
 
 SCENARIOS = [str(s) for s in Scenario]
 SAMPLE = 60

@@ -7,19 +7,18 @@ import pytest
 
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.packing import random_layouts
-from steadyload.studies.engines.settings_page import engines_markdown
-from steadyload.reports.charts import plot_trade_off
-from steadyload.reports.page import write_page
-from steadyload.statistics.estimate import Estimate
 from steadyload.methods.naming import MethodKey
-from steadyload.reports.charts import TradeOff
-from steadyload.studies.comparison.page import study_page
+from steadyload.reports.charts import TradeOff, plot_trade_off
+from steadyload.reports.page import write_page
 from steadyload.reports.style import colour, face, marker
 from steadyload.reports.table import markdown_table, milliseconds, percent, significant
-from steadyload.studies.comparison.summary import compare
 from steadyload.runs.definition import load_study
-from steadyload.studies.engines.settings import engine_records
 from steadyload.runs.runner import run_study
+from steadyload.statistics.estimate import Estimate
+from steadyload.studies.comparison.page import study_page
+from steadyload.studies.comparison.summary import compare
+from steadyload.studies.engines.settings import engine_records
+from steadyload.studies.engines.settings_page import engines_markdown
 
 
 @pytest.fixture(scope="module")

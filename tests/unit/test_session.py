@@ -14,7 +14,7 @@ from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.contacts import find_supports
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods import Status, equilibrium
-from steadyload.methods.method import Finding, Method, STABLE, WholeLoader
+from steadyload.methods.method import STABLE, Finding, Method, WholeLoader
 from steadyload.methods.placements import Placements
 from steadyload.methods.plane import strictly_inside_hull
 from steadyload.methods.session import LoadingSession, SessionError

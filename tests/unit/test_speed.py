@@ -7,16 +7,16 @@ import pytest
 from steadyload.engines.registry import engine_names
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods.scene import planar_scene
-from steadyload.studies.engines.page import engine_study_page
 from steadyload.reports.page import write_page
 from steadyload.studies.engines import speed
-from steadyload.studies.engines.study import engine_agreement, option_effects
+from steadyload.studies.engines.page import engine_study_page
 from steadyload.studies.engines.speed import (
     ITEM_COUNTS,
     brick_wall,
     random_pile,
     speed_curves,
 )
+from steadyload.studies.engines.study import engine_agreement, option_effects
 
 
 def test_scenes_hold_as_many_items_as_asked():

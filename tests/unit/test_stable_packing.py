@@ -8,11 +8,11 @@ from steadyload.layouts.packing import ITEM_CLASSES, SPACE_RULES, make_instance,
 from steadyload.methods import make_method
 from steadyload.methods import method as method_module
 from steadyload.reports.page import write_page
-from steadyload.studies.session.page import session_page
 from steadyload.studies.session import study as session_cost
 from steadyload.studies.session.packing_gains import PACKED_BY, packing_gains
-from steadyload.studies.session.study import SCENES, session_curves
+from steadyload.studies.session.page import session_page
 from steadyload.studies.session.stable_packing import pack_stably
+from steadyload.studies.session.study import SCENES, session_curves
 
 
 @pytest.mark.parametrize("rule", SPACE_RULES)

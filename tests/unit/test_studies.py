@@ -21,7 +21,7 @@ from steadyload.methods import Status
 from steadyload.methods.method import judge
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyError, load_study
-from steadyload.runs.results import ResultsError, SCHEMA, load_manifest, load_results
+from steadyload.runs.results import SCHEMA, ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.units import OtherCodeError, Unit, judge_unit, made_now
 

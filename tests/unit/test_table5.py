@@ -16,18 +16,17 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.methods import registry
 from steadyload.methods.base_support import FullBaseSupport
 from steadyload.methods.method import RefusedError
-from steadyload.methods.registry import make_method
-from steadyload.runs.evaluation import AccuracySummary
-from steadyload.studies.table5.accuracy_sections import time_a_layout, what_rows_are
-from steadyload.studies.table5.records import ALL, JudgedSet
-from steadyload.studies.table5.test_sections import simulation_pairs
 from steadyload.methods.naming import method_key
+from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
-from steadyload.studies.table5.front import measured_in
-from steadyload.statistics.metrics import mean
+from steadyload.runs.evaluation import AccuracySummary
 from steadyload.runs.runner import run_study
+from steadyload.statistics.metrics import mean
 from steadyload.studies.table5 import study as table5
+from steadyload.studies.table5.accuracy_sections import time_a_layout, what_rows_are
+from steadyload.studies.table5.front import measured_in
 from steadyload.studies.table5.paper import paper
+from steadyload.studies.table5.records import ALL, JudgedSet
 from steadyload.studies.table5.study import Questions, judge_table5, time_table5
 from steadyload.studies.table5.summary import (
     pair_tests,
@@ -35,6 +34,7 @@ from steadyload.studies.table5.summary import (
     summarise,
     tunings,
 )
+from steadyload.studies.table5.test_sections import simulation_pairs
 
 SPECS = ("fbs", "sme", "equilibrium")
 FEW = ("--limit", "3", "--timed", "2", "--repeats", "1", "-j", "1")

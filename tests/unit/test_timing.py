@@ -11,7 +11,7 @@ import pytest
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods import registry
-from steadyload.methods.method import Method, STABLE
+from steadyload.methods.method import STABLE, Method
 from steadyload.runs.results import ResultsError
 from steadyload.runs.timing import taken, timed
 

@@ -12,10 +12,10 @@ from steadyload.methods import method as method_module
 from steadyload.methods.method import Effort
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation_parameters import SimulationParameters
+from steadyload.studies.tuning.history import CHEAPEST, DEAREST, hypervolume
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource, load_cases
-from steadyload.tuning.cost import CostModel, TERMS, calibrate
-from steadyload.studies.tuning.history import CHEAPEST, DEAREST, hypervolume
+from steadyload.tuning.cost import TERMS, CostModel, calibrate
 from steadyload.tuning.judging import (
     FitnessRace,
     FrontRace,

@@ -8,16 +8,16 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from steadyload.reports.page import write_page
-from steadyload.statistics.estimate import Estimate
 from steadyload.methods.naming import MethodKey
+from steadyload.reports.page import write_page
 from steadyload.reports.table import duration, factor
+from steadyload.statistics.estimate import Estimate
 from steadyload.studies.tuning.figures import plot_changes, plot_price
 from steadyload.studies.tuning.page import tuning_page
 from steadyload.studies.tuning.records import (
     CostRow,
-    GeneRow,
     GenerationRow,
+    GeneRow,
     JudgedGenotype,
     Outcome,
     PricePoint,

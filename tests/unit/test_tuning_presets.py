@@ -9,15 +9,14 @@ from steadyload.methods import registry, tuned
 from steadyload.methods.registry import make_method, method_listing
 from steadyload.methods.spec import SpecError, as_plain
 from steadyload.methods.tuned import Tuned, write_tuned
+from steadyload.studies.tuning.history import tuning_of
+from steadyload.studies.tuning.study import tuning_study
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource
-from steadyload.tuning.cost import CostModel, TERMS
-from steadyload.tuning.presets import preset
-from steadyload.studies.tuning.history import tuning_of
+from steadyload.tuning.cost import TERMS, CostModel
 from steadyload.tuning.judging import fitness
-from steadyload.tuning.presets import differences, options_of, write_preset
+from steadyload.tuning.presets import differences, options_of, preset, write_preset
 from steadyload.tuning.search import Search, SearchOptions
-from steadyload.studies.tuning.study import tuning_study
 
 MODEL = CostModel(dict.fromkeys(TERMS, 0.0) | {"layout": 500.0, "substep": 20.0}, 24, 0.9, 0.1)
 

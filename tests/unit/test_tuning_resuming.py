@@ -13,16 +13,16 @@ from steadyload.cli import main
 from steadyload.methods import tuned
 from steadyload.methods.tuned import write_tuned
 from steadyload.runs import results
+from steadyload.studies.tuning.study import apart_by_seeds
 from steadyload.tuning import TuningError, identity
 from steadyload.tuning import search as searching
 from steadyload.tuning.cases import CaseSource, load_cases
-from steadyload.tuning.cost import CostModel, TERMS
-from steadyload.tuning.presets import preset
+from steadyload.tuning.cost import TERMS, CostModel
 from steadyload.tuning.ledger import Ledger
+from steadyload.tuning.presets import preset
 from steadyload.tuning.proposers import Genetic
 from steadyload.tuning.search import Search, SearchOptions
 from steadyload.tuning.space import space_on
-from steadyload.studies.tuning.study import apart_by_seeds
 
 MODEL = CostModel(dict.fromkeys(TERMS, 0.0) | {"layout": 500.0, "substep": 20.0}, 24, 0.9, 0.1)
 

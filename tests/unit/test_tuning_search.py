@@ -13,10 +13,10 @@ import pytest
 
 from steadyload.methods import tuned
 from steadyload.methods.registry import make_method
+from steadyload.studies.tuning.history import search_row, tuning_of
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import CostModel
-from steadyload.studies.tuning.history import search_row, tuning_of
 from steadyload.tuning.judging import fitness
 from steadyload.tuning.ledger import Ledger
 from steadyload.tuning.proposers import ALGORITHMS

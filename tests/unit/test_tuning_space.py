@@ -10,9 +10,9 @@ from steadyload.engines.world import SETTINGS, Support, WorldSettings
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation_parameters import SimulationParameters
 from steadyload.methods.spec import as_plain
+from steadyload.studies.tuning.variants import carried_over, physical, without_gains
 from steadyload.tuning import TuningError
 from steadyload.tuning.space import gene_groups, space_names, space_on
-from steadyload.studies.tuning.variants import carried_over, physical, without_gains
 
 TUNABLE = [name for name in engine_names() if not capabilities(name).error_controlled]
 

@@ -12,10 +12,10 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.methods.registry import make_method
 from steadyload.reports.page import write_page
-from steadyload.studies.uncertain.page import uncertain_page
 from steadyload.runs.outlook import Sampling
-from steadyload.studies.uncertain.study import Questions, Sampled, run_uncertain
 from steadyload.studies.uncertain.cases import Unit, sample_unit
+from steadyload.studies.uncertain.page import uncertain_page
+from steadyload.studies.uncertain.study import Questions, Sampled, run_uncertain
 from steadyload.studies.uncertain.summary import summarise
 
 

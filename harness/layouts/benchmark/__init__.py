@@ -1,11 +1,11 @@
 """The labelled benchmark: layouts, labels, how sure they are, and which split each belongs to."""
 
 from steadyload.layouts.benchmark.dataset import (
+    PLANAR,
+    UNLEARNT,
     Benchmark,
     BenchmarkError,
-    PLANAR,
     Part,
-    UNLEARNT,
     load_benchmark,
 )
 

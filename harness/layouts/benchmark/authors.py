@@ -39,11 +39,11 @@ from steadyload.layouts.benchmark.dataset import row_of
 from steadyload.layouts.benchmark.observations import LABEL_T, Movements, RotationUnit
 from steadyload.layouts.benchmark.splits import SIZES, SplitSizes, assign_splits
 from steadyload.layouts.benchmark.tables import (
-    BenchmarkError,
     CASES,
     LAYOUTS,
     OPINIONS,
     UNLABELLED,
+    BenchmarkError,
     refuse_foreign,
     write_tables,
 )

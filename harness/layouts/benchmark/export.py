@@ -13,7 +13,7 @@ from typing import Any
 import pandas as pd
 
 from steadyload.atomic import write_atomically
-from steadyload.layouts.benchmark.dataset import Benchmark, KEYS, Part
+from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, Part
 from steadyload.layouts.formats import Format, write_layouts
 
 LABEL_COLUMNS = (

@@ -26,10 +26,10 @@ from steadyload.layouts.benchmark.splits import (
     drawn_instances,
 )
 from steadyload.layouts.benchmark.tables import (
-    BenchmarkError,
     CASES,
     OPINIONS,
     UNLABELLED,
+    BenchmarkError,
     is_table,
     read_parquet,
     read_tables,
@@ -40,9 +40,11 @@ from steadyload.layouts.benchmark.tables import (
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
-from steadyload.studies.benchmark import label_rows
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.executors import IN_THIS_PROCESS, run_units
+from steadyload.runs.results import code_fingerprint, load_results, provenance
+from steadyload.runs.runner import locked, run_study
+from steadyload.studies.benchmark import label_rows
 from steadyload.studies.benchmark.label_rows import (
     LABEL,
     LIMITS,
@@ -51,8 +53,6 @@ from steadyload.studies.benchmark.label_rows import (
     crashed_row,
     trace_unit,
 )
-from steadyload.runs.results import code_fingerprint, load_results, provenance
-from steadyload.runs.runner import locked, run_study
 
 _SHARD = 48
 

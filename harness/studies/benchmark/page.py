@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.table import MISSING, markdown_table, percent
 from steadyload.studies.benchmark.figures import (
     plot_item_counts,
     plot_judges,
     plot_scores,
 )
 from steadyload.studies.benchmark.records import BenchmarkSummary, RobustDispute
-from steadyload.reports.page import Page, Picture, Section
-from steadyload.reports.table import MISSING, markdown_table, percent
 
 
 def benchmark_page(found: BenchmarkSummary, manifest: Mapping[str, str], notes: str = "") -> Page:

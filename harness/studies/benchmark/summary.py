@@ -9,9 +9,12 @@ import numpy as np
 import pandas as pd
 
 from steadyload.layouts.benchmark.confidence import ENSEMBLE, Reason, agrees
-from steadyload.layouts.benchmark.dataset import Benchmark, KEYS
+from steadyload.layouts.benchmark.dataset import KEYS, Benchmark
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.scenarios import Scenario
+from steadyload.runs.results import provenance_lines
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.metrics import mean, share
 from steadyload.studies.benchmark.records import (
     BenchmarkSummary,
     ClassCount,
@@ -22,9 +25,6 @@ from steadyload.studies.benchmark.records import (
     RobustDispute,
     SplitCount,
 )
-from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.metrics import mean, share
-from steadyload.runs.results import provenance_lines
 
 PUBLISHED_STABLE: Mapping[str, float] = {"S1": 0.790, "S2a": 0.760, "S2b": 0.708}
 """Share of stable layouts in the paper's sub-dataset 2, before balancing."""

@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from steadyload.studies.cascade.records import HeldAgainst
-from steadyload.statistics.estimate import Estimate
 from steadyload.reports.style import colour, face, marker
+from steadyload.statistics.estimate import Estimate
+from steadyload.studies.cascade.records import HeldAgainst
 
 _TOP = 100.5
 _TICKS = (0.0, 20.0, 40.0, 60.0, 80.0, 90.0, 95.0, 98.0, 99.0, 99.5, 100.0)

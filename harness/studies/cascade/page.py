@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from steadyload.studies.cascade.figures import plot_sweep
-from steadyload.studies.cascade.records import CascadeStudy, FittedLadder, HeldAgainst
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import (
     MISSING,
@@ -16,6 +14,8 @@ from steadyload.reports.table import (
     names,
     percent,
 )
+from steadyload.studies.cascade.figures import plot_sweep
+from steadyload.studies.cascade.records import CascadeStudy, FittedLadder, HeldAgainst
 
 WITHIN = 0.005
 """What the cascade may be behind the most accurate simulation."""

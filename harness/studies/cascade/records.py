@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from steadyload.statistics.estimate import Estimate
 from steadyload.methods.naming import MethodKey
+from steadyload.statistics.estimate import Estimate
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,9 +15,16 @@ from steadyload.layouts.benchmark import UNLEARNT
 from steadyload.layouts.model import Layout
 from steadyload.methods.cascade import Cascade, Decision
 from steadyload.methods.method import Method
+from steadyload.methods.naming import method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import nearest
 from steadyload.methods.thresholds import Ladder
+from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.labels import labelled_material, load_labels
+from steadyload.runs.results import load_results
+from steadyload.runs.runner import run_study
+from steadyload.runs.timing import machine_load
+from steadyload.statistics.metrics import share
 from steadyload.studies.cascade.records import (
     CascadeStudy,
     Decided,
@@ -26,15 +33,8 @@ from steadyload.studies.cascade.records import (
     HeldAgainst,
     StageShare,
 )
-from steadyload.methods.naming import method_key
-from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.labels import labelled_material, load_labels
-from steadyload.statistics.metrics import share
-from steadyload.runs.results import load_results
-from steadyload.runs.runner import run_study
-from steadyload.runs.timing import machine_load
+from steadyload.studies.tuning.outcomes import PART, Outcomes
 from steadyload.tuning import TuningError
-from steadyload.studies.tuning.outcomes import Outcomes, PART
 
 BESIDE = (
     "fbs",

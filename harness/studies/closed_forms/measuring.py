@@ -15,10 +15,10 @@ from scipy.interpolate import CubicSpline
 
 from steadyload.engines.registry import open_world, world_class
 from steadyload.engines.world import (
+    GRAVITY,
     Box,
     FixedStepWorld,
     FloatArray,
-    GRAVITY,
     Poses,
     Support,
     Velocities,

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.table import MISSING, compact, markdown_table
 from steadyload.studies.closed_forms.figures import (
     plot_closed_form_series,
     plot_closed_forms,
 )
-from steadyload.reports.page import Page, Picture, Section
 from steadyload.studies.closed_forms.records import ClosedFormResult, ClosedFormTest
-from steadyload.reports.table import MISSING, compact, markdown_table
 
 _OWN = "own"
 """The frequency of an engine that chooses its own steps."""

@@ -16,10 +16,10 @@ import numpy as np
 from steadyload.engines.registry import engine_names, world_class
 from steadyload.engines.world import EngineError
 from steadyload.methods.spec import nearest
-from steadyload.studies.closed_forms.records import ClosedFormResult, ClosedFormTest
-from steadyload.studies.closed_forms import measuring as runs
 from steadyload.properties import mechanics
 from steadyload.runs.definition import StudyError
+from steadyload.studies.closed_forms import measuring as runs
+from steadyload.studies.closed_forms.records import ClosedFormResult, ClosedFormTest
 
 FREQUENCIES = (90, 240, 1000)
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from steadyload.reports.charts import plot_trade_off
+from steadyload.reports.charts import TradeOff, plot_trade_off
 from steadyload.reports.page import Picture, Section
-from steadyload.runs.evaluation import Accuracies, AccuracySummary
-from steadyload.reports.charts import TradeOff
 from steadyload.reports.table import markdown_table, milliseconds, names, percent
+from steadyload.runs.evaluation import Accuracies, AccuracySummary
 
 LABELS_EXPLAINED = (
     "A *label* is the failing step that the labelled set keeps for a case, found once by the "

@@ -4,17 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from steadyload.studies.comparison.accuracy_sections import (
-    LABELS_EXPLAINED,
-    accuracy_sections,
-)
-from steadyload.studies.comparison.records import BeyondEnvelope
-from steadyload.reports.charts import plot_agreement_matrix, plot_scene, plot_trade_off
-from steadyload.studies.comparison.figures import plot_phases
+from steadyload.reports.charts import TradeOff, plot_agreement_matrix, plot_scene, plot_trade_off
 from steadyload.reports.page import Page, Picture, Section
-from steadyload.studies.comparison.records import Comparison, SameTuning, SettingsUse
-from steadyload.runs.evaluation import MethodSummary
-from steadyload.reports.charts import TradeOff
 from steadyload.reports.table import (
     MISSING,
     markdown_table,
@@ -22,6 +13,18 @@ from steadyload.reports.table import (
     names,
     percent,
     significant,
+)
+from steadyload.runs.evaluation import MethodSummary
+from steadyload.studies.comparison.accuracy_sections import (
+    LABELS_EXPLAINED,
+    accuracy_sections,
+)
+from steadyload.studies.comparison.figures import plot_phases
+from steadyload.studies.comparison.records import (
+    BeyondEnvelope,
+    Comparison,
+    SameTuning,
+    SettingsUse,
 )
 
 _PICTURED_DISAGREEMENTS = 2
@@ -223,7 +226,7 @@ def _agreement(comparison: Comparison) -> Section:
         [
             Picture(
                 "agreement",
-                plot_agreement_matrix(comparison.matrix),
+                plot_agreement_matrix(comparison.matrix.titles, comparison.matrix.shares),
                 "Share of cases on which two methods name the same failing step.",
             )
         ],
@@ -246,7 +249,7 @@ def _disagreements(comparison: Comparison) -> Section:
         [
             Picture(
                 f"disagreement_{rank}",
-                plot_scene(d.scene),
+                plot_scene(d.drawn, title=f"{d.layout}, {d.scenario}", marked=d.marked),
                 f"{d.layout}, {d.scenario}: in red, items at whose placement some method sees the "
                 "loading fail; dots are centres of mass.",
             )

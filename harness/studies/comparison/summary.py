@@ -13,26 +13,12 @@ import pandas as pd
 
 from steadyload.engines.world import SETTINGS
 from steadyload.layouts.formats import read_written
-from steadyload.layouts.model import Layout
 from steadyload.layouts.scenarios import Scenario, apply_scenario
-from steadyload.methods.method import Method
-from steadyload.methods.registry import presets
+from steadyload.methods.naming import MethodKey, named
 from steadyload.methods.simulation_parameters import SimulationParameters
-from steadyload.studies.comparison.records import BeyondEnvelope
-from steadyload.runs.evaluation import AgreementMatrix, MethodSummary, PhaseTimes
-from steadyload.studies.comparison.records import (
-    Comparison,
-    Disagreement,
-    SameTuning,
-    SettingsUse,
-)
-from steadyload.statistics.estimate import Estimate
-from steadyload.methods.naming import MethodKey
-from steadyload.reports.charts import Scene
-from steadyload.runs.evaluation import accuracies
 from steadyload.runs.definition import AS_GIVEN
+from steadyload.runs.evaluation import AgreementMatrix, MethodSummary, PhaseTimes, accuracies
 from steadyload.runs.labels import labelled_layout, load_labels
-from steadyload.statistics.metrics import agreement, mean, outcomes, same, share
 from steadyload.runs.results import (
     KEYS,
     ResultsError,
@@ -40,17 +26,16 @@ from steadyload.runs.results import (
     load_manifest,
     load_results,
 )
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.metrics import agreement, mean, outcomes, same, share
+from steadyload.studies.comparison.records import (
+    BeyondEnvelope,
+    Comparison,
+    Disagreement,
+    SameTuning,
+    SettingsUse,
+)
 
-_TITLES = {
-    "fbs": "FBS",
-    "pbs": "PBS",
-    "sme": "SME",
-    "equilibrium": "Equilibrium",
-    "simulation": "PS",
-    "lstm_1": "LSTM_1",
-    "lstm_e": "LSTM_e",
-    "cascade": "Cascade",
-}
 _CPU_PHASES = (("cpu", "build"), ("cpu", "step"), ("cpu", "read"))
 _COLUMNS = (
     *KEYS, "item_count", "method_name", "engine", "parameters", "status", "failing_step", "score",
@@ -165,22 +150,7 @@ def _judged_by_all(results: pd.DataFrame, methods: int) -> pd.DataFrame:
 
 def _key(row: pd.Series) -> MethodKey:
     engine = None if pd.isna(row["engine"]) else str(row["engine"])
-    return _named(row["method_name"], row["method"], engine)
-
-
-def method_key(method: Method) -> MethodKey:
-    """How a method is named and recognised on a page."""
-    return _named(method.spec.name, str(method.spec), method.spec.engine)
-
-
-def _named(name: str, spec: str, engine: str | None) -> MethodKey:
-    """A readable name: the preset's title, else the spec itself."""
-    preset = presets().get(name)
-    values = spec.partition(":")[2]
-    title = preset.title if preset else _TITLES.get(name, name)
-    if engine:
-        title += f" @ {engine}"
-    return MethodKey(title + (f" ({values})" if values else ""), spec, name, engine)
+    return named(row["method_name"], row["method"], engine)
 
 
 def _summaries(
@@ -355,7 +325,8 @@ def _disagreements(
                 scenario=scenario,
                 item_count=len(layout),
                 said=label | {keys[m].title: _said(v) for m, v in verdicts.items()},
-                scene=scene(layout, f"{name}, {scenario}", sorted({int(f) for f in failing})),
+                drawn=layout,
+                marked=tuple(sorted({int(f) for f in failing})),
             )
         )
     return tuple(found)
@@ -374,18 +345,6 @@ def _said(row: pd.Series) -> str:
 
 def _step(failing: Any) -> str:
     return "stable" if pd.isna(failing) else str(int(failing))
-
-
-def scene(layout: Layout, title: str, marked: list[int]) -> Scene:
-    """A layout as a record to draw."""
-    return Scene(
-        title=title,
-        contour=layout.pallet.size,
-        lower=layout.lower,
-        upper=layout.upper,
-        mass_centres=0.5 * (layout.lower + layout.upper) + layout.mass_offsets,
-        marked=tuple(marked),
-    )
 
 
 def _manifest_lines(manifest: Mapping[str, Any], rows: int) -> dict[str, str]:

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from steadyload.studies.convergence.records import ConvergenceRow
 from steadyload.reports.style import engine_colour
+from steadyload.studies.convergence.records import ConvergenceRow
 
 _COLUMNS = 4
 _INK = "#08519c"

@@ -4,16 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from steadyload.studies.convergence.figures import (
-    plot_engines_against_reference,
-    plot_sweeps,
-)
 from steadyload.reports.page import Page, Picture, Section
-from steadyload.studies.convergence.records import (
-    Convergence,
-    ConvergenceRow,
-    LabelDispute,
-)
 from steadyload.reports.table import (
     MISSING,
     markdown_table,
@@ -21,6 +12,15 @@ from steadyload.reports.table import (
     names,
     percent,
     significant,
+)
+from steadyload.studies.convergence.figures import (
+    plot_engines_against_reference,
+    plot_sweeps,
+)
+from steadyload.studies.convergence.records import (
+    Convergence,
+    ConvergenceRow,
+    LabelDispute,
 )
 
 

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from steadyload.studies.engines.figures import plot_convergence, plot_growth
 from steadyload.reports.page import Page, Picture, Section
-from steadyload.studies.engines.records import (
-    EngineAgreement,
-    OptionEffect,
-    SpeedCurve,
-    Throughput,
-)
 from steadyload.reports.table import (
     MISSING,
     markdown_table,
     milliseconds,
     percent,
     significant,
+)
+from steadyload.studies.engines.figures import plot_convergence, plot_growth
+from steadyload.studies.engines.records import (
+    EngineAgreement,
+    OptionEffect,
+    SpeedCurve,
+    Throughput,
 )
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from steadyload.studies.engines.records import EngineSettings
 from steadyload.reports.table import markdown_table
+from steadyload.studies.engines.records import EngineSettings
 
 
 def engines_rows(

@@ -10,8 +10,8 @@ from steadyload.engines.registry import engine_names, world_class
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
-from steadyload.studies.engines.records import EngineAgreement, OptionEffect
 from steadyload.statistics.metrics import mean, share
+from steadyload.studies.engines.records import EngineAgreement, OptionEffect
 
 BASE = "t_max=0.3,eps_t=10,eps_r=10,friction=0.5,between_steps=reseat"
 """Untuned: the reference simulation's time, thresholds and friction, nothing else."""

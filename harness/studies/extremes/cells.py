@@ -21,16 +21,22 @@ from steadyload.engines.registry import engine_names, installed_versions, world_
 from steadyload.engines.registry import engines as registered
 from steadyload.methods import criteria
 from steadyload.methods.spec import nearest
-from steadyload.studies.extremes.records import ExtremeCell, Outcome
-from steadyload.studies.closed_forms import measuring as closed_form_runs
-from steadyload.studies.extremes import (
-    measuring as extreme_runs,
-    scenes as extreme_scenes,
-    sweeps as extremes,
-)
 from steadyload.properties import mechanics
 from steadyload.runs.definition import StudyError
 from steadyload.runs.executors import IN_THIS_PROCESS, SinglePart, run_units
+from steadyload.runs.results import ResultsError, provenance
+from steadyload.runs.runner import locked
+from steadyload.studies.closed_forms import measuring as closed_form_runs
+from steadyload.studies.extremes import (
+    measuring as extreme_runs,
+)
+from steadyload.studies.extremes import (
+    scenes as extreme_scenes,
+)
+from steadyload.studies.extremes import (
+    sweeps as extremes,
+)
+from steadyload.studies.extremes.records import ExtremeCell, Outcome
 from steadyload.studies.extremes.sweeps import (
     FREQUENCIES,
     TIMEOUT,
@@ -38,8 +44,6 @@ from steadyload.studies.extremes.sweeps import (
     sweep_names,
     sweeps,
 )
-from steadyload.runs.results import ResultsError, provenance
-from steadyload.runs.runner import locked
 
 _MEASURING = (extremes, extreme_runs, extreme_scenes, closed_form_runs, mechanics, criteria)
 """The modules whose code a cell depends on, besides the engines."""

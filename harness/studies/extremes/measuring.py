@@ -13,19 +13,19 @@ import numpy as np
 from steadyload.engines.attitudes import rotate
 from steadyload.engines.registry import world_class
 from steadyload.engines.world import (
+    GRAVITY,
     Box,
     FixedStepWorld,
-    GRAVITY,
     Poses,
     Velocities,
     WorldSettings,
 )
 from steadyload.methods.criteria import Criterion, Examiner, euler_angles
-from steadyload.studies.extremes.records import Outcome
-from steadyload.studies.closed_forms import measuring as runs
-from steadyload.studies.extremes import scenes as scenes
 from steadyload.properties import mechanics
+from steadyload.studies.closed_forms import measuring as runs
 from steadyload.studies.closed_forms.measuring import Stage
+from steadyload.studies.extremes import scenes as scenes
+from steadyload.studies.extremes.records import Outcome
 
 SECONDS = 0.3
 """Simulated time of a placement, as the label has it."""

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from steadyload.studies.extremes.figures import plot_outcomes
-from steadyload.studies.extremes.records import (
-    EnvelopeRow,
-    ExtremeCell,
-    ExtremeSweep,
-    Extremes,
-    Outcome,
-)
+from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.table import MISSING, compact, markdown_table
 from steadyload.studies.closed_forms.figures import (
     plot_closed_form_series,
     plot_closed_forms,
 )
-from steadyload.reports.page import Page, Picture, Section
 from steadyload.studies.closed_forms.records import ClosedFormResult, ClosedFormTest
-from steadyload.reports.table import MISSING, compact, markdown_table
+from steadyload.studies.extremes.figures import plot_outcomes
+from steadyload.studies.extremes.records import (
+    EnvelopeRow,
+    ExtremeCell,
+    Extremes,
+    ExtremeSweep,
+    Outcome,
+)
 
 _OWN = "own"
 """The frequency of an engine that chooses its own steps."""

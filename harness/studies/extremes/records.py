@@ -90,20 +90,6 @@ class EnvelopeRow:
 
 
 @dataclass(frozen=True, slots=True)
-class BeyondEnvelope:
-    """How many cases of a study lie beyond what the engine of a method was measured to hold.
-
-    ``cases`` is None where nothing was measured. ``reasons``, the most frequent first: what is
-    left, in how many cases, and of the first of them its layout and how far that goes.
-    """
-
-    method: str
-    cases: int | None
-    of: int
-    reasons: tuple[tuple[str, int, str, str], ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
 class Extremes:
     """All that was measured at the edge.
 

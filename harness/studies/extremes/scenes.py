@@ -1,4 +1,4 @@
-"""Boxes for the sweeps of :mod:`steadyload.studies.extremes.sweeps`, at their planned poses, in SI."""
+"""Boxes for the sweeps of the extremes, at their planned poses, in SI."""
 
 from __future__ import annotations
 

@@ -13,12 +13,12 @@ from functools import cache
 from steadyload.engines.registry import world_class
 from steadyload.engines.world import EngineError
 from steadyload.methods.method import Stopwatch, TimeoutExpiredError
-from steadyload.studies.extremes.records import ExtremeCell, ExtremeSweep, Outcome
 from steadyload.studies.closed_forms import measuring as runs
+from steadyload.studies.closed_forms.measuring import NoValueError, Stage
 from steadyload.studies.extremes import measuring as extreme_runs
 from steadyload.studies.extremes import scenes as scenes
-from steadyload.studies.closed_forms.measuring import NoValueError, Stage
 from steadyload.studies.extremes.measuring import Finding
+from steadyload.studies.extremes.records import ExtremeCell, ExtremeSweep, Outcome
 
 FREQUENCIES = (5, 10, 15, 30, 60, 90, 120, 240, 480, 1000)
 

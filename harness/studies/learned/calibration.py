@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from steadyload.learners.features import Array32
 from steadyload.learners.scoring import items_safe
 from steadyload.learners.sequences import Sequences
-from steadyload.studies.learned.records import JudgeCalibration
 from steadyload.statistics.reliability import abstention, reliability
+from steadyload.studies.learned.records import JudgeCalibration
 
 Floats = NDArray[np.float64]
 

@@ -11,15 +11,15 @@ import pandas as pd
 from steadyload.layouts.model import Layout
 from steadyload.learners.judges import LearnedJudge
 from steadyload.learners.ranges import QUANTITIES, SLACK, extent_of
-from steadyload.studies.learned.plan import ForeignPlan
-from steadyload.methods.registry import make_method
-from steadyload.studies.learned.records import Foreign, ForeignRow
-from steadyload.statistics.estimate import Estimate
 from steadyload.methods.naming import method_key
+from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
-from steadyload.statistics.metrics import agreement, outcomes, share
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.metrics import agreement, outcomes, share
+from steadyload.studies.learned.plan import ForeignPlan
+from steadyload.studies.learned.records import Foreign, ForeignRow
 
 _ACCEPT = "outside=accept"
 _SHARD_SIZE = 60

@@ -14,11 +14,11 @@ from steadyload.learners.features import Array32, FeatureKind
 from steadyload.learners.jobs import BENCHMARK
 from steadyload.learners.scoring import items_safe
 from steadyload.learners.sequences import Sequences, load_sequences
-from steadyload.studies.learned.trainings import Run
 from steadyload.learners.weights import Weights, load_weights
-from steadyload.studies.learned.records import ALL, ProvenanceRow, TrainedRow
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
+from steadyload.studies.learned.records import ALL, ProvenanceRow, TrainedRow
+from steadyload.studies.learned.trainings import Run
 
 Rights = NDArray[np.bool_]
 """Whether a score is the label's, shape (seeds, cases)."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from steadyload.reports.page import Page, Section
+from steadyload.reports.table import MISSING, duration, markdown_table, names
 from steadyload.studies.learned.records import Learned, ProvenanceRow
 from steadyload.studies.learned.sections import leak, remedies, size, sources
 from steadyload.studies.learned.table_section import judge_table
 from steadyload.studies.learned.trust_sections import calibration, foreign
-from steadyload.reports.page import Page, Section
-from steadyload.reports.table import MISSING, duration, markdown_table, names
 
 
 def learned_page(learned: Learned, manifest: Mapping[str, str]) -> Page:

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from steadyload.statistics.estimate import Estimate
 from steadyload.methods.naming import MethodKey
+from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.reliability import Abstention, Reliability
 
 ALL = "all"

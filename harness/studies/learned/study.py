@@ -10,14 +10,14 @@ from steadyload.layouts.benchmark import Part, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.learners import LearnerError
 from steadyload.learners.jobs import BENCHMARK
+from steadyload.learners.weights import load_weights, shipped_weights
+from steadyload.methods.spec import nearest
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.metrics import share
 from steadyload.studies.learned.calibration import calibration
 from steadyload.studies.learned.foreign import foreign_layouts
 from steadyload.studies.learned.judged import JudgedPart, provenance_row
 from steadyload.studies.learned.plan import Plan, Section
-from steadyload.studies.learned.table import judge_table
-from steadyload.studies.learned.trainings import Workshop
-from steadyload.learners.weights import load_weights, shipped_weights
-from steadyload.methods.spec import nearest
 from steadyload.studies.learned.records import (
     JudgeCalibration,
     LeakRow,
@@ -26,8 +26,8 @@ from steadyload.studies.learned.records import (
     SizeCurve,
     TrainedRow,
 )
-from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.metrics import share
+from steadyload.studies.learned.table import judge_table
+from steadyload.studies.learned.trainings import Workshop
 
 Progress = Callable[[int, int], None]
 

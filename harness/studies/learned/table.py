@@ -10,20 +10,19 @@ import numpy as np
 import pandas as pd
 
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.studies.learned.plan import Plan, TablePlan
-from steadyload.studies.learned.timing import TimingUnit, timed
-from steadyload.studies.learned.trainings import Workshop
+from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
-from steadyload.studies.learned.records import ALL, JudgeRow, JudgeTable, TimeRow
-from steadyload.statistics.estimate import Estimate
-from steadyload.methods.naming import MethodKey
-from steadyload.runs.evaluation import verdicts_against_labels
-from steadyload.methods.naming import method_key
 from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.evaluation import verdicts_against_labels
 from steadyload.runs.labels import load_labels
-from steadyload.statistics.metrics import mean, outcomes, share
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.metrics import mean, outcomes, share
+from steadyload.studies.learned.plan import Plan, TablePlan
+from steadyload.studies.learned.records import ALL, JudgeRow, JudgeTable, TimeRow
+from steadyload.studies.learned.timing import TimingUnit, timed
+from steadyload.studies.learned.trainings import Workshop
 
 PAPER: Mapping[str, tuple[tuple[float, float, float, float], float]] = {
     "fbs": ((0.6200, 0.6000, 0.5333, 0.5844), 0.02),

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from steadyload.reports.charts import plot_trade_off
-from steadyload.studies.learned.records import ALL, JudgeRow, JudgeTable, TimeRow
+from steadyload.reports.charts import TradeOff, plot_trade_off
 from steadyload.reports.page import Picture, Section
-from steadyload.statistics.estimate import Estimate
-from steadyload.reports.charts import TradeOff
 from steadyload.reports.table import (
     MISSING,
     markdown_table,
@@ -16,6 +13,8 @@ from steadyload.reports.table import (
     percent,
     significant,
 )
+from steadyload.statistics.estimate import Estimate
+from steadyload.studies.learned.records import ALL, JudgeRow, JudgeTable, TimeRow
 
 _MOST_WALL = 0.4
 """ms a layout that a learned judge may take, one at a time."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from steadyload.studies.learned.records import Foreign, ForeignRow, JudgeCalibration
 from steadyload.reports.page import Picture, Section
 from steadyload.reports.reliability_figures import plot_reliability, plot_risk
 from steadyload.reports.reliability_tables import (
@@ -13,6 +12,7 @@ from steadyload.reports.reliability_tables import (
     errors_table,
 )
 from steadyload.reports.table import markdown_table, percent
+from steadyload.studies.learned.records import Foreign, ForeignRow, JudgeCalibration
 
 
 def calibration(judges: Sequence[JudgeCalibration]) -> Section:

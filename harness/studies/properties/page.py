@@ -7,8 +7,8 @@ from pathlib import PurePosixPath
 
 from steadyload.reports.charts import plot_scene
 from steadyload.reports.page import Page, Picture, Section
-from steadyload.studies.properties.records import PropertyRow, PropertyTable, Standing
 from steadyload.reports.table import MISSING, markdown_table
+from steadyload.studies.properties.records import PropertyRow, PropertyTable, Standing
 
 _SIGNS = {
     Standing.HOLDS: "holds",
@@ -93,7 +93,7 @@ def _counterexample(row: PropertyRow) -> Section:
     ]
     picture = Picture(
         f"counterexample_{PurePosixPath(smallest.file).stem.replace('-', '_')}",
-        plot_scene(smallest.scene),
+        plot_scene(smallest.layout),
         "The layout in cm; dots are centres of mass.",
     )
     return Section(

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
+from steadyload.layouts.model import Layout
 from steadyload.methods.naming import MethodKey
-from steadyload.reports.charts import Scene
 
 
 class Standing(StrEnum):
@@ -45,7 +45,7 @@ class SmallestCase:
     found: str
     change: Mapping[str, float]
     items: tuple[ItemRow, ...]
-    scene: Scene
+    layout: Layout
     file: str
 
 

@@ -20,12 +20,16 @@ from steadyload.engines.registry import engine_names, engines, installed_version
 from steadyload.layouts.formats import Format, read_layouts, write_layouts
 from steadyload.layouts.model import Layout
 from steadyload.methods.envelope import ENVELOPES
+from steadyload.methods.naming import method_key
 from steadyload.methods.spec import nearest
-from steadyload.properties import PropertyError
+from steadyload.properties import PropertyError, mechanics
 from steadyload.properties.findings import finding
 from steadyload.properties.property import Case, Property, Subject
 from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import Counterexample, Outcome, search
+from steadyload.runs.executors import IN_THIS_PROCESS, SinglePart, run_units
+from steadyload.runs.results import judged_by, provenance_lines
+from steadyload.runs.runner import locked
 from steadyload.studies.properties.records import (
     ItemRow,
     PropertyRow,
@@ -33,12 +37,6 @@ from steadyload.studies.properties.records import (
     SmallestCase,
     Standing,
 )
-from steadyload.properties import mechanics
-from steadyload.methods.naming import method_key
-from steadyload.studies.comparison.summary import scene
-from steadyload.runs.executors import IN_THIS_PROCESS, SinglePart, run_units
-from steadyload.runs.results import judged_by, provenance_lines
-from steadyload.runs.runner import locked
 
 STATIC_METHODS = (
     "fbs",
@@ -168,8 +166,8 @@ def made_with(study: PropertyStudy) -> dict[str, str]:
 
 def _units(subject: Subject, study: PropertyStudy, folder: Path) -> Iterator[_Unit]:
     """What a method is asked, and the files of its results: hashes of all that they depend on."""
-    here = Path(__file__).parent
-    code = [*sorted(here.glob("*.py")), Path(str(mechanics.__file__))]
+    library = Path(properties.__path__[0])
+    code = [*sorted(library.glob("*.py")), Path(__file__)]
     rules = hashlib.sha256(b"".join(path.read_bytes() for path in code))
     rules.update(resources.files("steadyload.methods").joinpath(ENVELOPES).read_bytes())
     made_by = [
@@ -252,7 +250,7 @@ def _smallest(unit: _Unit, shown: Counterexample, directory: Path) -> SmallestCa
         found=shown.found,
         change=shown.case.change,
         items=_items(layout),
-        scene=scene(layout, "", []),
+        layout=layout,
         file=file.as_posix(),
     )
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from steadyload.reports.page import Page, Section
-from steadyload.studies.scale.records import ScalePoint, ScaleStep
 from steadyload.reports.table import markdown_table, significant
+from steadyload.studies.scale.records import ScalePoint, ScaleStep
 
 _STEPS = ("run", "load", "report")
 

@@ -16,11 +16,11 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from steadyload.studies.scale.records import ScalePoint, ScaleStep
-from steadyload.studies.comparison.summary import compare
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
+from steadyload.studies.comparison.summary import compare
+from steadyload.studies.scale.records import ScalePoint, ScaleStep
 
 METHODS = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5")
 """Cheap ones: what is measured is all that is not judging."""

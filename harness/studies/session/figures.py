@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter
 
-from steadyload.studies.session.records import SessionCurve
 from steadyload.reports.style import colour, face, marker
+from steadyload.studies.session.records import SessionCurve
 
 _PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 

@@ -8,10 +8,10 @@ from steadyload.layouts.heuristics import HEURISTICS, Heuristic
 from steadyload.layouts.model import Layout
 from steadyload.layouts.packing import ITEM_CLASSES, Instance, make_instance
 from steadyload.methods.method import Method, Verdict
-from steadyload.methods.registry import make_method
-from steadyload.studies.session.records import PackingGain, PackingTask
 from steadyload.methods.naming import method_key
+from steadyload.methods.registry import make_method
 from steadyload.statistics.metrics import mean, share
+from steadyload.studies.session.records import PackingGain, PackingTask
 from steadyload.studies.session.stable_packing import StablePacking, pack_stably
 
 Progress = Callable[[str], None]

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from steadyload.reports.page import Page, Picture, Section
-from steadyload.studies.session.figures import plot_placement_costs
-from steadyload.studies.session.records import PackingGain, PackingTask, SessionCurve
 from steadyload.reports.table import (
     MISSING,
     markdown_table,
@@ -14,6 +12,8 @@ from steadyload.reports.table import (
     percent,
     significant,
 )
+from steadyload.studies.session.figures import plot_placement_costs
+from steadyload.studies.session.records import PackingGain, PackingTask, SessionCurve
 
 _SHOWN = (40, 100, 200)
 """Items loaded where the table tells the cost."""

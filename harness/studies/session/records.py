@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from steadyload.statistics.estimate import Estimate
 from steadyload.methods.naming import MethodKey
+from steadyload.statistics.estimate import Estimate
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,11 +11,11 @@ import numpy as np
 
 from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.methods.method import Method
+from steadyload.methods.naming import method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.session import LoadingSession
-from steadyload.studies.session.records import PlacementCost, SessionCurve
-from steadyload.methods.naming import method_key
 from steadyload.studies.engines.speed import random_boxes
+from steadyload.studies.session.records import PlacementCost, SessionCurve
 
 Progress = Callable[[str], None]
 

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from steadyload.reports.page import Picture, Section
-from steadyload.runs.evaluation import AccuracySummary
 from steadyload.methods.naming import MethodKey
-from steadyload.studies.table5.figures import plot_fronts, rows_of
-from steadyload.studies.table5.records import ALL, JudgedSet, Table5
+from steadyload.reports.page import Picture, Section
 from steadyload.reports.table import (
     MISSING,
     compact,
@@ -17,6 +14,9 @@ from steadyload.reports.table import (
     percent,
     significant,
 )
+from steadyload.runs.evaluation import AccuracySummary
+from steadyload.studies.table5.figures import plot_fronts, rows_of
+from steadyload.studies.table5.records import ALL, JudgedSet, Table5
 
 _NETWORKS = frozenset({"lstm_1", "lstm_e"})
 _CONVERTED = frozenset({"ps3", "ps5"})

@@ -5,6 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from steadyload.reports.page import Picture, Section
+from steadyload.reports.table import (
+    MISSING,
+    compact,
+    markdown_table,
+    milliseconds,
+    percent,
+)
 from steadyload.studies.table5.figures import (
     plot_beside_paper,
     plot_errors,
@@ -13,13 +20,6 @@ from steadyload.studies.table5.figures import (
     rows_of,
 )
 from steadyload.studies.table5.records import ALL, JudgedSet, Paper, Table5, Watch
-from steadyload.reports.table import (
-    MISSING,
-    compact,
-    markdown_table,
-    milliseconds,
-    percent,
-)
 
 _LINKED = "A linked layout opens in the browser, both loadings side by side. "
 

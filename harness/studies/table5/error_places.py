@@ -10,8 +10,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.table5.records import MarginBin, SizeBin
 from steadyload.statistics.metrics import share
+from steadyload.studies.table5.records import MarginBin, SizeBin
 
 SIZES = ((1, 3), (4, 5), (6, 6), (7, 7), (8, 10), (11, 15), (16, 19), (20, 20))
 """Numbers of items that go together. The paper cuts layouts to 20 items: many have just so many."""

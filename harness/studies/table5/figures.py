@@ -11,11 +11,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from steadyload.studies.cascade.figures import spread_the_top
-from steadyload.runs.evaluation import AccuracySummary
-from steadyload.statistics.estimate import Estimate
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.style import colour, engine_colour, face, marker
+from steadyload.reports.table import compact
+from steadyload.runs.evaluation import AccuracySummary
+from steadyload.statistics.estimate import Estimate
+from steadyload.studies.cascade.figures import spread_the_top
 from steadyload.studies.table5.records import (
     ALL,
     Ceiling,
@@ -24,7 +25,6 @@ from steadyload.studies.table5.records import (
     Paper,
     SizeBin,
 )
-from steadyload.reports.table import compact
 
 _PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 _GREY = "#7f7f7f"

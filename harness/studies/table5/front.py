@@ -17,10 +17,10 @@ from pathlib import Path
 from steadyload.atomic import write_atomically
 from steadyload.engines.registry import engines
 from steadyload.methods.spec import nearest
-from steadyload.statistics.estimate import Estimate
-from steadyload.studies.table5.records import ALL, Table5
-from steadyload.studies.comparison.summary import compare
 from steadyload.runs.results import load_manifest
+from steadyload.statistics.estimate import Estimate
+from steadyload.studies.comparison.summary import compare
+from steadyload.studies.table5.records import ALL, Table5
 
 NAME = "front.json"
 """The file in a run folder that holds its front, where times were taken apart."""
@@ -28,7 +28,7 @@ NAME = "front.json"
 SPATIAL = "spatial"
 """The folder in a run folder of Table 5 that holds the rows of layouts in space."""
 
-FILE = Path(str(resources.files("steadyload.studies"))) / NAME
+FILE = Path(str(resources.files("steadyload.studies.table5"))) / NAME
 """What was measured and comes with the package."""
 
 

@@ -4,6 +4,13 @@ from __future__ import annotations
 
 from steadyload.reports.charts import plot_agreement_matrix
 from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.table import (
+    factor,
+    markdown_table,
+    milliseconds,
+    names,
+    percent,
+)
 from steadyload.runs.evaluation import AccuracySummary
 from steadyload.studies.table5.accuracy_sections import (
     accuracy_and_cost,
@@ -23,13 +30,6 @@ from steadyload.studies.table5.test_sections import (
     simulation_pairs,
     told_apart,
     what_the_engine_changes,
-)
-from steadyload.reports.table import (
-    factor,
-    markdown_table,
-    milliseconds,
-    names,
-    percent,
 )
 
 NEAR = 0.01
@@ -71,7 +71,7 @@ def table5_page(found: Table5) -> Page:
                 [
                     Picture(
                         "agreement",
-                        plot_agreement_matrix(own.matrix),
+                        plot_agreement_matrix(own.matrix.titles, own.matrix.shares),
                         "Share of cases on which two methods name the same failing step. Two "
                         "methods may be equally accurate and say different things.",
                     )

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from steadyload.methods.naming import MethodKey
 from steadyload.runs.evaluation import Accuracies, AgreementMatrix
 from steadyload.statistics.estimate import Estimate
-from steadyload.methods.naming import MethodKey
 
 ALL = "all"
 """The group of all cases."""

@@ -14,11 +14,11 @@ from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.executors import Executor
-from steadyload.studies.table5.front import SPATIAL
 from steadyload.runs.labels import labelled_material
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.timing import BLOCK, Times, timed
+from steadyload.studies.table5.front import SPATIAL
 
 RULES = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3")
 TUNINGS = ("ps5", "ps3", "ps_opt-paper", "ps_opt")

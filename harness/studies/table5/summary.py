@@ -12,12 +12,23 @@ from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.scene import planar_scene
 from steadyload.methods.simulation import Simulation
 from steadyload.methods.spec import as_plain
-from steadyload.runs.evaluation import Accuracies, AccuracySummary
-from steadyload.methods.naming import MethodKey
+from steadyload.runs.evaluation import Accuracies, AccuracySummary, verdicts_against_labels
+from steadyload.runs.labels import load_labels
+from steadyload.runs.results import load_results
+from steadyload.runs.timing import Times
+from steadyload.statistics.metrics import mean, outcomes, ratio
+from steadyload.statistics.paired import LEVEL, holm, letters, sign_flip
+from steadyload.studies.comparison.summary import compare, tuning
+from steadyload.studies.table5.error_places import margin_bins, size_bins
+from steadyload.studies.table5.front import Front as Measurements
+from steadyload.studies.table5.front import Measured, best
+from steadyload.studies.table5.label_ceiling import label_ceiling
+from steadyload.studies.table5.paper import paper
 from steadyload.studies.table5.records import (
     ALL,
     Cost,
@@ -30,20 +41,7 @@ from steadyload.studies.table5.records import (
     Timing,
     Watch,
 )
-from steadyload.runs.evaluation import verdicts_against_labels
-from steadyload.studies.comparison.summary import compare, tuning
-from steadyload.methods.naming import method_key
-from steadyload.studies.table5.error_places import margin_bins, size_bins
-from steadyload.studies.table5.front import Front as Measurements
-from steadyload.studies.table5.front import Measured, best
-from steadyload.studies.table5.label_ceiling import label_ceiling
-from steadyload.runs.labels import load_labels
-from steadyload.statistics.metrics import mean, outcomes, ratio
-from steadyload.statistics.paired import LEVEL, holm, letters, sign_flip
-from steadyload.runs.results import load_results
-from steadyload.studies.table5.paper import paper
-from steadyload.studies.table5.study import Questions, Ran, YARDSTICK
-from steadyload.runs.timing import Times
+from steadyload.studies.table5.study import YARDSTICK, Questions, Ran
 
 _WATCHED = 8
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from steadyload.reports.page import Picture, Section
-from steadyload.runs.evaluation import AccuracySummary
 from steadyload.methods.naming import MethodKey
+from steadyload.reports.page import Picture, Section
+from steadyload.reports.table import compact, markdown_table, percent
+from steadyload.runs.evaluation import AccuracySummary
 from steadyload.studies.table5.figures import plot_differences
 from steadyload.studies.table5.records import ALL, JudgedSet, PairTest
-from steadyload.reports.table import compact, markdown_table, percent
 
 
 def best_of(judged: JudgedSet) -> AccuracySummary:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from steadyload.reports.page import Picture, Section
-from steadyload.statistics.estimate import Estimate
 from steadyload.reports.table import (
     MISSING,
     compact,
@@ -14,6 +13,7 @@ from steadyload.reports.table import (
     percent,
     significant,
 )
+from steadyload.statistics.estimate import Estimate
 from steadyload.studies.tuning.figures import plot_changes, plot_transfer
 from steadyload.studies.tuning.records import (
     TransferCell,

@@ -13,10 +13,10 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from steadyload.statistics.estimate import Estimate
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.style import engine_colour, marker
 from steadyload.reports.table import compact, significant
+from steadyload.statistics.estimate import Estimate
 from steadyload.studies.tuning.records import (
     Outcome,
     TransferTable,

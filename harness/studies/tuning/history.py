@@ -1,23 +1,21 @@
-"""From the ledger of a search to the records that a page shows, and to a preset."""
+"""From the ledger of a search to the records that a page shows."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterable, Sequence
 
-from steadyload.methods.spec import as_plain, canonical
-from steadyload.methods.tuned import Tuned
+from steadyload.methods.spec import canonical
 from steadyload.studies.tuning.records import (
     CostRow,
-    GeneRow,
     GenerationRow,
+    GeneRow,
     JudgedGenotype,
     SearchRow,
     Tuning,
 )
-from steadyload.tuning.judging import fitness
 from steadyload.tuning.ledger import Entry
+from steadyload.tuning.presets import worth
 from steadyload.tuning.search import Search
 from steadyload.tuning.space import Genotype
 
@@ -60,8 +58,8 @@ def search_row(search: Search) -> SearchRow:
         repeats=asked - len(entries),
         cpu=sum(entry.sheet.cpu for entry in entries),
         wall=search.wall,
-        start=_values(search, start),
-        found=_values(search, search.fittest()),
+        start=worth(search, start),
+        found=worth(search, search.fittest()),
         hypervolume=hypervolume(search.front()),
         history=tuple(_generation(search, end.number, end.median) for end in ledger.ends),
         judged=tuple(
@@ -74,13 +72,8 @@ def search_row(search: Search) -> SearchRow:
 def _generation(search: Search, number: int, median: float) -> GenerationRow:
     known = search.judged(number + 1)
     front = search.front(number + 1)
-    best, accuracy, cost = _values(search, search.fittest(number + 1))
+    best, accuracy, cost = worth(search, search.fittest(number + 1))
     return GenerationRow(number, best, median, accuracy, cost, len(known), hypervolume(front))
-
-
-def _values(search: Search, entry: Entry) -> tuple[float, float, float]:
-    sheet = entry.sheet
-    return fitness(sheet, search.goal), sheet.accuracy, sheet.mean_cost
 
 
 def cost_row(search: Search) -> CostRow:
@@ -109,38 +102,6 @@ def gene_rows(search: Search, found: Genotype | None = None) -> tuple[GeneRow, .
 def _texts(search: Search, genotype: Genotype) -> dict[str, str]:
     names = [gene.name for gene in search.space.genes]
     return dict(canonical(search.space.parameters(genotype), names))
-
-
-def preset(search: Search) -> Tuned:
-    """The fittest genotype as a preset, with all that is needed to find it again."""
-    options, best = search.options, search.fittest()
-    chosen = {*search.space.fixed, *(gene.name for gene in search.space.genes)}
-    parameters = as_plain(search.space.parameters(best.genotype))
-    worth, accuracy, cost = _values(search, best)
-    return Tuned(
-        {name: value for name, value in parameters.items() if name in chosen},
-        {
-            "engine": options.engine,
-            "algorithm": options.algorithm,
-            "space": options.space,
-            "seed": options.seed,
-            "population": options.population,
-            "generations": len(search.ledger.ends),
-            "begin_with": list(options.begin_with),
-            "source": dataclasses.asdict(options.source),
-            "model": search.ledger.facts["model"],
-            "found": {
-                "fitness": round(worth, 6),
-                "accuracy": round(accuracy, 6),
-                "cost_ms": round(cost, 4),
-                "goal_ms": search.goal,
-                "cases": len(search.cases),
-                "genotypes": len(search.judged()),
-                "wall_seconds": round(search.wall),
-            },
-            **search.made_by,
-        },
-    )
 
 
 def tuning_of(searches: Sequence[Search]) -> Tuning:

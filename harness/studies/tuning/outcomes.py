@@ -7,17 +7,16 @@ from pathlib import Path
 
 import pandas as pd
 
+from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
-from steadyload.statistics.estimate import Estimate
-from steadyload.methods.naming import MethodKey
-from steadyload.studies.tuning.records import Outcome
-from steadyload.runs.evaluation import verdicts_against_labels
-from steadyload.methods.naming import method_key
 from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.evaluation import verdicts_against_labels
 from steadyload.runs.labels import load_labels
-from steadyload.statistics.metrics import mean, outcomes, ratio, share
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.metrics import mean, outcomes, ratio, share
+from steadyload.studies.tuning.records import Outcome
 
 PART = "test"
 """Judged once, never tuned on."""

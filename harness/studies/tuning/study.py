@@ -10,9 +10,16 @@ from typing import Any
 
 from steadyload.engines.registry import capabilities
 from steadyload.layouts.benchmark import PLANAR
+from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED, tuned
-from steadyload.methods.naming import MethodKey
+from steadyload.studies.tuning.history import tuning_of
+from steadyload.studies.tuning.outcomes import (
+    PART,
+    Outcomes,
+    canonical_spec,
+    judge_all,
+)
 from steadyload.studies.tuning.records import (
     OutcomeTable,
     PricePoint,
@@ -23,21 +30,6 @@ from steadyload.studies.tuning.records import (
     Variant,
     VariantTable,
 )
-from steadyload.methods.naming import method_key
-from steadyload.tuning import TuningError
-from steadyload.tuning.cost import GOAL
-from steadyload.tuning.presets import preset
-from steadyload.studies.tuning.history import tuning_of
-from steadyload.tuning.judging import fitness
-from steadyload.tuning.ledger import Entry
-from steadyload.studies.tuning.outcomes import (
-    Outcomes,
-    PART,
-    canonical_spec,
-    judge_all,
-)
-from steadyload.tuning.presets import by_worth
-from steadyload.tuning.search import Search, pareto_front
 from steadyload.studies.tuning.variants import (
     Change,
     carried_over,
@@ -45,6 +37,12 @@ from steadyload.studies.tuning.variants import (
     tuned_values,
     without_gains,
 )
+from steadyload.tuning import TuningError
+from steadyload.tuning.cost import GOAL
+from steadyload.tuning.judging import fitness
+from steadyload.tuning.ledger import Entry
+from steadyload.tuning.presets import by_worth, preset
+from steadyload.tuning.search import Search, pareto_front
 
 BUDGETS = (1.0, 3.0, 10.0, 30.0)
 """ms a layout of the table of prices."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from steadyload.reports.page import Page, Picture, Section
-from steadyload.statistics.estimate import Estimate
 from steadyload.reports.reliability_figures import plot_reliability, plot_risk
 from steadyload.reports.reliability_tables import (
     abstention_table,
@@ -22,6 +21,7 @@ from steadyload.reports.table import (
     percent,
     significant,
 )
+from steadyload.statistics.estimate import Estimate
 from steadyload.studies.uncertain.records import (
     Check,
     Checked,

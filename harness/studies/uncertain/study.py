@@ -23,11 +23,11 @@ from steadyload.layouts.model import Layout
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import parse_uncertainty
 from steadyload.runs import outlook
-from steadyload.studies.uncertain import cases as uncertain_cases
 from steadyload.runs.executors import IN_THIS_PROCESS, run_units
 from steadyload.runs.outlook import FIRST_LOOK, Sampling
 from steadyload.runs.results import ResultsError, judged_by
 from steadyload.runs.runner import locked
+from steadyload.studies.uncertain import cases as uncertain_cases
 from steadyload.studies.uncertain.cases import Row, Unit, crashed_row, sample_unit
 
 CHECK = "equilibrium"

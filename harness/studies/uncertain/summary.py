@@ -11,8 +11,11 @@ from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.methods.naming import method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import parse_uncertainty
+from steadyload.statistics.metrics import mean, ratio, share
+from steadyload.statistics.reliability import abstention, reliability
 from steadyload.studies.uncertain.records import (
     Alone,
     Check,
@@ -20,9 +23,6 @@ from steadyload.studies.uncertain.records import (
     Uncertain,
     UncertainRow,
 )
-from steadyload.methods.naming import method_key
-from steadyload.statistics.metrics import mean, ratio, share
-from steadyload.statistics.reliability import abstention, reliability
 from steadyload.studies.uncertain.study import CHECK, Questions, Sampled
 
 UNSURE = (0.05, 0.95)

@@ -14,7 +14,7 @@ from pathlib import Path
 import pymunk
 
 from steadyload.engines.quantities import quantity
-from steadyload.methods.method import Method, STABLE
+from steadyload.methods.method import STABLE, Method
 
 BAD = "layout-0002"
 

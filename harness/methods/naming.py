@@ -1,0 +1,34 @@
+"""How a method is named and recognised on pages: title, family, engine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from steadyload.methods.method import Method
+from steadyload.methods.registry import method_class, presets
+
+
+@dataclass(frozen=True, slots=True)
+class MethodKey:
+    """How a method is named and recognised: ``family`` fixes its colour, ``engine`` its marker."""
+
+    title: str
+    spec: str
+    family: str
+    engine: str | None = None
+
+
+def method_key(method: Method) -> MethodKey:
+    """How a method is named and recognised on a page."""
+    return named(method.spec.name, str(method.spec), method.spec.engine)
+
+
+def named(name: str, spec: str, engine: str | None) -> MethodKey:
+    """A readable name: the preset's title, else the spec itself."""
+    preset = presets().get(name)
+    values = spec.partition(":")[2]
+    declared = method_class(name)
+    title = preset.title if preset else (declared.title if declared else "") or name
+    if engine:
+        title += f" @ {engine}"
+    return MethodKey(title + (f" ({values})" if values else ""), spec, name, engine)

@@ -1,0 +1,1 @@
+"""Numbers with intervals: estimates, metrics, paired tests, reliability of probabilities."""

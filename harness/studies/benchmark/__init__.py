@@ -1,0 +1,1 @@
+"""The labelled set: how it is labelled, and its page."""

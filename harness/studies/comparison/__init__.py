@@ -1,0 +1,1 @@
+"""Methods compared on layouts or on labelled cases: agreement, accuracy and cost."""

@@ -1,0 +1,1 @@
+"""The reference simulator against itself under finer numerics, and against other engines."""

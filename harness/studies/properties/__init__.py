@@ -1,0 +1,1 @@
+"""Properties asked of methods and engines, over processes."""

@@ -1,0 +1,1 @@
+"""What a study needs by its number of rows: time and memory."""

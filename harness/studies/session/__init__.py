@@ -1,0 +1,1 @@
+"""Loading sessions: the cost of a placement, and what packing gains."""

@@ -1,0 +1,1 @@
+"""Tuned parameter sets on cases that no search saw."""

@@ -1,0 +1,1 @@
+"""The reliability of verdicts when the loading deviates from its plan."""
