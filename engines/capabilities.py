@@ -3,15 +3,30 @@
 from __future__ import annotations
 
 import dataclasses
+import math
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from types import MappingProxyType
 
-from steadyload.engines.limits import check_settings
+from steadyload.engines.errors import BadNumberError
+from steadyload.engines.limits import are_within, is_within
 
 GRAVITY = 9.8
 """Gravitational acceleration [m/s2]; 980 cm/s2 in the paper's reference simulation."""
+
+
+_LARGEST = sys.float_info.max
+_BELOW_ONE = math.nextafter(1.0, 0.0)
+
+_SETTINGS = {
+    "friction": (0.0, _LARGEST, "a finite number, 0 or more"),
+    "restitution": (0.0, 1.0, "0 to 1"),
+    "linear_damping": (0.0, _BELOW_ONE, "0 to less than 1"),
+    "angular_damping": (0.0, _BELOW_ONE, "0 to less than 1"),
+    "margin": (0.0, _LARGEST, "a finite number, 0 or more [m]"),
+}
 
 
 class BroadPhase(StrEnum):
@@ -64,6 +79,26 @@ class WorldSettings:
         """Names of the settings that ask for something, that is: differ from "nothing special"."""
         neutral = WorldSettings(friction=0.0)
         return tuple(n for n in SETTINGS if getattr(self, n) != getattr(neutral, n))
+
+
+def check_settings(settings: WorldSettings) -> None:
+    """Refuse settings that no engine is to see.
+
+    Raises:
+        BadNumberError: a number that is not finite or out of range.
+    """
+    for name, (least, most, allowed) in _SETTINGS.items():
+        value = getattr(settings, name)
+        if not is_within(value, least, most):
+            raise BadNumberError(f"{name} is {value!r}; allowed: {allowed}")
+    iterations = settings.solver_iterations
+    counts = iterations is None or (is_within(iterations, 1, _LARGEST) and iterations % 1 == 0)
+    if not counts:
+        raise BadNumberError(
+            f"solver_iterations is {iterations!r}; allowed: None, or a whole number from 1 on"
+        )
+    if not are_within(settings.gravity, -_LARGEST, _LARGEST):
+        raise BadNumberError(f"gravity is {settings.gravity!r}; allowed: three finite numbers")
 
 
 SETTINGS: tuple[str, ...] = tuple(

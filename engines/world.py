@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.engines.attitudes import lengths
+from steadyload.engines.box import Box as Box
+from steadyload.engines.box import check_box
 from steadyload.engines.capabilities import GRAVITY as GRAVITY
 from steadyload.engines.capabilities import SETTINGS as SETTINGS
 from steadyload.engines.capabilities import BroadPhase as BroadPhase
@@ -31,40 +32,9 @@ from steadyload.engines.errors import EngineError as EngineError
 from steadyload.engines.errors import (
     EngineNotInstalledError as EngineNotInstalledError,
 )
-from steadyload.engines.limits import check_box
 from steadyload.engines.substeps import StepCount, SubstepClock
 
 FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class Box:
-    """One rigid box of uniform density about a shifted centre of mass.
-
-    Args:
-        size: full edge lengths along the world's x, y, z [m], all positive.
-        mass: [kg], positive.
-        centre: planned position of the geometric centre [m].
-        mass_offset: centre of mass minus geometric centre [m], inside the box.
-        fixed: part of the surroundings: it carries and stops others and never moves.
-    """
-
-    size: tuple[float, float, float]
-    mass: float
-    centre: tuple[float, float, float]
-    mass_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    fixed: bool = False
-
-    @property
-    def inertia(self) -> tuple[float, float, float]:
-        """Principal moments of the uniform box [kg m2], taken about the centre of mass.
-
-        All engines are given the same moments wherever the centre of mass lies, so that they
-        answer the same question; a shifted centre alone does not define an inertia.
-        """
-        x, y, z = self.size
-        twelfth = self.mass / 12.0
-        return (twelfth * (y * y + z * z), twelfth * (x * x + z * z), twelfth * (x * x + y * y))
 
 
 class Poses(NamedTuple):
@@ -95,7 +65,7 @@ class World(Protocol):
 
         Raises:
             BadNumberError: a number is not finite or out of range
-                (:mod:`steadyload.engines.limits`); the world stays as it was.
+                (:mod:`steadyload.engines.box`); the world stays as it was.
         """
         ...
 

@@ -76,6 +76,7 @@ def _tune(options: argparse.Namespace) -> int:
     from steadyload.runs.results import provenance, provenance_lines
     from steadyload.studies.tuning.history import tuning_of
     from steadyload.studies.tuning.page import tuning_page
+    from steadyload.tuning.options import SearchOptions
     from steadyload.tuning.presets import (
         check_remakable,
         differences,
@@ -83,7 +84,7 @@ def _tune(options: argparse.Namespace) -> int:
         preset,
         write_preset,
     )
-    from steadyload.tuning.search import Search, SearchOptions
+    from steadyload.tuning.search import Search
 
     if options.remake:
         chosen = options_of(options.remake)

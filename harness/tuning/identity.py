@@ -6,18 +6,15 @@ import dataclasses
 import hashlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation_parameters import parameters_on
 from steadyload.runs.results import judged_by
+from steadyload.tuning.options import SearchOptions
 from steadyload.tuning.space import Gene, Space
 
-if TYPE_CHECKING:
-    from steadyload.tuning.search import SearchOptions
-
-
-_DECIDING = ("cases", "cost", "judging", "proposers", "search")
+_DECIDING = ("cases", "cost", "judging", "options", "proposers", "search")
 
 
 def space_of(found: Mapping[str, Any]) -> Space:

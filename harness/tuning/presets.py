@@ -14,7 +14,8 @@ from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import CostModel
 from steadyload.tuning.judging import fitness
 from steadyload.tuning.ledger import Entry
-from steadyload.tuning.search import Search, SearchOptions
+from steadyload.tuning.options import SearchOptions
+from steadyload.tuning.search import Search
 
 
 def write_preset(search: Search) -> Path:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import metadata
 from importlib.util import find_spec
@@ -14,9 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.engines.registry import engines, world_class
-from steadyload.layouts.benchmark import PLANAR
-from steadyload.methods.spec import nearest
 from steadyload.runs.executors import run_units
 from steadyload.runs.results import provenance
 from steadyload.runs.runner import locked
@@ -38,77 +34,15 @@ from steadyload.tuning.judging import (
     judge_unit,
 )
 from steadyload.tuning.ledger import Entry, GenerationEnd, Ledger
+from steadyload.tuning.options import SearchOptions
 from steadyload.tuning.proposers import ALGORITHMS
-from steadyload.tuning.space import DEFAULT, Genotype, space_on
+from steadyload.tuning.space import Genotype, space_on
 
 GOAL_SHARE = 0.185
 """Less than the fifth that a tuned method may cost: the model is off by some per cent."""
 
 Report = Callable[[str], None]
 Progress = Callable[[int, int], None]
-
-
-@dataclass(frozen=True, slots=True)
-class SearchOptions:
-    """What is searched, by whom, for how long.
-
-    Attributes:
-        engine: registered name.
-        algorithm: of :data:`steadyload.tuning.proposers.ALGORITHMS`.
-        space: of :func:`steadyload.tuning.space.space_names`.
-        seed: of every random draw.
-        population: genotypes a generation, 4 or more.
-        generations: how many; None for as many as the budget allows.
-        budget: wall seconds, over all starts of the search; no generation is begun beyond it. None
-            for no limit.
-        begin_with: specs of simulations on the engine that the first generation holds, beside the
-            start of the space and random genotypes.
-        source: the cases.
-        model: what judging costs; None measures it first.
-
-    Raises:
-        TuningError: neither generations nor a budget, or a value that is not allowed; more to begin
-            with than a generation holds.
-    """
-
-    engine: str
-    algorithm: str = "genetic"
-    space: str = DEFAULT
-    seed: int = 0
-    population: int = 60
-    generations: int | None = None
-    budget: float | None = None
-    begin_with: tuple[str, ...] = ()
-    source: CaseSource = field(default_factory=CaseSource)
-    model: CostModel | None = None
-
-    def __post_init__(self) -> None:
-        if self.algorithm not in ALGORITHMS:
-            raise TuningError(
-                f"unknown algorithm {self.algorithm!r}; {nearest(self.algorithm, ALGORITHMS)}"
-            )
-        if self.population < 4:
-            raise TuningError(f"population is {self.population}; allowed: 4 or more")
-        if len(self.begin_with) >= self.population:
-            raise TuningError(
-                f"{len(self.begin_with)} parameter sets to begin with; allowed: fewer than the "
-                f"population, {self.population}"
-            )
-        if self.generations is None and self.budget is None:
-            raise TuningError("a search needs a number of generations or a budget")
-
-    @classmethod
-    def on(cls, engine: str, *, benchmark: str | None = None, **others: Any) -> SearchOptions:
-        """Options with the labelled set that suits an engine, unless one is named.
-
-        Raises:
-            TuningError: see :class:`SearchOptions`; no such engine.
-        """
-        if engine not in engines():
-            raise TuningError(f"unknown engine {engine!r}; {nearest(engine, engines())}")
-        planar = world_class(engine).capabilities.dimensions == 2
-        directory = benchmark or (PLANAR if planar else None)
-        return cls(engine, source=CaseSource(directory=directory), **others)
 
 
 class Search:

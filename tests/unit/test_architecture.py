@@ -1,4 +1,4 @@
-"""Who may import whom. No arrow runs back up."""
+"""Who may import whom: no arrow runs back up, and there is no circle, not even for types."""
 
 import ast
 from pathlib import Path
@@ -9,67 +9,159 @@ from steadyload.engines.registry import ENGINES
 
 ROOT = Path(__file__).parents[2]
 
-FOLDERS = {"harness": "", "engines": ".engines", "learners": ".learners", "reports": ".reports"}
+FOLDERS = {"harness": "", "engines": "engines.", "learners": "learners.", "reports": "reports."}
 """Folder of the repository -> where it is installed below ``steadyload``."""
 
-_METHODS = {"methods", "layouts", "atomic", "engines"}
-_STUDIES = {"studies", "reports", *_METHODS}
+_LAYOUTS = {"layouts", "statistics", "atomic"}
+_METHODS = {"methods", "engines", *_LAYOUTS}
+_RUNS = {"runs", *_METHODS}
+_LIBRARIES = {"tuning", "properties", "learners", *_RUNS}
 
-# Package below ``steadyload`` -> what of ours it may import. The longest matching prefix counts.
+# Package below ``steadyload`` -> what of ours it may import. ``cli`` may import everything.
 ALLOWED = {
+    "statistics": {"statistics"},
+    "reports": {"reports", "statistics"},
     "engines": {"engines"},
-    "reports": {"reports"},
     "atomic": set(),
-    "layouts": {"layouts", "atomic"},
+    "layouts": _LAYOUTS,
     "methods": _METHODS,
-    "studies": _STUDIES,
-    "properties": {"properties", *_STUDIES},
-    "tuning": {"tuning", *_STUDIES},
-    "learners": {"learners", *_STUDIES},
-    "cli": {"cli", "learners", "tuning", "properties", *_STUDIES},
+    "runs": _RUNS,
+    "tuning": {"tuning", *_RUNS},
+    "properties": {"properties", *_RUNS},
+    "learners": {"learners", *_RUNS},
+    "studies": {"studies", "reports", *_LIBRARIES},
+    "cli": {"cli", "studies", "reports", *_LIBRARIES},
 }
-FILES = [p for folder in FOLDERS for p in (ROOT / folder).rglob("*.py")]
+
+SHOWING = ("page", "figures", "sections")
+"""Endings of the modules of a study that show something: only these may import the kit."""
+
+UPWARD = {
+    "__init__": "the public interface, by name",
+    "methods.registry": "learned methods, by name",
+}
+"""Modules that name modules of a higher floor as strings, and why."""
 
 
-def module_name(path):
-    folder, *parts = path.relative_to(ROOT).with_suffix("").parts
-    return ".".join([f"steadyload{FOLDERS[folder]}", *parts]).removesuffix(".__init__")
+def module_name(path, root=ROOT):
+    folder, *parts = path.relative_to(root).with_suffix("").parts
+    return (FOLDERS[folder] + ".".join(parts)).removesuffix(".__init__")
 
 
-def imports(path):
+def modules(root=ROOT):
+    return {
+        module_name(path, root): path
+        for folder in FOLDERS
+        for path in sorted((root / folder).rglob("*.py"))
+    }
+
+
+def imports(path, known):
+    """What of ours a file imports, wherever it does so, as module names below ``steadyload``."""
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: relative import"
-            yield str(node.module)
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+        else:
+            continue
+        for name in names:
+            top, _, rest = name.partition(".")
+            assert top not in FOLDERS, f"{path} imports {name}"
+            if top == "steadyload":
+                yield rest if rest in known else rest.rpartition(".")[0]
 
 
-def below(name, prefix):
-    prefix = f"steadyload.{prefix}"
-    return name == prefix or name.startswith(f"{prefix}.")
+def floor(name):
+    return name.partition(".")[0]
 
 
-@pytest.mark.parametrize("path", FILES, ids=module_name)
-def test_imports_point_down(path):
-    name = module_name(path)
-    if name == "steadyload":
-        return  # it names the public interface, and imports what is asked for
-    allowed = ALLOWED[max((floor for floor in ALLOWED if below(name, floor)), key=len)]
-    for target in imports(path):
-        assert target.split(".")[0] not in FOLDERS, f"{name} imports {target}"
-        if target.split(".")[0] == "steadyload":
-            assert any(below(target, a) for a in allowed), f"{name} imports {target}"
+def faults(root):
+    """Every arrow that may not be, and every circle."""
+    known = modules(root)
+    arrows = {name: set(imports(path, known)) for name, path in known.items()}
+    for name, targets in arrows.items():
+        if name in ("", "__init__"):
+            continue  # it names the public interface, and imports what is asked for
+        for target in sorted(targets):
+            if floor(target) not in ALLOWED[floor(name)]:
+                yield f"{name} imports {target}"
+            if floor(name) == "studies" and floor(target) == "reports" and not shows(name):
+                yield f"{name} computes, and imports {target}"
+    yield from circles({name: targets - {name} for name, targets in arrows.items() if name})
 
 
-@pytest.mark.parametrize("path", FILES, ids=module_name)
+def shows(name):
+    return name.endswith(SHOWING) or name == "studies.viewing"
+
+
+def circles(arrows):
+    """A line for every module that is reached from itself."""
+    for name in arrows:
+        seen, ahead = set(), list(arrows[name])
+        while ahead:
+            target = ahead.pop()
+            if target == name:
+                yield f"{name} is part of a circle"
+                break
+            if target not in seen:
+                seen.add(target)
+                ahead += arrows.get(target, ())
+
+
+def test_imports_point_down_and_there_is_no_circle():
+    assert list(faults(ROOT)) == []
+
+
+@pytest.mark.parametrize(
+    ("file", "line", "fault"),
+    [
+        ("harness/runs/labels.py", "import steadyload.studies.viewing",
+         "runs.labels imports studies.viewing"),
+        ("reports/table.py", "from steadyload.layouts.model import Layout",
+         "reports.table imports layouts.model"),
+        ("harness/studies/table5/front.py", "from steadyload.reports.table import percent",
+         "studies.table5.front computes, and imports reports.table"),
+        ("engines/errors.py", "if TYPE_CHECKING:\n    from steadyload.engines.world import World",
+         "engines.errors is part of a circle"),
+    ],
+)  # fmt: skip
+def test_a_wrong_arrow_is_found(tmp_path, file, line, fault):
+    for name, path in modules().items():
+        if name:
+            copy = tmp_path / path.relative_to(ROOT)
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            copy.write_bytes(path.read_bytes())
+    with (tmp_path / file).open("a") as changed:
+        changed.write(f"\nfrom typing import TYPE_CHECKING\n{line}\n")
+    assert fault in set(faults(tmp_path))
+
+
+def test_modules_of_a_higher_floor_are_named_in_registries_only():
+    known = modules()
+    found = set()
+    for name, path in known.items():
+        for node in ast.walk(ast.parse(path.read_text())):
+            if not (isinstance(node, ast.Constant) and isinstance(node.value, str)):
+                continue
+            target, colon, _ = node.value.removeprefix("steadyload.").partition(":")
+            if colon and node.value.startswith("steadyload.") and target in known:
+                if floor(name or "__init__") not in ALLOWED:
+                    found.add("__init__")
+                elif floor(target) not in ALLOWED[floor(name)]:
+                    found.add(name)
+    assert found == set(UPWARD)
+
+
+@pytest.mark.parametrize("path", modules().values(), ids=str)
 def test_files_are_small_and_shadow_no_library(path):
     assert len(path.read_text().splitlines()) <= 420
     assert path.stem not in {"pybullet", "mujoco", "dartpy", "pymunk", "pydrake", "torch", "utils"}
 
 
 def test_engines_are_named_in_no_condition():
-    for path in FILES:
+    for path in modules().values():
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.Compare):
                 values = [n.value for n in ast.walk(node) if isinstance(n, ast.Constant)]

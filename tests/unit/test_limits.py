@@ -6,7 +6,7 @@ import math
 import pytest
 
 from steadyload.engines.errors import BadNumberError, EngineError
-from steadyload.engines.limits import MASSES, SIZES, check_box
+from steadyload.engines.box import MASSES, SIZES, check_box
 from steadyload.engines.substeps import SubstepClock
 from steadyload.engines.world import Box, WorldSettings
 from steadyload.layouts import Item, Layout, Pallet

@@ -6,7 +6,8 @@ import pytest
 from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.judging import FrontRace, Sheet
 from steadyload.tuning.ledger import Entry
-from steadyload.tuning.search import Search, SearchOptions
+from steadyload.tuning.options import SearchOptions
+from steadyload.tuning.search import Search
 
 CASES = 36
 

@@ -15,8 +15,9 @@ from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import TERMS, CostModel
 from steadyload.tuning.judging import fitness
+from steadyload.tuning.options import SearchOptions
 from steadyload.tuning.presets import differences, options_of, preset, write_preset
-from steadyload.tuning.search import Search, SearchOptions
+from steadyload.tuning.search import Search
 
 MODEL = CostModel(dict.fromkeys(TERMS, 0.0) | {"layout": 500.0, "substep": 20.0}, 24, 0.9, 0.1)
 

@@ -19,9 +19,10 @@ from steadyload.tuning import search as searching
 from steadyload.tuning.cases import CaseSource, load_cases
 from steadyload.tuning.cost import TERMS, CostModel
 from steadyload.tuning.ledger import Ledger
+from steadyload.tuning.options import SearchOptions
 from steadyload.tuning.presets import preset
 from steadyload.tuning.proposers import Genetic
-from steadyload.tuning.search import Search, SearchOptions
+from steadyload.tuning.search import Search
 from steadyload.tuning.space import space_on
 
 MODEL = CostModel(dict.fromkeys(TERMS, 0.0) | {"layout": 500.0, "substep": 20.0}, 24, 0.9, 0.1)

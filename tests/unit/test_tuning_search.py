@@ -19,8 +19,9 @@ from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import CostModel
 from steadyload.tuning.judging import fitness
 from steadyload.tuning.ledger import Ledger
+from steadyload.tuning.options import SearchOptions
 from steadyload.tuning.proposers import ALGORITHMS
-from steadyload.tuning.search import Search, SearchOptions
+from steadyload.tuning.search import Search
 from steadyload.tuning.space import space_on
 
 MODEL = CostModel(
@@ -159,7 +160,8 @@ import sys
 from pathlib import Path
 from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import CostModel
-from steadyload.tuning.search import Search, SearchOptions
+from steadyload.tuning.options import SearchOptions
+from steadyload.tuning.search import Search
 
 if __name__ == "__main__":
     options = SearchOptions(

@@ -22,7 +22,7 @@ from steadyload.layouts.model import Layout
 from steadyload.methods.envelope import ENVELOPES
 from steadyload.methods.naming import method_key
 from steadyload.methods.spec import nearest
-from steadyload.properties import PropertyError, mechanics
+from steadyload.properties import PropertyError
 from steadyload.properties.findings import finding
 from steadyload.properties.property import Case, Property, Subject
 from steadyload.properties.registry import PROPERTIES
@@ -166,7 +166,7 @@ def made_with(study: PropertyStudy) -> dict[str, str]:
 
 def _units(subject: Subject, study: PropertyStudy, folder: Path) -> Iterator[_Unit]:
     """What a method is asked, and the files of its results: hashes of all that they depend on."""
-    library = Path(properties.__path__[0])
+    library = Path(str(resources.files("steadyload.properties")))
     code = [*sorted(library.glob("*.py")), Path(__file__)]
     rules = hashlib.sha256(b"".join(path.read_bytes() for path in code))
     rules.update(resources.files("steadyload.methods").joinpath(ENVELOPES).read_bytes())

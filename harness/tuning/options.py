@@ -1,0 +1,78 @@
+"""Options of a search: what is searched, by whom, for how long."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from steadyload.engines.registry import engines, world_class
+from steadyload.layouts.benchmark import PLANAR
+from steadyload.methods.spec import nearest
+from steadyload.tuning import TuningError
+from steadyload.tuning.cases import CaseSource
+from steadyload.tuning.cost import CostModel
+from steadyload.tuning.proposers import ALGORITHMS
+from steadyload.tuning.space import DEFAULT
+
+
+@dataclass(frozen=True, slots=True)
+class SearchOptions:
+    """What is searched, by whom, for how long.
+
+    Attributes:
+        engine: registered name.
+        algorithm: of :data:`steadyload.tuning.proposers.ALGORITHMS`.
+        space: of :func:`steadyload.tuning.space.space_names`.
+        seed: of every random draw.
+        population: genotypes a generation, 4 or more.
+        generations: how many; None for as many as the budget allows.
+        budget: wall seconds, over all starts of the search; no generation is begun beyond it. None
+            for no limit.
+        begin_with: specs of simulations on the engine that the first generation holds, beside the
+            start of the space and random genotypes.
+        source: the cases.
+        model: what judging costs; None measures it first.
+
+    Raises:
+        TuningError: neither generations nor a budget, or a value that is not allowed; more to begin
+            with than a generation holds.
+    """
+
+    engine: str
+    algorithm: str = "genetic"
+    space: str = DEFAULT
+    seed: int = 0
+    population: int = 60
+    generations: int | None = None
+    budget: float | None = None
+    begin_with: tuple[str, ...] = ()
+    source: CaseSource = field(default_factory=CaseSource)
+    model: CostModel | None = None
+
+    def __post_init__(self) -> None:
+        if self.algorithm not in ALGORITHMS:
+            raise TuningError(
+                f"unknown algorithm {self.algorithm!r}; {nearest(self.algorithm, ALGORITHMS)}"
+            )
+        if self.population < 4:
+            raise TuningError(f"population is {self.population}; allowed: 4 or more")
+        if len(self.begin_with) >= self.population:
+            raise TuningError(
+                f"{len(self.begin_with)} parameter sets to begin with; allowed: fewer than the "
+                f"population, {self.population}"
+            )
+        if self.generations is None and self.budget is None:
+            raise TuningError("a search needs a number of generations or a budget")
+
+    @classmethod
+    def on(cls, engine: str, *, benchmark: str | None = None, **others: Any) -> SearchOptions:
+        """Options with the labelled set that suits an engine, unless one is named.
+
+        Raises:
+            TuningError: see :class:`SearchOptions`; no such engine.
+        """
+        if engine not in engines():
+            raise TuningError(f"unknown engine {engine!r}; {nearest(engine, engines())}")
+        planar = world_class(engine).capabilities.dimensions == 2
+        directory = benchmark or (PLANAR if planar else None)
+        return cls(engine, source=CaseSource(directory=directory), **others)
