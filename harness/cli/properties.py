@@ -60,7 +60,7 @@ def _properties(options: argparse.Namespace) -> int:
     from harness.properties.search import PROFILES
     from harness.properties.study import PropertyStudy, made_with, methods_on, run_properties
     from reports.pages import write_page
-    from reports.properties_page import properties_page, violations
+    from reports.properties_page import properties_page, refusals, violations
 
     methods = list(options.method or ())
     if options.engine or not methods:
@@ -78,6 +78,8 @@ def _properties(options: argparse.Namespace) -> int:
             study, work, output=options.output, workers=options.workers, progress=advance
         )
     print(write_page(properties_page(table, manifest), options.output))
+    for spec, (refused, tried) in refusals(table.rows).items():
+        say(f"{spec}: not asked on {refused} of {tried} cases, which lie outside its range")
     violated = violations(table.rows)
     for row in violated:
         found = row.smallest.found if row.smallest else row.why

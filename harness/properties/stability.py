@@ -12,13 +12,22 @@ from engines.world import GRAVITY
 from harness.layouts.model import Layout
 from harness.methods.envelope import leaves
 from harness.methods.friction import Sides, unbalanced_item
-from harness.methods.method import Status, Trait
+from harness.methods.method import Trait
 from harness.methods.simulation import Simulation
 from harness.methods.simulation_parameters import BetweenSteps
 from harness.methods.trace import Trace, trace_loading
 from harness.properties.clear import balance_lost
 from harness.properties.moved import quarter_turned
-from harness.properties.property import Case, Property, Subject, Violation, declaring, spoken
+from harness.properties.property import (
+    Case,
+    Property,
+    Subject,
+    Violation,
+    at_work,
+    check_done,
+    declaring,
+    spoken,
+)
 from harness.properties.strategies import (
     Placed,
     built,
@@ -184,11 +193,11 @@ def unbalanced_moves(subject: Subject, case: Case) -> bool:
 def _trace(layout: Layout, subject: Subject) -> Trace:
     assert isinstance(subject.method, Simulation)
     parameters = subject.method.parameters
-    trace = trace_loading(
-        layout, subject.method, t_max=parameters.t_max, samples=parameters.samples
-    )
-    if trace.status is not Status.DONE:
-        raise Violation(f"no verdict: {trace.status} ({trace.reason})")
+    with at_work():
+        trace = trace_loading(
+            layout, subject.method, t_max=parameters.t_max, samples=parameters.samples
+        )
+    check_done(trace.status, trace.reason)
     return trace
 
 
