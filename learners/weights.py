@@ -20,7 +20,9 @@ from steadyload.atomic import write_atomically
 from steadyload.learners import LearnerError
 from steadyload.learners.features import FeatureKind, names
 from steadyload.learners.inference import Network
+from steadyload.learners.options import options_from
 from steadyload.learners.ranges import TrainedRanges
+from steadyload.learners.tensors import check_tensors
 from steadyload.methods.spec import nearest
 
 VERSION = 1
@@ -66,7 +68,7 @@ def save_weights(
         members: arrays of every network by name.
         manifest: at least ``features``, the kind; ``ranges``, as of
             :func:`steadyload.learners.ranges.trained_ranges`; ``command``, what makes the weights
-            again.
+            again; ``members``, of every network its ``options``, which say its tensors.
 
     Returns:
         The folder.
@@ -95,7 +97,8 @@ def load_weights(where: str | Path) -> Weights:
         where: see :func:`weights_folder`.
 
     Raises:
-        LearnerError: no weights there, damaged ones, or of another version.
+        LearnerError: no weights there, damaged ones, of another version, or with tensors that are
+            not those of their networks.
     """
     folder = weights_folder(where)
     try:
@@ -104,19 +107,30 @@ def load_weights(where: str | Path) -> Weights:
         version, hashes = manifest["version"], list(manifest["hashes"])
         kind = FeatureKind(manifest["features"])
         ranges = TrainedRanges(manifest["ranges"])
-    except (ValueError, TypeError, KeyError, IndexError):
+        made = [dict(member["options"]) for member in manifest["members"][: len(hashes)]]
+        if not 0 < len(hashes) == len(made):
+            raise ValueError
+    except (ValueError, TypeError, KeyError, IndexError, RecursionError):
         raise LearnerError(f"{folder / MANIFEST}: is not the manifest of weights") from None
     if version != VERSION:
         raise LearnerError(f"{folder / MANIFEST}: version is {version!r}; allowed: {VERSION}")
     if tuple(manifest.get("feature_names", names(kind))) != names(kind):
         raise LearnerError(f"{folder}: its features are not those of this version; train it again")
+    options = [options_from(values, where=str(folder / MANIFEST)) for values in made]
     networks = []
-    for number, expected in enumerate(hashes):
+    for number, (expected, trained) in enumerate(zip(hashes, options, strict=True)):
         path = folder / _file(number)
         content = path.read_bytes() if path.exists() else b""
         if hashlib.sha256(content).hexdigest() != expected:
             raise LearnerError(f"{path}: is {'damaged' if content else 'missing'}")
-        networks.append(Network(parse_arrays(content, path)))
+        if trained.features is not kind:
+            raise LearnerError(
+                f"{folder / MANIFEST}: features of member {number} are {trained.features}; "
+                f"allowed: {kind}, as of all"
+            )
+        arrays = parse_arrays(content, path)
+        check_tensors(arrays, trained, where=path)
+        networks.append(Network(arrays))
     digest = hashlib.sha256(text).hexdigest()[:16]
     return Weights(kind, tuple(networks), ranges, manifest, digest)
 
@@ -185,7 +199,7 @@ def parse_arrays(content: bytes, path: Path) -> dict[str, np.ndarray]:
             ).reshape(entry["shape"])
             for name, entry in header.items()
         }
-    except (struct.error, ValueError, KeyError, TypeError, AttributeError):
+    except (struct.error, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise LearnerError(f"{path}: is no safetensors file of numbers") from None
 
 

@@ -59,7 +59,7 @@ def _properties(options: argparse.Namespace) -> int:
     from steadyload.properties.registry import chosen
     from steadyload.properties.search import PROFILES
     from steadyload.reports.page import write_page
-    from steadyload.studies.properties.page import properties_page, violations
+    from steadyload.studies.properties.page import properties_page, refusals, violations
     from steadyload.studies.properties.study import (
         PropertyStudy,
         made_with,
@@ -83,6 +83,8 @@ def _properties(options: argparse.Namespace) -> int:
             study, work, output=options.output, workers=options.workers, progress=advance
         )
     print(write_page(properties_page(table, manifest), options.output))
+    for spec, (refused, tried) in refusals(table.rows).items():
+        say(f"{spec}: not asked on {refused} of {tried} cases, which lie outside its range")
     violated = violations(table.rows)
     for row in violated:
         found = row.smallest.found if row.smallest else row.why

@@ -10,9 +10,8 @@ import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-import yaml
-
 from steadyload.layouts.model import LayoutError
+from steadyload.layouts.plain_yaml import parse_plain_yaml
 from steadyload.layouts.record import FormatError, Record, Refused, shown
 
 NATIVE_FORMAT = "steadyload-layouts"
@@ -219,14 +218,7 @@ def _check_columns(header: Sequence[str]) -> None:
 
 def read_aclpp(text: str) -> _Parsed:
     """Records of an ACLPP schedule: one layout per built load device, named segment/device."""
-    try:
-        content = yaml.load(text, Loader=yaml.CSafeLoader)
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        where = f" at line {mark.line + 1}" if mark else ""
-        raise FormatError(f"is not valid YAML{where}; is it cut off?") from None
-    except (ValueError, RecursionError) as error:
-        raise FormatError(f"holds a YAML value that is none ({error})") from None
+    content = parse_plain_yaml(text)
     segments = _mapping(_mapping(content, "the file").get("segments"), "segments")
     for segment, parts in segments.items():
         parts = _mapping(parts, f"segments.{segment}")
@@ -266,7 +258,7 @@ def _aclpp_record(name: str, source: tuple[Any, Any]) -> Record:
 def _piece_weight(shipments: Any, entry: Mapping[str, Any]) -> Any:
     try:
         return shipments[entry["shipment"]]["pieces"][entry["piece"]]["weight"]
-    except (KeyError, TypeError):
+    except (LookupError, TypeError):
         raise FormatError(
             f"states no weight for shipment {shown(entry.get('shipment'))}, piece "
             f"{shown(entry.get('piece'))}; is it cut off?"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -17,6 +18,22 @@ from steadyload.methods.registry import make_method
 
 class Violation(Exception):  # noqa: N818 - what a check finds, no fault of the program
     """A property does not hold; the message says what was found and what was to be expected."""
+
+
+class NotAsked(Exception):  # noqa: N818 - no fault of anybody
+    """The method refuses a layout: it lies outside the range that the method declares."""
+
+
+@contextmanager
+def at_work() -> Iterator[None]:
+    """Where a method or an engine is at work: what it raises by itself is a violation.
+
+    What a property's own code raises is a fault of that code, and no finding.
+    """
+    try:
+        yield
+    except Exception as error:
+        raise Violation(f"{type(error).__name__}: {error}") from error
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,17 +86,31 @@ class Subject:
         """The verdict on a layout.
 
         Raises:
-            Violation: there is none (diverged, error, refused).
+            NotAsked: the method refuses the layout.
+            Violation: there is none (diverged, error), or the method raised an exception.
         """
-        verdict = self.method.judge(layout)
-        if verdict.status is not Status.DONE:
-            raise Violation(f"no verdict: {verdict.status} ({verdict.reason})")
+        with at_work():
+            verdict = self.method.judge(layout)
+        check_done(verdict.status, verdict.reason)
         return verdict
 
 
+def check_done(status: Status, reason: str) -> None:
+    """Hold a judgement to have ended well.
+
+    Raises:
+        NotAsked: the method refused the layout.
+        Violation: it ended otherwise.
+    """
+    if status is Status.REFUSED:
+        raise NotAsked(reason)
+    if status is not Status.DONE:
+        raise Violation(f"no verdict: {status} ({reason})")
+
+
 Check = Callable[[Subject, Case], bool]
-"""Raises :class:`Violation`. Returns whether the case said anything: False where the property asks
-nothing of it."""
+"""Raises :class:`Violation` or :class:`NotAsked`. Returns whether the case said anything: False
+where the property asks nothing of it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import hypothesis
 from hypothesis import HealthCheck, Phase, settings
-from hypothesis.errors import Flaky, HypothesisException
+from hypothesis.errors import Flaky
 
-from steadyload.properties.property import Case, Property, Subject, Violation
+from steadyload.properties.property import Case, NotAsked, Property, Subject, Violation
 
 PROFILES = {"quick": 20, "ci": 100, "deep": 1000}
 """Examples a property and method, by profile."""
@@ -31,12 +31,14 @@ class Outcome:
         examples: cases tried; those of the search for a smaller one not counted.
         asked: how many of them the property said something about.
         counterexample: None where the property held.
+        refused: how many the method refused; they lie outside the range that it declares.
         crashed: why there is no answer, where the engine ended the process; empty otherwise.
     """
 
     examples: int
     asked: int
     counterexample: Counterexample | None
+    refused: int = 0
     crashed: str = ""
 
 
@@ -46,7 +48,8 @@ def search(
     """Ask a method about a property, on cases that depend on the arguments alone.
 
     An exception of the method's own counts as a violation, too, and so does a case that is violated
-    at one time and not at another.
+    at one time and not at another. A case that the method refuses says nothing. What the property's
+    own code raises comes out as it is.
 
     Args:
         asked: the property.
@@ -55,7 +58,7 @@ def search(
         seed: of the cases; property and method have their own for each.
         shrink: make a counterexample small, which may take a hundred more cases.
     """
-    tried = said = 0
+    tried = said = refused = 0
     smallest: Counterexample | None = None
 
     @hypothesis.seed(zlib.crc32(f"{seed} {asked.name} {subject.spec}".encode()))
@@ -71,19 +74,16 @@ def search(
     )
     @hypothesis.given(asked.cases(subject))
     def ask(case: Case) -> None:
-        nonlocal tried, said, smallest
+        nonlocal tried, said, refused, smallest
         counting = smallest is None
         tried += counting
         try:
             said += asked.check(subject, case) and counting
-        except HypothesisException:
-            raise
+        except NotAsked:
+            refused += counting
         except Violation as violation:
             # Hypothesis runs the smallest one last.
             smallest = Counterexample(case, str(violation))
-            raise
-        except Exception as error:
-            smallest = Counterexample(case, f"{type(error).__name__}: {error}")
             raise
 
     try:
@@ -94,9 +94,7 @@ def search(
         said += 1
         found = f"{smallest.found} (not every time that this case was asked)"
         smallest = Counterexample(smallest.case, found)
-    except HypothesisException:
-        raise
-    except Exception:
+    except Violation:
         assert smallest is not None, "what is raised here was raised by the check"
         said += 1
-    return Outcome(tried, said, smallest)
+    return Outcome(tried, said, smallest, refused)

@@ -12,7 +12,7 @@ from steadyload.engines.world import GRAVITY
 from steadyload.layouts.model import Layout
 from steadyload.methods.envelope import leaves
 from steadyload.methods.friction import Sides, unbalanced_item
-from steadyload.methods.method import Status, Trait
+from steadyload.methods.method import Trait
 from steadyload.methods.simulation import Simulation
 from steadyload.methods.simulation_parameters import BetweenSteps
 from steadyload.methods.trace import Trace, trace_loading
@@ -24,6 +24,8 @@ from steadyload.properties.property import (
     Property,
     Subject,
     Violation,
+    at_work,
+    check_done,
     declaring,
     spoken,
 )
@@ -191,11 +193,11 @@ def unbalanced_moves(subject: Subject, case: Case) -> bool:
 def _trace(layout: Layout, subject: Subject) -> Trace:
     assert isinstance(subject.method, Simulation)
     parameters = subject.method.parameters
-    trace = trace_loading(
-        layout, subject.method, t_max=parameters.t_max, samples=parameters.samples
-    )
-    if trace.status is not Status.DONE:
-        raise Violation(f"no verdict: {trace.status} ({trace.reason})")
+    with at_work():
+        trace = trace_loading(
+            layout, subject.method, t_max=parameters.t_max, samples=parameters.samples
+        )
+    check_done(trace.status, trace.reason)
     return trace
 
 

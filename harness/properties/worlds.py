@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from typing import Any, cast
+
 import numpy as np
 from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
@@ -10,7 +14,8 @@ from steadyload.engines.attitudes import rotate
 from steadyload.engines.registry import open_world
 from steadyload.engines.world import GRAVITY, FixedStepWorld, Velocities, WorldSettings
 from steadyload.methods.scene import Across, boxes, planar_scene
-from steadyload.properties.property import Case, Property, Subject, Violation
+from steadyload.methods.simulation import Simulation
+from steadyload.properties.property import Case, Property, Subject, Violation, at_work
 from steadyload.properties.strategies import (
     Placed,
     built,
@@ -26,17 +31,34 @@ _SLIDING = 0.03
 """Relative error of a sliding distance, beside one substep at the starting speed."""
 
 
-def _world(subject: Subject, case: Case, settings: WorldSettings) -> FixedStepWorld:
+class _AskedWorld:
+    """A world of which every call is asked of the engine."""
+
+    def __init__(self, world: FixedStepWorld) -> None:
+        self._world = world
+
+    def __getattr__(self, name: str) -> Any:
+        with at_work():
+            found = getattr(self._world, name)
+        return at_work()(found) if callable(found) else found
+
+
+@contextmanager
+def _world(subject: Subject, case: Case, settings: WorldSettings) -> Iterator[FixedStepWorld]:
     """The case's layout, all items at once."""
     assert subject.engine is not None
     across: Across = "width"
     if subject.planar:
         across = planar_scene(case.layout).across or across
-    world = open_world(subject.engine, settings)
-    for box in boxes(case.layout, across=across):
-        world.add_box(box)
-    world.prepare()
-    return world
+    content = boxes(case.layout, across=across)
+    with at_work():
+        opened = open_world(subject.engine, settings)
+    world = cast(FixedStepWorld, _AskedWorld(opened))
+    with closing(world):
+        for box in content:
+            world.add_box(box)
+        world.prepare()
+        yield world
 
 
 @st.composite
@@ -144,7 +166,8 @@ def _energy(world: FixedStepWorld) -> tuple[float, float]:
 
 
 def _simulated(subject: Subject) -> bool:
-    return subject.engine is not None
+    """A world is run as the method says; one that simulates in parts only says nothing of it."""
+    return isinstance(subject.method, Simulation)
 
 
 PROPERTIES = (

@@ -1,16 +1,21 @@
 """The search, its files, findings, and the page."""
 
 import json
+import sys
+import types
 
 import pytest
 
 from steadyload.cli import main
-from steadyload.engines.registry import ENGINES, EngineEntry
+from steadyload.engines.registry import ENGINES, EngineEntry, world_class
 from steadyload.layouts.formats import read_layouts
+from steadyload.methods.base_support import FullBaseSupport
+from steadyload.methods.method import RefusedError
+from steadyload.methods.registry import METHODS
 from steadyload.properties import PropertyError, findings, registry
 from steadyload.properties.findings import KnownFinding
 from steadyload.properties.property import Case, Property, Subject, Violation
-from steadyload.properties.registry import chosen
+from steadyload.properties.registry import PROPERTIES, chosen
 from steadyload.properties.search import search
 from steadyload.properties.strategies import layouts
 from steadyload.reports.page import Page, write_page
@@ -69,14 +74,118 @@ def test_the_same_seed_draws_the_same_cases():
     assert drawn(1) != drawn(2)
 
 
-def test_an_exception_of_the_method_is_a_violation():
-    def fail(subject, case):
+class Fails(FullBaseSupport):
+    """Cannot judge."""
+
+    def _judge(self, layout, watch):
         raise ZeroDivisionError("too few")
 
-    outcome = search(
-        Property("x", "", lambda _: layouts().map(Case), fail), Subject("fbs"), examples=5, seed=1
-    )
+
+class RefusesMany(FullBaseSupport):
+    """Judges one item or two."""
+
+    def _judge(self, layout, watch):
+        if len(layout) > 2:
+            raise RefusedError("more than two items")
+        return super()._judge(layout, watch)
+
+
+class RefusesAll(FullBaseSupport):
+    """Judges nothing."""
+
+    def _judge(self, layout, watch):
+        raise RefusedError("items")
+
+
+class Halts(world_class("mujoco")):
+    """Cannot go on."""
+
+    def _advance(self, substeps, length):
+        raise RuntimeError("stuck")
+
+
+@pytest.fixture
+def planted(monkeypatch):
+    """Registers a method of a class."""
+
+    def plant(judge):
+        monkeypatch.setitem(sys.modules, "planted", types.SimpleNamespace(Judge=judge))
+        monkeypatch.setitem(METHODS, "planted", "planted:Judge")
+        return "planted"
+
+    return plant
+
+
+def test_an_exception_of_the_method_is_a_violation(planted):
+    subject = Subject(planted(Fails))
+    outcome = search(PROPERTIES["score"], subject, examples=5, seed=1)
     assert outcome.counterexample.found == "ZeroDivisionError: too few"
+
+
+@pytest.mark.parametrize("name", ["free fall", "balanced stays"])
+def test_an_exception_of_the_engine_is_a_violation(name, monkeypatch):
+    monkeypatch.setitem(sys.modules, "planted", types.SimpleNamespace(World=Halts))
+    monkeypatch.setitem(ENGINES, "planted", EngineEntry("planted:World", ()))
+    outcome = search(PROPERTIES[name], Subject("label@planted"), examples=5, seed=1)
+    assert outcome.counterexample.found == "RuntimeError: stuck"
+
+
+def test_an_exception_of_the_property_is_no_violation():
+    def fail(subject, case):
+        return subject.verdict(case.layout).scor
+
+    asked = Property("x", "", lambda _: layouts().map(Case), fail)
+    with pytest.raises(AttributeError, match="scor"):
+        search(asked, Subject("fbs"), examples=5, seed=1)
+
+
+def test_what_a_method_refuses_is_not_asked(planted, tmp_path):
+    subject = Subject(planted(RefusesMany))
+    outcome = search(PROPERTIES["score"], subject, examples=40, seed=1)
+    assert outcome.counterexample is None
+    assert outcome.asked > 0
+    assert outcome.refused > 0
+    assert outcome.asked + outcome.refused == outcome.examples == 40
+    # What cannot be asked of the changed layout is not asked of the layout either.
+    assert search(PROPERTIES["far item"], subject, examples=40, seed=1).counterexample is None
+    outcome = search(PROPERTIES["score"], Subject(planted(RefusesAll)), examples=5, seed=1)
+    assert (outcome.examples, outcome.asked, outcome.refused) == (5, 0, 5)
+
+
+def test_the_page_counts_apart_what_was_refused(planted, tmp_path):
+    asked = PropertyStudy((planted(RefusesMany), "fbs"), tuple(chosen(["score"])), 40)
+    table = run_properties(asked, tmp_path)
+    row, other = table.rows
+    assert row.standing is Standing.HOLDS
+    assert row.refused == 40 - row.asked > 0
+    assert other.refused == 0
+    page = write_page(properties_page(table, {}), tmp_path).read_text()
+    assert f"holds {row.asked}/40; not asked: {row.refused} outside the method's range" in page
+    assert "| holds 40/40 |" in page
+    assert f"Not asked, and no violation: {row.refused} cases outside the range" in page
+    # Kept and read again as it was.
+    assert run_properties(asked, tmp_path).rows == table.rows
+    table = run_properties(PropertyStudy((planted(RefusesAll),), asked.properties, 7), tmp_path)
+    assert table.rows[0].standing is Standing.NOT_ASKED
+    page = write_page(properties_page(table, {}), tmp_path).read_text()
+    assert "-; not asked: 7 outside the method's range" in page
+    assert "violated: 0," in page
+
+
+def test_the_command_says_how_much_a_learner_refused(tmp_path, capsys):
+    arguments = ["properties", "-m", "lstm_1", "--property", "far item", "--examples", "3"]
+    assert main([*arguments, "-j", "1", "-o", str(tmp_path)]) == 0
+    said = capsys.readouterr().err
+    assert "lstm_1: not asked on 3 of 3 cases, which lie outside its range" in said
+
+
+def test_a_cascade_is_asked_like_any_method(tmp_path, capsys):
+    arguments = ["properties", "-m", "cascade@mujoco", "--examples", "2", "-j", "1"]
+    for name in ("score", "past the edge", "free fall", "sliding", "energy"):
+        arguments += ["--property", name]
+    assert main([*arguments, "-o", str(tmp_path)]) == 0
+    page = (tmp_path / "report.md").read_text()
+    assert "pairs that hold: 2, declared findings: 0, violated: 0," in page
 
 
 def test_what_is_violated_at_one_time_and_not_at_another_is_a_violation():

@@ -33,7 +33,7 @@ ALLOWED = {
     "cli": {"cli", "studies", "reports", *_LIBRARIES},
 }
 
-SHOWING = ("page", "figures", "sections")
+SHOWING = ("page", "figures", "section", "sections")
 """Endings of the modules of a study that show something: only these may import the kit."""
 
 UPWARD = {

@@ -148,8 +148,8 @@ def test_other_code_on_a_worker_is_refused(cluster, tmp_path):
 
 
 def test_a_worker_without_this_package_is_told_so(cluster, tmp_path):
-    (tmp_path / "empty" / "harness").mkdir(parents=True)
-    (tmp_path / "empty" / "harness" / "__init__.py").touch()
+    (tmp_path / "empty" / "steadyload").mkdir(parents=True)
+    (tmp_path / "empty" / "steadyload" / "__init__.py").touch()
     cluster.add("--no-nanny", path=[str(tmp_path / "empty")])
     with Client(cluster.address) as client:
         client.wait_for_workers(1, timeout=60)

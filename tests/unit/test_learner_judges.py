@@ -15,15 +15,18 @@ import pytest
 import safetensors.numpy
 import torch
 
+from steadyload.cli import main
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.formats import Format, write_layouts
 from steadyload.learners import LearnerError
-from steadyload.learners.features import FeatureKind, features
+from steadyload.learners.features import FeatureKind, features, names
 from steadyload.learners.inference import Network
 from steadyload.learners.jobs import TrainingJob, train_weights
 from steadyload.learners.network import NETWORKS
 from steadyload.learners.options import NetworkKind, TrainingOptions
 from steadyload.learners.ranges import QUANTITIES
+from steadyload.learners.tensors import tensor_shapes
 from steadyload.learners.weights import (
     SHIPPED,
     load_arrays,
@@ -139,16 +142,98 @@ def test_the_first_step_above_the_threshold_fails(weights, layouts):
                 assert "probability" not in verdict.reason
 
 
+def changed_folder(weights, folder, **tensors):
+    """The first member, with other tensors; None takes one away."""
+    arrays = {**load_arrays(weights), **tensors}
+    manifest = {k: v for k, v in load_weights(weights).manifest.items() if k != "hashes"}
+    kept = {name: array for name, array in arrays.items() if array is not None}
+    return save_weights(folder, [kept], manifest)
+
+
 def test_what_is_no_number_is_not_stable(weights, layouts, tmp_path):
+    # Every value is finite, but not what becomes of features by them.
     arrays = load_arrays(weights)
-    arrays["head.bias"] = np.full_like(arrays["head.bias"], np.nan)
-    manifest = dict(load_weights(weights).manifest)
-    del manifest["hashes"]
-    save_weights(tmp_path, [arrays], manifest)
+    odd = {name: np.full_like(arrays[name], 3e38) for name in ("scale", "lstm.weight_ih_l0")}
+    with np.errstate(over="ignore"):
+        changed_folder(weights, tmp_path, mean=np.zeros_like(arrays["mean"]), **odd)
     judge = make_method(f"lstm_1:weights={tmp_path},outside=accept")
-    for verdict in (judge.judge(layouts[0]), *judge.judge_many(layouts[:2])):
+    with np.errstate(all="ignore"):
+        verdicts = judge.judge(layouts[0]), *judge.judge_many(layouts[:2])
+    for verdict in verdicts:
         assert (verdict.status, verdict.score) == (Status.ERROR, None)
         assert "no number" in verdict.reason
+
+
+WIDTH = 12
+TENSORS = {
+    "ten times": ("head.weight", (1, 10 * WIDTH), "has shape (1, 120); allowed: (1, 12)"),
+    "one short": ("head.weight", (1, WIDTH - 1), "has shape (1, 11); allowed: (1, 12)"),
+    "flat": ("head.weight", (WIDTH,), "has shape (12,); allowed: (1, 12)"),
+    "bias": ("head.bias", (0,), "has shape (0,); allowed: (1,)"),
+    "inputs": ("lstm.weight_ih_l0", (4 * WIDTH, 3), "has shape (48, 3); allowed: (48, 39)"),
+    "states": ("lstm.weight_hh_l1", (4 * WIDTH, 2), "has shape (48, 2); allowed: (48, 12)"),
+    "gates": ("lstm.bias_hh_l0", (4 * WIDTH + 4,), "has shape (52,); allowed: (48,)"),
+    "mean": ("mean", (1,), "has shape (1,); allowed: (39,)"),
+    "layer": ("lstm.weight_ih_l2", (4 * WIDTH, WIDTH), "'lstm.weight_ih_l2'; allowed: mean, "),
+    "attention": ("query.weight", (WIDTH, WIDTH), "unknown tensor 'query.weight'; allowed: mean"),
+    "missing": ("lstm.bias_ih_l1", None, "lacks the tensor lstm.bias_ih_l1; allowed: one of sha"),
+}
+
+
+@pytest.mark.parametrize("name", TENSORS)
+def test_tensors_are_those_of_the_network_before_anything_runs(name, weights, tmp_path):
+    tensor, shape, message = TENSORS[name]
+    array = None if shape is None else np.zeros(shape, dtype=np.float32)
+    changed_folder(weights, tmp_path, **{tensor: array})
+    with pytest.raises(LearnerError) as caught:
+        load_weights(tmp_path)
+    assert str(caught.value).startswith(f"{tmp_path / 'member_0.safetensors'}: ")
+    assert tensor in str(caught.value)
+    assert message in str(caught.value)
+
+
+def test_tensors_are_finite_and_of_one_type(weights, tmp_path):
+    head = load_arrays(weights)["head.weight"]
+    for odd in (np.nan, np.inf):
+        changed_folder(weights, tmp_path, **{"head.weight": np.full_like(head, odd)})
+        with pytest.raises(LearnerError, match=r"member_0.*: head.weight has a value that is not"):
+            load_weights(tmp_path)
+    for kind in (np.float64, np.int64):
+        changed_folder(weights, tmp_path, **{"head.weight": head.astype(kind)})
+        with pytest.raises(LearnerError, match=r"head.weight has type \w+; allowed: float32"):
+            load_weights(tmp_path)
+
+
+def test_members_take_the_features_of_their_manifest(weights, tmp_path):
+    folder = changed_folder(weights, tmp_path)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    manifest["members"][0]["options"]["features"] = "plain"
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    with pytest.raises(LearnerError, match="features of member 0 are plain; allowed: support"):
+        load_weights(folder)
+
+
+@pytest.mark.parametrize("kind", NetworkKind)
+@pytest.mark.parametrize("layers", [1, 3])
+def test_the_tensors_that_are_allowed_are_those_that_are_trained(kind, layers):
+    for told in FeatureKind:
+        options = TrainingOptions(features=told, network=kind, hidden=8, layers=layers)
+        network = NETWORKS[kind](len(names(told)), options.hidden, options.layers)
+        found = {name: tuple(value.shape) for name, value in network.state_dict().items()}
+        assert found == tensor_shapes(options)
+
+
+@pytest.mark.parametrize("length", [10 * WIDTH, WIDTH - 1])
+def test_a_head_of_another_length_ends_in_a_sentence(length, weights, tmp_path, layouts, capsys):
+    changed_folder(weights, tmp_path / "odd", **{"head.weight": np.ones((1, length), np.float32)})
+    write_layouts(tmp_path / "layouts.json", layouts[:1], Format.NATIVE)
+    asked = ["score", str(tmp_path / "layouts.json"), "-m", f"lstm_1:weights={tmp_path / 'odd'}"]
+    assert main(asked) == 2
+    said = capsys.readouterr().err
+    assert (
+        f"odd/member_0.safetensors: head.weight has shape (1, {length}); allowed: (1, 12)" in said
+    )
+    assert said.count("\n") == 1
 
 
 def test_a_verdict_on_a_step_hangs_on_the_items_placed_by_then(weights, layouts):
@@ -245,6 +330,10 @@ def test_damaged_weights_are_refused(weights, tmp_path):
         ("{", "is not the manifest of weights"),
         (json.dumps(json.loads(text) | {"version": 9}), "version is 9; allowed: 1"),
         (json.dumps(json.loads(text) | {"feature_names": ["x"]}), "are not those of this version"),
+        (json.dumps(json.loads(text) | {"hashes": []}), "is not the manifest of weights"),
+        (json.dumps(json.loads(text) | {"members": []}), "is not the manifest of weights"),
+        (json.dumps(json.loads(text) | {"members": [{"options": {"hidden": 0}}]}), "hidden is 0"),
+        ("[" * 100_000, "is not the manifest of weights"),
     ):
         about.write_text(broken)
         with pytest.raises(LearnerError, match=message):

@@ -5,8 +5,8 @@ import math
 
 import pytest
 
-from steadyload.engines.errors import BadNumberError, EngineError
 from steadyload.engines.box import MASSES, SIZES, check_box
+from steadyload.engines.errors import BadNumberError, EngineError
 from steadyload.engines.substeps import SubstepClock
 from steadyload.engines.world import Box, WorldSettings
 from steadyload.layouts import Item, Layout, Pallet

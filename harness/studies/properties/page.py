@@ -31,6 +31,12 @@ def properties_page(found: PropertyTable, manifest: Mapping[str, str]) -> Page:
         "asked only of methods that declare what it is about; a case is drawn at random, built "
         "so that it can be loaded, and one that violates a property is made as small as it gets."
     )
+    refused = sum(row.refused for row in found.rows)
+    if refused:
+        summary += (
+            f" Not asked, and no violation: {refused} cases outside the range that a method "
+            "declares, which it refused."
+        )
     return Page("Property tests", summary, property_sections(found), manifest)
 
 
@@ -55,9 +61,14 @@ def _matrix(found: PropertyTable) -> Section:
 
 
 def _cell(row: PropertyRow | None) -> str:
-    if row is None or row.standing is Standing.NOT_ASKED:
+    if row is None:
         return MISSING
-    return f"{_SIGNS[row.standing]} {row.asked}/{row.examples}"
+    shown = _SIGNS[row.standing]
+    if row.standing is not Standing.NOT_ASKED:
+        shown += f" {row.asked}/{row.examples}"
+    if row.refused:
+        shown += f"; not asked: {row.refused} outside the method's range"
+    return shown
 
 
 def _in_words(found: PropertyTable) -> Section:
@@ -102,6 +113,15 @@ def _counterexample(row: PropertyRow) -> Section:
         [markdown_table(header, items)],
         [picture],
     )
+
+
+def refusals(rows: Sequence[PropertyRow]) -> dict[str, tuple[int, int]]:
+    """Cases that methods refused, and cases tried, by the spec of every method that refused any."""
+    counts: dict[str, tuple[int, int]] = {}
+    for row in rows:
+        refused, tried = counts.get(row.method.spec, (0, 0))
+        counts[row.method.spec] = refused + row.refused, tried + row.examples
+    return {spec: count for spec, count in counts.items() if count[0]}
 
 
 def violations(rows: Sequence[PropertyRow]) -> list[PropertyRow]:

@@ -15,7 +15,7 @@ class Standing(StrEnum):
 
     ``holds``: no counterexample among the cases tried. ``finding``: it does not hold, and that is
     declared. ``violated``: it does not hold, and nobody knew. ``not asked``: the method does not
-    declare what the property is about, or no case said anything.
+    declare what the property is about, or no case said anything, or it refused all that would have.
     """
 
     HOLDS = "holds"
@@ -53,8 +53,9 @@ class SmallestCase:
 class PropertyRow:
     """One property asked of one method.
 
-    ``examples``: cases tried; ``asked``: those that the property said something about. ``why``:
-    the reason of a declared finding, or how an engine ended its process.
+    ``examples``: cases tried; ``asked``: those that the property said something about;
+    ``refused``: those that the method refused, which lie outside its range. ``why``: the reason of
+    a declared finding, or how an engine ended its process.
     """
 
     property: str
@@ -64,6 +65,7 @@ class PropertyRow:
     asked: int
     why: str = ""
     smallest: SmallestCase | None = None
+    refused: int = 0
 
 
 @dataclass(frozen=True, slots=True)

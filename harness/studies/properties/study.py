@@ -141,7 +141,7 @@ def run_properties(
             missing,
             workers=workers,
             # Of an engine that ends its process; the case it did so on is not known.
-            crashed=lambda unit, part, reason: Outcome(0, 0, None, reason),
+            crashed=lambda unit, part, reason: Outcome(0, 0, None, crashed=reason),
         )
         for unit, (answer,) in asked:
             _keep(unit, answer)
@@ -196,6 +196,7 @@ def _keep(unit: _Unit, outcome: Outcome) -> None:
     result = {
         "examples": outcome.examples,
         "asked": outcome.asked,
+        "refused": outcome.refused,
         "failure": failure,
         "crashed": outcome.crashed,
     }
@@ -216,7 +217,9 @@ def _kept(unit: _Unit) -> Outcome:
     if failure is not None:
         (layout,) = read_layouts(unit.file.with_suffix(".layout"))
         counterexample = Counterexample(Case(layout, failure["change"]), failure["found"])
-    return Outcome(result["examples"], result["asked"], counterexample, result["crashed"])
+    return Outcome(
+        result["examples"], result["asked"], counterexample, result["refused"], result["crashed"]
+    )
 
 
 def _row(unit: _Unit, directory: Path) -> PropertyRow:
@@ -236,6 +239,7 @@ def _row(unit: _Unit, directory: Path) -> PropertyRow:
         standing=standing,
         examples=outcome.examples,
         asked=outcome.asked,
+        refused=outcome.refused,
         why=known.why if known else outcome.crashed,
         smallest=None if shown is None else _smallest(unit, shown, directory),
     )
