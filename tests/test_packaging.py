@@ -9,7 +9,7 @@ import pytest
 
 import steadyload
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[1]
 FOLDERS = {"harness": "", "engines": "engines/", "learners": "learners/", "reports": "reports/"}
 
 
