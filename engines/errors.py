@@ -7,7 +7,11 @@ class EngineError(Exception):
     """An engine cannot do what was asked of it."""
 
 
-class EngineNotInstalledError(EngineError):
+class EngineInputError(EngineError):
+    """What a user can mend: its message is one sentence that names what is wrong and allowed."""
+
+
+class EngineNotInstalledError(EngineInputError):
     """The library behind an engine is missing; the message says how to install it."""
 
 
@@ -15,7 +19,7 @@ class WorldClosedError(EngineError):
     """A world was used after :meth:`steadyload.engines.world.World.close`."""
 
 
-class BadNumberError(EngineError, ValueError):
+class BadNumberError(EngineInputError, ValueError):
     """A number that no engine is given: it says which, of which box, and what is allowed.
 
     What engines themselves do with such numbers ranges from silence to ending the process.

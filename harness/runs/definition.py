@@ -12,6 +12,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from steadyload.errors import UserError
 from steadyload.layouts.benchmark import Part
 from steadyload.layouts.benchmark.dataset import SETS
 from steadyload.layouts.formats import read_layouts
@@ -28,7 +29,7 @@ EMBEDDED = "embedded"
 """Stands for the study that comes with the package."""
 
 
-class StudyError(ValueError):
+class StudyError(UserError):
     """A study definition that cannot be run; says which key and what is allowed."""
 
 

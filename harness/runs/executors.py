@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Any, Protocol, Self
 
+from steadyload.errors import UserError
 from steadyload.methods.spec import nearest
 from steadyload.runs.seats import (
     Answer,
@@ -39,7 +40,7 @@ LOOK = 1.0
 """Seconds after which an executor is asked again how many units it takes: clusters grow."""
 
 
-class ExecutorError(ValueError):
+class ExecutorError(UserError):
     """An executor that there is not, or that cannot work; says what is allowed."""
 
 

@@ -23,6 +23,7 @@ import pyarrow.parquet as pq
 
 from steadyload.atomic import write_atomically
 from steadyload.engines.registry import installed_versions, world_class
+from steadyload.errors import UserError
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import Method, Verdict
 from steadyload.methods.spec import as_plain
@@ -68,7 +69,7 @@ _MANIFEST_KEYS = ("schema_version", "study", "study_hash", "data_hash", "shards"
 KEYS = ["layout", "scenario", "method", "repetition"]
 
 
-class ResultsError(ValueError):
+class ResultsError(UserError):
     """A folder that holds no study, or one of another version."""
 
 

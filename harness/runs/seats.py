@@ -19,6 +19,7 @@ import threading
 from collections.abc import Callable, Iterator
 from typing import Any, Generic, Protocol, Self, TypeVar
 
+from steadyload.errors import FailedError
 from steadyload.runs.workers import Ending, Event, RemoteTracebackError, Worker
 
 _CRASHES = 2
@@ -57,7 +58,7 @@ Crashed = Callable[[Unit, int, str], Answer]
 counted from 0, and a reason that names the signal."""
 
 
-class WorkerDiedError(RuntimeError):
+class WorkerDiedError(FailedError):
     """Workers died where nothing can be said of the work; what was finished before is kept."""
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from steadyload.atomic import write_atomically
+from steadyload.errors import UserError
 from steadyload.layouts.formats import read_layouts
 from steadyload.layouts.model import Layout
 from steadyload.methods.recording import RecordedStep, Recording, record_loading
@@ -21,7 +22,7 @@ from steadyload.reports.viewer.records import (
 from steadyload.runs.results import provenance_lines
 
 
-class ViewError(ValueError):
+class ViewError(UserError):
     """A layout that is not there, or none named where there are several."""
 
 
