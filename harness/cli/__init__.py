@@ -9,6 +9,14 @@ import os
 import sys
 from collections.abc import Sequence
 
+from steadyload.cli.interrupts import INTERRUPTED, SENTENCE, ended, is_behind, starting
+
+
+def command() -> int:
+    """The command of the process: the words are its arguments; returns its exit status."""
+    starting()
+    return ended(main())
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command.
@@ -24,7 +32,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # The reader (head, less) has gone; Python must not complain about it again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except KeyboardInterrupt:
-        print("steadyload: interrupted", file=sys.stderr)
-        return 130
+    except (KeyboardInterrupt, ImportError) as error:
+        if not is_behind(error):
+            raise
+        print(SENTENCE, file=sys.stderr)
+        return INTERRUPTED
     return status

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from steadyload.cli.convert import WRITABLE, output_format
+from steadyload.cli.interrupts import working
 from steadyload.cli.studies import configuration, output_option, workers_option, write
 from steadyload.cli.terminal import print_table, progress_bar, resumable
-from steadyload.studies.benchmark.config import STUDY, Config
+from steadyload.studies.benchmark.config import STUDY, BenchmarkConfig
 from steadyload.studies.options import REQUIRED, operand, option
 
 _SHOWN = 10
@@ -18,7 +19,7 @@ _SHOWN = 10
 
 
 @dataclass(frozen=True, kw_only=True)
-class Info(Config):
+class Info(BenchmarkConfig):
     """Which set, and how it is told."""
 
     json: bool = option(False, "print one JSON object")
@@ -69,7 +70,7 @@ def _section(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Export(Config):
+class Export(BenchmarkConfig):
     """Which cases, and the file they are written to."""
 
     part: str = option(
@@ -91,6 +92,7 @@ class Export(Config):
         from steadyload.layouts.benchmark.export import export, labels_path
         from steadyload.layouts.formats import Format
 
+        working()
         count = export(
             load_benchmark(self.directory),
             self.output,
@@ -223,14 +225,14 @@ class Label:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Page(Config):
+class Page(BenchmarkConfig):
     """Which set, and where its page is written."""
 
     output: Path = output_option(Path("runs/benchmark-page"))
 
     def run(self) -> None:
         """Write the page of the set."""
-        write(STUDY, configuration(Config, self), self.output, self.output, 1)
+        write(STUDY, configuration(BenchmarkConfig, self), self.output, self.output, 1)
 
 
 def _list(title: str, entries: Sequence[str]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from steadyload.cli.interrupts import working
 from steadyload.cli.snap import Snap
 from steadyload.studies.options import REQUIRED, operand, option
 
@@ -31,6 +32,7 @@ class Convert(Snap):
         """Read all, write all."""
         from steadyload.layouts.formats import Format, read_layouts, write_layouts
 
+        working()
         layouts = [
             layout for file in self.files for layout in read_layouts(file, snap_gap=self.gap)
         ]

@@ -7,12 +7,12 @@ from pathlib import Path
 
 from steadyload.cli.studies import configuration, output_option, work_option, workers_option
 from steadyload.cli.terminal import study_progress
-from steadyload.studies.extremes.config import STUDY, Config
+from steadyload.studies.extremes.config import STUDY, ExtremesConfig
 from steadyload.studies.options import option
 
 
 @dataclass(frozen=True, kw_only=True)
-class Extremes(Config):
+class Extremes(ExtremesConfig):
     """The study, and whether it becomes the envelope from which studies warn."""
 
     work: Path = work_option(STUDY.work, "what is measured")
@@ -31,7 +31,7 @@ class Extremes(Config):
 
         if self.write_envelope and (self.sweeps or self.frequencies):
             raise StudyError("--write-envelope is of all sweeps and frequencies; leave these out")
-        config = configuration(Config, self)
+        config = configuration(ExtremesConfig, self)
         with study_progress() as progress:
             result = STUDY.run(config, self.work, workers=self.workers, progress=progress)
         print(write_page(STUDY.page(result), self.output or self.work))

@@ -97,7 +97,14 @@ class _Flag:
             raise ValueError(f"{text!r}; {nearest(text, known)}")
         return text
 
-    def parameter(self) -> inspect.Parameter:
+    def about(self) -> str:
+        """What it means, and the words that are allowed."""
+        about: str = self.said("about")
+        if self.said("choices") and not self.said(METAVAR):
+            about += f"; one of {', '.join(self.choices())}"
+        return about
+
+    def parameter(self, *, helping: bool) -> inspect.Parameter:
         """The same for cyclopts, which is handed texts and nothing but texts."""
         hint: Any = bool if self.kind is bool else str
         fewest: Any = self.said(FEWEST)
@@ -105,13 +112,10 @@ class _Flag:
             fewest = (0, 1)
         if self.several or self.said(BARE) is not None:
             hint = tuple[str, ...]
-        about = self.said("about")
-        if self.said("choices") and not self.said(METAVAR):
-            about += f"; one of {', '.join(self.choices())}" if about else ""
         made = Parameter(
             name=None if self.said(OPERAND) else self.names,
             negative=(),
-            help=about,
+            help=self.about() if helping else "",
             metavar=None if self.kind is bool else self.metavar,
             show_default=False,
             show_choices=False,
@@ -155,7 +159,7 @@ def _kind(hint: Any) -> tuple[type, bool]:
     return hint, False
 
 
-def application(name: str, config: type, about: str) -> App:
+def application(name: str, config: type, about: str, *, helping: bool = False) -> App:
     """What reads the words of a command and prints its help; it returns what was found."""
 
     def found(*operands: Any, **given: Any) -> dict[str, Any]:
@@ -163,7 +167,7 @@ def application(name: str, config: type, about: str) -> App:
         return {key: value for key, value in {**named, **given}.items() if value is not None}
 
     flags = _flags(config)
-    parameters = [flag.parameter() for flag in flags]
+    parameters = [flag.parameter(helping=helping) for flag in flags]
     found.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     found.__annotations__ = {p.name: p.annotation for p in parameters}
     app = App(
@@ -186,10 +190,10 @@ def parsed(name: str, config: type[T], about: str, words: Sequence[str]) -> T | 
     """
     flags = {flag.field.name: flag for flag in _flags(config)}
     words = _whole_names(words, [n for f in flags.values() for n in f.names] + list(HELP))
-    app = application(name, config, about)
     if any(word in HELP for word in _before_the_rest(words)):
-        print_help(app)
+        print_help(application(name, config, about, helping=True))
         return None
+    app = application(name, config, about)
     try:
         found = app(words, exit_on_error=False, print_error=False)
     except UnknownOptionError as error:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from steadyload.cli.interrupts import working
 from steadyload.cli.terminal import print_table, say
 from steadyload.studies.options import operand, option
 from steadyload.studies.published import FOLDER, entries, named, remaking, write_index
@@ -55,6 +56,7 @@ class Remake:
         """
         from steadyload.cli.running import run
 
+        working()
         status = 0
         for entry in named(self.names):
             for words in remaking(entry, self.output):

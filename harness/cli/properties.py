@@ -7,11 +7,11 @@ from pathlib import Path
 
 from steadyload.cli.studies import configuration, output_option, work_option, workers_option
 from steadyload.cli.terminal import resumable, say, study_progress
-from steadyload.studies.properties.config import STUDY, Config
+from steadyload.studies.properties.config import STUDY, PropertiesConfig
 
 
 @dataclass(frozen=True, kw_only=True)
-class Properties(Config):
+class Properties(PropertiesConfig):
     """The study, and where its results and counterexamples lie."""
 
     output: Path = output_option(STUDY.work)
@@ -23,7 +23,7 @@ class Properties(Config):
         from steadyload.reports.page import write_page
         from steadyload.studies.properties.page import refusals, violations
 
-        config, work = configuration(Config, self), self.work or self.output
+        config, work = configuration(PropertiesConfig, self), self.work or self.output
         with resumable(work), study_progress() as progress:
             result = STUDY.run_beside(
                 config, work, self.output, workers=self.workers, progress=progress

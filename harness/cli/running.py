@@ -6,6 +6,7 @@ import io
 import sys
 from collections.abc import Sequence
 from importlib import metadata
+from typing import Any
 
 from steadyload.cli.commands import RENAMED, TOPICS, Command, Group, commands
 from steadyload.cli.flags import HELP, UsageError, parsed, print_help
@@ -43,7 +44,7 @@ def _sentence(error: Exception) -> str:
     return " ".join([*str(error).split(), *getattr(error, "__notes__", [])])
 
 
-def command_of(words: Sequence[str]):
+def command_of(words: Sequence[str]) -> Any:
     """The command of some words, ready to be run; None where they asked for help or the version.
 
     Raises:
@@ -70,7 +71,7 @@ def command_of(words: Sequence[str]):
             raise UsageError(f"unknown action {rest[0]!r} of {first}; {nearest(rest[0], names)}")
         first, rest = f"{first} {rest[0]}", rest[1:]
     if first not in known:
-        names = dict.fromkeys(name.split()[0] for name in known)
+        names = list(dict.fromkeys(name.split()[0] for name in known))
         raise UsageError(f"unknown command {first!r}; {nearest(first, names)}")
     command = known[first]
     return parsed(first, command.load(), command.about, rest)

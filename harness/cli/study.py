@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from steadyload.cli.flags import UsageError
+from steadyload.cli.interrupts import working
 from steadyload.cli.studies import configuration, write
 from steadyload.cli.terminal import progress_bar, resumable, say
-from steadyload.studies.comparison.config import STUDY, Config
+from steadyload.studies.comparison.config import STUDY, ComparisonConfig
 from steadyload.studies.options import REQUIRED, operand, option
 
 
@@ -53,6 +54,7 @@ class Run:
         from steadyload.runs.results import load_manifest
         from steadyload.runs.runner import run_study
 
+        working()
         study = load_study(self.study)
         directory = self.output or Path("runs") / study.name
         told = {"workers": self.workers, "scheduler": self.scheduler}
@@ -75,7 +77,7 @@ class Run:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Report(Config):
+class Report(ComparisonConfig):
     """A run, and where its page is written."""
 
     output: Path | None = option(
@@ -85,4 +87,4 @@ class Report(Config):
     def run(self) -> None:
         """Write the page of the run."""
         folder = self.directory
-        write(STUDY, configuration(Config, self), folder, self.output or folder, 1)
+        write(STUDY, configuration(ComparisonConfig, self), folder, self.output or folder, 1)

@@ -8,11 +8,11 @@ from pathlib import Path
 from steadyload.cli.studies import configuration, output_option, work_option
 from steadyload.cli.terminal import progress_bar, resumable, say, study_progress
 from steadyload.studies.options import option
-from steadyload.studies.table5.config import STUDY, Config
+from steadyload.studies.table5.config import STUDY, Table5Config
 
 
 @dataclass(frozen=True, kw_only=True)
-class Table5(Config):
+class Table5(Table5Config):
     """The study, and pages that play some of its cases."""
 
     work: Path = work_option(STUDY.work, "what is judged and timed")
@@ -33,7 +33,7 @@ class Table5(Config):
         from steadyload.runs.executors import all_cores
         from steadyload.studies.table5.views import with_views
 
-        config = configuration(Config, self)
+        config = configuration(Table5Config, self)
         asked = config.questions()
         if self.views:
             three_js()  # what is missing is better known before hours of work

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from steadyload.cli.interrupts import working
 from steadyload.studies.study import Progress as StudyProgress
 
 
@@ -23,6 +24,7 @@ def say(sentence: str) -> None:
 @contextmanager
 def resumable(where: Path) -> Iterator[None]:
     """Work whose interruption loses nothing: says so, where what is finished stays."""
+    working()
     try:
         yield
     except KeyboardInterrupt:
@@ -59,6 +61,7 @@ def study_progress() -> Iterator[StudyProgress]:
         TimeRemainingColumn,
     )
 
+    working()
     console = Console(stderr=True)
     columns = (
         TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(),
@@ -87,6 +90,7 @@ def status_line() -> Iterator[Callable[[str], None]]:
     """A line on stderr that says what is being measured, where somebody can see it."""
     from rich.console import Console
 
+    working()
     console = Console(stderr=True)
     with console.status("") as status:
         yield lambda what: status.update(what)

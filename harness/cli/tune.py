@@ -18,7 +18,7 @@ from steadyload.cli.studies import (
 )
 from steadyload.cli.terminal import progress_bar, resumable, say
 from steadyload.studies.options import option
-from steadyload.studies.tuning.config import STUDY, Config
+from steadyload.studies.tuning.config import STUDY, TuningConfig
 
 _WORK, _REMADE = Path("runs/tune"), Path("runs/remade")
 
@@ -136,7 +136,7 @@ class Tune:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ComparePresets(Config):
+class ComparePresets(TuningConfig):
     """The study, and whether its searches become presets first."""
 
     write_presets: bool = option(
@@ -151,7 +151,7 @@ class ComparePresets(Config):
         from steadyload.tuning.presets import by_worth, write_preset
         from steadyload.tuning.search import Search
 
-        config = configuration(Config, self)
+        config = configuration(TuningConfig, self)
         config.check()
         searches = [Search.of(folder) for folder in self.searches]
         if self.write_presets:

@@ -11,7 +11,7 @@ from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
 
 @dataclass(frozen=True)
-class Config:
+class BenchmarkConfig:
     """Which labelled set."""
 
     directory: str | None = operand(
@@ -21,20 +21,20 @@ class Config:
     )
 
 
-class BenchmarkStudy(Study[Config, Any]):
+class BenchmarkStudy(Study[BenchmarkConfig, Any]):
     """What a labelled set holds, and how far its labels can be trusted."""
 
     name = "benchmark"
     question = "What does the labelled set hold, and how sure are its labels?"
     about = "write the page of a set"
     command = "benchmark page"
-    Config = Config
+    Config = BenchmarkConfig
     resumable = False
     workers = None
     published = (PublishedPage("benchmark", "runs/benchmark", ("benchmark label runs/benchmark",)),)
 
     def run(
-        self, config: Config, work: Path, *, workers: int = 1, progress: Progress = silent
+        self, config: BenchmarkConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """Counts, and what the set was made with."""
         from steadyload.layouts.benchmark import load_benchmark

@@ -11,7 +11,7 @@ from steadyload.studies.study import Progress, Study, silent
 
 
 @dataclass(frozen=True)
-class Config:
+class CascadeConfig:
     """Which cascade is held against what, on which cases."""
 
     engine: str = option("mujoco", "default: mujoco", metavar="NAME")
@@ -28,18 +28,18 @@ class Config:
     limit: int = option(300, "cases a scenario (default: 300)", least=2)
 
 
-class CascadeStudy(Study[Config, Any]):
+class CascadeStudy(Study[CascadeConfig, Any]):
     """A cascade beside its stages and simulations, on cases nothing was fitted on."""
 
     name = "cascade"
     question = "What does a cascade save, and what accuracy does it cost?"
     about = "hold a cascade against its stages and simulations on test, and write its page"
     command = "cascade page"
-    Config = Config
+    Config = CascadeConfig
     workers = None
 
     def run(
-        self, config: Config, work: Path, *, workers: int = 1, progress: Progress = silent
+        self, config: CascadeConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """What was judged, and what it was made with; one process, for times are shown."""
         from steadyload.runs.results import provenance_lines

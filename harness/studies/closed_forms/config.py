@@ -11,7 +11,7 @@ from steadyload.studies.study import Progress, Study, silent
 
 
 @dataclass(frozen=True)
-class Config:
+class ClosedFormsConfig:
     """Which engines are held against formulas."""
 
     engines: tuple[str, ...] = option(
@@ -19,19 +19,24 @@ class Config:
     )
 
 
-class ClosedForms(Study[Config, Any]):
+class ClosedForms(Study[ClosedFormsConfig, Any]):
     """Single bodies and small stacks whose motion follows from a formula."""
 
     name = "closed_forms"
     question = "How far is every engine from mechanics whose answer is known?"
     about = "hold engines against formulas: tipping, sliding, spinning, stacks"
     command = "verify closed-forms"
-    Config = Config
+    Config = ClosedFormsConfig
     resumable = False
     workers = None
 
     def run(
-        self, config: Config, work: Path, *, workers: int = 1, progress: Progress = silent
+        self,
+        config: ClosedFormsConfig,
+        work: Path,
+        *,
+        workers: int = 1,
+        progress: Progress = silent,
     ) -> Any:
         """Tests, what engines answer, and what they were asked with."""
         from steadyload.runs.results import provenance_lines

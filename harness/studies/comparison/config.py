@@ -11,20 +11,20 @@ from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
 
 @dataclass(frozen=True)
-class Config:
+class ComparisonConfig:
     """Which run is compared."""
 
     directory: Path = operand(REQUIRED, "folder of a study's run", metavar="DIR")
 
 
-class Comparison(Study[Config, Any]):
+class Comparison(Study[ComparisonConfig, Any]):
     """The page of a study that was run; the run itself is ``steadyload study run``."""
 
     name = "comparison"
     question = "How do methods compare on many layouts: accuracy, cost, and where they disagree?"
     about = "write report.md of a study's folder"
     command = "report"
-    Config = Config
+    Config = ComparisonConfig
     workers = None
     published = (
         PublishedPage(
@@ -34,7 +34,7 @@ class Comparison(Study[Config, Any]):
     )  # fmt: skip
 
     def run(
-        self, config: Config, work: Path, *, workers: int = 1, progress: Progress = silent
+        self, config: ComparisonConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """Rows of a run, summarised."""
         from steadyload.studies.comparison.summary import compare

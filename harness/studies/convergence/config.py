@@ -11,7 +11,7 @@ from steadyload.studies.study import Progress, Study, silent
 
 
 @dataclass(frozen=True)
-class Config:
+class ConvergenceConfig:
     """How many layouts, and which other judges."""
 
     layouts: int = option(900, "default: 900", least=1)
@@ -21,18 +21,23 @@ class Config:
     second_model: bool = option(False, "ask Drake, too (needs the extra `drake`)")
 
 
-class ConvergenceStudy(Study[Config, Any]):
+class ConvergenceStudy(Study[ConvergenceConfig, Any]):
     """The reference under other numerics, other models, and beside other judges."""
 
     name = "convergence"
     question = "Are the reference's labels converged?"
     about = "change the reference one parameter at a time; ask other judges"
     command = "verify convergence"
-    Config = Config
+    Config = ConvergenceConfig
     workers = 0
 
     def run(
-        self, config: Config, work: Path, *, workers: int = 1, progress: Progress = silent
+        self,
+        config: ConvergenceConfig,
+        work: Path,
+        *,
+        workers: int = 1,
+        progress: Progress = silent,
     ) -> Any:
         """What changed, and what it was made with."""
         from steadyload.studies.convergence.study import (

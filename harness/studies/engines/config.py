@@ -14,7 +14,7 @@ _SEED = 7
 
 
 @dataclass(frozen=True)
-class Config:
+class EnginesConfig:
     """What of engines is compared, and on how much."""
 
     parts: tuple[str, ...] = option(
@@ -29,7 +29,7 @@ class Config:
     )
 
 
-class EngineStudy(Study[Config, Any]):
+class EngineStudy(Study[EnginesConfig, Any]):
     """One loading algorithm, equal values, every engine."""
 
     name = "engines"
@@ -37,7 +37,7 @@ class EngineStudy(Study[Config, Any]):
     about = "compare engines: agreement, options, speed"
     command = "compare-engines"
     folder = "bench"
-    Config = Config
+    Config = EnginesConfig
     resumable = False
     workers = None
     published = (
@@ -46,7 +46,7 @@ class EngineStudy(Study[Config, Any]):
     )
 
     def run(
-        self, config: Config, work: Path, *, workers: int = 1, progress: Progress = silent
+        self, config: EnginesConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """What the page shows, in the order in which it shows it."""
         from steadyload.layouts.packing import random_layouts

@@ -11,7 +11,7 @@ from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
 
 @dataclass(frozen=True)
-class Config:
+class ExtremesConfig:
     """Which engines and sweeps, and how long a cell may take."""
 
     engines: tuple[str, ...] = option(
@@ -29,17 +29,17 @@ class Config:
     )
 
 
-class Extremes(Study[Config, Any]):
+class Extremes(Study[ExtremesConfig, Any]):
     """Sweeps to the edge of numerical stability."""
 
     name = "extremes"
     question = "Where does every engine stop being right?"
     about = "take engines to where they stop being right; their operating envelope"
-    Config = Config
+    Config = ExtremesConfig
     published = (PublishedPage("extremes", "--write-envelope"),)
 
     def run(
-        self, config: Config, work: Path, *, workers: int = 1, progress: Progress = silent
+        self, config: ExtremesConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """What was held, and what it was measured with."""
         from steadyload.runs.results import provenance

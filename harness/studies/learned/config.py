@@ -11,7 +11,7 @@ from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
 
 @dataclass(frozen=True)
-class Config:
+class LearnedConfig:
     """Which plan, which parts of the page, and what judges are asked."""
 
     plan: Path | None = option(None, "TOML file (default: the one of the package)", metavar="FILE")
@@ -28,18 +28,18 @@ class Config:
     limit: int | None = option(None, "judge only the first N cases a scenario", least=2)
 
 
-class LearnedStudy(Study[Config, Any]):
+class LearnedStudy(Study[LearnedConfig, Any]):
     """Trainings that a plan asks for, judged."""
 
     name = "learned"
     question = "What are learned judges worth, and what makes them so?"
     about = "train what a plan asks for, judge, and write the page of learned judges"
-    Config = Config
+    Config = LearnedConfig
     workers = 0
     published = (PublishedPage("learned", "--foreign ../shared/data/aclpp/*.yaml"),)
 
     def run(
-        self, config: Config, work: Path, *, workers: int = 1, progress: Progress = silent
+        self, config: LearnedConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """What was trained and judged, and what it was made with."""
         from steadyload.errors import nearest

@@ -14,7 +14,7 @@ PROFILES = ("quick", "ci", "deep")
 
 
 @dataclass(frozen=True)
-class Config:
+class PropertiesConfig:
     """Which methods, which properties, and on how many cases."""
 
     engines: tuple[str, ...] = option(
@@ -37,24 +37,30 @@ class Config:
     seed: int = option(0, "of the cases (default: 0)", least=0)
 
 
-class Properties(Study[Config, Any]):
+class Properties(Study[PropertiesConfig, Any]):
     """What must hold of a judge, asked on layouts drawn at random."""
 
     name = "properties"
     question = "Does what must hold of every judge hold of each?"
     about = "property tests of methods and engines, on layouts drawn at random"
-    Config = Config
+    Config = PropertiesConfig
     workers = 0
     published = (PublishedPage("properties", "--profile deep --seed 1 --work runs/properties"),)
 
     def run(
-        self, config: Config, work: Path, *, workers: int = 1, progress: Progress = silent
+        self, config: PropertiesConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """The table and what it was made with; counterexamples lie in ``work``."""
         return self.run_beside(config, work, work, workers=workers, progress=progress)
 
     def run_beside(
-        self, config: Config, work: Path, output: Path, *, workers: int, progress: Progress
+        self,
+        config: PropertiesConfig,
+        work: Path,
+        output: Path,
+        *,
+        workers: int,
+        progress: Progress,
     ) -> Any:
         """As :meth:`run`, with the counterexamples beside the page in ``output``."""
         from steadyload.properties import PropertyError

@@ -13,7 +13,7 @@ _FEWEST_ROWS = 10_000
 
 
 @dataclass(frozen=True)
-class Config:
+class ScaleConfig:
     """How many rows the largest study has."""
 
     rows: int = option(
@@ -23,20 +23,20 @@ class Config:
     )
 
 
-class Scale(Study[Config, Any]):
+class Scale(Study[ScaleConfig, Any]):
     """Time and memory of studies, by their number of rows."""
 
     name = "scale"
     question = "What does a study need by its number of rows: time, memory, disk?"
     about = "measure what studies of many rows need"
     command = "study measure"
-    Config = Config
+    Config = ScaleConfig
     resumable = False
     workers = 2
     published = (PublishedPage("scale", "--rows 1000000"),)
 
     def run(
-        self, config: Config, work: Path, *, workers: int = 2, progress: Progress = silent
+        self, config: ScaleConfig, work: Path, *, workers: int = 2, progress: Progress = silent
     ) -> Any:
         """Measurements, how they were taken, and with what."""
         from steadyload.runs.results import provenance_lines

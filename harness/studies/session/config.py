@@ -13,7 +13,7 @@ PARTS = ("cost", "gain")
 
 
 @dataclass(frozen=True)
-class Config:
+class SessionConfig:
     """Which parts, by which methods, and on how much."""
 
     parts: tuple[str, ...] = option(
@@ -32,18 +32,18 @@ class Config:
     )
 
 
-class SessionStudy(Study[Config, Any]):
+class SessionStudy(Study[SessionConfig, Any]):
     """What sessions cost, and what packing heuristics gain by them."""
 
     name = "session"
     question = "What does judging while packing cost, and what is gained by it?"
     about = "pack with and without rejecting what is not stable; what a placement costs"
-    Config = Config
+    Config = SessionConfig
     resumable = False
     workers = None
 
     def run(
-        self, config: Config, work: Path, *, workers: int = 1, progress: Progress = silent
+        self, config: SessionConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """Costs, scenes, gains, and what they were measured with."""
         from steadyload.runs.results import provenance_lines

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Config:
+class Table5Config:
     """Which methods, on how many cases, and how often they are timed."""
 
     methods: tuple[str, ...] = option(
@@ -34,18 +34,18 @@ class Config:
         return Questions(self.methods, self.limit, self.timed, self.repeats)
 
 
-class Table5(Study[Config, Any]):
+class Table5(Study[Table5Config, Any]):
     """All methods on the labelled test split."""
 
     name = "table5"
     question = "How accurate is every method on every engine, and what does it cost?"
     about = "all methods on the labelled test split, as Table 5 of the paper, every engine"
-    Config = Config
+    Config = Table5Config
     workers = 0
     published = (PublishedPage("table5", "--timed 60 --repeats 2"),)
 
     def run(
-        self, config: Config, work: Path, *, workers: int = 1, progress: Progress = silent
+        self, config: Table5Config, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """Judged over processes, then timed in one, and summarised; also kept as a front."""
         from steadyload.studies.table5.front import NAME, timed_front, write_front

@@ -11,7 +11,7 @@ from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
 
 @dataclass(frozen=True, kw_only=True)
-class Config:
+class TuningConfig:
     """Which searches found the presets, and on how many cases these are judged."""
 
     searches: tuple[Path, ...] = operand(REQUIRED, "folders of searches", metavar="DIR")
@@ -31,7 +31,7 @@ class Config:
             raise TuningError(f"folders of searches: {listed}; allowed: names that differ")
 
 
-class TuningStudy(Study[Config, Any]):
+class TuningStudy(Study[TuningConfig, Any]):
     """Tuned presets on cases that no search saw."""
 
     name = "tuning"
@@ -39,12 +39,12 @@ class TuningStudy(Study[Config, Any]):
     about = "hold the tuned presets against others on test, and write the page of tuning"
     command = "compare-presets"
     folder = "tuned"
-    Config = Config
+    Config = TuningConfig
     workers = 0
     published = (PublishedPage("tuning", "reports/published/tuning/searches/*/ --limit 150"),)
 
     def run(
-        self, config: Config, work: Path, *, workers: int = 1, progress: Progress = silent
+        self, config: TuningConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """What was judged, and what it was made with."""
         from steadyload.runs.results import provenance_lines

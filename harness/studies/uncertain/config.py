@@ -11,7 +11,7 @@ from steadyload.studies.study import Progress, Study, silent
 
 
 @dataclass(frozen=True)
-class Config:
+class UncertainConfig:
     """What deviates, which methods are asked, and of how many cases; None for the standard."""
 
     uncertain: str | None = option(
@@ -32,16 +32,16 @@ class Config:
     )
 
 
-class Uncertain(Study[Config, Any]):
+class Uncertain(Study[UncertainConfig, Any]):
     """Verdicts of loads that deviate from their plans."""
 
     name = "uncertain"
     question = "How sure is a verdict when a load deviates from its plan?"
     about = "how sure verdicts on labelled cases are: accuracy, probability, cost"
-    Config = Config
+    Config = UncertainConfig
 
     def run(
-        self, config: Config, work: Path, *, workers: int = 1, progress: Progress = silent
+        self, config: UncertainConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """What samples said, and what it was made with."""
         from steadyload.runs.results import provenance_lines
@@ -49,7 +49,7 @@ class Uncertain(Study[Config, Any]):
         from steadyload.studies.uncertain.summary import summarise
 
         made_with = provenance_lines()  # of the code that samples
-        given = {
+        given: dict[str, Any] = {
             "uncertainty": config.uncertain,
             "methods": tuple(dict.fromkeys(config.methods)) or None,
             "cases": config.cases,
