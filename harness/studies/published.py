@@ -52,7 +52,7 @@ def entries() -> list[Entry]:
     return [
         Entry(
             page.folder,
-            one.question,
+            page.question or one.question,
             (*one.command_words.split(), *shlex.split(page.flags)),
             tuple(tuple(shlex.split(line)) for line in page.before),
         )

@@ -30,11 +30,13 @@ class PublishedPage:
         folder: of the page.
         flags: what follows the command of the study; file patterns are filled in.
         before: command lines that make what the page is made of.
+        question: the one that it answers, where that is not the whole question of the study.
     """
 
     folder: str
     flags: str = ""
     before: tuple[str, ...] = ()
+    question: str = ""
 
 
 class Study(ABC, Generic[C, R]):

@@ -41,8 +41,16 @@ class EngineStudy(Study[EnginesConfig, Any]):
     resumable = False
     workers = None
     published = (
-        PublishedPage("engines", "--part agreement --part options"),
-        PublishedPage("speed", "--part speed --part throughput"),
+        PublishedPage(
+            "engines",
+            "--part agreement --part options",
+            question="Do engines agree, and what does each option change?",
+        ),
+        PublishedPage(
+            "speed",
+            "--part speed --part throughput",
+            question="What does a judgement cost on every engine, from 5 to 200 items?",
+        ),
     )
 
     def run(
