@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from steadyload.cli.config_file import config_option
 from steadyload.cli.studies import configuration, output_option, work_option, workers_option
 from steadyload.cli.terminal import study_progress
 from steadyload.studies.extremes.config import STUDY, ExtremesConfig
@@ -22,6 +23,7 @@ class Extremes(ExtremesConfig):
         False, "write what was held to the file from which studies warn; of all sweeps and "
         "frequencies only",
     )  # fmt: skip
+    config: Path | None = config_option()
 
     def run(self) -> None:
         """Measure, write the page, and the envelope."""

@@ -17,6 +17,7 @@ from typing import Annotated, Any, TypeVar
 
 from cyclopts import App, CycloptsError, Parameter, UnknownOptionError
 
+from steadyload.cli.config_file import FIELD, read_config
 from steadyload.errors import UserError, nearest
 from steadyload.studies.options import BARE, FEWEST, METAVAR, NAMES, OPERAND, READ
 
@@ -131,6 +132,29 @@ class _Flag:
             annotation=Annotated[hint, made],
         )  # fmt: skip
 
+    def stated(self, value: Any, where: str) -> Any:
+        """The field's value from what a configuration file says.
+
+        Raises:
+            UsageError: it is of another kind, or not allowed; says where.
+        """
+        values = value if isinstance(value, list) and self.several else [value]
+        right = all(
+            isinstance(one, bool) if self.kind is bool else
+            isinstance(one, str | int | float) and not isinstance(one, bool)
+            for one in values
+        )  # fmt: skip
+        if not right or (self.several and not isinstance(value, list)):
+            kind = "true or false" if self.kind is bool else "a list" if self.several else "a value"
+            raise UsageError(f"{where}: {self.field.name} is {value!r}; allowed: {kind}")
+        if self.kind is bool:
+            return value
+        try:
+            made = tuple(self.read(str(one)) for one in values)
+        except UsageError as error:
+            raise UsageError(f"{where}: {error}") from None
+        return made if self.several else made[0]
+
     def value(self, given: Any) -> Any:
         """The field's value from what cyclopts found."""
         if self.kind is bool:
@@ -203,8 +227,14 @@ def parsed(name: str, config: type[T], about: str, words: Sequence[str]) -> T | 
     except CycloptsError as error:
         error.verbose = False
         raise UsageError(f"{name}: {error}") from None
+    values = {key: flags[key].value(value) for key, value in found.items()}
+    if FIELD in values:
+        file = values[FIELD]
+        named = {key: flag for key, flag in flags.items() if key != FIELD}
+        said = read_config(file, named)
+        values = {k: named[k].stated(v, str(file)) for k, v in said.items()} | values
     try:
-        return config(**{key: flags[key].value(value) for key, value in found.items()})
+        return config(**values)
     except UserError:
         raise
     except ValueError as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from steadyload.cli.config_file import config_option
 from steadyload.cli.studies import configuration, output_option, work_option, workers_option
 from steadyload.cli.terminal import resumable, say, study_progress
 from steadyload.studies.properties.config import STUDY, PropertiesConfig
@@ -17,6 +18,7 @@ class Properties(PropertiesConfig):
     output: Path = output_option(STUDY.work)
     work: Path | None = work_option(None, "the results", "--output")
     workers: int = workers_option(0)
+    config: Path | None = config_option()
 
     def run(self) -> int:
         """Ask, write the page, and say what was violated."""

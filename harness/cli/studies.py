@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, TypeVar
 
+from steadyload.cli.config_file import FIELD, config_option
 from steadyload.cli.terminal import resumable, study_progress
 from steadyload.studies.options import option
 from steadyload.studies.study import Study
@@ -56,6 +57,8 @@ def study_command(study: Study[Any, Any]) -> type[Any]:
         fields.append(("output", Path, output_option(study.work)))
     if study.workers is not None:
         fields.append(("workers", int, workers_option(study.workers)))
+
+    fields.append((FIELD, Path | None, config_option()))
 
     def run(command: Any) -> None:
         work = command.work if study.resumable else command.output

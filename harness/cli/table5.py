@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from steadyload.cli.config_file import config_option
 from steadyload.cli.studies import configuration, output_option, work_option
 from steadyload.cli.terminal import progress_bar, resumable, say, study_progress
 from steadyload.studies.options import option
@@ -25,6 +26,7 @@ class Table5(Table5Config):
         0, "write pages that play N of the cases that divide the methods, and link them "
         "(default: 0; needs trimesh: pip install 'steadyload[view]')", least=0,
     )  # fmt: skip
+    config: Path | None = config_option()
 
     def run(self) -> None:
         """Judge, time, and write the pages."""

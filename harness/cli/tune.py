@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from steadyload.cli.config_file import config_option
 from steadyload.cli.flags import UsageError
 from steadyload.cli.readers import duration
 from steadyload.cli.studies import (
@@ -145,6 +146,7 @@ class ComparePresets(TuningConfig):
     work: Path = work_option(STUDY.work)
     output: Path | None = output_option()
     workers: int = workers_option(0)
+    config: Path | None = config_option()
 
     def run(self) -> None:
         """Judge, write the page, and keep the searches beside it."""

@@ -161,3 +161,43 @@ def test_ctrl_c_while_libraries_are_imported_is_one_line(tmp_path):
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )  # fmt: skip
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "steadyload: interrupted\n")
+
+
+def test_a_file_says_what_flags_would_and_flags_override_it(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text('methods = ["sme", "fbs"]\nlimit = 4\nwork = "here"\n')
+    made = running.command_of(["table5", "--config", str(file), "--limit", "6"])
+    assert (made.methods, made.limit, str(made.work), made.timed) == (
+        ("sme", "fbs"),
+        6,
+        "here",
+        100,
+    )
+    file.write_text("second_model = true\nsample = 0\n")
+    made = running.command_of(["verify", "convergence", "--config", str(file)])
+    assert (made.second_model, made.sample, made.layouts) == (True, 0, 900)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("limitt = 3", "unknown key 'limitt'; did you mean 'limit'"),
+        ("limit = 1", "--limit: '1'; allowed: a whole number, 2 or more"),
+        ("limit = true", "limit is True; allowed: a value"),
+        ('methods = "sme"', "methods is 'sme'; allowed: a list"),
+        ("limit =", "mine.toml: "),
+    ],
+)
+def test_a_wrong_file_is_one_sentence(tmp_path, text, message, capsys):
+    file = tmp_path / "mine.toml"
+    file.write_text(text)
+    assert main(["table5", "--config", str(file)]) == 2
+    told = capsys.readouterr().err
+    assert message in told
+    assert str(file) in told
+    assert told.count("\n") == 1
+
+
+def test_a_missing_file_is_named(capsys):
+    assert main(["uncertain", "--config", "no.toml"]) == 2
+    assert capsys.readouterr().err == "steadyload: no.toml: No such file or directory\n"
