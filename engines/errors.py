@@ -8,7 +8,7 @@ class EngineError(Exception):
 
 
 class EngineInputError(EngineError):
-    """What a user can mend: its message is one sentence that names what is wrong and allowed."""
+    """Input that a user can correct: the message is one sentence, with what is wrong and allowed."""
 
 
 class EngineNotInstalledError(EngineInputError):

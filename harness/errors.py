@@ -1,4 +1,4 @@
-"""What a user is told: the bases of all named errors, and the nearest of some names.
+"""Bases of all named errors, and the nearest of some names.
 
 Engines know nothing of this package: what a user can mend of theirs derives from
 :class:`steadyload.engines.errors.EngineInputError`.
@@ -11,7 +11,7 @@ from collections.abc import Collection
 
 
 class UserError(ValueError):
-    """What a user can mend: its message is one sentence that names what is wrong and allowed."""
+    """Input that a user can correct: the message is one sentence, with what is wrong and allowed."""
 
 
 class FailedError(RuntimeError):

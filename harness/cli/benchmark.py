@@ -153,7 +153,7 @@ class Import:
 
 @dataclass(frozen=True)
 class Build:
-    """What a new set is drawn from."""
+    """Options of a new labelled set."""
 
     output: Path = option(
         Path("runs/benchmark"), "folder of the new set (default: runs/benchmark)",

@@ -18,7 +18,7 @@ from steadyload.studies.registry import studies, study
 
 
 class Group(StrEnum):
-    """What commands are for, in the order of the help."""
+    """Groups of commands, in the order of the help."""
 
     USE = "Use"
     COMPARE = "Compare"

@@ -26,7 +26,7 @@ def config_option() -> Any:
 
 
 def read_config(path: Path, keys: Collection[str]) -> Mapping[str, Any]:
-    """What stands in a file, by its keys.
+    """Values of a configuration file, by key.
 
     Raises:
         ConfigFileError: it is no TOML, or has a key that is none.

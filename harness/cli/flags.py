@@ -52,7 +52,7 @@ class _Flag:
         )
 
     def said(self, key: str) -> Any:
-        """What the field's metadata say; None for what a plain quantity leaves out."""
+        """Entry of the field's metadata; None where a plain quantity has none."""
         return self.field.metadata.get(key)
 
     @property
@@ -99,7 +99,7 @@ class _Flag:
         return text
 
     def about(self) -> str:
-        """What it means, and the words that are allowed."""
+        """Meaning of the flag, with the words that are allowed."""
         about: str = self.said("about")
         if self.said("choices") and not self.said(METAVAR):
             about += f"; one of {', '.join(self.choices())}"
@@ -175,7 +175,7 @@ def _flags(config: type) -> list[_Flag]:
 
 
 def _kind(hint: Any) -> tuple[type, bool]:
-    """What one value is, and whether there may be several."""
+    """Type of one value, and whether there may be several."""
     if isinstance(hint, types.UnionType):
         [hint] = [one for one in typing.get_args(hint) if one is not types.NoneType]
     if typing.get_origin(hint) is tuple:
@@ -184,7 +184,7 @@ def _kind(hint: Any) -> tuple[type, bool]:
 
 
 def application(name: str, config: type, about: str, *, helping: bool = False) -> App:
-    """What reads the words of a command and prints its help; it returns what was found."""
+    """Parser of a command's words, which prints its help; returns the texts by field."""
 
     def found(*operands: Any, **given: Any) -> dict[str, Any]:
         named = dict(zip((f.field.name for f in flags if f.said(OPERAND)), operands, strict=False))

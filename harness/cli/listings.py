@@ -40,7 +40,7 @@ class Methods:
 
 @dataclass(frozen=True)
 class Engines:
-    """What engines declare."""
+    """Settings that engines honour, emulate or ignore."""
 
     markdown: bool = option(False, "print a Markdown page")
 

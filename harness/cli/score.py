@@ -83,7 +83,7 @@ class Score(Snap):
             print_table(_HEADER, list(_rows(records)))
 
     def _deviations(self) -> dict[str, Any]:
-        """What deviates and how long to sample; empty where nothing was asked of it.
+        """Deviations and how long to sample them; empty where none were asked for.
 
         Raises:
             SpecError: not of the form, out of range, or an option that needs ``--uncertain``.

@@ -1,4 +1,4 @@
-"""What the command's parts share: sentences, tables and progress out.
+"""Output that all commands share: sentences, tables and progress.
 
 Rich is imported when something is shown, so that a word that is not taken is told at once.
 """

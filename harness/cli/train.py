@@ -15,7 +15,7 @@ from steadyload.studies.options import REQUIRED, option
 
 @dataclass(frozen=True)
 class Train:
-    """What is learnt from, how, and where the weights go."""
+    """Options of a training."""
 
     preset: str = option(
         "quick", "what the options start from; --preset list names all (default: quick)"

@@ -26,7 +26,7 @@ _WORK, _REMADE = Path("runs/tune"), Path("runs/remade")
 
 @dataclass(frozen=True)
 class Tune:
-    """What is searched, for how long, and what becomes of it."""
+    """Options of a search."""
 
     engine: str | None = option(None, "engine to tune")
     remake: str | None = option(

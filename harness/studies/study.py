@@ -69,7 +69,7 @@ class Study(ABC, Generic[C, R]):
 
     @abstractmethod
     def run(self, config: C, work: Path, *, workers: int = 1, progress: Progress = silent) -> R:
-        """What is found; judged in ``work``, where an interrupted run goes on."""
+        """Result of the study; judged in ``work``, where an interrupted run is resumed."""
 
     @abstractmethod
     def page(self, result: R) -> Any:

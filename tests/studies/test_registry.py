@@ -1,4 +1,4 @@
-"""What is added by a class and one line stands everywhere: a study, an engine, a method."""
+"""A study, an engine or a method that is added by a class and one line stands everywhere."""
 
 import shutil
 import subprocess

@@ -1,4 +1,4 @@
-"""What is asked of the study of the labelled set."""
+"""Configuration of the study of the labelled set."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class BenchmarkConfig:
 
 
 class BenchmarkStudy(Study[BenchmarkConfig, Any]):
-    """What a labelled set holds, and how far its labels can be trusted."""
+    """Contents of a labelled set, and how far its labels can be trusted."""
 
     name = "benchmark"
     question = "What does the labelled set hold, and how sure are its labels?"

@@ -1,4 +1,4 @@
-"""What is asked of the study of cascades."""
+"""Configuration of the study of cascades."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class CascadeStudy(Study[CascadeConfig, Any]):
     def run(
         self, config: CascadeConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
-        """What was judged, and what it was made with; one process, for times are shown."""
+        """Verdicts and provenance; judged in one process, because times are shown."""
         from steadyload.runs.results import provenance_lines
         from steadyload.studies.cascade.study import cascade_study
 

@@ -1,4 +1,4 @@
-"""What is asked of the study of closed forms."""
+"""Configuration of the study of closed forms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is asked of the study of convergence."""
+"""Configuration of the study of convergence."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class ConvergenceStudy(Study[ConvergenceConfig, Any]):
         workers: int = 1,
         progress: Progress = silent,
     ) -> Any:
-        """What changed, and what it was made with."""
+        """Changes of labels, and provenance."""
         from steadyload.studies.convergence.study import (
             OPINIONS,
             SECOND_MODEL,

@@ -1,4 +1,4 @@
-"""What is asked of the study of engines."""
+"""Configuration of the study of engines."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _SEED = 7
 
 @dataclass(frozen=True)
 class EnginesConfig:
-    """What of engines is compared, and on how much."""
+    """Parts of the comparison, and how much is measured."""
 
     parts: tuple[str, ...] = option(
         (), "measure only this; may be repeated (default: speed and throughput)",
@@ -56,7 +56,7 @@ class EngineStudy(Study[EnginesConfig, Any]):
     def run(
         self, config: EnginesConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
-        """What the page shows, in the order in which it shows it."""
+        """Arguments of the page, in its order."""
         from steadyload.layouts.packing import random_layouts
         from steadyload.runs.results import provenance_lines
         from steadyload.studies.engines.speed import ITEM_COUNTS, speed_curves, throughput

@@ -1,4 +1,4 @@
-"""What is asked of the study of extremes."""
+"""Configuration of the study of extremes."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Extremes(Study[ExtremesConfig, Any]):
     def run(
         self, config: ExtremesConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
-        """What was held, and what it was measured with."""
+        """Limits that were held, and provenance."""
         from steadyload.runs.results import provenance
         from steadyload.studies.extremes.cells import run_extremes
         from steadyload.studies.extremes.envelope import extremes_record

@@ -1,4 +1,4 @@
-"""What is asked of the study of learned judges."""
+"""Configuration of the study of learned judges."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class LearnedStudy(Study[LearnedConfig, Any]):
     def run(
         self, config: LearnedConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
-        """What was trained and judged, and what it was made with."""
+        """Trainings with their verdicts, and provenance."""
         from steadyload.errors import nearest
         from steadyload.learners import LearnerError, require_training
 

@@ -1,4 +1,4 @@
-"""What is asked of the study of properties."""
+"""Configuration of the study of properties."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class PropertiesConfig:
 
 
 class Properties(Study[PropertiesConfig, Any]):
-    """What must hold of a judge, asked on layouts drawn at random."""
+    """Properties that must hold of a method, tested on random layouts."""
 
     name = "properties"
     question = "Does what must hold of every judge hold of each?"

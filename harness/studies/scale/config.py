@@ -1,4 +1,4 @@
-"""What is asked of the study of scale."""
+"""Configuration of the study of scale."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Scale(Study[ScaleConfig, Any]):
         return scale(counts[::-1], workers=workers, progress=progress), how, made_with
 
     def page(self, result: Any) -> Any:
-        """What a run, its reading and its report take."""
+        """Time and memory of a run, of reading it and of its report."""
         from steadyload.studies.scale.page import scale_page
 
         return scale_page(*result)

@@ -1,4 +1,4 @@
-"""What is asked of the study of loading sessions."""
+"""Configuration of the study of loading sessions."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class SessionConfig:
 
 
 class SessionStudy(Study[SessionConfig, Any]):
-    """What sessions cost, and what packing heuristics gain by them."""
+    """Cost of sessions, and their gain for packing heuristics."""
 
     name = "session"
     question = "What does judging while packing cost, and what is gained by it?"

@@ -1,4 +1,4 @@
-"""What is asked of the study of Table 5."""
+"""Configuration of the study of Table 5."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is asked of the study of tuning."""
+"""Configuration of the study of tuning."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class TuningStudy(Study[TuningConfig, Any]):
     def run(
         self, config: TuningConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
-        """What was judged, and what it was made with."""
+        """Verdicts and provenance."""
         from steadyload.runs.results import provenance_lines
         from steadyload.studies.tuning.study import tuning_study
         from steadyload.tuning.search import Search

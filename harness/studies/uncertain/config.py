@@ -1,4 +1,4 @@
-"""What is asked of the study of uncertain verdicts."""
+"""Configuration of the study of uncertain verdicts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from steadyload.studies.study import Progress, Study, silent
 
 @dataclass(frozen=True)
 class UncertainConfig:
-    """What deviates, which methods are asked, and of how many cases; None for the standard."""
+    """Deviations, methods and numbers of cases; None for the defaults."""
 
     uncertain: str | None = option(
         None, "what deviates (default: com=5mm,position=3mm)", metavar="WHAT"
@@ -43,7 +43,7 @@ class Uncertain(Study[UncertainConfig, Any]):
     def run(
         self, config: UncertainConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
-        """What samples said, and what it was made with."""
+        """Summary of the samples, and provenance."""
         from steadyload.runs.results import provenance_lines
         from steadyload.studies.uncertain.study import Questions, run_uncertain
         from steadyload.studies.uncertain.summary import summarise

@@ -1,4 +1,4 @@
-"""What another distribution might bring, each a class and one line: an engine, and a method."""
+"""Parts of another distribution, each a class and one line: an engine, and a method."""
 
 import dataclasses
 
