@@ -8,7 +8,7 @@ class EngineError(Exception):
 
 
 class EngineInputError(EngineError):
-    """Input that a user can correct: the message is one sentence, with what is wrong and allowed."""
+    """Input that a user can correct: one sentence says what is wrong and what is allowed."""
 
 
 class EngineNotInstalledError(EngineInputError):

@@ -11,7 +11,7 @@ from collections.abc import Collection
 
 
 class UserError(ValueError):
-    """Input that a user can correct: the message is one sentence, with what is wrong and allowed."""
+    """Input that a user can correct: one sentence says what is wrong and what is allowed."""
 
 
 class FailedError(RuntimeError):
