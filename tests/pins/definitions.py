@@ -41,6 +41,7 @@ class Definition:
         status: exit statuses that are right.
         clock_cells: patterns over "heading | first cell | column"; a match masks the whole cell.
         clock_text: patterns; what they match in a cell or sentence is masked.
+        dropped: patterns of sentences that stand on a page only at some times.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Definition:
     status: tuple[int, ...] = (0,)
     clock_cells: tuple[str, ...] = ()
     clock_text: tuple[str, ...] = ()
+    dropped: tuple[str, ...] = ()
 
     def mask(self) -> Mask:
         """Masks what clocks decide."""
@@ -72,7 +74,17 @@ class Definition:
         text = (work / self.report).read_text()
         for folder, name in ((work, "{work}"), (ROOT, "{root}")):
             text = text.replace(str(folder), name)
-        return masked(read_page(text), self.mask())
+        return self.without_clocks(read_page(text))
+
+    def without_clocks(self, page: Page) -> Page:
+        """The page without what clocks decide."""
+        left = masked(page, self.mask())
+        left.sentences = [
+            (heading, said)
+            for heading, said in left.sentences
+            if not any(re.search(pattern, said) for pattern in self.dropped)
+        ]
+        return left
 
     def make(self, work: Path) -> float:
         """Run the commands in an empty folder.

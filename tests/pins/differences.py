@@ -111,22 +111,24 @@ def _compare_cells(name: str, old: Page, new: Page, renames: Renames, found: Fou
             for column in table.columns:
                 by_column[column].append(_Place(table, row, column))
     later = []
+    ordinal = _ordinals(old)
     for table in old.tables:
         for fact in cells(table):
             wanted = _renamed(name, fact, renames)
             places = [p for p in by_column[wanted.column] if p.named(wanted.key)]
-            there = [p for p in places if p.table.heading == wanted.heading]
+            there = _under(places, wanted.heading, ordinal[id(table)], new)
             if not there:
                 later.append((fact, wanted, places))
             elif not _take(there, wanted.value):
                 _report_changed(name, fact, there, renames, found)
             else:
                 found.same += 1
+    headings = {table.heading for table in new.tables}
     for fact, wanted, places in later:
         near = [p for p in places if _context(p, wanted)] or places
         if _take(near, wanted.value):
             found.moved.append(f"{fact}: {fact.value}")
-        elif any(p.value == wanted.value for p in near):
+        elif wanted.heading not in headings and any(p.value == wanted.value for p in near):
             found.elsewhere.append(f"{fact}: {fact.value}")
         elif near:
             _report_changed(name, fact, near, renames, found)
@@ -141,6 +143,29 @@ def _compare_cells(name: str, old: Page, new: Page, renames: Renames, found: Fou
             for row in table.rows
             if id(row) not in kept and len(table.columns) > 1
         ]
+
+
+def _ordinals(page: Page) -> dict[int, tuple[int, int]]:
+    """Which one of how many tables under its heading a table is."""
+    under: dict[str, list[int]] = defaultdict(list)
+    for table in page.tables:
+        under[table.heading].append(id(table))
+    return {
+        one: (place, len(several))
+        for several in under.values()
+        for place, one in enumerate(several)
+    }
+
+
+def _under(
+    places: Sequence[_Place], heading: str, ordinal: tuple[int, int], new: Page
+) -> list[_Place]:
+    """Places under a heading; of as many tables there as before, those of the same one."""
+    there = [p for p in places if p.table.heading == heading]
+    now = _ordinals(new)
+    return [p for p in there if now[id(p.table)] == ordinal] or [
+        p for p in there if now[id(p.table)][1] != ordinal[1]
+    ]
 
 
 def _report_changed(
