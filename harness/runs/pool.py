@@ -231,7 +231,7 @@ class Processes:
             worker.send(progress.remaining())
         while True:
             limit = task.limit if worker.state is State.ANSWERING else None
-            event, value = worker.receive(limit and limit.seconds)
+            event, value = worker.receive(None if limit is None else limit.seconds)
             match event:
                 case Event.READY:
                     progress.add_start()

@@ -189,7 +189,10 @@ def _translated(future: Future[Any], outcome: Callable[[], Result]) -> Future[Re
     return translated
 
 
-_NO_HTTP = {"distributed.scheduler.http.routes": [], "distributed.worker.http.routes": []}
+_NO_HTTP: dict[str, list[str]] = {
+    "distributed.scheduler.http.routes": [],
+    "distributed.worker.http.routes": [],
+}
 """Dask's configuration of a cluster whose HTTP servers answer nothing."""
 
 

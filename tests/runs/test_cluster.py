@@ -191,11 +191,11 @@ def test_only_the_certificate_of_a_local_cluster_opens_its_ports(outside):
         found = [c for p in (me, *me.children(recursive=True)) for c in _listening(p)]
         ports = {c.laddr.port for c in found} - before
         assert {c.laddr.ip for c in found} == {"127.0.0.1"}
+        assert not any(_opens("tcp", port, Security()) for port in ports)
+        assert not any(_opens("tls", port, stranger) for port in ports)
         own = executor._client.security
         # The scheduler, the nanny, and the worker; others speak HTTP.
         assert sum(_opens("tls", port, own) for port in ports) == 3
-        assert not any(_opens("tls", port, stranger) for port in ports)
-        assert not any(_opens("tcp", port, Security()) for port in ports)
 
 
 def _opens(scheme, port, security):

@@ -157,9 +157,7 @@ def test_a_native_call_that_hangs_costs_one_row_of_status_timeout(tmp_path):
 def test_a_hard_limit_is_one_of_every_part(outside):
     unit, quick = outside.Words((0.6, 0.6, 600, 0.6, 600)), outside.Words((0.0,))
     limit = PartLimit(1.5, outside.told_why)
-    found = dict(
-        run_units(outside.pauses, [unit, quick], workers=2, crashed=no_crash, limit=limit)
-    )
+    found = dict(run_units(outside.pauses, [unit, quick], workers=2, crashed=no_crash, limit=limit))
     why = "no answer within 1.5 s; its process was killed"
     assert found == {unit: [0.6, 0.6, (2, why), 0.6, (4, why)], quick: [0.0]}
     assert not multiprocessing.active_children()
@@ -182,7 +180,9 @@ def test_workers_import_nothing_from_the_working_directory(command, tmp_path):
     (tmp_path / "bin").mkdir()
     script = tmp_path / "bin" / "command.py"
     script.write_text(
-        "from steadyload.cli import main\nif __name__ == '__main__':\n    raise SystemExit(main())\n"
+        "from steadyload.cli import main\n"
+        "if __name__ == '__main__':\n"
+        "    raise SystemExit(main())\n"
     )
     folder = tmp_path / "here"
     (folder / "multiprocessing").mkdir(parents=True)
