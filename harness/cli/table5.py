@@ -53,7 +53,7 @@ def add_table5(commands: Any) -> None:
 def _table5(options: argparse.Namespace) -> None:
     from steadyload.reports.page import write_page
     from steadyload.reports.viewer.three_js import three_js
-    from steadyload.runs.executors import all_cores
+    from steadyload.runs.pool import all_cores
     from steadyload.studies.table5.front import NAME, timed_front, write_front
     from steadyload.studies.table5.page import table5_page
     from steadyload.studies.table5.study import Questions, judge_table5, time_table5

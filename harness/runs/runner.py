@@ -39,7 +39,14 @@ from steadyload.runs.results import (
     provenance,
     write_shard,
 )
-from steadyload.runs.units import Unit, crashed_row, judge_unit, made_now, study_units
+from steadyload.runs.units import (
+    Unit,
+    crashed_row,
+    hard_limit,
+    judge_unit,
+    made_now,
+    study_units,
+)
 
 _KEPT = "layouts.json"
 
@@ -63,7 +70,8 @@ def run_study(
         study: what to compare.
         directory: the run folder; made when it does not exist.
         workers: processes beside this one, or an executor, in which an engine may crash: that costs
-            one row of status ``crashed``. 0 judges in this process, and a crash ends it.
+            one row of status ``crashed``, and a judgement that hangs beyond the study's timeout one
+            of status ``timeout``. 0 judges in this process, and a crash ends it.
         rerun: compute everything anew.
         resume: there must be a run to go on with; without it, one is begun where there is none.
         progress: called with rows done and rows in all, first with what is already there.
@@ -116,7 +124,10 @@ def _run(
     computed = 0
     units = study_units(study, material.cases(directory / _KEPT), results, made_by)
     missing = (unit for unit in units if unit.shard.stem in survey.missing)
-    for unit, rows in run_units(judge_unit, missing, workers=workers, crashed=crashed_row):
+    limit = hard_limit(study.timeout)
+    for unit, rows in run_units(
+        judge_unit, missing, workers=workers, crashed=crashed_row, limit=limit
+    ):
         write_shard(unit.shard, rows)
         computed += len(rows)
         progress(survey.present + computed, survey.rows)

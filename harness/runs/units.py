@@ -18,6 +18,7 @@ from steadyload.methods.method import Method, Status, Verdict, judge
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.labels import Case
+from steadyload.runs.pool import PartLimit
 from steadyload.runs.results import SCHEMA_VERSION, ResultsError, judged_by, result_row
 
 Row = dict[str, Any]
@@ -139,8 +140,30 @@ def _rows(method: Method, unit: Unit) -> Iterator[Row]:
         yield result_row(layout, scenario, method, repetition, verdict)
 
 
+def hard_limit(timeout: float | None) -> PartLimit[Unit, Row] | None:
+    """Time after which a judgement is ended from outside, such as one in a call that hangs.
+
+    A method looks at the clock between calls of its engine, so that a verdict may take longer than
+    its ``timeout``; and the first judgement of a worker is made twice. Hence twice the timeout, and
+    5 s more.
+
+    Args:
+        timeout: wall seconds a judgement may take; None for no limit.
+    """
+    return None if timeout is None else PartLimit(2.0 * timeout + 5.0, timed_out_row)
+
+
 def crashed_row(unit: Unit, part: int, reason: str) -> Row:
     """The row of a judgement that ends the process it is made in."""
+    return _row_without_verdict(unit, part, Status.CRASHED, reason)
+
+
+def timed_out_row(unit: Unit, part: int, reason: str) -> Row:
+    """The row of a judgement that exceeds its hard limit."""
+    return _row_without_verdict(unit, part, Status.TIMEOUT, reason)
+
+
+def _row_without_verdict(unit: Unit, part: int, status: Status, reason: str) -> Row:
     repetition, scenario, layout = unit.judgements[part]
-    verdict = Verdict(item_count=len(layout), status=Status.CRASHED, reason=reason)
+    verdict = Verdict(item_count=len(layout), status=status, reason=reason)
     return result_row(layout, scenario, make_method(unit.method), repetition, verdict)

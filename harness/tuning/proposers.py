@@ -11,7 +11,7 @@ from typing import ClassVar, Protocol
 
 import numpy as np
 
-from steadyload.runs.workers import interrupts_held_back
+from steadyload.runs.worker import interrupts_blocked, worker_environment
 from steadyload.tuning.space import Genotype, Space
 
 _WHEEL = 150
@@ -81,7 +81,7 @@ class Genetic:
         self._process = context.Process(
             target=_evolve, args=(theirs, first, sizes, seed), daemon=True
         )
-        with interrupts_held_back():
+        with worker_environment(), interrupts_blocked():
             self._process.start()
         theirs.close()
 
