@@ -6,15 +6,20 @@ share this module, and their sections can stand on one page.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import jinja2
 from matplotlib.figure import Figure
 
 from steadyload.reports.charts import png
+
+_FIGURES = "figures"
+"""Folder of the pictures, beside the page."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,13 +54,11 @@ class Page:
 def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
     """Write a page and its pictures into ``directory``; returns the path of the Markdown file.
 
-    The same page gives the same bytes. Pictures go to ``figures/`` beside the page.
+    The same page gives the same bytes. Pictures go to ``figures/`` beside the page. All is written
+    into a folder of its own first and renamed into place then, so that no file of the page is ever
+    half-written; pictures that only the page before had are removed, and nothing else is.
     """
-    pictures = [p for section in page.sections for p in section.pictures]
-    if pictures:
-        (directory / "figures").mkdir(parents=True, exist_ok=True)
-    for picture in pictures:
-        (directory / "figures" / f"{picture.name}.png").write_bytes(png(picture.figure))
+    path = directory / name
     template = resources.files("steadyload.reports.templates").joinpath("page.md.j2").read_text()
     # Markdown is written, not HTML: there is nothing to escape here.
     environment = jinja2.Environment(  # noqa: S701
@@ -64,7 +67,25 @@ def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
         keep_trailing_newline=True,
         undefined=jinja2.StrictUndefined,
     )
+    pictures = {p.name: p.figure for section in page.sections for p in section.pictures}
     directory.mkdir(parents=True, exist_ok=True)
-    path = directory / name
-    path.write_text(environment.from_string(template).render(page=page))
+    with TemporaryDirectory(prefix=f".{name}.", dir=directory) as beside:
+        fresh = Path(beside)
+        for picture, figure in pictures.items():
+            (fresh / f"{picture}.png").write_bytes(png(figure))
+        (fresh / name).write_text(environment.from_string(template).render(page=page))
+        before = _pictures_of(path)
+        if pictures:
+            (directory / _FIGURES).mkdir(exist_ok=True)
+        for picture in pictures:
+            (fresh / f"{picture}.png").replace(directory / _FIGURES / f"{picture}.png")
+        (fresh / name).replace(path)
+    for picture in before - {*pictures}:
+        (directory / _FIGURES / f"{picture}.png").unlink(missing_ok=True)
     return path
+
+
+def _pictures_of(path: Path) -> set[str]:
+    """The names of the pictures that the page of an earlier run shows."""
+    text = path.read_text(errors="replace") if path.exists() else ""
+    return set(re.findall(rf"^!\[.*\]\({_FIGURES}/([^/)]+)\.png\)$", text, re.MULTILINE))

@@ -1,7 +1,8 @@
 """Everything a search has found out, line by line in one file; it goes on from there.
 
 A line is written as soon as it is known. A search that is started again proposes the same genotypes
-in the same order, finds those that were judged, and goes on where it was interrupted.
+in the same order, finds those that were judged, and goes on where it was interrupted. Not a
+:class:`steadyload.runs.store.Store`: what is judged next follows from all that is known by then.
 """
 
 from __future__ import annotations
