@@ -135,7 +135,7 @@ def run_properties(
         asked_about = ", ".join(repr(each.name) for each in study.properties)
         raise PropertyError(f"{asked_about}: asked of none of {', '.join(study.methods)}")
     with locked(directory):
-        store = Store(directory / "results", _OUTCOMES)
+        store = Store(directory / "results", OUTCOMES)
         store.complete(
             units,
             _ask,
@@ -216,7 +216,8 @@ def _decoded(content: bytes) -> Outcome:
     )
 
 
-_OUTCOMES: Codec[Outcome, Outcome] = Codec(".json", _encoded, _decoded)
+OUTCOMES: Codec[Outcome, Outcome] = Codec(".json", _encoded, _decoded)
+"""A shard of what came out for a property and method."""
 
 
 def _row(unit: _Unit, outcome: Outcome, directory: Path) -> PropertyRow:
