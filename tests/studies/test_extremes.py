@@ -243,9 +243,12 @@ def test_a_second_run_measures_only_what_is_missing(tmp_path, monkeypatch):
     assert not measured
     assert len(run(frequencies=[10, 15], only_sweeps=["light-on-heavy"])) == len(measured) * 2
     # One cell lost: it alone comes back.
-    shards = [p for p in (tmp_path / "cells").iterdir() if "light-on-heavy" in p.read_text()]
-    lost = json.loads(shards[3].read_text())
-    shards[3].unlink()
+    cells = {file: json.loads(file.read_text()) for file in (tmp_path / "cells").iterdir()}
+    mine = ("light-on-heavy", 10)
+    asked = [file for file, cell in cells.items() if (cell["sweep"], cell["frequency"]) == mine]
+    file = sorted(asked)[3]
+    file.unlink()
+    lost = cells[file]
     measured.clear()
     again = run()
     assert [(u.frequency, u.value) for u in measured] == [(lost["frequency"], lost["value"])]
