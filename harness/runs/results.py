@@ -183,12 +183,11 @@ def kept_file(directory: str | Path, name: str) -> Path:
         ResultsError: not a run folder, or the file is missing or damaged.
     """
     path = Path(directory) / name
-    told = load_manifest(directory).get("files", {})
-    try:
-        if checksum_of(path) != told.get(name):
-            raise DamagedError(path)
-    except FileNotFoundError:
-        raise ResultsError(f"{path}: is missing; run the study again to write it anew") from None
+    expected, found = load_manifest(directory).get("files", {}).get(name), checksum_of(path)
+    if not found:
+        raise ResultsError(f"{path}: is missing; run the study again to write it anew")
+    if found != expected:
+        raise DamagedError(path)
     return path
 
 

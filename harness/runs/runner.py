@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import logging
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -33,18 +32,17 @@ from steadyload.runs.labels import (
 from steadyload.runs.results import (
     LAYOUTS_FILE,
     SCHEMA_VERSION,
-    kept_file,
     load_manifest,
     provenance,
     result_store,
 )
 from steadyload.runs.store import (
-    DamagedError,
     Progress,
     ResultsError,
     Survey,
     checksum,
     checksum_of,
+    is_whole,
     locked,
 )
 from steadyload.runs.units import crashed_row, judge_unit, made_now, study_units
@@ -53,8 +51,6 @@ _FRESH = f".{LAYOUTS_FILE}"
 """Layouts before they are put in their place."""
 
 _SINGLE_FILES = (_FRESH, "manifest.json", LABELS_FILE)
-
-_log = logging.getLogger("steadyload")
 
 
 def run_study(
@@ -198,21 +194,10 @@ def _is_finished(directory: Path, manifest: dict[str, Any]) -> bool:
     found = load_manifest(directory)
     # Labels may have changed under verdicts that have not.
     told = ("schema_version", "shards", "labels", "envelope", "files")
-    same = all(found.get(key) == manifest.get(key) for key in told)
-    return same and found["finished"] is not None and _files_are_whole(directory, manifest)
-
-
-def _files_are_whole(directory: Path, manifest: dict[str, Any]) -> bool:
-    whole = True
-    for name in manifest["files"]:
-        try:
-            kept_file(directory, name)
-        except DamagedError:
-            _log.warning("%s: is damaged; it is written again", directory / name)
-            whole = False
-        except ResultsError:
-            whole = False
-    return whole
+    if any(found.get(key) != manifest.get(key) for key in told):
+        return False
+    files = [is_whole(directory / name, total) for name, total in manifest["files"].items()]
+    return all(files) and found["finished"] is not None
 
 
 def _manifest(

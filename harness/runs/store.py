@@ -14,6 +14,7 @@ import hashlib
 import json
 import logging
 import os
+import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -114,9 +115,20 @@ def checksum(content: bytes) -> str:
 
 
 def checksum_of(path: Path) -> str:
-    """The checksum of a file of any size."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()[:_DIGITS]
+    """The checksum of a file of any size; empty where there is none."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()[:_DIGITS]
+    except FileNotFoundError:
+        return ""
+
+
+def is_whole(path: Path, expected: str) -> bool:
+    """Whether a file is there as it was written; one that is damaged is named to the user."""
+    found = checksum_of(path)
+    if found and found != expected:
+        _log.warning("%s: is damaged; it is thrown away and made again", path)
+    return found == expected
 
 
 @contextmanager
@@ -188,15 +200,15 @@ class Store(Generic[Answer, Stored]):
 
     def __init__(self, folder: Path, codec: Codec[Answer, Stored]) -> None:
         self._folder, self._codec = folder, codec
-        self._files = self._listed()
+        self._sums = self._listed()
 
     def __contains__(self, key: str) -> bool:
         """There is a shard of this key, whole or damaged."""
-        return key in self._files
+        return key in self._sums
 
     def keys(self) -> list[str]:
         """The keys of all shards, in no particular order."""
-        return list(self._files)
+        return list(self._sums)
 
     def content(self, key: str) -> bytes:
         """The bytes of a shard, as they were written.
@@ -206,11 +218,11 @@ class Store(Generic[Answer, Stored]):
             ResultsError: it is missing.
         """
         try:
-            path = self._files[key]
+            path = self._path(key)
             found = path.read_bytes()
         except (KeyError, FileNotFoundError):
             raise ResultsError(f"{self._folder}: shard {key} is missing; run it again") from None
-        if checksum(found) != self._sum(path):
+        if checksum(found) != self._sums[key]:
             raise DamagedError(path)
         return found
 
@@ -223,14 +235,14 @@ class Store(Generic[Answer, Stored]):
         content = self._codec.encode(answers)
         self.drop(key)
         self._folder.mkdir(parents=True, exist_ok=True)
-        path = self._folder / f"{key}.{checksum(content)}{self._codec.suffix}"
-        write_atomically(path, content)
-        self._files[key] = path
+        self._sums[key] = checksum(content)
+        write_atomically(self._path(key), content)
 
     def drop(self, key: str) -> None:
         """Remove a shard if it is there."""
-        if path := self._files.pop(key, None):
-            path.unlink(missing_ok=True)
+        if key in self._sums:
+            self._path(key).unlink(missing_ok=True)
+            del self._sums[key]
 
     def missing(self, keys: Iterable[str]) -> set[str]:
         """Those that have no whole shard; a damaged one is named, and removed."""
@@ -244,7 +256,7 @@ class Store(Generic[Answer, Stored]):
             rerun: take everything for missing.
         """
         clear_unfinished(self._folder, f"*{self._codec.suffix}")
-        self._files, found = self._listed(), Survey()
+        self._sums, found = self._listed(), Survey()
         for unit in units:
             if unit.key in found.keys:
                 continue
@@ -305,29 +317,18 @@ class Store(Generic[Answer, Stored]):
         return done
 
     def _is_whole(self, key: str) -> bool:
-        if key not in self._files:
-            return False
-        try:
-            self.content(key)
-        except DamagedError:
-            _log.warning("%s: is damaged; it is thrown away and computed again", self._files[key])
+        if key in self._sums and not is_whole(self._path(key), self._sums[key]):
             self.drop(key)
-            return False
-        return True
+        return key in self._sums
 
-    def _listed(self) -> dict[str, Path]:
-        """The shards that are there; files whose names have no checksum are none."""
-        found: dict[str, Path] = {}
-        if self._folder.is_dir():
-            for entry in os.scandir(self._folder):
-                key, dot, digits = entry.name.removesuffix(self._codec.suffix).rpartition(".")
-                own = entry.name.endswith(self._codec.suffix) and len(digits) == _DIGITS
-                if dot and key and own and not key.startswith("."):
-                    found[key] = Path(entry.path)
-        return found
+    def _path(self, key: str) -> Path:
+        return self._folder / f"{key}.{self._sums[key]}{self._codec.suffix}"
 
-    def _sum(self, path: Path) -> str:
-        return path.name.removesuffix(self._codec.suffix).rpartition(".")[2]
+    def _listed(self) -> dict[str, str]:
+        """The checksums of what is there, by key; a name without one is no shard's."""
+        name = re.compile(rf"([^.].*)\.([0-9a-f]{{{_DIGITS}}}){re.escape(self._codec.suffix)}")
+        files = self._folder.iterdir() if self._folder.is_dir() else ()
+        return {m[1]: m[2] for file in files if (m := name.fullmatch(file.name))}
 
 
 def _each_once(units: Iterable[Unit], waiting: set[str]) -> Iterator[Unit]:

@@ -11,7 +11,7 @@ import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ from steadyload.layouts.model import Layout
 from steadyload.methods.method import judge
 from steadyload.methods.registry import make_method
 from steadyload.runs.executors import SinglePart
-from steadyload.runs.store import JSON, Progress, Store, key_of
+from steadyload.runs.store import JSON, Progress, Store, key_of, locked
 from steadyload.runs.units import made_now
 
 BLOCK = 50
@@ -42,7 +42,7 @@ def machine_load() -> float | None:
     return os.getloadavg()[0] if hasattr(os, "getloadavg") else None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Turn(SinglePart):
     """A unit of work: all methods judge all layouts once, in blocks.
 
@@ -65,7 +65,7 @@ class Turn(SinglePart):
             f"repeat {self.repeat}"
         )
 
-    @property
+    @cached_property
     def key(self) -> str:
         """Hash of all that times are of."""
         made = {spec: dict(made) for spec, made in made_now(self.methods).items()}
@@ -120,9 +120,10 @@ def timed(
         return Times({}, {}, None)
     chosen = tuple(layouts)
     turns = [Turn(tuple(methods), chosen, block, repeat) for repeat in range(repeats)]
-    store = Store(folder, JSON)
-    store.complete(turns, _time, workers=min(workers, 1), progress=progress)
-    kept = [entry for turn in turns for entry in store.read(turn.key)]
+    with locked(folder):
+        store = Store(folder, JSON)
+        store.complete(turns, _time, workers=min(workers, 1), progress=progress)
+        kept = [entry for turn in turns for entry in store.read(turn.key)]
     loads = [entry["load"] for entry in kept]
     cpu, wall = (
         {spec: np.array([entry[clock][spec] for entry in kept]) for spec in methods}

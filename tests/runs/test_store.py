@@ -134,7 +134,7 @@ def test_a_bit_anywhere_is_noticed(codec, tmp_path, caplog):
         caplog.clear()
         assert store.missing(["some"]) == {"some"}
         assert [record.getMessage() for record in caplog.records] == [
-            f"{file}: is damaged; it is thrown away and computed again"
+            f"{file}: is damaged; it is thrown away and made again"
         ]
         assert not file.exists()
         store.write("some", rows)

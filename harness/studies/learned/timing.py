@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -17,14 +17,14 @@ from steadyload.methods.method import Method
 from steadyload.methods.registry import make_method
 from steadyload.runs.executors import SinglePart
 from steadyload.runs.results import judged_by
-from steadyload.runs.store import JSON, Store, key_of
+from steadyload.runs.store import JSON, Store, key_of, locked
 from steadyload.runs.timing import machine_load, taken
 
 _BATCH = "batch"
 """The parameter of a method that judges many layouts at once."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class TimingUnit(SinglePart):
     """What is timed.
 
@@ -44,7 +44,7 @@ class TimingUnit(SinglePart):
         """The unit for people."""
         return f"timing {len(self.methods)} methods on {len(self.layouts)} layouts"
 
-    @property
+    @cached_property
     def key(self) -> str:
         """Hash of all that times are of."""
         parts = [judged_by(make_method(spec)) for spec in self.methods]
@@ -69,9 +69,10 @@ def timed(unit: TimingUnit, folder: Path, *, workers: int) -> Times:
     Raises:
         LearnerError: a method ended its process.
     """
-    store = Store(folder, JSON)
-    store.complete([unit], _time, lost=_refuse, workers=min(workers, 1))
-    [times] = store.read(unit.key)
+    with locked(folder):
+        store = Store(folder, JSON)
+        store.complete([unit], _time, lost=_refuse, workers=min(workers, 1))
+        [times] = store.read(unit.key)
     return times
 
 
