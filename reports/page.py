@@ -16,7 +16,8 @@ from tempfile import TemporaryDirectory
 import jinja2
 from matplotlib.figure import Figure
 
-from steadyload.reports.charts import png
+from steadyload.reports.charts import image
+from steadyload.reports.table import Table
 
 _FIGURES = "figures"
 """Folder of the pictures, beside the page."""
@@ -33,11 +34,11 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A heading with text, tables (Markdown) and pictures, in that order."""
+    """A heading with text, tables (declared, or as Markdown) and pictures, in that order."""
 
     title: str
     text: str = ""
-    tables: Sequence[str] = ()
+    tables: Sequence[Table | str] = ()
     pictures: Sequence[Picture] = ()
 
 
@@ -58,7 +59,7 @@ def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
     into a folder of its own first and renamed into place then, so that no file of the page is ever
     half-written; pictures that only the page before had are removed, and nothing else is.
     """
-    path = directory / name
+    path, figures = directory / name, directory / _FIGURES
     template = resources.files("steadyload.reports.templates").joinpath("page.md.j2").read_text()
     # Markdown is written, not HTML: there is nothing to escape here.
     environment = jinja2.Environment(  # noqa: S701
@@ -67,25 +68,28 @@ def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
         keep_trailing_newline=True,
         undefined=jinja2.StrictUndefined,
     )
-    pictures = {p.name: p.figure for section in page.sections for p in section.pictures}
     directory.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(prefix=f".{name}.", dir=directory) as beside:
         fresh = Path(beside)
-        for picture, figure in pictures.items():
-            (fresh / f"{picture}.png").write_bytes(png(figure))
-        (fresh / name).write_text(environment.from_string(template).render(page=page))
-        before = _pictures_of(path)
-        if pictures:
-            (directory / _FIGURES).mkdir(exist_ok=True)
-        for picture in pictures:
-            (fresh / f"{picture}.png").replace(directory / _FIGURES / f"{picture}.png")
+        files: dict[str, str] = {}
+        for picture in (p for section in page.sections for p in section.pictures):
+            ending, drawn = image(picture.figure)
+            files[picture.name] = f"{_FIGURES}/{picture.name}{ending}"
+            (fresh / f"{picture.name}{ending}").write_bytes(drawn)
+        text = environment.from_string(template).render(page=page, files=files)
+        (fresh / name).write_text(text)
+        before, shown = _shown(path), {Path(file).name for file in files.values()}
+        if shown:
+            figures.mkdir(exist_ok=True)
+        for file in shown:
+            (fresh / file).replace(figures / file)
         (fresh / name).replace(path)
-    for picture in before - {*pictures}:
-        (directory / _FIGURES / f"{picture}.png").unlink(missing_ok=True)
+    for file in before - shown:
+        (figures / file).unlink(missing_ok=True)
     return path
 
 
-def _pictures_of(path: Path) -> set[str]:
-    """The names of the pictures that the page of an earlier run shows."""
+def _shown(path: Path) -> set[str]:
+    """The file names of the pictures that the page of an earlier run shows."""
     text = path.read_text(errors="replace") if path.exists() else ""
-    return set(re.findall(rf"^!\[.*\]\({_FIGURES}/([^/)]+)\.png\)$", text, re.MULTILINE))
+    return set(re.findall(rf"^!\[.*\]\({_FIGURES}/([^/)]+)\)$", text, re.MULTILINE))

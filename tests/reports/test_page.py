@@ -25,7 +25,7 @@ def test_pictures_that_the_new_page_has_not_are_removed_and_nothing_else(tmp_pat
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text("x")
     write_page(page("both", "new"), tmp_path)
-    assert files(tmp_path) == {"report.md", "figures/both.png", "figures/new.png", *mine}
+    assert files(tmp_path) == {"report.md", "figures/both.svg", "figures/new.svg", *mine}
     write_page(page(), tmp_path)
     assert files(tmp_path) == {"report.md", *mine}
 
@@ -39,9 +39,9 @@ def test_an_interrupted_page_leaves_the_one_before(tmp_path, monkeypatch):
         drawn.append(figure)
         if len(drawn) == 2:
             raise KeyboardInterrupt
-        return b"half"
+        return ".svg", b"half"
 
-    monkeypatch.setattr(pages, "png", interrupt)
+    monkeypatch.setattr(pages, "image", interrupt)
     with pytest.raises(KeyboardInterrupt):
         write_page(page("a", "c", summary="New."), tmp_path)
     assert {name: (tmp_path / name).read_bytes() for name in files(tmp_path)} == before
