@@ -7,6 +7,9 @@ import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
+_RANDOM = 8
+"""Characters by which :mod:`tempfile` tells names apart."""
+
 
 def write_atomically(path: Path, content: str | bytes | Iterable[str]) -> None:
     """Write ``content`` to ``path`` under another name first, then rename it into place.
@@ -31,6 +34,17 @@ def write_atomically(path: Path, content: str | bytes | Iterable[str]) -> None:
         _replace(target, parts)
     except OSError as error:
         raise type(error)(error.errno, error.strerror, str(path)) from None
+
+
+def clear_unfinished(folder: Path, name: str) -> None:
+    """Remove what :func:`write_atomically` left when its process was killed.
+
+    Args:
+        folder: where it wrote; there may be none.
+        name: of the file it wrote, or a pattern of names.
+    """
+    for unfinished in folder.glob(f".{name}.{'?' * _RANDOM}"):
+        unfinished.unlink(missing_ok=True)
 
 
 def _replace(target: Path, parts: Iterable[bytes]) -> None:

@@ -1,4 +1,7 @@
-"""From data to weights in a folder: the members of a training, one after the other."""
+"""From data to weights in a folder: the members of a training, one after the other.
+
+Not the loop of :mod:`steadyload.runs.store`: a member goes on in the middle, from its checkpoint.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,7 @@ from steadyload.learners.weights import (
 )
 from steadyload.methods.spec import as_plain
 from steadyload.runs.results import provenance
-from steadyload.runs.runner import locked
+from steadyload.runs.store import locked
 
 BENCHMARK = "benchmark"
 """Stands for the labelled set of the package, where data are named."""
@@ -151,7 +154,6 @@ def train_weights(
     torch.set_num_threads(threads)
     # Of the code that trains, not of what it has become when it is done.
     own = provenance() | {"learners": _code(), "torch": torch.__version__}
-    directory.mkdir(parents=True, exist_ok=True)
     with locked(directory):
         material = _material(job, loading)
         data, validation = material.data, material.validation
@@ -240,7 +242,6 @@ def search_options(
         )
     _check_device(device)
     torch.set_num_threads(threads)
-    directory.mkdir(parents=True, exist_ok=True)
     with locked(directory):
         material = _material(job, lambda done, total: None)
         learnt, stopping, _ = _split(job, 0, material.data, material.validation)

@@ -16,7 +16,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from steadyload.atomic import write_atomically
+from steadyload.atomic import clear_unfinished, write_atomically
 from steadyload.learners import LearnerError
 from steadyload.learners.features import symmetry_matrices
 from steadyload.learners.network import NETWORKS, LstmNetwork
@@ -123,8 +123,7 @@ class Training:
             "started": _fingerprint(self._network),
             "torch": torch.__version__.partition("+")[0],
         }
-        for unfinished in directory.glob(f".{CHECKPOINT}.*"):  # of a run that was killed
-            unfinished.unlink()
+        clear_unfinished(directory, CHECKPOINT)
         if self._path.exists():
             self._go_on()
 

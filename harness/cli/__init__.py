@@ -27,6 +27,7 @@ from steadyload.cli.terminal import (
     print_table,
     progress_bar,
     say,
+    say_warnings,
     status_line,
 )
 from steadyload.cli.train import add_generate, add_train
@@ -92,6 +93,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a name the terminal cannot show
+    say_warnings()
     options = command_parser().parse_args(arguments)
     try:
         status = options.run(options)

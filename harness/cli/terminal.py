@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import logging
 import math
 import re
 import sys
@@ -54,6 +55,20 @@ _errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 def say(sentence: str) -> None:
     """Tell the user something on stderr, where no pipe reads it."""
     _errors.print(sentence)
+
+
+class _Sentences(logging.Handler):
+    """Says what the library warns of."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        say(f"steadyload: {record.getMessage()}")
+
+
+def say_warnings() -> None:
+    """From now on tell the user what the library warns of, such as a file that is damaged."""
+    log = logging.getLogger("steadyload")
+    if not any(isinstance(handler, _Sentences) for handler in log.handlers):
+        log.addHandler(_Sentences(logging.WARNING))
 
 
 @contextmanager

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib import metadata
 from itertools import islice
-from pathlib import Path
 from typing import Any
 
 from steadyload.engines.registry import installed_versions
@@ -20,6 +17,7 @@ from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.labels import Case
 from steadyload.runs.pool import PartLimit
 from steadyload.runs.results import SCHEMA_VERSION, ResultsError, judged_by, result_row
+from steadyload.runs.store import key_of
 
 Row = dict[str, Any]
 """A row of :data:`steadyload.runs.results.SCHEMA`."""
@@ -36,14 +34,14 @@ class OtherCodeError(ResultsError):
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A unit of work: one method, what it is to judge, and the shard the rows go to.
+    """A unit of work: one method, what it is to judge, and the key of its shard.
 
     A judgement is a repetition, a scenario and a layout; a row each.
     """
 
     method: str
     judgements: tuple[tuple[int, str, Layout], ...]
-    shard: Path
+    key: str
     made_by: MadeBy
     timeout: float | None = None
 
@@ -75,16 +73,15 @@ def _made_here(spec: str) -> MadeBy:
 
 
 def study_units(
-    study: StudyDefinition, cases: Iterable[Case], folder: Path, made_by: Mapping[str, MadeBy]
+    study: StudyDefinition, cases: Iterable[Case], made_by: Mapping[str, MadeBy]
 ) -> Iterator[Unit]:
     """The study in parts, as they are asked for: every method on the first cases, then the next.
 
-    A shard's name is a hash of all that its rows depend on.
+    A unit's key is a hash of all that its rows depend on.
 
     Args:
         study: what to compare.
         cases: what is judged, in turn.
-        folder: of the shards.
         made_by: what a method's rows come from, by method.
     """
     ahead = iter(cases)
@@ -98,9 +95,7 @@ def study_units(
         for method in study.methods:
             identity = [method, study.repetitions, study.timeout, SCHEMA_VERSION]
             identity += [dict(made_by[method]), content]
-            digest = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:20]
-            shard = folder / f"{digest}.parquet"
-            yield Unit(method, judgements, shard, made_by[method], study.timeout)
+            yield Unit(method, judgements, key_of(identity), made_by[method], study.timeout)
 
 
 def judge_unit(unit: Unit) -> Iterator[Row]:

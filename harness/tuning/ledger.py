@@ -1,7 +1,8 @@
 """Everything a search has found out, line by line in one file; it goes on from there.
 
 A line is written as soon as it is known. A search that is started again proposes the same genotypes
-in the same order, finds those that were judged, and goes on where it was interrupted.
+in the same order, finds those that were judged, and goes on where it was interrupted. Not a
+:class:`steadyload.runs.store.Store`: what is judged next follows from all that is known by then.
 """
 
 from __future__ import annotations
@@ -17,11 +18,13 @@ from typing import Any
 import numpy as np
 
 from steadyload.atomic import write_atomically
+from steadyload.runs.store import checksum
 from steadyload.tuning import TuningError
 from steadyload.tuning.judging import Sheet
 from steadyload.tuning.space import Genotype
 
 _FILE = "search.jsonl"
+_SUM = "sum"
 _KEPT = f"{_FILE}.xz"
 """A finished search as it is kept: to be read, not to be gone on with."""
 
@@ -118,10 +121,10 @@ class Ledger:
         if self._cut is not None:
             os.truncate(self._path, self._cut)
             self._cut = None
-        lines = [line] if self._begun else [{"search": self._identity}, line]
+        begin = [] if self._begun else [json.dumps({"search": self._identity})]
         self._begun = True
         with self._path.open("a") as file:
-            file.writelines(json.dumps(line) + "\n" for line in lines)
+            file.writelines(text + "\n" for text in (*begin, _checked(line)))
 
     def _read(self, identity: dict[str, Any]) -> bool:
         """Take in the file; returns whether it held a whole line."""
@@ -140,6 +143,9 @@ class Ledger:
                 "folder, or remove it"
             )
         for line in lines:
+            told = line.pop(_SUM, None)  # of lines of earlier versions none is known
+            if told not in (None, checksum(json.dumps(line).encode())):
+                raise _damaged(self._path)
             try:
                 self._take(line)
             except (KeyError, TypeError, ValueError):
@@ -184,6 +190,11 @@ def _identity(first: Mapping[str, Any], path: Path) -> dict[str, Any]:
     if not isinstance(found, dict):
         raise TuningError(f"{path}: is not the file of a search")
     return found
+
+
+def _checked(line: Mapping[str, Any]) -> str:
+    """A line with the checksum of what it says."""
+    return json.dumps({**line, _SUM: checksum(json.dumps(line).encode())})
 
 
 def _damaged(path: Path) -> TuningError:

@@ -15,7 +15,7 @@ import numpy as np
 
 from steadyload.runs.executors import run_units
 from steadyload.runs.results import provenance
-from steadyload.runs.runner import locked
+from steadyload.runs.store import locked
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource, fingerprint, load_cases
 from steadyload.tuning.cost import GOAL, CostModel, calibrate

@@ -1,5 +1,6 @@
 """The search, its files, findings, and the page."""
 
+import dataclasses
 import json
 import sys
 import types
@@ -21,11 +22,13 @@ from steadyload.properties.strategies import layouts
 from steadyload.reports.page import Page, write_page
 from steadyload.runs.definition import load_study
 from steadyload.runs.runner import run_study
+from steadyload.runs.store import Store
 from steadyload.studies.comparison.page import study_page
 from steadyload.studies.comparison.summary import compare
 from steadyload.studies.properties.page import properties_page, property_sections
 from steadyload.studies.properties.records import Standing
 from steadyload.studies.properties.study import (
+    OUTCOMES,
     PropertyStudy,
     made_with,
     methods_on,
@@ -353,9 +356,10 @@ def test_the_command_writes_a_page_and_says_what_is_violated(tmp_path, capsys):
 def test_an_engine_that_ends_its_process_is_a_violation_with_its_reason(tmp_path):
     asked = PropertyStudy(("fbs",), tuple(chosen(["score"])), 5)
     run_properties(asked, tmp_path)
-    (file,) = (tmp_path / "results").glob("*.json")
-    kept = json.loads(file.read_text())
-    file.write_text(json.dumps({**kept, "asked": 0, "crashed": "ended by SIGABRT"}))
+    store = Store(tmp_path / "results", OUTCOMES)
+    [key] = store.keys()
+    crashed = dataclasses.replace(store.read(key), asked=0, crashed="ended by SIGABRT")
+    store.write(key, [crashed])
     (row,) = run_properties(asked, tmp_path).rows
     assert row.standing is Standing.VIOLATED
     page = write_page(properties_page(run_properties(asked, tmp_path), {}), tmp_path).read_text()

@@ -24,9 +24,10 @@ from steadyload.methods.registry import make_method
 from steadyload.reports.page import write_page
 from steadyload.runs.definition import StudyDefinition, StudyError, load_study
 from steadyload.runs.evaluation import at_natural_prevalence, verdicts_against_labels
-from steadyload.runs.labels import load_labels
+from steadyload.runs.labels import as_labels, load_labels
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
+from steadyload.runs.store import checksum
 from steadyload.statistics.metrics import mean, share
 from steadyload.studies.comparison.page import study_page
 from steadyload.studies.comparison.summary import compare
@@ -301,9 +302,10 @@ def test_a_folder_without_its_labels_says_so(run, tmp_path):
     (mine / "labels.parquet").unlink()
     with pytest.raises(ResultsError, match=r"labels\.parquet: is missing; run the study again"):
         compare(mine)
-    from steadyload.runs.labels import write_labels
-
-    write_labels(mine, frame[1:])
+    content, manifest = as_labels(frame[1:]), load_manifest(mine)
+    (mine / "labels.parquet").write_bytes(content)
+    manifest["files"]["labels.parquet"] = checksum(content)
+    (mine / "manifest.json").write_text(json.dumps(manifest))
     with pytest.raises(ResultsError, match="has no label in scenario 'S1'"):
         compare(mine)
 

@@ -172,14 +172,6 @@ def read_tables(
     return layouts, cases, opinions, manifest
 
 
-def is_table(path: Path, schema: pa.Schema) -> bool:
-    """Whether a table is there and can be read."""
-    try:
-        return pq.read_schema(path).names == schema.names
-    except (OSError, pa.ArrowInvalid):
-        return False
-
-
 def read_parquet(path: Path, schema: pa.Schema) -> pd.DataFrame:
     """A table of one of the schemas above.
 
@@ -187,12 +179,20 @@ def read_parquet(path: Path, schema: pa.Schema) -> pd.DataFrame:
         BenchmarkError: it is missing, damaged, or of another schema.
     """
     try:
-        table = pq.read_table(path)
+        return from_parquet(path.read_bytes(), schema)
     except FileNotFoundError:
         raise BenchmarkError(f"{path}: is missing") from None
-    except (OSError, pa.ArrowInvalid) as error:
-        raise BenchmarkError(f"{path}: cannot be read as Parquet ({error})") from None
+    except BenchmarkError as error:
+        raise BenchmarkError(f"{path}: {error}") from None
+
+
+def from_parquet(content: bytes, schema: pa.Schema) -> pd.DataFrame:
+    """A table from the bytes of a Parquet file; raises as :func:`read_parquet`."""
+    try:
+        table = pq.read_table(pa.BufferReader(content))
+    except (OSError, pa.ArrowException) as error:
+        raise BenchmarkError(f"cannot be read as Parquet ({error})") from None
     if table.schema.names != schema.names or table.schema.types != schema.types:
-        raise BenchmarkError(f"{path}: has other columns than a labelled set")
+        raise BenchmarkError("has other columns than a labelled set")
     nullable = {pa.int16(): pd.Int16Dtype(), pa.int32(): pd.Int32Dtype()}
     return table.to_pandas(types_mapper=nullable.get)

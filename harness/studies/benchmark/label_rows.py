@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -50,10 +49,10 @@ there is no label, where there is none."""
 
 @dataclass(frozen=True, slots=True)
 class TraceUnit:
-    """A unit of work: some cases, and the shard that their rows go to."""
+    """A unit of work: some cases, and the key of their shard."""
 
     cases: tuple[tuple[str, Layout], ...]
-    shard: Path
+    key: str
 
     def __len__(self) -> int:
         return len(self.cases)

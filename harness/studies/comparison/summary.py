@@ -21,8 +21,10 @@ from steadyload.runs.evaluation import AgreementMatrix, MethodSummary, PhaseTime
 from steadyload.runs.labels import labelled_layout, load_labels
 from steadyload.runs.results import (
     KEYS,
+    LAYOUTS_FILE,
     ResultsError,
     each_shard,
+    kept_file,
     load_manifest,
     load_results,
 )
@@ -58,6 +60,7 @@ def compare(directory: str | Path) -> Comparison:
     rows, results = len(results), _judged_by_all(results, len(order))
     if results.empty:
         raise ResultsError(f"{directory}: no case has been judged by all methods yet; resume it")
+    layouts = kept_file(directory, LAYOUTS_FILE)
     keys = {m: _key(results[results["method"] == m].iloc[0]) for m in order}
     said = outcomes(results)[order]
     labels = _labels(directory, said) if "labels" in manifest else None
@@ -97,7 +100,7 @@ def compare(directory: str | Path) -> Comparison:
         tunings=_same_tunings(results, said, summaries, uses, together),
         uses=uses,
         disagreements=_disagreements(
-            results, said, keys, directory / "layouts.json", manifest["study"]["seed"], labels
+            results, said, keys, layouts, manifest["study"]["seed"], labels
         ),
         disputed=len(disputed),
         missing_rows=manifest["rows"] - rows,

@@ -3,32 +3,28 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
-from steadyload.atomic import write_atomically
 from steadyload.layouts.model import Layout
 from steadyload.learners import LearnerError
 from steadyload.methods.method import Method
 from steadyload.methods.registry import make_method
-from steadyload.runs.executors import SinglePart, run_units
+from steadyload.runs.executors import SinglePart
 from steadyload.runs.results import judged_by
+from steadyload.runs.store import JSON, Store, key_of, locked
 from steadyload.runs.timing import machine_load, taken
-
-_FILE = "times.json"
 
 _BATCH = "batch"
 """The parameter of a method that judges many layouts at once."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class TimingUnit(SinglePart):
     """What is timed.
 
@@ -48,12 +44,13 @@ class TimingUnit(SinglePart):
         """The unit for people."""
         return f"timing {len(self.methods)} methods on {len(self.layouts)} layouts"
 
-    def identity(self) -> str:
+    @cached_property
+    def key(self) -> str:
         """Hash of all that times are of."""
         parts = [judged_by(make_method(spec)) for spec in self.methods]
         parts += [layout.content_hash() for layout in self.layouts]
         own = [self.repeats, list(self.batches), Path(__file__).read_text()]
-        return hashlib.sha256(json.dumps([*parts, *own]).encode()).hexdigest()[:16]
+        return f"times-{key_of([*parts, *own])}"
 
 
 Times = dict[str, Any]
@@ -72,19 +69,15 @@ def timed(unit: TimingUnit, folder: Path, *, workers: int) -> Times:
     Raises:
         LearnerError: a method ended its process.
     """
-    path, identity = folder / _FILE, unit.identity()
-    if path.exists():
-        found: Times = json.loads(path.read_text())
-        if found["identity"] == identity:
-            return found
-    [(_, [times])] = run_units(
-        _time, [unit], workers=min(workers, 1), crashed=lambda unit, part, reason: {"why": reason}
-    )
-    if "why" in times:
-        raise LearnerError(f"{unit.describe(0)}: {times['why']}")
-    folder.mkdir(parents=True, exist_ok=True)
-    write_atomically(path, json.dumps({"identity": identity, **times}, indent=1) + "\n")
+    with locked(folder):
+        store = Store(folder, JSON)
+        store.complete([unit], _time, lost=_refuse, workers=min(workers, 1))
+        [times] = store.read(unit.key)
     return times
+
+
+def _refuse(unit: TimingUnit, reason: str) -> NoReturn:
+    raise LearnerError(f"{unit.describe(0)}: {reason}")
 
 
 def _time(unit: TimingUnit) -> Iterator[Times]:
