@@ -103,7 +103,7 @@ def result_row(
     return row
 
 
-def _encoded(rows: Sequence[Mapping[str, Any]]) -> bytes:
+def _encoded(rows: Sequence[dict[str, Any]]) -> bytes:
     sink = pa.BufferOutputStream()
     pq.write_table(pa.Table.from_pylist([dict(r) for r in rows], schema=SCHEMA), sink)
     return sink.getvalue().to_pybytes()
@@ -114,11 +114,11 @@ def _decoded(content: bytes, columns: Sequence[str] | None = None) -> pa.Table:
     return pq.read_table(pa.BufferReader(content), schema=SCHEMA, columns=wanted)
 
 
-ROWS: Codec[Mapping[str, Any], pa.Table] = Codec(".parquet", _encoded, _decoded)
+ROWS: Codec[dict[str, Any], pa.Table] = Codec(".parquet", _encoded, _decoded)
 """A shard of rows."""
 
 
-def result_store(directory: Path) -> Store[Mapping[str, Any], pa.Table]:
+def result_store(directory: Path) -> Store[dict[str, Any], pa.Table]:
     """The shards of a run folder."""
     return Store(directory / "results", ROWS)
 
