@@ -1,6 +1,6 @@
 """Learned judges: methods that were trained on labelled layouts, and what trains them.
 
-What judges (:mod:`steadyload.learners.judges` and below it) needs numpy and numba alone; what
+What judges (:mod:`steadyload.learners.methods` and below it) needs numpy and numba alone; what
 trains imports torch, which comes with ``pip install 'steadyload[learners]'``.
 """
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from steadyload.layouts.model import TOLERANCE, FloatArray
 from steadyload.learners.compiled import compiled
-from steadyload.learners.plane import hull_of, margin_in, pressures, sort_points
+from steadyload.learners.convex_hull import hull_of, margin_in, pressures, sort_points
 
 SECONDS, GRAVITY = 0.3, 980.0
 """What a label gives an item to fall: time [s] and acceleration [cm/s2]."""

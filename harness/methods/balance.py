@@ -22,7 +22,7 @@ from scipy.optimize import nnls
 
 from steadyload.layouts.contacts import Patch, Supports, find_supports
 from steadyload.layouts.model import Arrangement, FloatArray
-from steadyload.methods.plane import Point
+from steadyload.methods.convex_hull import Point
 
 EDGE = 1e-5
 """A patch counts as this much wider on every side [cm]: a centre of mass exactly above an edge is

@@ -16,7 +16,7 @@ from steadyload.methods.method import (
     Finding,
     Loader,
     Method,
-    StepJudge,
+    StepScorer,
     Stopwatch,
     Trait,
 )
@@ -52,7 +52,7 @@ class PartialBaseSupport(Method):
     def _alpha(self) -> float:
         return self.parameters.alpha
 
-    def steps(self, layout: Layout, watch: Stopwatch) -> StepJudge:
+    def steps(self, layout: Layout, watch: Stopwatch) -> StepScorer:
         """See :meth:`Method.steps`."""
         return _SupportedSteps(_support(layout, find_contacts(layout)), 1.0 - self._alpha)
 
@@ -112,19 +112,19 @@ class _SupportLoader(Loader):
         return _SupportLoader(self._method, layout)
 
 
-class _SupportedSteps(StepJudge):
-    """The risk is the largest share of a base that hangs free, of all items placed by then: what
+class _SupportedSteps(StepScorer):
+    """The score is the largest share of a base that hangs free, of all items placed by then: what
     stands on full bases alone stands wherever centres of mass lie.
     """
 
-    def __init__(self, support: FloatArray, brink: float) -> None:
+    def __init__(self, support: FloatArray, decision_threshold: float) -> None:
         # An area is a sum of products: full support may be less by rounding.
         hanging = np.maximum(1.0 - support, 0.0)
         hanging[hanging < _ROUNDING] = 0.0
         self._risks: list[float] = np.maximum.accumulate(hanging).tolist()
-        self.brink = brink
+        self.decision_threshold = decision_threshold
 
-    def risk(self, step: int) -> float:
+    def step_score(self, step: int) -> float:
         return self._risks[step]
 
 

@@ -28,7 +28,7 @@ from steadyload.methods.method import (
     Method,
     RefusedError,
     Status,
-    StepJudge,
+    StepScorer,
     Stopwatch,
     Trait,
 )
@@ -62,14 +62,14 @@ class Decision:
     Attributes:
         step: counted from 0.
         stage: spec of the method that decided.
-        risk: what it said of the step, on its own scale; not a number where even the last method
-            had no opinion.
+        step_score: of that method, on its own scale; not a number where even the last method has no
+            step score.
         unstable: the loading ends here.
     """
 
     step: int
     stage: str
-    risk: float
+    step_score: float
     unstable: bool
 
 
@@ -117,7 +117,7 @@ class Cascade(Method):
         return fitted.ladders[budget]
 
     @cached_property
-    def judges(self) -> tuple[Method, ...]:
+    def stage_methods(self) -> tuple[Method, ...]:
         """The methods that are asked, in order.
 
         Raises:
@@ -137,17 +137,17 @@ class Cascade(Method):
     def made_of(self) -> str:
         """See :meth:`Method.made_of`: the ladder, and what its methods are made of."""
         ladder = dataclasses.asdict(self.ladder) | {"found": None}
-        own = [[fingerprint(judge), judge.made_of()] for judge in self.judges]
+        own = [[fingerprint(judge), judge.made_of()] for judge in self.stage_methods]
         return hashlib.sha256(json.dumps([ladder, own]).encode()).hexdigest()
 
     def prepare(self, item_count: int = 0) -> None:
         """Make every stage ready.
 
         Raises:
-            ThresholdsError: see :attr:`judges`.
+            ThresholdsError: see :attr:`stage_methods`.
             as :meth:`Method.prepare` of a stage.
         """
-        for judge in self.judges:
+        for judge in self.stage_methods:
             judge.prepare(item_count)
 
     def decisions(self, layout: Layout) -> list[Decision]:
@@ -156,16 +156,18 @@ class Cascade(Method):
         Raises:
             RefusedError: the last method refuses the layout, and was asked.
         """
-        with closing(_Hearing(self.judges, self.ladder.stages, layout, Stopwatch())) as hearing:
-            return list(hearing.decide())
+        with closing(
+            _LayoutRun(self.stage_methods, self.ladder.stages, layout, Stopwatch())
+        ) as run:
+            return list(run.decide())
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
-        with closing(_Hearing(self.judges, self.ladder.stages, layout, watch)) as hearing:
-            *_, decision = hearing.decide()
-            return hearing.finding(decision)
+        with closing(_LayoutRun(self.stage_methods, self.ladder.stages, layout, watch)) as run:
+            *_, decision = run.decide()
+            return run.finding(decision)
 
 
-class _Hearing:
+class _LayoutRun:
     """One layout before all stages; a stage is brought in when it is needed first."""
 
     def __init__(
@@ -173,7 +175,7 @@ class _Hearing:
     ) -> None:
         self._methods, self._layout, self._watch = methods, layout, watch
         self._stages = stages
-        self._asked: list[StepJudge | None] = []
+        self._asked: list[StepScorer | None] = []
 
     def decide(self) -> Iterator[Decision]:
         """A decision a step, up to the first that is not stable."""
@@ -181,23 +183,23 @@ class _Hearing:
             self._watch.check()
             decision = self._decide(step)
             yield decision
-            if decision.unstable or math.isnan(decision.risk):
+            if decision.unstable or math.isnan(decision.step_score):
                 return
 
     def _decide(self, step: int) -> Decision:
         for number, stage in enumerate(self._stages):
             judge = self._judge(number)
             if judge is not None:
-                risk = judge.risk(step)
-                unstable = stage.unstable(risk)
+                score = judge.step_score(step)
+                unstable = stage.unstable(score)
                 if unstable is not None:
-                    return Decision(step, stage.method, risk, unstable)
+                    return Decision(step, stage.method, score, unstable)
         last = self._judge(len(self._stages))
         assert last is not None
-        risk = last.risk(step)
-        return Decision(step, str(self._methods[-1].spec), risk, risk > last.brink)
+        score = last.step_score(step)
+        return Decision(step, str(self._methods[-1].spec), score, score > last.decision_threshold)
 
-    def _judge(self, number: int) -> StepJudge | None:
+    def _judge(self, number: int) -> StepScorer | None:
         """A stage's judge of this layout; None where the stage refuses it."""
         while len(self._asked) <= number:
             method = self._methods[len(self._asked)]
@@ -214,7 +216,7 @@ class _Hearing:
         """What a verdict says after the last decision."""
         asked = [judge for judge in self._asked if judge is not None]
         found = STABLE
-        if decision.unstable or math.isnan(decision.risk):
+        if decision.unstable or math.isnan(decision.step_score):
             by = next(
                 judge
                 for method, judge in zip(self._methods, self._asked, strict=False)
@@ -238,7 +240,7 @@ class _Hearing:
 def _spoken(finding: Finding, decision: Decision) -> Finding:
     """A stage's finding, with the stage in its reason."""
     if decision.unstable:
-        why = finding.reason or f"risk {decision.risk:.4g}"
+        why = finding.reason or f"risk {decision.step_score:.4g}"
         reason = f"{decision.stage}: {why}"
         return dataclasses.replace(finding, failing_step=decision.step, reason=reason)
     status = Status.ERROR if finding.status is Status.DONE else finding.status

@@ -32,7 +32,7 @@ class Criterion(StrEnum):
     ADAMS = "adams"
 
 
-class Moved(NamedTuple):
+class Movement(NamedTuple):
     """How far an item is from its planned pose.
 
     Attributes:
@@ -108,7 +108,7 @@ class Examiner:
             f"and turned by {most.rotation:.1f} deg",
         )
 
-    def most_moved(self, poses: Poses, items: Indices) -> Moved:
+    def most_moved(self, poses: Poses, items: Indices) -> Movement:
         """The item that is furthest beyond a threshold, or closest to one.
 
         Args:
@@ -120,7 +120,7 @@ class Examiner:
         beyond = np.maximum(moved / max(self._eps_t, 1e-12), turned / max(self._eps_r, 1e-12))
         worst = int(beyond.argmax())
         item = int(np.arange(len(self._planned))[items][worst])
-        return Moved(item, float(moved[worst]), float(turned[worst]), float(beyond[worst]))
+        return Movement(item, float(moved[worst]), float(turned[worst]), float(beyond[worst]))
 
     def _clearly_stable(self, poses: Poses, items: Indices, excess: float) -> bool:
         """A cheap sufficient condition; false for anything that is not finite.

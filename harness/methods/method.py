@@ -278,18 +278,18 @@ class WholeLoader(Loader):
         return WholeLoader(self._method, layout)
 
 
-class StepJudge(ABC):
+class StepScorer(ABC):
     """What a method thinks of single steps of one layout, each judged by itself.
 
     Steps are asked in ascending order, any of them left out. That the steps before were stable is
     taken for granted, whatever the method would have said of them.
 
     Attributes:
-        brink: the risk above which the method itself calls a step unstable.
+        decision_threshold: the score above which the method itself calls a step unstable.
         ignored, emulated: as in a :class:`Verdict`.
     """
 
-    brink: float
+    decision_threshold: float
     ignored: tuple[str, ...] = ()
     emulated: tuple[str, ...] = ()
 
@@ -299,7 +299,7 @@ class StepJudge(ABC):
         return Effort()
 
     @abstractmethod
-    def risk(self, step: int) -> float:
+    def step_score(self, step: int) -> float:
         """How unstable a step looks, on a scale of the method's own; not a number where it has no
         opinion.
         """
@@ -391,7 +391,7 @@ class Method(ABC):
         """
         return WholeLoader(self, layout)
 
-    def steps(self, layout: Layout, watch: Stopwatch) -> StepJudge:
+    def steps(self, layout: Layout, watch: Stopwatch) -> StepScorer:
         """Single steps of a layout, for a cascade to ask about.
 
         Args:

@@ -48,14 +48,16 @@ class Bodies:
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class Displacements:
     """How far every body got: of its centre of mass [cm] and about the axes [rad], (n, 3) each."""
 
     shifts: FloatArray
     turns: FloatArray
 
 
-def moved(bodies: Bodies, points: Points, friction: FloatArray, seconds: float) -> Way:
+def displacements_after(
+    bodies: Bodies, points: Points, friction: FloatArray, seconds: float
+) -> Displacements:
     """Where a group at rest is after some time.
 
     Args:
@@ -70,7 +72,7 @@ def moved(bodies: Bodies, points: Points, friction: FloatArray, seconds: float) 
         left -= run.advance(left)
         if left <= 0.0:
             break
-    return Way(run.way[:, :3], run.way[:, 3:])
+    return Displacements(run.way[:, :3], run.way[:, 3:])
 
 
 class _Run:

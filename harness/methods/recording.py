@@ -14,7 +14,7 @@ import numpy as np
 
 from steadyload.engines.world import EngineError, FixedStepWorld, FloatArray, Poses
 from steadyload.layouts.model import Layout
-from steadyload.methods.criteria import Indices, Moved
+from steadyload.methods.criteria import Indices, Movement
 from steadyload.methods.loading import Loading
 from steadyload.methods.method import Finding, Method, Status, Stopwatch, Verdict
 from steadyload.methods.placements import NOTHING
@@ -45,7 +45,7 @@ class RecordedStep:
 
     times: FloatArray
     poses: Poses
-    most_moved: tuple[Moved, ...]
+    most_moved: tuple[Movement, ...]
     judged: int
 
 
@@ -120,7 +120,7 @@ class _Take:
     asked: float = 0.0
     times: list[float] = field(default_factory=list)
     poses: list[Poses] = field(default_factory=list)
-    most_moved: list[Moved] = field(default_factory=list)
+    most_moved: list[Movement] = field(default_factory=list)
     judged: int | None = None
 
 

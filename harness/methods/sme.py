@@ -5,8 +5,8 @@ from __future__ import annotations
 from steadyload.layouts.contacts import Supports, find_supports
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Arrangement, Layout
+from steadyload.methods.convex_hull import Point, strictly_inside_hull
 from steadyload.methods.method import STABLE, Finding, Loader, Method, Stopwatch, Trait
-from steadyload.methods.plane import Point, strictly_inside_hull
 from steadyload.methods.spec import NoParameters
 
 _ROUNDING = 1e-9

@@ -32,19 +32,19 @@ class Stage:
 
     Attributes:
         method: its spec.
-        low: a risk below this is surely stable; None: no risk is.
-        high: a risk above this is surely unstable; None: no risk is.
+        low: a score below this is surely stable; None: no score is.
+        high: a score above this is surely unstable; None: no score is.
     """
 
     method: str
     low: float | None
     high: float | None
 
-    def unstable(self, risk: float) -> bool | None:
-        """What a risk says of a step; None where the stage is not sure, or has no opinion."""
-        if self.low is not None and risk < self.low:
+    def unstable(self, score: float) -> bool | None:
+        """What a score says of a step; None where the stage is not sure, or has no opinion."""
+        if self.low is not None and score < self.low:
             return False
-        if self.high is not None and risk > self.high:
+        if self.high is not None and score > self.high:
             return True
         return None
 
@@ -87,7 +87,7 @@ class Thresholds:
 
 
 def fingerprint(method: Method) -> str:
-    """Hash of what a method's risks come from: its parameters, and trained weights."""
+    """Hash of what a method's scores come from: its parameters, and trained weights."""
     values = json.dumps(as_plain(method.parameters), sort_keys=True)
     return hashlib.sha256(f"{values} {method.trained}".encode()).hexdigest()[:16]
 

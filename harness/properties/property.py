@@ -20,12 +20,12 @@ class Violation(Exception):  # noqa: N818 - what a check finds, no fault of the 
     """A property does not hold; the message says what was found and what was to be expected."""
 
 
-class NotAsked(Exception):  # noqa: N818 - no fault of anybody
+class LayoutRefused(Exception):  # noqa: N818 - no fault of anybody
     """The method refuses a layout: it lies outside the range that the method declares."""
 
 
 @contextmanager
-def at_work() -> Iterator[None]:
+def errors_as_violations() -> Iterator[None]:
     """Where a method or an engine is at work: what it raises by itself is a violation.
 
     What a property's own code raises is a fault of that code, and no finding.
@@ -49,7 +49,7 @@ class Case:
     change: Mapping[str, float] = field(default_factory=dict)
 
 
-class Subject:
+class MethodUnderTest:
     """A method under test, and what it declares of itself.
 
     Args:
@@ -86,10 +86,10 @@ class Subject:
         """The verdict on a layout.
 
         Raises:
-            NotAsked: the method refuses the layout.
+            LayoutRefused: the method refuses the layout.
             Violation: there is none (diverged, error), or the method raised an exception.
         """
-        with at_work():
+        with errors_as_violations():
             verdict = self.method.judge(layout)
         check_done(verdict.status, verdict.reason)
         return verdict
@@ -99,18 +99,18 @@ def check_done(status: Status, reason: str) -> None:
     """Hold a judgement to have ended well.
 
     Raises:
-        NotAsked: the method refused the layout.
+        LayoutRefused: the method refused the layout.
         Violation: it ended otherwise.
     """
     if status is Status.REFUSED:
-        raise NotAsked(reason)
+        raise LayoutRefused(reason)
     if status is not Status.DONE:
         raise Violation(f"no verdict: {status} ({reason})")
 
 
-Check = Callable[[Subject, Case], bool]
-"""Raises :class:`Violation` or :class:`NotAsked`. Returns whether the case said anything: False
-where the property asks nothing of it."""
+Check = Callable[[MethodUnderTest, Case], bool]
+"""Raises :class:`Violation` or :class:`LayoutRefused`. Returns whether the case tested anything:
+False where the property requires nothing of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,14 +127,14 @@ class Property:
 
     name: str
     about: str
-    cases: Callable[[Subject], SearchStrategy[Case]]
+    cases: Callable[[MethodUnderTest], SearchStrategy[Case]]
     check: Check
-    applies: Callable[[Subject], bool] = lambda subject: True
+    applies: Callable[[MethodUnderTest], bool] = lambda tested: True
 
 
-def declaring(trait: Trait) -> Callable[[Subject], bool]:
+def declaring(trait: Trait) -> Callable[[MethodUnderTest], bool]:
     """A property's ``applies``: asked of methods that declare a trait."""
-    return lambda subject: subject.has(trait)
+    return lambda tested: tested.has(trait)
 
 
 def spoken(failing_step: int | None) -> str:

@@ -18,8 +18,8 @@ import numpy as np
 
 from steadyload.atomic import write_atomically
 from steadyload.tuning import TuningError
-from steadyload.tuning.judging import Sheet
 from steadyload.tuning.space import Genotype
+from steadyload.tuning.trial import TrialResult
 
 _FILE = "search.jsonl"
 _KEPT = f"{_FILE}.xz"
@@ -32,7 +32,7 @@ class Entry:
 
     genotype: Genotype
     generation: int
-    sheet: Sheet
+    trial: TrialResult
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,16 +94,16 @@ class Ledger:
     def add(self, entry: Entry) -> None:
         """Write down what came out for a genotype."""
         self.entries[entry.genotype] = entry
-        sheet = entry.sheet
+        trial = entry.trial
         self._write(
             {
                 "genotype": list(entry.genotype),
                 "generation": entry.generation,
-                "n": len(sheet),
-                "right": np.packbits(sheet.right).tobytes().hex(),
-                "cost": sheet.cost.tolist(),
-                "cpu": round(sheet.cpu, 3),
-                **({"reason": sheet.reason} if sheet.reason else {}),
+                "n": len(trial),
+                "right": np.packbits(trial.right).tobytes().hex(),
+                "cost": trial.cost.tolist(),
+                "cpu": round(trial.cpu, 3),
+                **({"reason": trial.reason} if trial.reason else {}),
             }
         )
 
@@ -193,5 +193,5 @@ def _damaged(path: Path) -> TuningError:
 def _entry(line: Mapping[str, Any]) -> Entry:
     bits = np.frombuffer(bytes.fromhex(line["right"]), dtype=np.uint8)
     right = np.unpackbits(bits, count=line["n"]).astype(bool)
-    sheet = Sheet(right, np.array(line["cost"]), line["cpu"], line.get("reason", ""))
-    return Entry(tuple(line["genotype"]), line["generation"], sheet)
+    trial = TrialResult(right, np.array(line["cost"]), line["cpu"], line.get("reason", ""))
+    return Entry(tuple(line["genotype"]), line["generation"], trial)

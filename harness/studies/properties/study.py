@@ -24,9 +24,9 @@ from steadyload.methods.naming import method_key
 from steadyload.methods.spec import nearest
 from steadyload.properties import PropertyError
 from steadyload.properties.findings import finding
-from steadyload.properties.property import Case, Property, Subject
+from steadyload.properties.property import Case, MethodUnderTest, Property
 from steadyload.properties.registry import PROPERTIES
-from steadyload.properties.search import Counterexample, Outcome, search
+from steadyload.properties.search import Counterexample, PropertyResult, search
 from steadyload.runs.executors import IN_THIS_PROCESS, SinglePart, run_units
 from steadyload.runs.results import judged_by, provenance_lines
 from steadyload.runs.runner import locked
@@ -124,7 +124,7 @@ def run_properties(
         ResultsError: another run is at work in the folder.
         WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
     """
-    subjects = list({s.spec: s for s in map(Subject, study.methods)}.values())
+    subjects = list({s.spec: s for s in map(MethodUnderTest, study.methods)}.values())
     for subject in subjects:
         subject.method.prepare()
     units = [unit for subject in subjects for unit in _units(subject, study, directory / "results")]
@@ -141,7 +141,7 @@ def run_properties(
             missing,
             workers=workers,
             # Of an engine that ends its process; the case it did so on is not known.
-            crashed=lambda unit, part, reason: Outcome(0, 0, None, crashed=reason),
+            crashed=lambda unit, part, reason: PropertyResult(0, 0, None, crashed=reason),
         )
         for unit, (answer,) in asked:
             _keep(unit, answer)
@@ -164,7 +164,7 @@ def made_with(study: PropertyStudy) -> dict[str, str]:
     }
 
 
-def _units(subject: Subject, study: PropertyStudy, folder: Path) -> Iterator[_Unit]:
+def _units(subject: MethodUnderTest, study: PropertyStudy, folder: Path) -> Iterator[_Unit]:
     """What a method is asked, and the files of its results: hashes of all that they depend on."""
     library = Path(str(resources.files("steadyload.properties")))
     code = [*sorted(library.glob("*.py")), Path(__file__)]
@@ -182,13 +182,13 @@ def _units(subject: Subject, study: PropertyStudy, folder: Path) -> Iterator[_Un
             yield _Unit(asked.name, subject.spec, study.examples, study.seed, file)
 
 
-def _ask(unit: _Unit) -> Iterator[Outcome]:
-    subject = Subject(unit.method)
+def _ask(unit: _Unit) -> Iterator[PropertyResult]:
+    subject = MethodUnderTest(unit.method)
     subject.method.prepare()
     yield search(PROPERTIES[unit.property], subject, examples=unit.examples, seed=unit.seed)
 
 
-def _keep(unit: _Unit, outcome: Outcome) -> None:
+def _keep(unit: _Unit, outcome: PropertyResult) -> None:
     held, failure = outcome.counterexample, None
     if held is not None:
         write_layouts(unit.file.with_suffix(".layout"), [held.case.layout], Format.NATIVE)
@@ -211,13 +211,13 @@ def _is_whole(file: Path) -> bool:
         return False
 
 
-def _kept(unit: _Unit) -> Outcome:
+def _kept(unit: _Unit) -> PropertyResult:
     result = json.loads(unit.file.read_text())
     failure, counterexample = result["failure"], None
     if failure is not None:
         (layout,) = read_layouts(unit.file.with_suffix(".layout"))
         counterexample = Counterexample(Case(layout, failure["change"]), failure["found"])
-    return Outcome(
+    return PropertyResult(
         result["examples"], result["asked"], counterexample, result["refused"], result["crashed"]
     )
 
@@ -235,7 +235,7 @@ def _row(unit: _Unit, directory: Path) -> PropertyRow:
         standing = Standing.NOT_ASKED
     return PropertyRow(
         property=unit.property,
-        method=method_key(Subject(unit.method).method),
+        method=method_key(MethodUnderTest(unit.method).method),
         standing=standing,
         examples=outcome.examples,
         asked=outcome.asked,

@@ -16,9 +16,9 @@ from steadyload.methods.spec import SpecError, nearest
 from steadyload.methods.thresholds import Ladder, Stage, Thresholds, fingerprint
 from steadyload.runs.results import provenance
 from steadyload.tuning import TuningError
+from steadyload.tuning.cascade.evaluation import evaluate
 from steadyload.tuning.cascade.fitting import Fit, fit, independent_cases, left_out
-from steadyload.tuning.cascade.opinions import Opinions, Table, ask
-from steadyload.tuning.cascade.outcome import outcome
+from steadyload.tuning.cascade.step_scores import StepScores, Table, score_steps
 from steadyload.tuning.cases import Case, CaseSource, load_cases
 from steadyload.tuning.cases import fingerprint as cases_fingerprint
 
@@ -124,7 +124,7 @@ def fit_cascade(
     cases = list(chain.from_iterable(_balanced(load_cases(s)) for s in options.sources()))
     specs = [*options.candidates, options.last]
     made_of = {spec: fingerprint(make_method(spec)) for spec in specs}
-    table = ask(specs, cases, progress=progress)
+    table = score_steps(specs, cases, progress=progress)
     independent = independent_cases(table, options.candidates, options.last)
     fits = {
         budget: fit(
@@ -181,18 +181,18 @@ def _methods(found: Fit) -> tuple[str, ...]:
 
 def _elsewhere(table: Table, specs: Sequence[str], options: FitOptions) -> Table | None:
     """What stages that learnt nothing from labels say of cases of the training part."""
-    asked = [spec for spec in specs if not table.opinions[spec].trained]
+    asked = [spec for spec in specs if not table.step_scores[spec].trained]
     if not asked:
         return None
     source = CaseSource(str(Part.TRAIN), options.directory, options.limit or ELSEWHERE)
-    return ask(asked, load_cases(source))
+    return score_steps(asked, load_cases(source))
 
 
 def _told(
     table: Table, found: Fit, budget: float, options: FitOptions, elsewhere: Table | None
 ) -> dict[str, Any]:
     """What a ladder came to, for the file and for people. Shares are from 0 to 1."""
-    o, cases = found.outcome, len(table.lists)
+    o, cases = found.evaluation, len(table.lists)
     lost, of = left_out(table, found, budget=budget, confidence=options.confidence)
     return {
         "cases": cases,
@@ -207,7 +207,7 @@ def _told(
         "accuracy": round(float(o.right.mean()), 6),
         "alone": round(float(o.alone.mean()), 6),
         "milliseconds": round(float(o.cost.mean()), 4),
-        "milliseconds_alone": round(float(outcome(table, (), found.last).cost.mean()), 4),
+        "milliseconds_alone": round(float(evaluate(table, (), found.last).cost.mean()), 4),
         "decided": [
             {
                 "method": spec,
@@ -218,16 +218,16 @@ def _told(
             for number, spec in enumerate(_methods(found))
         ],
         "elsewhere": [
-            _held(stage, elsewhere.opinions[stage.method], elsewhere)
+            _held(stage, elsewhere.step_scores[stage.method], elsewhere)
             for stage in found.stages
-            if elsewhere is not None and stage.method in elsewhere.opinions
+            if elsewhere is not None and stage.method in elsewhere.step_scores
         ],
     }
 
 
-def _held(stage: Stage, opinions: Opinions, table: Table) -> dict[str, Any]:
+def _held(stage: Stage, step_scores: StepScores, table: Table) -> dict[str, Any]:
     """How a stage's thresholds hold where it is asked of every step of other cases."""
-    said = [stage.unstable(risk) for risk in opinions.risks.tolist()]
+    said = [stage.unstable(score) for score in step_scores.scores.tolist()]
     decided = np.array([verdict is not None for verdict in said])
     unstable = np.array([verdict is True for verdict in said])
     return {

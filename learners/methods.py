@@ -29,7 +29,7 @@ from steadyload.methods.method import (
     RefusedError,
     Seconds,
     Status,
-    StepJudge,
+    StepScorer,
     Stopwatch,
     Trait,
     Verdict,
@@ -65,7 +65,7 @@ class EnsembleParameters(LearnedParameters):
     weights: str = quantity("lstm_e", "name of shipped weights, or a folder of others")
 
 
-class LearnedJudge(Method):
+class LearnedMethod(Method):
     """LSTM_1: a trained network says of every step how likely it is unstable (Section 4.3).
 
     The failing step is the first one whose probability exceeds ``threshold``. Layouts whose items,
@@ -101,7 +101,7 @@ class LearnedJudge(Method):
     def made_of(self) -> str:
         """See :meth:`Method.made_of`: the weights, and the code between them and a verdict."""
         digest = hashlib.sha256(self.trained.encode())
-        for name in ("features", "inference", "plane", "ranges", "scoring", "support"):
+        for name in ("features", "inference", "convex_hull", "ranges", "scoring", "support"):
             digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
         return digest.hexdigest()
 
@@ -203,8 +203,8 @@ class LearnedJudge(Method):
             for layout, finding in zip(given, findings, strict=True)
         ]
 
-    def steps(self, layout: Layout, watch: Stopwatch) -> StepJudge:
-        """See :meth:`Method.steps`: the risk is the probability that the step is unstable.
+    def steps(self, layout: Layout, watch: Stopwatch) -> StepScorer:
+        """See :meth:`Method.steps`: the score is the probability that the step is unstable.
 
         There is no opinion of steps from the first item on that lies outside what the networks were
         trained on.
@@ -218,7 +218,7 @@ class LearnedJudge(Method):
         """A loader that carries what the networks remember; features are made anew."""
         return _LearnedLoader(self, layout)
 
-    def judge_from(
+    def finding_from(
         self, layout: Arrangement, memories: Sequence[Memory]
     ) -> tuple[Finding, list[Memory]]:
         """The finding on the steps that the members have not seen; see :meth:`go_on`.
@@ -233,7 +233,7 @@ class LearnedJudge(Method):
         return self._finding(found, outside.reason, first=len(layout) - len(found)), after
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
-        return self.judge_from(layout, self.start())[0]
+        return self.finding_from(layout, self.start())[0]
 
     def _outside(self, layout: Arrangement) -> Finding:
         """What is to be said of a layout before it is judged."""
@@ -264,13 +264,13 @@ class LearnedJudge(Method):
 class _LearnedLoader(Loader):
     """Keeps what the networks remember after every placement."""
 
-    def __init__(self, method: LearnedJudge, layout: GrowingLayout) -> None:
+    def __init__(self, method: LearnedMethod, layout: GrowingLayout) -> None:
         super().__init__(layout)
         self._method = method
         self._memories = [method.start()]
 
     def place(self, watch: Stopwatch) -> Finding:
-        finding, memories = self._method.judge_from(self.layout, self._memories[-1])
+        finding, memories = self._method.finding_from(self.layout, self._memories[-1])
         self._memories.append(memories)
         return finding
 
@@ -283,16 +283,16 @@ class _LearnedLoader(Loader):
         return other
 
 
-class _LikelySteps(StepJudge):
+class _LikelySteps(StepScorer):
     def __init__(self, probabilities: Array32, threshold: float) -> None:
         self._risks: list[float] = probabilities.tolist()
-        self.brink = threshold
+        self.decision_threshold = threshold
 
-    def risk(self, step: int) -> float:
+    def step_score(self, step: int) -> float:
         return self._risks[step] if step < len(self._risks) else math.nan
 
 
-class LearnedEnsemble(LearnedJudge):
+class LearnedEnsemble(LearnedMethod):
     """LSTM_e: the mean of the probabilities of several trained networks (Eq. 8)."""
 
     title = "LSTM_e"
