@@ -1,4 +1,4 @@
-"""What a world can be asked to be, and how an engine answers, as data."""
+"""Settings of a world, and which of them each engine honours, emulates or ignores, as data."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class BroadPhase(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class WorldSettings:
-    """What a world is asked to be. Every value is that of the *contact* or the *body*, in SI.
+    """Settings of a world. Every value is that of the *contact* or the *body*, in SI.
 
     Each engine declares which of these it honours, emulates or ignores (:class:`Capabilities`).
 
@@ -110,7 +110,7 @@ SETTINGS: tuple[str, ...] = tuple(
 
 
 class Support(StrEnum):
-    """How an engine meets a setting."""
+    """The three answers of an engine to a setting: honoured, emulated, ignored."""
 
     HONOURED = "honoured"
     EMULATED = "emulated"
@@ -171,7 +171,7 @@ class Capabilities:
     subsets: bool = False
 
     def support(self, name: str, settings: WorldSettings) -> Support:
-        """How the setting ``name`` is met under ``settings``: honoured, emulated or ignored."""
+        """Support of the setting ``name`` under ``settings``: honoured, emulated or ignored."""
         declared = self.settings[name]
         if declared.values is not None and getattr(settings, name) not in declared.values:
             return Support.IGNORED

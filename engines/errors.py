@@ -1,4 +1,4 @@
-"""What an engine may raise."""
+"""Exceptions of engines."""
 
 from __future__ import annotations
 

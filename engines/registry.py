@@ -21,7 +21,7 @@ from steadyload.engines.world import (
 
 @dataclass(frozen=True, slots=True)
 class EngineEntry:
-    """Where an engine's class lives ("module:Class") and which packages it needs.
+    """An engine in the registry: the place of its class ("module:Class") and the packages it needs.
 
     ``options``: where a dataclass of what only this engine can be asked lives; its fields are
     parameters of a simulation on this engine (see :func:`steadyload.engines.quantities.quantity`).
@@ -92,7 +92,7 @@ def world_class(name: str) -> type[FixedStepWorld]:
 
 
 def capabilities(name: str) -> Capabilities:
-    """What an engine declares, also without its library where its adapter imports that later.
+    """Capabilities of an engine, also without its library if its adapter imports that later.
 
     Raises:
         KeyError, EngineNotInstalledError: see :func:`world_class`.

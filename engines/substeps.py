@@ -1,4 +1,4 @@
-"""How many substeps a call to ``stepSimulation`` runs. Written once, for every engine."""
+"""Number of substeps that a call to ``stepSimulation`` runs. Written once, for every engine."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from steadyload.engines.errors import BadNumberError
 
 
 class StepCount(NamedTuple):
-    """What one ``stepSimulation`` did: substeps executed, requested by its time, and lost."""
+    """Substeps of one ``stepSimulation``: executed, requested by its time, and lost."""
 
     executed: int
     requested: int

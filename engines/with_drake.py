@@ -83,7 +83,7 @@ class _Worker:
         )
 
     def usable(self) -> bool:
-        """Whether it lives and belongs to this process, not to one that this was forked from."""
+        """True if the child lives and belongs to this process, not to one this was forked from."""
         return self.end.alive and self._owner == os.getpid()
 
     def build(self, *values: Any) -> None:
@@ -92,7 +92,7 @@ class _Worker:
         self.ask("build", *values)
 
     def is_worn_out(self) -> bool:
-        """Whether the memory that Drake loses with every build has become too much."""
+        """True once the memory that Drake loses with every build has become too much."""
         return self._builds >= _MOST_BUILDS
 
     def ask(self, *request: Any) -> FloatArray:

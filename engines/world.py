@@ -56,7 +56,7 @@ class Velocities(NamedTuple):
 
 @runtime_checkable
 class World(Protocol):
-    """What the loading algorithm needs of an engine. One world judges one layout."""
+    """Operations of an engine that the loading algorithm needs. A world simulates one layout."""
 
     capabilities: ClassVar[Capabilities]
 
@@ -91,7 +91,7 @@ class World(Protocol):
         ...
 
     def speeds(self) -> FloatArray:
-        """How fast every box is, shape (n, 2): its centre of mass [m/s], and turning [rad/s]."""
+        """Speeds of every box, shape (n, 2): of the centre of mass [m/s], of rotation [rad/s]."""
         ...
 
     def set_velocities(self, velocities: Velocities) -> None:

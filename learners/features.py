@@ -1,4 +1,4 @@
-"""What a learner is told of every step: a row of numbers an item, from the items placed by then."""
+"""Features of every step: a row of numbers an item, from the items placed by then."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Array32 = NDArray[np.float32]
 
 
 class FeatureKind(StrEnum):
-    """Which features.
+    """Kind of features.
 
     ``plain``: those of the paper's Fig. 2: position, size, centre of mass and weight of the item
     and the size of the pallet. ``support``: these, and how the item and all that carries it stand
@@ -125,7 +125,7 @@ def turned(layout: Layout, symmetry: int) -> Layout:
 
 
 def symmetry_matrices(kind: FeatureKind) -> Array32:
-    """What symmetries do to features: ``features(turned(layout, k)) == features(layout) @ m[k]``.
+    """Matrices of symmetries: ``features(turned(layout, k)) == features(layout) @ m[k]``.
 
     All plain features are linear in what a symmetry changes, and how items stand does not change.
 

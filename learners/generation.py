@@ -55,7 +55,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True, slots=True)
 class GenerationOptions:
-    """What a set is drawn from and labelled by.
+    """Options of generating a labelled set.
 
     Args:
         lists: of classes 1 and 2, item lists each; of class 3 more, see :data:`LISTS`.
@@ -87,7 +87,7 @@ class GenerationOptions:
         make_method(self.label)
 
     def identity(self) -> dict[str, Any]:
-        """What makes shards those of the same set. More lists begin with the same ones."""
+        """Identity of a set, shared by all its shards. More lists begin with the same ones."""
         found = dataclasses.asdict(self)
         del found["lists"]
         return found | {"scenarios": list(self.scenarios)}
@@ -184,7 +184,7 @@ def _is_foreign(found: Path) -> bool:
 
 
 def _runs(directory: Path, *, at_work: bool) -> list[dict[str, Any]]:
-    """What made the shards, oldest first, with this run where it is about to make some."""
+    """Runs that made the shards, oldest first, with this run if it is about to make some."""
     path = directory / _RUNS
     runs = json.loads(path.read_text()) if path.exists() else []
     now = provenance()

@@ -1,4 +1,4 @@
-"""What a trained network says, by numpy and compiled loops alone: judging needs no torch.
+"""Inference of trained networks by numpy and compiled loops alone: judging needs no torch.
 
 One layout at a time is a matter of tenths of a millisecond in a loop that stays in one thread; many
 at once are matrix products. Both give what torch gives, to rounding.
@@ -40,7 +40,7 @@ class _Attention:
 
 
 class Memory(NamedTuple):
-    """What a network carries from step to step.
+    """State that a network carries from step to step.
 
     ``seen``: so many steps. ``states``: of every layer, its output and its cell, (2, H).
     """

@@ -45,7 +45,7 @@ Report = Callable[[int, Epoch], None]
 
 @dataclass(frozen=True)
 class TrainingJob:
-    """What is to be trained, on what.
+    """Training job: the networks to train, and their data.
 
     Args:
         options: of every member; the seeds of the members are drawn from that of the options.
@@ -104,7 +104,7 @@ class TrainingJob:
 
     @property
     def command(self) -> str:
-        """What trains the same weights again, but for the time that a budget cuts off."""
+        """Command that trains the same weights again, but for the time that a budget cuts off."""
         words = ["steadyload", "train", "--preset", "quick"]
         for field, value in as_plain(self.options).items():
             words += ["--option", f"{field}={value}"]
@@ -318,7 +318,7 @@ def _check_device(device: str) -> None:
 
 
 def _starts(where: str) -> list[Mapping[str, np.ndarray] | None]:
-    """What the members start from, in turns; None for random weights."""
+    """Weights that the members start from, in turns; None for random weights."""
     if not where:
         return [None]
     return [load_arrays(where, k) for k in range(len(load_weights(where).networks))]
@@ -351,7 +351,7 @@ def _folder(name: str) -> Path | None:
 def _split(
     job: TrainingJob, number: int, data: Sequences, validation: Sequences
 ) -> tuple[Sequences, Sequences, list[str]]:
-    """What a member learns from, what stops it, and the item lists that it leaves out."""
+    """Training cases of a member, the cases that stop it, and the item lists that it leaves out."""
     if not job.left_out:
         return data, validation, []
     lists = np.array(sorted(set(data.instances)), dtype=object)

@@ -37,7 +37,7 @@ from steadyload.methods.method import (
 
 
 class Outside(StrEnum):
-    """What becomes of a layout outside what the networks were trained on.
+    """Treatment of a layout outside the ranges that the networks were trained on.
 
     ``refuse``: it is not judged. ``accept``: it is, and the verdict says so.
     """
@@ -85,7 +85,7 @@ class LearnedMethod(Method):
 
     @cached_property
     def weights(self) -> Weights:
-        """What judges.
+        """The trained weights.
 
         Raises:
             LearnerError: there are no such weights; says which command makes some.
@@ -124,7 +124,7 @@ class LearnedMethod(Method):
         return self.go_on(layout, self.start())[0]
 
     def start(self) -> list[Memory]:
-        """What the members remember before the first step."""
+        """States of the members before the first step."""
         return [network.start() for network in self.weights.networks]
 
     def go_on(
@@ -236,7 +236,7 @@ class LearnedMethod(Method):
         return self.finding_from(layout, self.start())[0]
 
     def _outside(self, layout: Arrangement) -> Finding:
-        """What is to be said of a layout before it is judged."""
+        """Finding on a layout from the training ranges alone, before it is judged."""
         sentence = self.weights.ranges.outside(layout)
         if not sentence:
             return STABLE
@@ -247,7 +247,7 @@ class LearnedMethod(Method):
         )
 
     def _finding(self, probabilities: Array32, said: str, first: int = 0) -> Finding:
-        """What probabilities of the steps from ``first`` on come to."""
+        """Finding that follows from the probabilities of the steps from ``first`` on."""
         if not np.isfinite(probabilities).all():
             # Not a number is above no threshold, and would pass for stable.
             reason = "the network says no number of a step: its weights are not fit to judge by"

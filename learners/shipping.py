@@ -1,4 +1,4 @@
-"""Which weights become part of the package: those that anybody can make again."""
+"""Shipping of weights with the package: only of those that anybody can make again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How an item stands on what is below it, step by step: compiled, some microseconds a layout.
+"""Support of every item by those below it, step by step: compiled, some microseconds a layout.
 
 Everything is told from the items placed by then. At step j the weight of item j goes down one way
 (the evenest pressure that has its resultant where it must be), and every item that it reaches is
@@ -135,7 +135,7 @@ def _catch(
 
 @compiled
 def _drop(i: int, step: int, lower: FloatArray, upper: FloatArray) -> float:
-    """How far an item without support can fall [cm]."""
+    """Height that an item without support can fall [cm]."""
     gap = lower[i, 1]
     for k in range(step + 1):
         if k != i and upper[k, 1] <= lower[i, 1] + TOLERANCE:
@@ -225,7 +225,7 @@ def _stand(
     zs: FloatArray, areas: FloatArray, forces: FloatArray, hx: FloatArray, hz: FloatArray,
     who: FloatArray,
 ) -> None:  # fmt: skip
-    """How item i stands under its load, into ``state``; what it presses with, into ``press``."""
+    """Support of item i under its load, into ``state``; the force it exerts, into ``press``."""
     row = state[i]
     wide, deep = upper[i, 0] - lower[i, 0], upper[i, 2] - lower[i, 2]
     row[:] = 0.0

@@ -1,4 +1,4 @@
-"""Which tensors a network has: asked of a file before compiled loops, which check no bounds."""
+"""Tensors of a network: checked in a file before compiled loops, which check no bounds."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ _EVALUATED = 2048
 
 @dataclass(frozen=True, slots=True)
 class Epoch:
-    """How far a training has come.
+    """Progress of a training.
 
     Attributes:
         number: epochs done, from 1.

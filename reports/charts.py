@@ -136,7 +136,7 @@ def plot_agreement_matrix(titles: Sequence[str], shares: Sequence[Sequence[Estim
 
 
 class Drawable(Protocol):
-    """What a scene is drawn of, such as a layout: corners of boxes (n, 3) [cm], y up, in order."""
+    """Boxes that a scene is drawn of, such as a layout: corners (n, 3) [cm], y up, in order."""
 
     @property
     def pallet(self) -> Any:

@@ -17,7 +17,7 @@ _PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 
 
 def plot_reliability(kinds: Mapping[str, Mapping[str, Reliability]]) -> Figure:
-    """How often it happened against the probability that was given.
+    """Reliability diagram: observed frequency against predicted probability.
 
     Args:
         kinds: a panel by what the probability is of, in it a curve by its judge.
@@ -78,7 +78,7 @@ def draw_curve(
 
 
 def reach(estimate: Estimate) -> list[list[float]]:
-    """How far the interval reaches to both sides, in per cent."""
+    """Half-widths of the interval to both sides, in per cent."""
     return [
         [100 * max(0.0, estimate.value - estimate.low)],
         [100 * max(0.0, estimate.high - estimate.value)],

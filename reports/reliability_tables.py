@@ -25,7 +25,7 @@ def errors_table(kinds: Kinds) -> str:
 
 
 def bins_table(kinds: Kinds) -> str:
-    """What happened in every bin."""
+    """Table of the bins: predicted probability and observed frequency."""
     return markdown_table(
         ("judge", "probability that", "from", "to", "n", "mean probability %", "happened %"),
         [

@@ -1,4 +1,4 @@
-"""What can be asked of the reference simulator, and its two sets of contact parameters."""
+"""Options of the reference simulator, and its two sets of contact parameters."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Contact(StrEnum):
 
 
 class Integrator(StrEnum):
-    """Who follows the equations: our own method, or scipy's Radau to check it against."""
+    """The integrator: our own Rosenbrock method, or scipy's Radau to check it against."""
 
     RODAS = "rodas"
     RADAU = "radau"

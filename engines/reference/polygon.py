@@ -1,4 +1,4 @@
-"""Where two boxes touch: separating axes, and the exact contact polygon with its derivatives.
+"""Contact of two boxes: separating axes, and the exact contact polygon with its derivatives.
 
 Everything is seen from the *reference* box, the one whose face carries the contact: coordinates are
 along its axes, from its geometric centre. The other box is the *incident* one. Derivatives are by

@@ -54,7 +54,7 @@ def advance(
     control: Control,
     scratch: np.void,
 ) -> tuple[int, int, int]:
-    """What :func:`steadyload.engines.reference.islands.advance` does, by other means.
+    """The task of :func:`steadyload.engines.reference.islands.advance`, solved by scipy's Radau.
 
     Positions are followed to a hundredth of the control's tolerance, velocities to a hundredth a
     second of that.

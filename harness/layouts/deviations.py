@@ -43,7 +43,7 @@ def deviated(
     weight: float = 0.0,
     still: int | None = None,
 ) -> list[Layout]:
-    """What a plan may become, one layout a row of random numbers; names stay.
+    """Layouts that deviate from a plan, one a row of random numbers; names stay.
 
     All deviations are normal and independent. A centre of mass stays inside its item: its
     deviations are cut off there, and the rest of the distribution scaled to 1. Places are those of
@@ -88,7 +88,7 @@ def deviated(
 
 
 def made_room(layout: Layout, meant: FloatArray) -> FloatArray:
-    """Where items come to stand that are meant for places where there is no room for all.
+    """Positions of items that are meant for places where there is no room for all of them.
 
     Items in each other's way push each other apart, each by half of what is missing, and those in
     turn the next ones; at the contour's end an item stays and the other one gives way. What stood

@@ -42,7 +42,7 @@ class PackingError(ValueError):
 
 
 class WeightRule(StrEnum):
-    """How heavy an item is.
+    """Rule for the weights of items.
 
     ``PAPER``: proportional to its volume, :data:`DENSITY`. ``AUTHORS``: as in the authors' code,
     the square root of the volume [cm3], rounded to hundredths, then up to the next 10 kg.

@@ -105,7 +105,7 @@ def solve(
 def corner_columns(
     items: Sequence[int], patches: Sequence[Patch], centres: FloatArray, grow: float
 ) -> FloatArray:
-    """What unit forces at the corners of patches do to every item of a group.
+    """Forces and moments that unit forces at the corners of patches exert on every item of a group.
 
     Args:
         items: the group, as indices into the arrays.

@@ -152,7 +152,7 @@ def _support(layout: Layout, contacts: Contacts) -> FloatArray:
 def _covered_but_for_slivers(
     base: tuple[FloatArray, FloatArray], low: FloatArray, high: FloatArray
 ) -> bool:
-    """Whether nothing of an item's base is bare but slivers narrower than :data:`TOLERANCE`.
+    """True if nothing of an item's base is bare but slivers narrower than :data:`TOLERANCE`.
 
     Such slivers come from rounding in a file; they count as supported, whatever their area.
 

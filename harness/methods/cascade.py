@@ -46,7 +46,7 @@ from steadyload.methods.thresholds import (
 
 @dataclass(frozen=True)
 class CascadeParameters:
-    """Which thresholds a cascade has."""
+    """Parameters of a cascade: its error budget, and the file of its thresholds."""
 
     budget: float | None = quantity(
         None, "points of accuracy that thresholds may cost; none: the one they come with",
@@ -57,7 +57,7 @@ class CascadeParameters:
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """What became of a step.
+    """The decision on one step.
 
     Attributes:
         step: counted from 0.
@@ -93,7 +93,7 @@ class Cascade(Method):
 
     @cached_property
     def thresholds(self) -> Thresholds:
-        """What was fitted for the engine.
+        """The thresholds that were fitted for the engine.
 
         Raises:
             ThresholdsError: nothing was.
@@ -151,7 +151,7 @@ class Cascade(Method):
             judge.prepare(item_count)
 
     def decisions(self, layout: Layout) -> list[Decision]:
-        """Who decided which step: all of them, or up to the first that no stage calls stable.
+        """The decision on every step, up to the first one that is not called stable.
 
         Raises:
             RefusedError: the last method refuses the layout, and was asked.
@@ -213,7 +213,7 @@ class _LayoutRun:
         return self._asked[number]
 
     def finding(self, decision: Decision) -> Finding:
-        """What a verdict says after the last decision."""
+        """The finding of the verdict, after the last decision."""
         asked = [judge for judge in self._asked if judge is not None]
         found = STABLE
         if decision.unstable or math.isnan(decision.step_score):

@@ -1,4 +1,4 @@
-"""When an item counts as moved (Eq. 6 and 7 of the paper, and the authors' own evaluation)."""
+"""Criteria for a moved item (Eq. 6 and 7 of the paper, and the authors' own evaluation)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Indices = NDArray[np.intp]
 
 
 class Criterion(StrEnum):
-    """What is measured, and when.
+    """The quantity that is measured, and the time at which it is.
 
     ``paper``: Eq. 6 and 7, at any sample: the geometric centre moved by more than ``eps_t``
     (Euclidean), or an angle about an axis exceeds ``eps_r``. ``adams``: the authors' evaluation of
@@ -33,7 +33,7 @@ class Criterion(StrEnum):
 
 
 class Movement(NamedTuple):
-    """How far an item is from its planned pose.
+    """Movement of an item away from its planned pose.
 
     Attributes:
         item: its sequence number.
@@ -139,18 +139,18 @@ class Examiner:
         return far <= excess * self._eps_t * CM * (1.0 - 1e-12)
 
     def _displacements(self, poses: Poses, items: Indices) -> FloatArray:
-        """How far each item moved [m], shape (n,), as the criterion measures it."""
+        """Displacement of each item [m], shape (n,), as the criterion measures it."""
         if self._criterion is Criterion.PAPER:
             return self.centre_shifts(poses, items)
         return self.corner_shifts(poses, items)
 
     def centre_shifts(self, poses: Poses, items: Indices) -> FloatArray:
-        """How far each geometric centre moved [m], shape (n,)."""
+        """Displacement of each geometric centre [m], shape (n,)."""
         shift = poses.centres - self._planned[items]
         return np.sqrt((shift * shift).sum(axis=1))
 
     def corner_shifts(self, poses: Poses, items: Indices) -> FloatArray:
-        """How far each left-bottom-back corner moved along any one axis [m], shape (n,)."""
+        """Displacement of each left-bottom-back corner along its worst axis [m], shape (n,)."""
         corners = self._corners[items]
         shift = poses.centres - self._planned[items]
         shift += rotate(poses.quaternions, corners) - corners

@@ -31,7 +31,7 @@ from steadyload.methods.touching import touching_points
 
 
 class Cones(StrEnum):
-    """How friction cones are treated.
+    """Treatment of friction cones.
 
     ``linear``: as pyramids inside them, with ``facets`` edges. ``exact``: pyramids inside and
     around them are refined until both give the same answer.
@@ -43,7 +43,7 @@ class Cones(StrEnum):
 
 @dataclass(frozen=True)
 class EquilibriumParameters:
-    """What pushes, and how long an item that lost its balance is watched."""
+    """Parameters: the forces allowed, and how long an item that lost its balance is followed."""
 
     sides: Sides = quantity(Sides.NONE, "contact forces at side faces that touch")
     friction: float = quantity(0.5, "Coulomb friction of a contact", least=0, most=10)

@@ -1,4 +1,4 @@
-"""How far a layout is from losing its balance, step by step, and which item would lose it first.
+"""Margins of balance of a layout, step by step, and the item that would lose its balance first.
 
 The yes or no of :mod:`steadyload.methods.equilibrium` (vertical forces) says nothing of how close
 it was. Real cargo is not where the plan says by millimetres: a margin below that is a warning.

@@ -15,7 +15,7 @@ from steadyload.methods.spec import MethodSpec, SpecError
 
 
 class Status(StrEnum):
-    """How a judgement ended. Only ``done`` has a score."""
+    """Status of a verdict: how the judgement ended. Only ``done`` has a score."""
 
     DONE = "done"
     DIVERGED = "diverged"
@@ -26,7 +26,7 @@ class Status(StrEnum):
 
 
 class Trait(StrEnum):
-    """What a method declares of itself; properties are asked of methods that declare their trait.
+    """Trait that a method declares of itself; properties are tested on methods that declare theirs.
 
     ``stepwise``: the verdict on a step hangs on the items placed by then alone.
     ``base support``: sees the supported share of bases, and no centre of mass.
@@ -43,7 +43,7 @@ class Trait(StrEnum):
 
 
 class Phase(StrEnum):
-    """What the time was spent on; static methods have no phases, only a total."""
+    """Phase of a judgement that time is spent on; static methods have no phases, only a total."""
 
     BUILD = "build"
     STEP = "step"
@@ -62,7 +62,7 @@ class Seconds:
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """What a simulation did, counted: the same on every machine. All zero for other methods.
+    """Counts of a simulation's work: the same on every machine. All zero for other methods.
 
     Attributes:
         worlds: opened.
@@ -90,7 +90,7 @@ class Effort:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What a method says of a layout.
+    """Verdict of a method on a layout.
 
     Attributes:
         item_count: J, the number of items in the layout.
@@ -175,7 +175,7 @@ class Stopwatch:
         self._phase: Phase | None = None
 
     def enter(self, phase: Phase | None) -> None:
-        """What follows belongs to ``phase``."""
+        """Begin ``phase``: the time that follows belongs to it."""
         now = (time.process_time(), time.perf_counter())
         if self._phase is not None:
             spent = self._spent[self._phase]
@@ -279,7 +279,7 @@ class WholeLoader(Loader):
 
 
 class StepScorer(ABC):
-    """What a method thinks of single steps of one layout, each judged by itself.
+    """Scores of single steps of one layout by one method, each step judged by itself.
 
     Steps are asked in ascending order, any of them left out. That the steps before were stable is
     taken for granted, whatever the method would have said of them.
@@ -295,17 +295,17 @@ class StepScorer(ABC):
 
     @property
     def effort(self) -> Effort:
-        """What has been simulated so far."""
+        """Effort of everything simulated so far."""
         return Effort()
 
     @abstractmethod
     def step_score(self, step: int) -> float:
-        """How unstable a step looks, on a scale of the method's own; not a number where it has no
-        opinion.
+        """Score of a step on the method's own scale, higher where the step is less stable; not
+        a number where the method has none.
         """
 
     def finding(self, step: int) -> Finding:
-        """What is known of the step asked last: how it fails, or why there is no opinion."""
+        """Finding on the step scored last: how it fails, or why it has no step score."""
         return Finding(failing_step=step)
 
     def close(self) -> None:
@@ -338,7 +338,7 @@ class Method(ABC):
 
     @property
     def traits(self) -> frozenset[Trait]:
-        """What the method, with its parameters, declares of itself."""
+        """Traits that the method declares of itself with its parameters."""
         return frozenset()
 
     @classmethod

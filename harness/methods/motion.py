@@ -1,4 +1,4 @@
-"""How far a group of items that lost its balance gets in a given time: a model, no simulation.
+"""Motion of a group of items that lost its balance, over a given time: a model, no simulation.
 
 Rigid items, contacts that neither stretch nor give. The model goes from event to event:
 
@@ -49,7 +49,7 @@ class Bodies:
 
 @dataclass(frozen=True, slots=True)
 class Displacements:
-    """How far every body got: of its centre of mass [cm] and about the axes [rad], (n, 3) each."""
+    """Displacements of bodies: of centres of mass [cm] and about the axes [rad], (n, 3) each."""
 
     shifts: FloatArray
     turns: FloatArray
@@ -58,7 +58,7 @@ class Displacements:
 def displacements_after(
     bodies: Bodies, points: Points, friction: FloatArray, seconds: float
 ) -> Displacements:
-    """Where a group at rest is after some time.
+    """Displacements of a group that starts at rest, after some time.
 
     Args:
         bodies: the group.

@@ -59,7 +59,7 @@ class Placements:
 
     @property
     def effort(self) -> Effort:
-        """What has been simulated so far."""
+        """Effort of everything simulated so far."""
         stage = self._stage
         return Effort(stage.worlds, stage.boxes, self._looks, self._substeps, self._body_substeps)
 
@@ -91,7 +91,7 @@ class Placements:
         return self.among_all(step)
 
     def beyond(self) -> float:
-        """How far the item furthest from its plan is after the last placement, in thresholds."""
+        """Largest movement of an item after the last placement, in units of its threshold."""
         if self._looked_at is None:
             return 0.0
         world, items = self._looked_at
@@ -110,7 +110,7 @@ class Placements:
         self._looked_at = None
 
     def _rests(self, step: int, items: Indices) -> bool:
-        """Whether these items come to rest by themselves, within the limits.
+        """True if these items come to rest by themselves, within the limits.
 
         Gives up on items that speed up: they need not be watched to the end.
         """

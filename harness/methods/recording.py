@@ -1,4 +1,4 @@
-"""What a judgement looks like: the poses of all items, step by step, for whoever shows them.
+"""Recording of a judgement: the poses of all items, step by step, for display.
 
 A recording runs the loading of a simulation once more, looks at the items more often, and goes on
 with the step that fails until its time is up. Neither changes what the simulation does: reading

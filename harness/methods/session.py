@@ -50,17 +50,17 @@ class LoadingSession:
         self._loader = self.method.begin(self._layout)
 
     def __len__(self) -> int:
-        """How many items are loaded."""
+        """Number of loaded items."""
         return len(self._layout)
 
     @property
     def pallet(self) -> Pallet:
-        """What is loaded."""
+        """The pallet that is loaded."""
         return self._layout.pallet
 
     @property
     def items(self) -> tuple[Item, ...]:
-        """What has been loaded, in order."""
+        """Items loaded so far, in order."""
         return tuple(self._layout.items)
 
     def try_place(self, item: Item) -> Verdict:
@@ -119,7 +119,7 @@ class LoadingSession:
         return other
 
     def layout(self, name: str | None = None) -> Layout:
-        """What has been loaded, as a layout that can be saved and judged.
+        """Layout of the items loaded so far, which can be saved and judged.
 
         Args:
             name: None for the session's.

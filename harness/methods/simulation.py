@@ -89,7 +89,7 @@ class Simulation(Method):
         return self.simulated(run, run.load)
 
     def simulated(self, run: Placements, load: Callable[[], Finding]) -> Finding:
-        """What a simulation finds, with what it took and what the engine did not honour."""
+        """Finding of a simulation, its effort and the settings that the engine did not honour."""
         try:
             finding = load()
         except EngineError as error:

@@ -102,7 +102,7 @@ class _Scene:
         return None
 
     def finding(self, step: int, culprit: int) -> Finding:
-        """What is said of an item that is not supported."""
+        """Finding on an item that is not supported."""
         below = self._supports.below[culprit]
         lies = "the resultant of its load lies outside its support"
         return Finding(step, culprit, reason=lies if below else "nothing supports it")

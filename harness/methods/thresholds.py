@@ -1,4 +1,4 @@
-"""What the stages of a cascade hold sure: ``cascades.json``, fitted by a command, edited by nobody.
+"""Accept and reject thresholds of cascades: ``cascades.json``, written by a command, never by hand.
 
 ``{engine: {"default": budget, "budgets": {budget: {"stages": ..., "last": ..., "found": ...}},
 "made_of": ..., "made_by": ...}}``; ``steadyload cascade fit`` writes it.
@@ -41,7 +41,7 @@ class Stage:
     high: float | None
 
     def unstable(self, score: float) -> bool | None:
-        """What a score says of a step; None where the stage is not sure, or has no opinion."""
+        """Decision on a step by its step score; None where it is left to the next stage."""
         if self.low is not None and score < self.low:
             return False
         if self.high is not None and score > self.high:
@@ -71,7 +71,7 @@ class Ladder:
 
 @dataclass(frozen=True, slots=True)
 class Thresholds:
-    """What was fitted for one engine.
+    """Thresholds that were fitted for one engine.
 
     Attributes:
         default: the budget that is taken where none is named [points of accuracy].
@@ -93,7 +93,7 @@ def fingerprint(method: Method) -> str:
 
 
 def load_thresholds(engine: str, file: Path = FILE) -> Thresholds:
-    """What was fitted for an engine.
+    """Thresholds that were fitted for an engine.
 
     Raises:
         ThresholdsError: nothing was, there is no such file, or it is none of thresholds.

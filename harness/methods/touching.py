@@ -141,7 +141,7 @@ def wrenches(
     point: Indices,
     force: FloatArray,
 ) -> FloatArray:
-    """What unit forces do to every body: force and moment about its centre, shape (n, 6, m).
+    """Wrenches of unit forces on every body: force and moment about its centre, shape (n, 6, m).
 
     Args:
         points: the contacts.

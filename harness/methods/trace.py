@@ -1,4 +1,4 @@
-"""How far a layout's items move at every step of its loading, whatever the thresholds.
+"""Movements of a layout's items at every step of its loading, whatever the thresholds.
 
 One simulation answers for all criteria, thresholds up to :data:`LIMIT_T` and :data:`LIMIT_R`, and
 times that end at a sample: each step is simulated until something is beyond these limits, and the

@@ -25,7 +25,7 @@ FILE = Path(str(resources.files("steadyload.methods"))) / "tuned.json"
 
 @dataclass(frozen=True, slots=True)
 class Tuned:
-    """What was found on one engine.
+    """Parameters that a search found on one engine.
 
     Attributes:
         parameters: of a simulation on that engine.
@@ -37,7 +37,7 @@ class Tuned:
 
 
 def tuned() -> Mapping[str, Mapping[str, Tuned]]:
-    """What was found, by name of the preset and by engine."""
+    """Tuned parameters, by name of the preset and by engine."""
     return _read(FILE)
 
 

@@ -103,7 +103,7 @@ def _with_far_item(layout: Layout) -> Layout:
 
 
 def full_support_is_partial_support(tested: MethodUnderTest, case: Case) -> bool:
-    """What FBS accepts, PBS accepts: of every loading, and of every first part of one."""
+    """PBS accepts everything that FBS accepts: every loading, and every first part of one."""
     full = _placed(case.layout, make_method("fbs").judge(case.layout))
     partial = _placed(case.layout, tested.verdict(case.layout))
     if partial < full:

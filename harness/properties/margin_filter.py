@@ -1,4 +1,4 @@
-"""Which verdicts are clear: those that no rounding, and no engine worth its name, should change."""
+"""Margin filter: selects the verdicts that neither rounding nor any sound engine should change."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def balance_lost(layout: Layout) -> tuple[int, bool] | None:
 
 
 def is_clear(tested: MethodUnderTest, layout: Layout, verdict: Verdict) -> bool:
-    """Whether a verdict stands clear of every limit.
+    """True if a verdict is beyond every limit by a clear margin.
 
     A method of exact geometry, which asks for no movement, is always clear. Otherwise the layout
     has to balance clearly at every step; or up to one that is out of balance clearly, and what

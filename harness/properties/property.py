@@ -1,4 +1,4 @@
-"""What a property is: cases drawn by a strategy, and a check that a method passes or violates."""
+"""Properties: cases drawn by a strategy, and a check that a method passes or violates."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class LayoutRefused(Exception):  # noqa: N818 - no fault of anybody
 
 @contextmanager
 def errors_as_violations() -> Iterator[None]:
-    """Where a method or an engine is at work: what it raises by itself is a violation.
+    """Turn every exception of a method or an engine into a :class:`Violation`.
 
     What a property's own code raises is a fault of that code, and no finding.
     """
@@ -38,7 +38,7 @@ def errors_as_violations() -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """What a check is asked about.
+    """Case of a property: the layout, and whatever else was drawn.
 
     Attributes:
         layout: the layout as it is to be judged first.
@@ -70,7 +70,7 @@ class MethodUnderTest:
 
     @cached_property
     def capabilities(self) -> Capabilities | None:
-        """What the engine declares; None without one."""
+        """Capabilities of the engine; None without one."""
         return world_class(self.engine).capabilities if self.engine else None
 
     @property
@@ -79,7 +79,7 @@ class MethodUnderTest:
         return self.capabilities is not None and self.capabilities.dimensions == 2
 
     def has(self, trait: Trait) -> bool:
-        """Whether the method declares a trait."""
+        """True if the method declares a trait."""
         return trait in self.method.traits
 
     def verdict(self, layout: Layout) -> Verdict:

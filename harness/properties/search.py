@@ -25,7 +25,7 @@ class Counterexample:
 
 @dataclass(frozen=True, slots=True)
 class PropertyResult:
-    """What came of asking one method about one property.
+    """Result of testing one property on one method.
 
     Attributes:
         examples: cases tried; those of the search for a smaller one not counted.

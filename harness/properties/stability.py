@@ -146,7 +146,7 @@ def _tips_in_time(tested: MethodUnderTest, case: Case) -> bool:
 
 
 def balanced_stays(tested: MethodUnderTest, case: Case) -> bool:
-    """What vertical forces balance by a clear margin is stable, and nothing moves."""
+    """A layout that vertical forces balance by a clear margin is stable, and nothing moves."""
     if balance_lost(case.layout) is not None or leaves(case.layout, tested.method, at_rest=True):
         return False
     if not _reseats(tested):
@@ -166,7 +166,7 @@ def balanced_stays(tested: MethodUnderTest, case: Case) -> bool:
 
 
 def unbalanced_moves(tested: MethodUnderTest, case: Case) -> bool:
-    """What no forces balance, not even friction on side faces, moves beyond the tolerance of rest.
+    """Items that no forces balance, not even friction on side faces, move beyond the tolerance.
 
     Only the first step that does not balance is asked about, where all before balance clearly.
     """

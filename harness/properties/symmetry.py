@@ -69,7 +69,7 @@ def _with_weights(layout: Layout, factor: float) -> Layout:
 
 
 def _rigid(tested: MethodUnderTest) -> bool:
-    """Where contacts give way with the load, heavier items may sink further, and so tip sooner."""
+    """True unless contacts give way with the load: heavier items may sink and tip sooner then."""
     facts = tested.capabilities
     return tested.has(Trait.STEPWISE) and (facts is None or not facts.compliant)
 

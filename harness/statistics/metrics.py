@@ -121,7 +121,7 @@ def weighted_share(
 
 
 def outcomes(results: pd.DataFrame) -> pd.DataFrame:
-    """What each method said of each case: rows (layout, scenario), a column per method.
+    """Verdicts as a table of numbers: rows (layout, scenario), a column per method.
 
     A value is the failing step, the number of items for a stable layout (so that equal values mean
     equal verdicts), and missing where a method has no verdict. Of several repetitions the first
@@ -168,7 +168,7 @@ def resamples(count: int) -> Iterator[NDArray[np.int64]]:
 
 
 def effective_size(hits: ArrayLike, clusters: ArrayLike | None) -> float:
-    """How many independent cases tell as much of a proportion as these do, see :func:`share`.
+    """Effective sample size of a proportion: the number of independent cases, see :func:`share`.
 
     Args:
         hits: what happened in each case, as booleans.

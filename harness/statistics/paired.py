@@ -1,4 +1,4 @@
-"""Which methods a set of cases tells apart: a paired test by item lists, corrected for many pairs.
+"""Significant differences of methods: a paired test by item lists, corrected for many pairs.
 
 Layouts packed from one item list are alike, so the item list is what counts as one observation.
 Where two methods are equally good on a list, it is by chance which of them is ahead there: the sign

@@ -35,7 +35,7 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class CaseSource:
-    """Which cases: a part of a labelled set, and the folder of the set, None for the shipped one.
+    """Source of cases: a part of a labelled set, and the set's folder, None for the shipped one.
 
     ``limit``: only so many a scenario, those of the first ranks.
     """

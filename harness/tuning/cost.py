@@ -67,7 +67,7 @@ _USUAL_ITERATIONS = 50
 
 @dataclass(frozen=True)
 class CostModel:
-    """What a judgement costs on one engine.
+    """Model of the CPU time of a judgement on one engine.
 
     Attributes:
         microseconds: by term of :data:`TERMS`.
@@ -91,7 +91,7 @@ class CostModel:
 
 
 def counts(effort: Effort, parameters: SimulationParameters) -> FloatArray:
-    """How often each of :data:`TERMS` occurred in the judgement of one layout."""
+    """Count of each of :data:`TERMS` in the judgement of one layout."""
     iterations = parameters.solver_iterations or _USUAL_ITERATIONS
     closeness = 1.0 / (1.0 + parameters.shrink / _CLOSE)
     simple = effort.worlds if parameters.broad_phase is BroadPhase.SIMPLE else 0

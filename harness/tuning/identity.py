@@ -1,4 +1,4 @@
-"""What makes a search the same search, by which one that goes on is known."""
+"""Identity of a search: two runs with the same identity are one search, which can be resumed."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def space_of(found: Mapping[str, Any]) -> Space:
 
 
 def identity(options: SearchOptions, space: Space) -> dict[str, Any]:
-    """What makes a search the same search. Budgets are not part of it: one may go on longer."""
+    """Identity of a search. Budgets are not part of it: a search may go on longer."""
     method = make_method(space.spec(space.start))
     return {
         "engine": options.engine,

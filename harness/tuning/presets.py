@@ -80,7 +80,7 @@ def options_of(spec: str) -> SearchOptions:
 
 
 def differences(spec: str, found: Tuned) -> list[str]:
-    """What is not as in a preset: parameters, and what they came to; empty when all is."""
+    """Differences from a preset: parameters, and their evaluation; empty when there are none."""
     stored = _entry(spec)
     pairs = [
         (stored.parameters, found.parameters),

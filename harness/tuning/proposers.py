@@ -1,4 +1,4 @@
-"""Who proposes genotypes: a genetic algorithm, and a multi-objective one."""
+"""Proposers of genotypes: a genetic algorithm, and a multi-objective one."""
 
 from __future__ import annotations
 

@@ -107,7 +107,7 @@ class Search:
 
     @cached_property
     def model(self) -> CostModel:
-        """What judging costs on the engine."""
+        """Cost model of the engine."""
         return CostModel(**self.ledger.facts["model"])
 
     def run(
@@ -279,7 +279,7 @@ class Search:
             return None
 
     def _race(self, number: int) -> Race:
-        """What a genotype of a generation is held against: only what was known before it."""
+        """Race for the genotypes of a generation, against rivals of earlier generations only."""
         if ALGORITHMS[self.options.algorithm].wants_front:
             return FrontRace(tuple(entry.trial for entry in self.front(number)))
         return FitnessRace(self.goal, self.fittest(number).trial)

@@ -39,7 +39,7 @@ _SURE = 2.0
 
 @dataclass(frozen=True)
 class TrialResult:
-    """What came out for a genotype, on the first cases.
+    """Result of a trial: of one genotype, on the first cases.
 
     Attributes:
         right: whether it named the label's failing step, shape (n,).
@@ -67,7 +67,7 @@ class TrialResult:
         return float(self.cost.mean()) if len(self) else math.inf
 
     def first(self, count: int) -> TrialResult:
-        """What was known after the first cases."""
+        """The result after the first cases."""
         return TrialResult(self.right[:count], self.cost[:count], self.cpu, self.reason)
 
 
@@ -137,11 +137,11 @@ class Race(Protocol):
     """Says when a genotype can no longer win, from what is known of it so far."""
 
     def lost(self, trial: TrialResult) -> bool:
-        """Whether to give it up."""
+        """True if the genotype can be given up."""
         ...
 
     def ahead(self, trial: TrialResult) -> TrialResult | None:
-        """Which of those it is held against is the furthest ahead of it; None for nobody."""
+        """The rival that is furthest ahead of it; None without one."""
         ...
 
 

@@ -70,7 +70,7 @@ def _summary(view: View) -> str:
 
 
 def _caption(loading: ViewedLoading, items: int) -> dict[str, Any]:
-    """What stands above the scene of a method."""
+    """Caption above the scene of a method."""
     if loading.status != "done":
         kind, headline = "none", f"no verdict: {loading.status}"
     elif loading.failing_step is None:

@@ -1,4 +1,4 @@
-"""What a page that plays a loading shows, as small typed records."""
+"""Records of a page that plays a loading."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Movement:
 
 @dataclass(frozen=True, slots=True)
 class ViewedStep:
-    """What followed a placement.
+    """Motion after a placement.
 
     Attributes:
         times: of the frames, since the placement [s]; empty where nothing was simulated.

@@ -61,7 +61,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True, slots=True)
 class ImportSummary:
-    """What came of an import. Files are named relative to the folder that was read.
+    """Summary of an import. Files are named relative to the folder that was read.
 
     Attributes:
         layouts, cases: rows of the two tables.
@@ -256,7 +256,7 @@ class _Collected:
         )
 
     def _doubts(self, unit: RotationUnit) -> Iterator[str]:
-        """Whether the angles are plausible: what falls turns by far more than 6 degrees."""
+        """Doubts about the angles: an item that falls turns by far more than 6 degrees."""
         angle = max((m.largest_value for m in self._found.values()), default=0.0)
         fell = any(m.corner_last.max() > LABEL_T for m in self._found.values())
         if unit is RotationUnit.DEGREES and fell and angle <= _LONGEST_ANGLE:

@@ -46,7 +46,7 @@ class Job:
 
     @property
     def key(self) -> Key:
-        """What its files of results are found by."""
+        """The key by which its files of results are found."""
         return self.dataset, self.scenario, self.name
 
     @property

@@ -1,4 +1,4 @@
-"""Which layouts are labelled: instances packed with every heuristic, each geometry once."""
+"""Layouts of a labelled set: instances packed with every heuristic, each geometry once."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _OFFSET_DECIMALS = 2
 
 @dataclass(frozen=True, slots=True)
 class BuildOptions:
-    """What a labelled set is drawn from.
+    """Options of building a labelled set.
 
     Args:
         seed: root of all random draws, 0 or more.

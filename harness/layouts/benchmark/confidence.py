@@ -1,4 +1,4 @@
-"""How sure a label is: the share of an ensemble of further judges that says the same."""
+"""Confidence of a label: the share of an ensemble of further methods that agrees with it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pandas as pd
 
 
 class Reason(StrEnum):
-    """Why a further judge could disagree with a label.
+    """The respect in which a further method differs from the one that made the labels.
 
     ``numerical``: the same question, solved with other numerics (tolerance, positions disturbed by
     less than any plan's precision). ``model``: other properties of the contacts. ``limits``: other
@@ -28,7 +28,7 @@ ENSEMBLE = (Reason.NUMERICAL, Reason.MODEL, Reason.LIMITS)
 
 
 def agrees(cases: pd.DataFrame, opinions: pd.DataFrame) -> pd.Series:
-    """Whether each opinion names the label's failing step; one without a verdict never does.
+    """True for each verdict that names the label's failing step; false for one that has none.
 
     Args:
         cases: labels, :data:`steadyload.layouts.benchmark.tables.CASES`.
@@ -45,7 +45,7 @@ def agrees(cases: pd.DataFrame, opinions: pd.DataFrame) -> pd.Series:
 
 
 def confidence(cases: pd.DataFrame, opinions: pd.DataFrame) -> pd.DataFrame:
-    """How sure the labels are of those cases that the ensemble was asked.
+    """Confidence of the labels of those cases that the ensemble has judged.
 
     Args:
         cases: labels, :data:`steadyload.layouts.benchmark.tables.CASES`.

@@ -79,7 +79,7 @@ class Benchmark:
 
     @cached_property
     def confidence(self) -> pd.DataFrame:
-        """How sure labels are, a row a case that was asked again; see :func:`confidence`."""
+        """Confidence of labels, a row a case that the ensemble judged; see :func:`confidence`."""
         return confidence(self.cases, self.opinions)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""What a labelled set holds, counted."""
+"""Overview of a labelled set: counts of its layouts, cases and labels."""
 
 from __future__ import annotations
 

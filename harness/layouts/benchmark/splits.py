@@ -12,7 +12,7 @@ from steadyload.layouts.benchmark.tables import BenchmarkError
 
 @dataclass(frozen=True, slots=True)
 class SplitSizes:
-    """How much is held out.
+    """Sizes of the held-out splits.
 
     Args:
         test, validation: cases a scenario, half of them stable: even numbers.

@@ -173,7 +173,7 @@ def read_tables(
 
 
 def is_table(path: Path, schema: pa.Schema) -> bool:
-    """Whether a table is there and can be read."""
+    """True if a table exists and can be read."""
     try:
         return pq.read_schema(path).names == schema.names
     except (OSError, pa.ArrowInvalid):

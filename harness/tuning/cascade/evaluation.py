@@ -1,4 +1,4 @@
-"""What a ladder of stages comes to on a table of step scores: verdicts, losses, cost."""
+"""Evaluation of a cascade's stages on a table of step scores: verdicts, losses, cost."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from steadyload.tuning.cascade.step_scores import BoolArray, FloatArray, Indices
 
 @dataclass(frozen=True)
 class CascadeEvaluation:
-    """What became of N steps of M cases.
+    """Decisions on N steps of M cases.
 
     A case is *lost* where the last method alone would be right and the ladder is wrong, *gained*
     the other way round.
@@ -46,7 +46,7 @@ class CascadeEvaluation:
 
 
 def evaluate(table: Table, stages: tuple[Stage, ...], last: str) -> CascadeEvaluation:
-    """What stages, and a last method that decides the rest, come to."""
+    """Evaluate stages, and a last method that decides the rest."""
     count = len(table.of)
     own_scores = table.step_scores[last]
     own = own_scores.scores > own_scores.decision_threshold
@@ -72,7 +72,7 @@ def evaluate(table: Table, stages: tuple[Stage, ...], last: str) -> CascadeEvalu
 def _read(
     table: Table, unstable: BoolArray, none: BoolArray
 ) -> tuple[BoolArray, BoolArray, Indices]:
-    """Whether cases are right, which steps were reached, and the first wrong step, -1 for none."""
+    """Correctness of the cases, the steps reached, and the first wrong step, -1 for none."""
     count, starts = len(table.of), table.starts
     place = np.arange(count)
     wrong = (unstable != table.fails) | none

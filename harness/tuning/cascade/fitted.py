@@ -52,7 +52,7 @@ Progress = Callable[[int, int], None]
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class FitOptions:
-    """What is fitted.
+    """Options of fitting the thresholds of a cascade.
 
     Attributes:
         engine: that the last method runs on.
@@ -102,7 +102,7 @@ class FitOptions:
         return self.of_engine(LAST)
 
     def sources(self) -> tuple[CaseSource, ...]:
-        """Where cases are from that thresholds are fitted on."""
+        """Sources of the cases that thresholds are fitted on."""
         own = CaseSource(str(Part.VALIDATION), self.directory, self.limit)
         return (own, *(CaseSource(str(Part.TRAIN), path, self.limit) for path in self.data))
 
@@ -180,7 +180,7 @@ def _methods(found: Fit) -> tuple[str, ...]:
 
 
 def _elsewhere(table: Table, specs: Sequence[str], options: FitOptions) -> Table | None:
-    """What stages that learnt nothing from labels say of cases of the training part."""
+    """Step scores, on cases of the training part, of stages that learnt nothing from labels."""
     asked = [spec for spec in specs if not table.step_scores[spec].trained]
     if not asked:
         return None
@@ -191,7 +191,7 @@ def _elsewhere(table: Table, specs: Sequence[str], options: FitOptions) -> Table
 def _told(
     table: Table, found: Fit, budget: float, options: FitOptions, elsewhere: Table | None
 ) -> dict[str, Any]:
-    """What a ladder came to, for the file and for people. Shares are from 0 to 1."""
+    """Summary of a fitted ladder, for the file and for people. Shares are from 0 to 1."""
     o, cases = found.evaluation, len(table.lists)
     lost, of = left_out(table, found, budget=budget, confidence=options.confidence)
     return {
@@ -226,7 +226,7 @@ def _told(
 
 
 def _held(stage: Stage, step_scores: StepScores, table: Table) -> dict[str, Any]:
-    """How a stage's thresholds hold where it is asked of every step of other cases."""
+    """Errors of a stage's thresholds if it decides every step of other cases."""
     said = [stage.unstable(score) for score in step_scores.scores.tolist()]
     decided = np.array([verdict is not None for verdict in said])
     unstable = np.array([verdict is True for verdict in said])

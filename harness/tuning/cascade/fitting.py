@@ -1,4 +1,4 @@
-"""What a stage may hold sure: thresholds that cost least under a budget of accuracy.
+"""Fitting of accept and reject thresholds: the cheapest cascade within an error budget.
 
 The budget is a share of cases that the stages before the last method may lose, and it holds for an
 upper bound of that share, not for what was counted. The bound is that of Clopper and Pearson, at as
@@ -50,13 +50,13 @@ class Fit:
     independent: float
 
     def bound(self, confidence: float) -> float:
-        """What the share of lost cases stays below, at a confidence."""
+        """Upper confidence bound of the share of lost cases."""
         lost = self.evaluation.lost
         return upper_bound(int(lost.sum()), len(lost), self.independent, confidence)
 
 
 def upper_bound(lost: int, cases: int, independent: float, confidence: float) -> float:
-    """What a share stays below with a confidence: one-sided Clopper-Pearson bound.
+    """Upper confidence bound of a share: one-sided Clopper-Pearson bound.
 
     Args:
         lost: counted.
@@ -79,7 +79,7 @@ def allowed_losses(budget: float, cases: int, independent: float, confidence: fl
 
 
 def independent_cases(table: Table, candidates: Sequence[str], last: str) -> float:
-    """How many independent cases those of a table tell as much as, of losses.
+    """Effective sample size of the losses in a table.
 
     Args:
         table: step scores of all that follow.

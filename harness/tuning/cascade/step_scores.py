@@ -1,4 +1,4 @@
-"""What methods say of every step of labelled cases, and what it costs to score_steps them."""
+"""Step scores of methods on every step of labelled cases, and their cost."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class StepScores:
-    """What one method said of the steps of some cases, one below the other: N steps of M cases.
+    """Step scores of one method, the steps of all cases one below the other: N steps of M cases.
 
     Attributes:
         scores: see :class:`steadyload.methods.method.StepScorer`; not a number without an opinion,
