@@ -54,8 +54,8 @@ class WorldSettings:
         gravity: acceleration vector [m/s2]; tilting it is the same as tilting the floor.
         emulate: settings that the engine lacks and that it shall imitate where it can do so only
             at a price (see the engine's notes). Nothing is imitated at a price unasked.
-        options: what only this engine can be asked (its ``options`` in the registry); None leaves
-            all of it at its defaults.
+        options: settings that only this engine has (its ``options`` in the registry); None leaves
+            all of them at their defaults.
 
     Raises:
         BadNumberError: a number is not finite, or not in its range.
@@ -76,7 +76,7 @@ class WorldSettings:
         check_settings(self)
 
     def requested(self) -> tuple[str, ...]:
-        """Names of the settings that ask for something, that is: differ from "nothing special"."""
+        """Names of the settings that are requested, that is: differ from "nothing special"."""
         neutral = WorldSettings(friction=0.0)
         return tuple(n for n in SETTINGS if getattr(self, n) != getattr(neutral, n))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class EngineError(Exception):
-    """An engine cannot do what was asked of it."""
+    """An engine cannot do what was requested of it."""
 
 
 class EngineNotInstalledError(EngineError):

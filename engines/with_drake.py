@@ -110,7 +110,7 @@ class _Worker:
             except (EOFError, OSError) as error:
                 raise EngineError(self._last_words()) from error
             except BaseException:
-                # Also on an interrupt: a late answer would be taken for that to the next request.
+                # Also on an interrupt: a late answer would pass for that to the next request.
                 self.end()
                 raise
         if failure is not None:

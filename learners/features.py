@@ -62,7 +62,7 @@ def names(kind: FeatureKind) -> tuple[str, ...]:
 def features(layout: Arrangement, kind: FeatureKind) -> Array32:
     """The features of every step, not yet normalised: shape (J, len(names(kind))).
 
-    Row j hangs on the items 0 to j alone.
+    Row j depends on the items 0 to j alone.
     """
     return features_of(
         layout.lower, layout.upper, layout.weights, layout.mass_offsets, layout.pallet.size, kind

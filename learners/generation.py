@@ -46,7 +46,7 @@ OWN_SEEDS = 1_000_000_000
 
 LISTS: Mapping[int, int] = {1: 1, 2: 1, 3: 8}
 """Item lists of a class for one of the first. Labelled sets hold some eight times as many layouts
-of class 3, whose lists fill many bins: a network is to meet the classes as it will be asked."""
+of class 3, whose lists fill many bins: a network is to learn the classes as it will meet them."""
 
 _SHARDS, _ASKED, _RUNS = "shards", "asked.json", "made_with.json"
 
@@ -195,7 +195,7 @@ def _runs(directory: Path, *, at_work: bool) -> list[dict[str, Any]]:
 
 
 def _label_list(unit: ListUnit) -> Iterator[str]:
-    """Pack and label one item list into its shard; the answer is empty."""
+    """Pack and label one item list into its shard; the result is empty."""
     method = make_method(unit.options.label)
     method.prepare()
     return (_written(unit, method) for _ in range(1))

@@ -48,7 +48,7 @@ class Outside(StrEnum):
 
 @dataclass(frozen=True)
 class LearnedParameters:
-    """Parameters of a trained judge."""
+    """Parameters of a learned method."""
 
     weights: str = quantity("lstm_1", "name of shipped weights, or a folder of others")
     threshold: float = quantity(
@@ -60,23 +60,23 @@ class LearnedParameters:
 
 @dataclass(frozen=True)
 class EnsembleParameters(LearnedParameters):
-    """Parameters of trained judges that vote."""
+    """Parameters of an ensemble of networks."""
 
     weights: str = quantity("lstm_e", "name of shipped weights, or a folder of others")
 
 
 class LearnedMethod(Method):
-    """LSTM_1: a trained network says of every step how likely it is unstable (Section 4.3).
+    """LSTM_1: a trained network gives every step a probability of being unstable (Section 4.3).
 
     The failing step is the first one whose probability exceeds ``threshold``. Layouts whose items,
     weights or centres of mass lie outside what the network was trained on are refused: it would
-    give a number there, too, and nothing would say what it is worth.
+    give a number there, too, of unknown reliability.
     """
 
     title = "LSTM_1"
     Parameters: ClassVar[type[Any]] = LearnedParameters
     members: ClassVar[int | None] = 1
-    """How many networks of the weights judge, the first ones; None for all."""
+    """Number of networks of the weights that judge, the first ones; None for all."""
 
     @property
     def traits(self) -> frozenset[Trait]:
@@ -119,7 +119,7 @@ class LearnedMethod(Method):
     def probabilities(self, layout: Layout) -> Array32:
         """That a step is unstable, for every step, shape (J,): the members' mean (Eq. 8).
 
-        Whether the layout is one that the networks know is not asked.
+        Whether the layout is inside the training ranges is not checked.
         """
         return self.go_on(layout, self.start())[0]
 
@@ -137,7 +137,7 @@ class LearnedMethod(Method):
             memories: of the members; they stay as they are.
 
         Returns:
-            Probabilities of the other steps, and what the members remember then.
+            Probabilities of the other steps, and the members' states then.
         """
         rows = features(layout, self.weights.kind)
         found: list[Array32] = []
@@ -146,7 +146,7 @@ class LearnedMethod(Method):
             probabilities, remembered = network.go_on(rows, memory)
             found.append(probabilities)
             after.append(remembered)
-        # The mean over one network is what it says, but takes longer.
+        # The mean over one network is its own probability, but takes longer.
         mean: Array32 = found[0]
         if len(found) > 1:
             mean = np.mean(found, axis=0, dtype=np.float32)
@@ -206,7 +206,7 @@ class LearnedMethod(Method):
     def steps(self, layout: Layout, watch: Stopwatch) -> StepScorer:
         """See :meth:`Method.steps`: the score is the probability that the step is unstable.
 
-        There is no opinion of steps from the first item on that lies outside what the networks were
+        There is no step score from the first item on that lies outside what the networks were
         trained on.
         """
         known = len(layout)
@@ -215,7 +215,7 @@ class LearnedMethod(Method):
         return _LikelySteps(self.probabilities(layout)[:known], self.parameters.threshold)
 
     def begin(self, layout: GrowingLayout) -> Loader:
-        """A loader that carries what the networks remember; features are made anew."""
+        """A loader that carries the states of the networks; features are computed anew."""
         return _LearnedLoader(self, layout)
 
     def finding_from(
@@ -224,7 +224,7 @@ class LearnedMethod(Method):
         """The finding on the steps that the members have not seen; see :meth:`go_on`.
 
         Raises:
-            RefusedError: the layout is not one that the networks know.
+            RefusedError: the layout is outside the training ranges.
         """
         outside = self._outside(layout)
         if outside.status is not Status.DONE:
@@ -262,7 +262,7 @@ class LearnedMethod(Method):
 
 
 class _LearnedLoader(Loader):
-    """Keeps what the networks remember after every placement."""
+    """Keeps the states of the networks after every placement."""
 
     def __init__(self, method: LearnedMethod, layout: GrowingLayout) -> None:
         super().__init__(layout)

@@ -93,7 +93,7 @@ def widest(ranges: Iterable[Mapping[str, list[float]]]) -> dict[str, list[float]
 
 
 class TrainedRanges:
-    """Ranges as a judge asks for them.
+    """Ranges as a learned method needs them.
 
     Args:
         ranges: as of :func:`trained_ranges`.

@@ -1,10 +1,11 @@
 """Support of every item by those below it, step by step: compiled, some microseconds a layout.
 
-Everything is told from the items placed by then. At step j the weight of item j goes down one way
-(the evenest pressure that has its resultant where it must be), and every item that it reaches is
-asked two things: how far inside its support the resultant of its load lies, and, where it lies
-outside, how far the item would tip or fall within the time that a label gives it. No equilibrium is
-solved: where forces could be shared otherwise, this sees a danger that is none.
+Everything follows from the items placed by then. At step j the weight of item j goes down one way
+(the evenest pressure that has its resultant where it must be), and for every item that it reaches
+two quantities are computed: how far inside its support the resultant of its load lies, and, where
+it lies outside, how far the item would tip or fall within the time that a label gives it. No
+equilibrium is solved: where forces could be shared otherwise, this reports an instability that is
+none.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ weight.
 """
 
 _FAR, _SAFE = 500.0, 90.0
-"""A margin of what stands on the floor [cm], and the angle that stands for nothing in the way."""
+"""Margin of items on the floor [cm], and the angle that means that nothing is in the way."""
 
 _REACH = 0.5 * GRAVITY * SECONDS * SECONDS
 
@@ -159,7 +160,7 @@ def support_table(
         centres: centres of mass in space [cm], shape (n, 3).
 
     Returns:
-        Shape (n, len(COLUMNS)); row j hangs on the items 0 to j alone.
+        Shape (n, len(COLUMNS)); row j depends on the items 0 to j alone.
     """
     n = len(weights)
     out = np.zeros((n, 25))

@@ -20,7 +20,7 @@ def plot_reliability(kinds: Mapping[str, Mapping[str, Reliability]]) -> Figure:
     """Reliability diagram: observed frequency against predicted probability.
 
     Args:
-        kinds: a panel by what the probability is of, in it a curve by its judge.
+        kinds: a panel a kind of probability, in it a curve a method.
     """
     figure = Figure(figsize=(9.0, 4.2))
     panels = figure.subplots(1, len(kinds), sharey=True, squeeze=False)[0]

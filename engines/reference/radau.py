@@ -1,4 +1,4 @@
-"""The same equations under scipy's Radau: no code of ours between the forces and the answer.
+"""The same equations under scipy's Radau: no code of ours between the forces and the solution.
 
 A check on the integrator, not a way to make labels: it is an implicit method of order 5 with its
 own error control, Newton iteration and step choice, knows nothing of groups of bodies, and takes

@@ -53,7 +53,7 @@ def deviated(
     Args:
         layout: the plan.
         uniforms: numbers in (0, 1), shape (n, J or more, :data:`NUMBERS_AN_ITEM`). An item's
-            deviations hang on its own numbers.
+            deviations depend on its own numbers alone.
         centre: standard deviation of a centre of mass along each axis [cm].
         place: that of the place that an item is meant for along x and z [cm]; heights stay.
         weight: that of the logarithm of a weight.

@@ -193,7 +193,7 @@ def pack_bins(
         items: width, height, depth [cm]; each fits into an empty bin.
         heuristic: the rules.
         planar: as in :func:`orientations`.
-        accept: asked of every place before it is taken, the one that the rules want first, then
+        accept: called for every place before it is taken, the one that the rules want first, then
             what they want without that; an item without a place even in an empty bin is left out.
 
     Returns:

@@ -296,8 +296,8 @@ def pack(
         most_items: stop at this many.
         least_support: leave out spaces in which less than this share of the base would rest on
             something; 0, the default, asks for nothing.
-        accept: asked of every item at the place it would get, whether it may stand there; what is
-            accepted is placed. None asks nobody.
+        accept: called for every item at the place it would get: may it stand there? None
+            accepts all.
 
     Returns:
         The layout, or None when no item fits.

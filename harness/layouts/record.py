@@ -11,7 +11,7 @@ from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
 
 
 class FormatError(LayoutError):
-    """A file that is in none of the known formats, is cut off, or cannot be written as asked."""
+    """A file that is in none of the known formats, is cut off, or cannot be written."""
 
 
 @dataclass(frozen=True, slots=True)

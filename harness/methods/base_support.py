@@ -113,7 +113,7 @@ class _SupportLoader(Loader):
 
 
 class _SupportedSteps(StepScorer):
-    """The score is the largest share of a base that hangs free, of all items placed by then: what
+    """The score is the largest share of a base without support, of all items placed by then: what
     stands on full bases alone stands wherever centres of mass lie.
     """
 

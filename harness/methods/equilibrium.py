@@ -65,10 +65,10 @@ _Near = Callable[[Sequence[int], float], Sequence[int]]
 class Equilibrium(Method):
     """Exact equilibrium: the loading fails where no contact forces balance every item.
 
-    At every step it is asked whether non-negative vertical forces exist, at the corners of every
-    contact patch, that carry the weight of every item and let none of them tip. That is a linear
-    programme; it is solved only where passing the new weight down one way does not prove balance,
-    and where the new item does not plainly stick out too far. A centre of mass exactly above an
+    A step is stable if non-negative vertical forces exist, at the corners of every contact patch,
+    that carry the weight of every item and let none of them tip. That is a linear programme;
+    it is solved only where passing the new weight down one way does not prove balance, and where
+    the new item does not plainly stick out too far. A centre of mass exactly above an
     edge is balanced, as with SME.
 
     ``sides`` lets side faces that touch push, too, with or without friction, and then all
@@ -137,7 +137,7 @@ class Equilibrium(Method):
         return Finding(step, far.item, far.displacement, far.rotation, reason)
 
     def braced(self, layout: Arrangement, step: int, item: int) -> int | None:
-        """The item that forces at sides, where asked for, do not balance either; None for none.
+        """The item that forces at sides, where requested, do not balance either; None for none.
 
         Args:
             layout: any layout.
@@ -187,9 +187,9 @@ class Equilibrium(Method):
 
 
 class _BalancedSteps(StepScorer):
-    """A step that balances has no score. One that does not has 1, or with time how far something
+    """A step that balances scores 0. One that does not scores 1, or with time how far something
     gets, in units of its threshold. Where something placed before is out of balance, or sides are
-    needed, a step that balances is no proof that nothing moves: 0.5, or with time no opinion.
+    needed, a step that balances is no proof that nothing moves: 0.5, or with time no score.
     """
 
     def __init__(self, method: Equilibrium, layout: Layout) -> None:

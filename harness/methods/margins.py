@@ -34,7 +34,7 @@ class Margin:
             not help (nothing below an item).
         centres: the least shift of a single centre of mass along x or z that loses the balance
             [cm]; negative where it is lost: every centre would have to be allowed to shift by this
-            along both axes; -inf where that does not help; nan where not asked for.
+            along both axes; -inf where that does not help; nan where not requested.
     """
 
     step: int

@@ -12,7 +12,7 @@ from steadyload.methods.registry import make_method
 
 
 class SessionError(ValueError):
-    """A step that a session cannot go: says what was asked and what is allowed."""
+    """A request that a session cannot meet: says what was requested and what is allowed."""
 
 
 class LoadingSession:
@@ -32,7 +32,7 @@ class LoadingSession:
         EngineNotInstalledError: the library of its engine is missing.
 
     Attributes:
-        method: which judges.
+        method: that judges.
     """
 
     def __init__(

@@ -70,7 +70,7 @@ class Simulation(Method):
         world_class(self.engine).warm_up(item_count)
 
     def steps(self, layout: Layout, watch: Stopwatch) -> StepScorer:
-        """See :meth:`Method.steps`: the score is how far an item got, in units of its threshold."""
+        """See :meth:`Method.steps`: the score is the largest movement in units of a threshold."""
         if self.parameters.between_steps is BetweenSteps.CARRY:
             raise NotStepwiseError(
                 f"{self.spec}: carries the state over from step to step; allowed: "

@@ -93,7 +93,7 @@ class _Scene:
         """The first item at or below item ``step`` that is not supported, or None.
 
         All items before it are placed and were supported. So only it and what carries it need be
-        asked: further down nothing is loaded in another way than when it was asked last.
+        asked: further down every load is the same as at the last check.
         """
         carriers = [p.below for p in self._supports.below[step] if p.below < step]
         for item in (step, *reversed(carriers)):

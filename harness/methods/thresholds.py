@@ -23,17 +23,17 @@ FILE = Path(str(resources.files("steadyload.methods"))) / "cascades.json"
 
 
 class ThresholdsError(SpecError):
-    """No thresholds for what is asked, or ones fitted with other judges than there are now."""
+    """No thresholds for what is requested, or ones fitted with other methods than there are now."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """A method that decides the steps it is sure of.
+    """A method with accept and reject thresholds: it decides the steps whose score is beyond one.
 
     Attributes:
         method: its spec.
-        low: a score below this is surely stable; None: no score is.
-        high: a score above this is surely unstable; None: no score is.
+        low: accept threshold: a step with a lower score is stable; None: it accepts no step.
+        high: reject threshold: a step with a higher score is unstable; None: it rejects no step.
     """
 
     method: str
@@ -51,12 +51,12 @@ class Stage:
 
 @dataclass(frozen=True, slots=True)
 class Ladder:
-    """Stages in the order in which they are asked.
+    """Stages of a cascade, in order.
 
     Attributes:
-        stages: that decide what they are sure of.
+        stages: that decide the steps beyond their thresholds.
         last: spec of the method that decides the rest.
-        found: what the ladder came to on the cases it was fitted on, for people.
+        found: evaluation on the cases it was fitted on, for people.
     """
 
     stages: tuple[Stage, ...]
@@ -65,7 +65,7 @@ class Ladder:
 
     @property
     def methods(self) -> tuple[str, ...]:
-        """Specs of all that are asked."""
+        """Specs of the methods of all stages."""
         return (*(stage.method for stage in self.stages), self.last)
 
 
@@ -74,7 +74,7 @@ class Thresholds:
     """Thresholds that were fitted for one engine.
 
     Attributes:
-        default: the budget that is taken where none is named [points of accuracy].
+        default: the budget that is used if none is given [points of accuracy].
         ladders: by budget.
         made_of: by spec of every method, its :func:`fingerprint` when thresholds were fitted.
         made_by: everything that is needed to fit them again.
@@ -87,7 +87,7 @@ class Thresholds:
 
 
 def fingerprint(method: Method) -> str:
-    """Hash of what a method's scores come from: its parameters, and trained weights."""
+    """Hash of everything that determines a method's scores: its parameters, and trained weights."""
     values = json.dumps(as_plain(method.parameters), sort_keys=True)
     return hashlib.sha256(f"{values} {method.trained}".encode()).hexdigest()[:16]
 
@@ -116,7 +116,7 @@ def load_thresholds(engine: str, file: Path = FILE) -> Thresholds:
 
 
 def write_thresholds(engine: str, fitted: Thresholds, file: Path = FILE) -> Path:
-    """Put what was fitted for an engine in the place of what was there; returns the file."""
+    """Replace the thresholds of an engine by newly fitted ones; returns the file."""
     entries = _read(file)
     entries[engine] = {
         "default": fitted.default,

@@ -31,7 +31,7 @@ LIMIT_R = 20.0
 
 
 class UndecidedError(ValueError):
-    """A trace ends before it shows what was asked."""
+    """A trace ends before it shows what was requested."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class Trace:
 
     Attributes:
         item_count: of the layout.
-        status: ``done``, or why the loading ended without an answer.
+        status: ``done``, or why the loading ended without a verdict.
         reason: of that, one sentence.
         corner: how far a left-bottom-back corner moved along any one axis [cm].
         centre: how far a geometric centre moved [cm].

@@ -29,7 +29,7 @@ class Tuned:
 
     Attributes:
         parameters: of a simulation on that engine.
-        made_by: everything that is needed to find them again, and what they came to.
+        made_by: everything that is needed to find them again, and their evaluation.
     """
 
     parameters: Mapping[str, Any]

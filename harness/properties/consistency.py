@@ -1,4 +1,4 @@
-"""Properties of verdicts among themselves: what is so by definition, whoever judges."""
+"""Properties of verdicts among themselves: they hold by definition, for every method."""
 
 from __future__ import annotations
 

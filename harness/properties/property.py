@@ -28,7 +28,7 @@ class LayoutRefused(Exception):  # noqa: N818 - no fault of anybody
 def errors_as_violations() -> Iterator[None]:
     """Turn every exception of a method or an engine into a :class:`Violation`.
 
-    What a property's own code raises is a fault of that code, and no finding.
+    Exceptions of a property's own code are faults of that code, and no violation.
     """
     try:
         yield
@@ -96,7 +96,7 @@ class MethodUnderTest:
 
 
 def check_done(status: Status, reason: str) -> None:
-    """Hold a judgement to have ended well.
+    """Check that a judgement ended with a verdict.
 
     Raises:
         LayoutRefused: the method refused the layout.
@@ -115,14 +115,14 @@ False where the property requires nothing of it."""
 
 @dataclass(frozen=True, slots=True)
 class Property:
-    """A property that methods are held to.
+    """A property that methods must have.
 
     Attributes:
         name: in registries and on the command line.
         about: one sentence that says what must hold.
         cases: the strategy of its cases, for a method.
-        check: asks a method about a case.
-        applies: whether the property is asked of a method, by what that declares.
+        check: tests a method on a case.
+        applies: true if the property is tested on a method, by what that declares.
     """
 
     name: str
@@ -133,7 +133,7 @@ class Property:
 
 
 def declaring(trait: Trait) -> Callable[[MethodUnderTest], bool]:
-    """A property's ``applies``: asked of methods that declare a trait."""
+    """A property's ``applies``: true for methods that declare a trait."""
     return lambda tested: tested.has(trait)
 
 

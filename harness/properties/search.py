@@ -29,10 +29,10 @@ class PropertyResult:
 
     Attributes:
         examples: cases tried; those of the search for a smaller one not counted.
-        asked: how many of them the property said something about.
+        asked: how many of them tested the property.
         counterexample: None where the property held.
         refused: how many the method refused; they lie outside the range that it declares.
-        crashed: why there is no answer, where the engine ended the process; empty otherwise.
+        crashed: why there is no result, where the engine ended the process; empty otherwise.
     """
 
     examples: int
@@ -45,11 +45,11 @@ class PropertyResult:
 def search(
     asked: Property, tested: MethodUnderTest, *, examples: int, seed: int, shrink: bool = True
 ) -> PropertyResult:
-    """Ask a method about a property, on cases that depend on the arguments alone.
+    """Test a property on a method, with cases that depend on the arguments alone.
 
     An exception of the method's own counts as a violation, too, and so does a case that is violated
-    at one time and not at another. A case that the method refuses says nothing. What the property's
-    own code raises comes out as it is.
+    at one time and not at another. A case that the method refuses tests nothing. Exceptions of
+    the property's own code are raised as they are.
 
     Args:
         asked: the property.

@@ -57,7 +57,7 @@ _STEEP = 45.0
 """Thresholds up to here follow from the equation of the pendulum [degrees]."""
 
 _STICKING = 2.0
-"""Friction on all faces up to this multiple of the asked one cannot hold what is clearly out of
+"""Friction on all faces up to this multiple of the given one cannot hold what is clearly out of
 balance."""
 
 _FACETS = 8
@@ -168,7 +168,7 @@ def balanced_stays(tested: MethodUnderTest, case: Case) -> bool:
 def unbalanced_moves(tested: MethodUnderTest, case: Case) -> bool:
     """Items that no forces balance, not even friction on side faces, move beyond the tolerance.
 
-    Only the first step that does not balance is asked about, where all before balance clearly.
+    Only the first step that does not balance is tested, and only if all before balance clearly.
     """
     lost = balance_lost(case.layout)
     if lost is None or not lost[1]:

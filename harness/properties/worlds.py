@@ -38,7 +38,7 @@ _SLIDING = 0.03
 
 
 class _ViolationWorld:
-    """A world of which every call is asked of the engine."""
+    """A world that turns every exception of its engine into a violation."""
 
     def __init__(self, world: FixedStepWorld) -> None:
         self._world = world

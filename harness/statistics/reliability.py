@@ -41,7 +41,7 @@ class Reliability:
 class Abstention:
     """Gain of abstaining from the cases that a method is least sure of.
 
-    ``least``: how sure it must be to judge. ``curve``: (share of cases judged, the surest first;
+    ``least``: least confidence to judge. ``curve``: (share of cases judged, the most certain first;
     share of these that are wrong).
     """
 
@@ -72,8 +72,8 @@ def reliability(
     """Calibration of probabilities.
 
     The interval of the expected calibration error is a percentile bootstrap over clusters. Noise
-    moves every bin away from its line, so that an interval leans upward, and that of a judge
-    without any error does not hold 0.
+    moves every bin away from its line, so that an interval leans upward, and that of a method
+    without any error does not contain 0.
 
     Args:
         said: probabilities, 0 to 1, one or more.

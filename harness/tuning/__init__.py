@@ -6,4 +6,4 @@ judged on labelled layouts for accuracy, and for its cost by what it makes the e
 
 
 class TuningError(ValueError):
-    """A search that cannot be: says what was asked and what is allowed."""
+    """A search that is impossible: says what was requested and what is allowed."""

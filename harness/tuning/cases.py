@@ -23,7 +23,7 @@ class Case:
         safe: items placed safely, all of them for a stable layout.
         scenario: where its centres of mass are from.
         instance: the item list that it was packed from.
-        robust: whether the label stands whatever judge is asked; None where none was.
+        robust: whether all further methods agree with the label; None where none judged it.
     """
 
     layout: Layout

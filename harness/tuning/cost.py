@@ -48,8 +48,8 @@ TERMS = (
     "body and substep, neighbours close",
     "body, substep and iteration",
 )
-"""What is counted. Bodies and iterations count by what is asked for: an engine may do with less.
-Neighbours touch, or come to touch, all the more the less their side faces are drawn in."""
+"""What is counted. Bodies and iterations count as requested: an engine may use fewer.
+Neighbours touch, or begin to touch, the more often the less their side faces are drawn in."""
 
 _CLOSE = 1e-4
 """[m]; neighbours drawn in by this are half as close."""
@@ -59,7 +59,7 @@ _REDRAWN = 0.3
 
 _ANCHOR_WEIGHT = 16.0
 """Of the goal, the start of a space and what was found in it before, among parameter sets: every
-cost of a search is held against the first, and searches spend their time near the others."""
+cost of a search is compared with the first, and searches spend their time near the others."""
 
 _USUAL_ITERATIONS = 50
 """Of an engine that was not told."""

@@ -47,7 +47,7 @@ class Proposer(Protocol):
         ...
 
     def close(self) -> None:
-        """No more is asked."""
+        """No further genotypes are proposed."""
         ...
 
 

@@ -54,7 +54,7 @@ class ViewedStep:
 
 @dataclass(frozen=True, slots=True)
 class ViewedLoading:
-    """One method's answer, and the motion it rests on.
+    """One method's verdict, and the motion it rests on.
 
     Attributes:
         method: spec string.

@@ -66,7 +66,7 @@ class ImportSummary:
     Attributes:
         layouts, cases: rows of the two tables.
         labelled, unlabelled: cases with a score, and without.
-        checked: labelled cases whose raw observations were held against the label's rule.
+        checked: labelled cases whose raw observations were compared with the label's rule.
         mismatches: those of them where the rule names another failing step than the score does.
         conflicts: job files that repeat a case but have another score; the first one counts.
         refused: files that could not be used, each with the reason.

@@ -28,11 +28,12 @@ ENSEMBLE = (Reason.NUMERICAL, Reason.MODEL, Reason.LIMITS)
 
 
 def agrees(cases: pd.DataFrame, opinions: pd.DataFrame) -> pd.Series:
-    """True for each verdict that names the label's failing step; false for one that has none.
+    """True for each verdict that names the label's failing step; a missing verdict does not.
 
     Args:
         cases: labels, :data:`steadyload.layouts.benchmark.tables.CASES`.
-        opinions: on some of them, :data:`steadyload.layouts.benchmark.tables.OPINIONS`.
+        opinions: verdicts of further methods on some of them,
+            :data:`steadyload.layouts.benchmark.tables.OPINIONS`.
 
     Returns:
         Booleans, indexed as ``opinions``.
@@ -49,12 +50,13 @@ def confidence(cases: pd.DataFrame, opinions: pd.DataFrame) -> pd.DataFrame:
 
     Args:
         cases: labels, :data:`steadyload.layouts.benchmark.tables.CASES`.
-        opinions: on some of them, :data:`steadyload.layouts.benchmark.tables.OPINIONS`.
+        opinions: verdicts of further methods on some of them,
+            :data:`steadyload.layouts.benchmark.tables.OPINIONS`.
 
     Returns:
         Indexed by layout and scenario: ``confidence``, the share of the ensemble that agrees;
         ``numerical``, ``model``, ``limits``: the share of each part; ``robust``: all agree; missing
-        where a part of the ensemble has not been asked yet.
+        where a part of the ensemble has not judged the case yet.
     """
     asked = opinions[opinions["reason"].isin([str(r) for r in ENSEMBLE])]
     same = asked.assign(same=agrees(cases, asked).astype(float))

@@ -64,7 +64,7 @@ class Benchmark:
             ``layout``.
         cases: a row a layout and scenario, :data:`steadyload.layouts.benchmark.tables.CASES`, and
             the column ``instance``.
-        opinions: what other judges said of some cases,
+        opinions: verdicts of further methods on some cases,
             :data:`steadyload.layouts.benchmark.tables.OPINIONS`.
         manifest: what it was made with.
         notes: what people found when they looked at its disputed labels, as Markdown; its folder

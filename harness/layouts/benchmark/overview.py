@@ -24,7 +24,7 @@ def overview(benchmark: Benchmark) -> dict[str, Any]:
         ``natural_stable``: share of stable cases by scenario over all labelled ones;
         ``confidence``: ``cases`` that were judged again, how many of their labels are ``robust``
         and ``fragile`` (somebody of the ensemble disagrees), and the ``mean`` confidence, null
-        where there are none; ``judges``: a row a further judge with ``reason``, ``cases`` and
+        where there are none; ``judges``: a row a further method with ``reason``, ``cases`` and
         ``agreement``, the share of these that name the label's failing step.
     """
     cases = benchmark.cases

@@ -17,7 +17,7 @@ class SplitSizes:
     Args:
         test, validation: cases a scenario, half of them stable: even numbers.
         test_lists, validation_lists: item lists of every class that these cases come from, or more
-            where so many do not hold enough. Intervals stand on item lists.
+            where so many do not hold enough. Intervals are clustered by item list.
 
     Raises:
         BenchmarkError: a number is odd or below 2.

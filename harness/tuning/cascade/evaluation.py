@@ -60,7 +60,7 @@ def evaluate(table: Table, stages: tuple[Stage, ...], last: str) -> CascadeEvalu
         sure = open_ & (low | high)
         by[sure], unstable[sure] = number, high[sure] & ~low[sure]
         open_ &= ~sure
-    # Without an opinion even of the last there is no verdict, which is never right.
+    # Without a step score even of the last method there is no verdict, which is never right.
     none = np.isnan(own_scores.scores)
     right, asked, wrong = _read(table, unstable, none & open_)
     blamed = np.where(wrong < 0, -1, by[np.maximum(wrong, 0)])

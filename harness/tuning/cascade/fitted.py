@@ -30,22 +30,22 @@ CANDIDATES = (
     "equilibrium:time=0.3",
     "ps_opt@{engine}:scope=local",
 )
-"""Methods that may become stages, in the order in which they are asked."""
+"""Methods that may become stages, in order."""
 
 LAST = "ps_opt@{engine}"
-"""The method that decides what no stage is sure of."""
+"""The method that decides the steps that no stage decides."""
 
 BUDGETS = (0.5, 1.0, 2.0, 5.0)
-"""Points of accuracy that stages may cost; the first is what a cascade has where none is named."""
+"""Points of accuracy that stages may lose; the first is the default of a cascade."""
 
 CONFIDENCE = 0.5
 """Of the bound that keeps within the budget: as likely too high as too low."""
 
 SURE = 0.95
-"""Confidence of the bound that is told beside it."""
+"""Confidence of the second bound that is reported."""
 
 ELSEWHERE = 200
-"""Cases a scenario of the training part that stages are asked of which learnt nothing from it."""
+"""Cases a scenario of the training part, for stages that learnt nothing from it."""
 
 Progress = Callable[[int, int], None]
 
@@ -61,7 +61,7 @@ class FitOptions:
         candidates: specs; ``{engine}`` stands for the engine.
         directory: the labelled set whose validation part is fitted on, as a study names it; None
             for the large one of the package.
-        data: folders of further sets, of whose training parts no judge may have learnt anything.
+        data: folders of further sets, of whose training parts no method may have learnt anything.
         limit: only so many cases a scenario of every set.
 
     Raises:
@@ -110,11 +110,11 @@ class FitOptions:
 def fit_cascade(
     options: FitOptions, *, progress: Progress = lambda done, total: None
 ) -> Thresholds:
-    """Ask all candidates of every step, then find what costs least within each budget.
+    """Thresholds of the cheapest cascade within each budget, from the scores of all candidates.
 
     Args:
         options: what is fitted.
-        progress: called with methods asked and in all.
+        progress: called with methods done and in all.
 
     Raises:
         TuningError: see :func:`steadyload.tuning.cascade.fitting.fit`.
@@ -154,7 +154,7 @@ def fit_cascade(
 
 
 def check_remakable(made_by: Mapping[str, Any]) -> None:
-    """Ask whether thresholds may come with the package.
+    """Check that thresholds may come with the package.
 
     Raises:
         TuningError: they would be made by code that is in no commit.

@@ -1,10 +1,10 @@
 """Fitting of accept and reject thresholds: the cheapest cascade within an error budget.
 
-The budget is a share of cases that the stages before the last method may lose, and it holds for an
-upper bound of that share, not for what was counted. The bound is that of Clopper and Pearson, at as
-many cases as are independent: layouts packed from one item list are alike, and where one is lost
-others are, too. How much so is read off a ladder that loses many; the few losses that a budget
-leaves tell nothing of it.
+The budget is a share of cases that the stages before the last method may lose, and it applies to
+an upper confidence bound of that share, not to the counted share. The bound is that of Clopper and
+Pearson, at the effective sample size: layouts packed from one item list are alike, and where one is
+lost others are, too. The effective sample size is estimated from a ladder that loses many cases;
+the few losses within a budget are not enough to estimate it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from steadyload.tuning.cascade.evaluation import CascadeEvaluation, evaluate
 from steadyload.tuning.cascade.step_scores import BoolArray, Table
 
 _MANY = 0.05
-"""Share of cases that a ladder loses which tells how alike losses are."""
+"""Share of lost cases at which the effective sample size is estimated."""
 
 _PARTS = 4
 """Allowed losses are shared among stages in so many parts, where they are more."""
@@ -36,11 +36,11 @@ class Fit:
     """A ladder that was fitted.
 
     Attributes:
-        stages: those that save more than they cost, with what they hold sure.
+        stages: those that save more than they cost, with their thresholds.
         last: spec of the method that decides the rest.
         evaluation: on the cases that it was fitted on.
         most: lost cases that the budget allows there.
-        independent: cases that these tell as much as.
+        independent: effective sample size.
     """
 
     stages: tuple[Stage, ...]
@@ -61,7 +61,7 @@ def upper_bound(lost: int, cases: int, independent: float, confidence: float) ->
     Args:
         lost: counted.
         cases: of so many.
-        independent: which tell as much as so many independent ones.
+        independent: effective sample size.
         confidence: above 0, below 1.
     """
     hits = lost * independent / cases
@@ -102,7 +102,7 @@ def fit(
     """The cheapest ladder within a budget.
 
     Every choice of candidates is tried, in their order, and ways of sharing the allowed losses
-    among them; a stage holds sure as much as its share lets it.
+    among them; a stage's thresholds are as wide as its share allows.
 
     Args:
         table: step scores of all of them.
@@ -132,7 +132,7 @@ def fit(
 def _cheapest(
     table: Table, candidates: Sequence[str], last: str, most: int
 ) -> tuple[tuple[Stage, ...], CascadeEvaluation]:
-    """The ladder that costs least among those that lose so many cases at most."""
+    """The cheapest ladder among those that lose so many cases at most."""
 
     @cache
     def best_stage(before: tuple[Stage, ...], spec: str, allowed: int) -> Stage:
@@ -173,7 +173,7 @@ def _shared(most: int, stages: int) -> Iterator[tuple[int, ...]]:
 def _best_stage(
     table: Table, before: tuple[Stage, ...], spec: str, last: str, allowed: int
 ) -> Stage:
-    """The stage that passes on least with no more than the allowed losses.
+    """The stage that saves most with no more than the allowed losses.
 
     ``low`` never goes above the method's own decision threshold, nor ``high`` below it: without a
     case that limits it, there is no evidence for a wider threshold.

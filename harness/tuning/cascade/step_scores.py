@@ -27,11 +27,11 @@ class StepScores:
     """Step scores of one method, the steps of all cases one below the other: N steps of M cases.
 
     Attributes:
-        scores: see :class:`steadyload.methods.method.StepScorer`; not a number without an opinion,
-        (N,).
-        cost: CPU time of asking [ms], (N,).
-        opening: CPU time before the first step is asked [ms], (M,).
-        decision_threshold: the score above which the method itself calls a step unstable.
+        scores: see :class:`steadyload.methods.method.StepScorer`; not a number where there is none,
+            (N,).
+        cost: CPU time of scoring [ms], (N,).
+        opening: CPU time before the first step is scored [ms], (M,).
+        decision_threshold: the step score above which the method itself calls a step unstable.
         trained: something was learnt from labels.
     """
 
@@ -44,9 +44,9 @@ class StepScores:
 
 @dataclass(frozen=True)
 class Table:
-    """Cases, and what several methods said of each of their steps that has a label.
+    """Cases, and the step scores of several methods on each of their labelled steps.
 
-    A step has one up to the first unstable one, that included: what comes after nobody knows.
+    Steps are labelled up to the first unstable one, that included; those after it have no label.
 
     Attributes:
         of: the case of every step, (N,), ascending.
@@ -92,7 +92,7 @@ def score_steps(
     *,
     progress: Progress = lambda done, total: None,
 ) -> Table:
-    """Ask methods of every step that has a label, one method after the other.
+    """Score every labelled step by several methods, one after the other.
 
     Args:
         specs: of methods, canonical.
