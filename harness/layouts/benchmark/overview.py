@@ -43,8 +43,8 @@ def overview(benchmark: Benchmark) -> dict[str, Any]:
         "status": {str(k): int(n) for k, n in cases["status"].value_counts().items()},
         "splits": [_counts(name, which, part) for name, which, part in parts if len(part)],
         "natural_stable": benchmark.natural_stable,
-        "confidence": _sureness(benchmark),
-        "judges": _judges(benchmark),
+        "confidence": _confidence(benchmark),
+        "judges": _further_methods(benchmark),
     }
 
 
@@ -62,7 +62,7 @@ def _counts(split: str, scenario: str, part: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def _sureness(benchmark: Benchmark) -> dict[str, Any]:
+def _confidence(benchmark: Benchmark) -> dict[str, Any]:
     table = benchmark.confidence
     table = table[table["robust"].notna()]
     robust = int(table["robust"].sum())
@@ -70,7 +70,7 @@ def _sureness(benchmark: Benchmark) -> dict[str, Any]:
     return {"cases": len(table), "robust": robust, "fragile": len(table) - robust, "mean": mean}
 
 
-def _judges(benchmark: Benchmark) -> list[dict[str, Any]]:
+def _further_methods(benchmark: Benchmark) -> list[dict[str, Any]]:
     opinions = benchmark.opinions
     same = opinions.assign(same=agrees(benchmark.cases, opinions))
     groups = same.groupby(["reason", "judge"], sort=False)["same"]

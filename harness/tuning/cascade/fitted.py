@@ -141,7 +141,7 @@ def fit_cascade(
     elsewhere = _elsewhere(table, [spec for spec in used if spec != options.last], options)
     ladders = {
         budget: Ladder(
-            found.stages, found.last, _told(table, found, 0.01 * budget, options, elsewhere)
+            found.stages, found.last, _summary(table, found, 0.01 * budget, options, elsewhere)
         )
         for budget, found in fits.items()
     }
@@ -188,7 +188,7 @@ def _elsewhere(table: Table, specs: Sequence[str], options: FitOptions) -> Table
     return score_steps(asked, load_cases(source))
 
 
-def _told(
+def _summary(
     table: Table, found: Fit, budget: float, options: FitOptions, elsewhere: Table | None
 ) -> dict[str, Any]:
     """Summary of a fitted ladder, for the file and for people. Shares are from 0 to 1."""
@@ -218,14 +218,14 @@ def _told(
             for number, spec in enumerate(_methods(found))
         ],
         "elsewhere": [
-            _held(stage, elsewhere.step_scores[stage.method], elsewhere)
+            _errors_elsewhere(stage, elsewhere.step_scores[stage.method], elsewhere)
             for stage in found.stages
             if elsewhere is not None and stage.method in elsewhere.step_scores
         ],
     }
 
 
-def _held(stage: Stage, step_scores: StepScores, table: Table) -> dict[str, Any]:
+def _errors_elsewhere(stage: Stage, step_scores: StepScores, table: Table) -> dict[str, Any]:
     """Errors of a stage's thresholds if it decides every step of other cases."""
     said = [stage.unstable(score) for score in step_scores.scores.tolist()]
     decided = np.array([verdict is not None for verdict in said])
