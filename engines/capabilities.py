@@ -82,7 +82,7 @@ class WorldSettings:
 
 
 def check_settings(settings: WorldSettings) -> None:
-    """Refuse settings that no engine is to see.
+    """Refuse settings that are outside the limits of all engines.
 
     Raises:
         BadNumberError: a number that is not finite or out of range.
@@ -110,7 +110,7 @@ SETTINGS: tuple[str, ...] = tuple(
 
 
 class Support(StrEnum):
-    """The three answers of an engine to a setting: honoured, emulated, ignored."""
+    """Support of a setting by an engine: honoured, emulated (also on request) or ignored."""
 
     HONOURED = "honoured"
     EMULATED = "emulated"
@@ -120,9 +120,9 @@ class Support(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class SettingSupport:
-    """One engine's answer to one setting.
+    """Support of one setting by one engine.
 
-    ``values`` limits the answer to some of the values; any other value counts as ignored.
+    ``values`` limits the support to some of the values; any other value counts as ignored.
     """
 
     support: Support
@@ -195,10 +195,10 @@ class Capabilities:
 
 
 def declare(**settings: SettingSupport) -> Mapping[str, SettingSupport]:
-    """The settings part of a :class:`Capabilities`, checked to answer for every setting.
+    """The settings part of a :class:`Capabilities`, checked to cover every setting.
 
     Raises:
-        ValueError: a setting of :class:`WorldSettings` has no answer, or an answer no setting.
+        ValueError: a setting of :class:`WorldSettings` is missing, or a name is no setting.
     """
     if set(SETTINGS) != set(settings):
         raise ValueError(f"declare exactly {sorted(SETTINGS)}, got {sorted(settings)}")

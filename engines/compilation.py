@@ -9,7 +9,7 @@ from numba import njit
 
 
 def compile_kept(function: Callable[..., Any], digest: str) -> Callable[..., Any]:
-    """Compile a function when it is first called, or load what was compiled before.
+    """Compile a function when it is first called, or load the compiled code.
 
     Args:
         function: to be compiled.

@@ -31,7 +31,7 @@ _NONE = Fraction(0)
 
 @lru_cache(maxsize=65536)
 def _divide(remainder: Fraction, time_step: float, fixed: float) -> tuple[int, Fraction]:
-    """Whole substeps in ``remainder + time_step``, and what is left; negative time runs none."""
+    """Whole substeps in ``remainder + time_step``, and the remainder; negative time runs none."""
     total = remainder + _exact(time_step)
     requested = max(0, total // _exact(fixed))
     return requested, total - requested * _exact(fixed)

@@ -21,7 +21,7 @@ class LeakError(LearnerError):
 
 
 def require_training() -> None:
-    """See that what training needs is installed.
+    """Check that the packages for training are installed.
 
     Raises:
         LearnerError: it is not; says which extra installs it.

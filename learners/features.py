@@ -38,9 +38,9 @@ PLAIN = (
     "x", "y", "z", "width", "height", "depth", "mass x", "mass y", "mass z", "weight",
     "pallet width", "pallet height", "pallet depth", "scale",
 )  # fmt: skip
-"""Lengths in shares of the pallet's longest side, which ``scale`` tells [log of metres]; ``mass``
-is the centre of mass from the geometric centre; ``weight`` the log of how heavy the item would be
-on a pallet of one metre [kg], at the same density."""
+"""Lengths in shares of the pallet's longest side, the feature ``scale`` [log of metres]; ``mass``:
+centre of mass from the geometric centre; ``weight`` the log of the item's weight on a pallet of one
+metre [kg], at the same density."""
 
 _X, _Y, _Z, _WIDTH, _HEIGHT, _DEPTH, _MASS_X, _MASS_Y, _MASS_Z = range(9)
 _PALLET_X, _PALLET_Z = 10, 12

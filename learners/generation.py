@@ -114,7 +114,7 @@ def generate_labelled(
     workers: int = 1,
     progress: Progress = lambda done, total: None,
 ) -> dict[str, Any]:
-    """Make a labelled set to learn from; an interrupted run goes on.
+    """Make a labelled set to train on; an interrupted run is resumed.
 
     Layouts that are by chance geometries of held-out layouts are left out, and so are cases that
     the method gave no label.

@@ -86,12 +86,12 @@ class Network:
         return self.go_on(rows, self.start())[0]
 
     def start(self) -> Memory:
-        """The memory of a network that has seen no step."""
+        """The state of a network before the first step."""
         widths = [len(layer.recurrent) for layer in self._layers]
         return Memory(0, tuple(np.zeros((2, width), dtype=np.float32) for width in widths))
 
     def go_on(self, rows: Array32, memory: Memory) -> tuple[Array32, Memory]:
-        """That a step is unstable, for the steps of a layout that have not been seen.
+        """Probabilities that a step is unstable, for steps after those in the memory.
 
         Args:
             rows: features of all steps, not normalised, (J, F).

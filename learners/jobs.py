@@ -36,7 +36,7 @@ from steadyload.runs.results import provenance
 from steadyload.runs.runner import locked
 
 BENCHMARK = "benchmark"
-"""Stands for the labelled set of the package, where data are named."""
+"""Name of the labelled set of the package in a list of data."""
 
 _MADE_BY = "made_by.json"
 
@@ -128,7 +128,7 @@ def train_weights(
     loading: Callable[[int, int], None] = lambda done, total: None,
     progress: Report = lambda member, epoch: None,
 ) -> Path:
-    """Train all members and write their weights; an interrupted run goes on.
+    """Train all members and write their weights; an interrupted run is resumed.
 
     Args:
         job: what.
@@ -269,7 +269,7 @@ def member_options(options: TrainingOptions, number: int) -> TrainingOptions:
 
 @dataclass(frozen=True)
 class _Material:
-    """All data of a job, and what is to be said of every set."""
+    """All data of a job, and a description of every set."""
 
     data: Sequences
     validation: Sequences
@@ -337,7 +337,7 @@ def _note(directory: Path, own: dict[str, Any]) -> None:
 
 
 def _code() -> str:
-    """Hash of the code of this package; that of what lies below it is told by a provenance."""
+    """Hash of the code of this package; that of the packages below it is part of a provenance."""
     digest = hashlib.sha256()
     for path in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(path.read_bytes())

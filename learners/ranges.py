@@ -20,7 +20,7 @@ QUANTITIES: Mapping[str, str] = {
     "weight": " kg",
     "shift of the centre of mass": " of a side",
 }
-"""What is looked at, and its unit. Positions lie in the pallet, and need no range of their own."""
+"""Quantities with a range, and their units. Positions lie in the pallet, and need no range."""
 
 
 def _of_items(layout: Arrangement) -> FloatArray:
@@ -107,7 +107,7 @@ class TrainedRanges:
 
     def outside(self, layout: Arrangement) -> str:
         """Sentence on the quantity and item that lie outside; empty if none does."""
-        # Asked first, so that any layout compiles all of it.
+        # Computed first, so that any layout compiles all of it.
         of_items = _of_items(layout)
         least, most = self._least[2:], self._most[2:]
         inside = _inside(of_items, least, most)

@@ -1,4 +1,4 @@
-"""Labelled layouts as sequences of features; what is held out, and that nothing of it is learnt."""
+"""Labelled layouts as sequences of features, and the check that no held-out case is trained on."""
 
 from __future__ import annotations
 
@@ -250,7 +250,7 @@ class HeldOut:
         return cls(frozenset(instances), frozenset(geometries))
 
     def check(self, training: Sequences) -> None:
-        """See that training data hold nothing of it.
+        """Check that training data contain no held-out case.
 
         Raises:
             LeakError: they do; names one.

@@ -19,7 +19,7 @@ from steadyload.learners.compiled import compiled
 from steadyload.learners.convex_hull import hull_of, margin_in, pressures, sort_points
 
 SECONDS, GRAVITY = 0.3, 980.0
-"""What a label gives an item to fall: time [s] and acceleration [cm/s2]."""
+"""Time [s] and acceleration [cm/s2] that a label gives an item to fall."""
 
 OWN = (
     "on the floor", "supported share", "supporters", "margin", "relative margin", "drop",

@@ -1,4 +1,4 @@
-"""Training of one network: it can be killed at any time and goes on to the same weights."""
+"""Training of one network: it can be killed at any time, and resumes to the same weights."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from steadyload.reports.charts import png
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A figure under its file name, with the sentence that says what to see in it."""
+    """A figure under its file name, with its caption."""
 
     name: str
     figure: Figure
@@ -38,7 +38,7 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """A page: its title, a summary, sections, and what it was made with."""
+    """A page: its title, a summary, sections, and its provenance."""
 
     title: str
     summary: str

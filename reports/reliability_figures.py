@@ -1,4 +1,4 @@
-"""Pictures of probabilities: whether they keep what they say, and what not judging gives."""
+"""Figures of calibration and abstention."""
 
 from __future__ import annotations
 

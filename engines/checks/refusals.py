@@ -1,4 +1,4 @@
-"""Checks that what no engine may see never reaches one."""
+"""Checks that boxes and settings outside the limits never reach an engine."""
 
 from __future__ import annotations
 

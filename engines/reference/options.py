@@ -64,7 +64,7 @@ _VALUES = MappingProxyType(
 
 @dataclass(frozen=True)
 class ReferenceOptions:
-    """Accuracy and contact. What is None comes with ``contact``.
+    """Accuracy and contact. Values that are None come with ``contact``.
 
     Raises:
         ValueError: a value outside its range, or friction that would have to become dynamic before

@@ -206,7 +206,7 @@ def pack_bins(
 
 
 class Packer:
-    """Bins that are being filled by one heuristic; see :func:`pack_bins`."""
+    """Bins while one heuristic fills them; see :func:`pack_bins`."""
 
     def __init__(
         self,
@@ -228,7 +228,7 @@ class Packer:
         self._created = 0
 
     def forked(self, bins: BinRule) -> Packer:
-        """A copy that goes on with another bin rule."""
+        """A copy that continues with another bin rule."""
         other = Packer.__new__(Packer)
         other.__dict__.update(self.__dict__)
         other.heuristic = Heuristic(bins, self.heuristic.space, self.heuristic.placement)

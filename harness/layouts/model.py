@@ -34,7 +34,7 @@ _BLOCK = 256
 
 
 class LayoutError(ValueError):
-    """A layout that cannot be: says where (file, layout, item), what, and what is allowed."""
+    """An invalid layout: says where (file, layout, item), what, and what is allowed."""
 
     def __init__(
         self,
@@ -48,7 +48,7 @@ class LayoutError(ValueError):
         self.message, self.file, self.layout, self.item = message, file, layout, item
 
     def located(self, *, file: str | None = None, layout: str | None = None) -> LayoutError:
-        """The same error with the places it did not know of yet."""
+        """The same error with further places: file, layout or item."""
         return type(self)(
             self.message, file=self.file or file, layout=self.layout or layout, item=self.item
         )

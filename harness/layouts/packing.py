@@ -38,7 +38,7 @@ MOST_ITEMS = 20
 
 
 class PackingError(ValueError):
-    """An instance that cannot be: quotes the value and says what is allowed."""
+    """An invalid instance: quotes the value and says what is allowed."""
 
 
 class WeightRule(StrEnum):

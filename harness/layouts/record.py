@@ -79,7 +79,7 @@ def _number(values: Mapping[str, Any], key: str, label: str, unit: str) -> float
 
 
 def shown(value: Any) -> str:
-    """A value for a message: short, and "missing" for what is not there."""
+    """A value for a message: short, and "missing" if there is none."""
     if value is None:
         return "missing"
     text = ascii(value)

@@ -68,7 +68,7 @@ class PartialBaseSupport(Method):
         return STABLE
 
     def begin(self, layout: GrowingLayout) -> Loader:
-        """A loader that looks at the new item and what it stands on."""
+        """A loader that checks the new item and the items it stands on."""
         return _SupportLoader(self, layout)
 
     def place(self, layout: GrowingLayout) -> Finding:
@@ -96,7 +96,7 @@ class PartialBaseSupport(Method):
 
 
 class _SupportLoader(Loader):
-    """Keeps nothing: what is below an item does not change, nor does its share of support."""
+    """Keeps nothing: the items below an item do not change, nor does its share of support."""
 
     def __init__(self, method: PartialBaseSupport, layout: GrowingLayout) -> None:
         super().__init__(layout)

@@ -135,7 +135,7 @@ class Cascade(Method):
         return methods
 
     def made_of(self) -> str:
-        """See :meth:`Method.made_of`: the ladder, and what its methods are made of."""
+        """See :meth:`Method.made_of`: the ladder, and the hashes of its methods."""
         ladder = dataclasses.asdict(self.ladder) | {"found": None}
         own = [[fingerprint(method), method.made_of()] for method in self.stage_methods]
         return hashlib.sha256(json.dumps([ladder, own]).encode()).hexdigest()

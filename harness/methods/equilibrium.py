@@ -105,7 +105,7 @@ class Equilibrium(Method):
         return STABLE
 
     def begin(self, layout: GrowingLayout) -> Loader:
-        """A loader that passes the new weight down, and asks more only where that fails."""
+        """A loader that passes the new weight down, and solves for forces only where that fails."""
         return _BalanceLoader(self, layout)
 
     def judge_step(
@@ -221,7 +221,7 @@ class _BalancedSteps(StepScorer):
 
 
 class _BalanceLoader(Loader):
-    """Carries the forces from placement to placement, and what they were before each."""
+    """Carries the forces from placement to placement, and stores those before each."""
 
     def __init__(self, method: Equilibrium, layout: GrowingLayout) -> None:
         super().__init__(layout)

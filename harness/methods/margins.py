@@ -134,7 +134,7 @@ class _Scene:
 
     @staticmethod
     def _shifts(n: int, which: list[tuple[int, int, float]]) -> FloatArray:
-        """The moments that unit shifts of centres of mass ask for, one column a shift."""
+        """Moments due to unit shifts of centres of mass, one column a shift."""
         columns = np.zeros((n, 3, len(which)))
         for column, (k, axis, moment) in enumerate(which):
             columns[k, axis, column] = moment

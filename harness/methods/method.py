@@ -134,7 +134,7 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A verdict without bookkeeping: what an implementation of :meth:`Method._judge` returns.
+    """A verdict without bookkeeping, as an implementation of :meth:`Method._judge` returns it.
 
     The fields are those of :class:`Verdict`.
     """
@@ -253,7 +253,7 @@ class Loader(ABC):
 
     @abstractmethod
     def fork(self, layout: GrowingLayout) -> Loader:
-        """A loader that has come as far, for a copy of the layout that goes on by itself."""
+        """A loader in the same state, for an independent copy of the layout."""
 
     def close(self) -> None:
         """Release resources of engines. Closing twice is allowed."""

@@ -28,12 +28,12 @@ _FRAMES = (20, 60)
 
 
 class RecordingError(ValueError):
-    """There is nothing to show, or an engine did not answer twice the same."""
+    """There is nothing to show, or an engine did not repeat its verdict."""
 
 
 @dataclass(frozen=True, slots=True)
 class RecordedStep:
-    """One placement: what happened to the items that were there by then.
+    """One placement: the motion of the items placed so far.
 
     Attributes:
         times: since the placement [s], shape (frames,); empty where nothing was simulated.
@@ -125,7 +125,7 @@ class _Take:
 
 
 class _RecordedLoading(Loading):
-    """A loading that keeps what it passes through; see :class:`Loading`."""
+    """A loading that records its poses; see :class:`Loading`."""
 
     def __init__(
         self, layout: Layout, engine: str, parameters: SimulationParameters, watch: Stopwatch

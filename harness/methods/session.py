@@ -108,7 +108,7 @@ class LoadingSession:
         return gone
 
     def fork(self) -> LoadingSession:
-        """A session that has come as far and goes on by itself, as a branch of a search does.
+        """An independent session with the same items, such as a branch of a search.
 
         Nothing is judged again. The cost grows with the number of items loaded, slowly.
         """
@@ -130,7 +130,7 @@ class LoadingSession:
         return self._layout.layout(name)
 
     def close(self) -> None:
-        """Give back what an engine holds. Closing twice is allowed."""
+        """Release resources of the engine. Closing twice is allowed."""
         self._loader.close()
 
     def __enter__(self) -> LoadingSession:

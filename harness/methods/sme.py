@@ -1,4 +1,4 @@
-"""The authors' force-based rule; the exact question is :mod:`steadyload.methods.equilibrium`."""
+"""The authors' force-based rule; the exact solution is :mod:`steadyload.methods.equilibrium`."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class StaticMechanicalEquilibrium(Method):
         return STABLE
 
     def begin(self, layout: GrowingLayout) -> Loader:
-        """A loader that asks the new item and what carries it."""
+        """A loader that checks the new item and the items that carry it."""
         return _SmeLoader(layout)
 
 

@@ -14,7 +14,7 @@ from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray
 Indices = NDArray[np.intp]
 
 FIRM = -1
-"""Stands for the floor and for items that do not move, where a body is named."""
+"""Index of the floor and of items that do not move, in place of a body."""
 
 
 @dataclass(frozen=True, slots=True)

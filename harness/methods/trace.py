@@ -152,7 +152,7 @@ _Sample = tuple[float, float, float, int]
 
 
 class _Recorder(Examiner):
-    """Writes down what it sees, and objects only to what is beyond the limits."""
+    """Records movements, and reports only those beyond the limits."""
 
     def __init__(
         self, items: Sequence[Box], criterion: Criterion, eps_t: float, eps_r: float

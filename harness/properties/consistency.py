@@ -124,7 +124,7 @@ def _two_shares(draw: DrawFn, tested: MethodUnderTest) -> Case:
 
 
 def more_support_fails_no_later(tested: MethodUnderTest, case: Case) -> bool:
-    """Asking for more support never lets a loading get further."""
+    """Requiring more support never makes a loading fail later."""
     steps = []
     for which in ("lower", "higher"):
         spec = f"{tested.method.spec.name}:alpha={case.change[f'{which} alpha']:g}"

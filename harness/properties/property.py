@@ -17,10 +17,10 @@ from steadyload.methods.registry import make_method
 
 
 class Violation(Exception):  # noqa: N818 - what a check finds, no fault of the program
-    """A property does not hold; the message says what was found and what was to be expected."""
+    """A property does not hold; the message says what was found and what was expected."""
 
 
-class LayoutRefused(Exception):  # noqa: N818 - no fault of anybody
+class LayoutRefused(Exception):  # noqa: N818 - a result, no fault of the program
     """The method refuses a layout: it lies outside the range that the method declares."""
 
 
@@ -50,7 +50,7 @@ class Case:
 
 
 class MethodUnderTest:
-    """A method under test, and what it declares of itself.
+    """A method under test, with its declared traits and capabilities.
 
     Args:
         spec: the method's spec string.

@@ -17,7 +17,7 @@ PROFILES = {"quick": 20, "ci": 100, "deep": 1000}
 
 @dataclass(frozen=True, slots=True)
 class Counterexample:
-    """The smallest case found that violates a property, and what was found."""
+    """Smallest case found that violates a property, and the message of the violation."""
 
     case: Case
     found: str

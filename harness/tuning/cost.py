@@ -1,4 +1,4 @@
-"""CPU time as a sum over what a simulation does, so that a search can be made again.
+"""CPU time as a sum over a simulation's counted work, so that a search can be repeated.
 
 The terms are counted (:class:`steadyload.methods.method.Effort`) and equal on every machine; what
 each takes is measured once an engine, as the non-negative weights that fit the CPU times of random
@@ -35,7 +35,7 @@ from steadyload.tuning.space import Space
 FloatArray = NDArray[np.float64]
 
 GOAL = "ps3@{engine}:samples=10,rest_speed=0.01"
-"""What a goal is a share of: PS_3, stopped at rest and looked at as others are."""
+"""The method that defines the goal: PS_3, stopped at rest and sampled as others are."""
 
 TERMS = (
     "layout",
@@ -247,4 +247,4 @@ def _measure(unit: _Measurement) -> Iterator[_Counted]:
 
 
 def _crashed(unit: _Measurement, part: int, reason: str) -> None:
-    """A parameter set that ends its process tells nothing of cost."""
+    """A parameter set that ends its process gives no cost."""

@@ -47,7 +47,7 @@ def identity(options: SearchOptions, space: Space) -> dict[str, Any]:
 
 
 def _search_code() -> str:
-    """Hash of the code that decides what is proposed and what is given up."""
+    """Hash of the code that proposes genotypes and gives them up."""
     digest = hashlib.sha256()
     for module in _DECIDING:
         digest.update(Path(__file__).with_name(f"{module}.py").read_bytes())

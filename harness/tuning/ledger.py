@@ -1,4 +1,4 @@
-"""Everything a search has found out, line by line in one file; it goes on from there.
+"""All results of a search, line by line in one file, from which it can be resumed.
 
 A line is written as soon as it is known. A search that is started again proposes the same genotypes
 in the same order, finds those that were judged, and goes on where it was interrupted.
@@ -28,7 +28,7 @@ _KEPT = f"{_FILE}.xz"
 
 @dataclass(frozen=True)
 class Entry:
-    """A genotype, the generation in which it was judged, and what came out."""
+    """A genotype, the generation in which it was judged, and its trial."""
 
     genotype: Genotype
     generation: int
@@ -92,7 +92,7 @@ class Ledger:
         self._write({"fact": name, "value": value})
 
     def add(self, entry: Entry) -> None:
-        """Write down what came out for a genotype."""
+        """Store the trial of a genotype."""
         self.entries[entry.genotype] = entry
         trial = entry.trial
         self._write(

@@ -1,4 +1,4 @@
-"""Options of a search: what is searched, by whom, for how long."""
+"""Options of searches, checked before a search begins."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ def _worth(search: Search) -> float:
 
 
 def check_remakable(made_by: Mapping[str, Any]) -> None:
-    """Ask whether what a search finds may be a preset.
+    """Check that the result of a search may become a preset.
 
     Args:
         made_by: provenance of the search.

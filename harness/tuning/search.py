@@ -61,7 +61,7 @@ class Search:
     def __init__(self, directory: Path, options: SearchOptions) -> None:
         self.space = space_on(options.engine, options.space)
         self.known = tuple(self.space.genotype(spec) for spec in options.begin_with)
-        # Spelled out: a preset may be another one when the search goes on.
+        # Spelled out: a preset may have changed when the search is resumed.
         spelled = tuple(self.space.spec(genotype) for genotype in self.known)
         self.options = options = dataclasses.replace(options, begin_with=spelled)
         self.cases = load_cases(options.source)
@@ -190,7 +190,7 @@ class Search:
         return pareto_front(self.whole(before))
 
     def _prepare(self, workers: int, report: Report) -> None:
-        """Measure what judging costs, what PS_3 costs, and what the start is worth."""
+        """Measure the cost model, the cost of PS_3, and the values of the start."""
         options, facts = self.options, self.ledger.facts
         if "made_by" not in facts:
             made_by, package = provenance(), ALGORITHMS[options.algorithm].needs
@@ -252,7 +252,7 @@ class Search:
         self.ledger.end(GenerationEnd(number, len(proposed), float(np.median(values)), wall))
 
     def _check_code(self) -> None:
-        """Workers read the code anew; it must be what it was when the search was begun."""
+        """Workers read the code anew; it must be the code with which the search began."""
         if identity(self.options, self.space) != self._identity:
             raise TuningError(
                 f"{self._directory}: code was changed while the search was running; put it back to "
@@ -287,7 +287,7 @@ class Search:
     def _judge(
         self, specs: Mapping[Any, str], race: Race, workers: int, number: int | None = None
     ) -> dict[Any, TrialResult]:
-        """Judge specs; those of a generation are written down as soon as they are known."""
+        """Judge specs; those of a generation are stored as soon as they are judged."""
         source, model = self.options.source, self.model
         keys = {spec: key for key, spec in specs.items()}
         units = [TrialUnit(spec, source, model, race) for spec in keys]
@@ -299,7 +299,7 @@ class Search:
         return found
 
     def _worth(self, proposed: list[Genotype], number: int) -> list[tuple[float, float, float]]:
-        """Fitness, accuracy and cost of genotypes, as a proposer is told.
+        """Fitness, accuracy and cost of genotypes, for the proposer.
 
         What was given up is told to be behind the fittest, or one of the front that costs no more,
         by what it was on the cases that it was judged on and what that usually grows by.

@@ -1,4 +1,4 @@
-"""Judging genotypes: in rounds of ever more cases, given up once they can no longer win."""
+"""Trials of genotypes: in rounds of more and more cases, given up once they cannot win the race."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ ROUNDS = (30, 60, 120, 300)
 """Cases after which a genotype may be given up; all cases are the last round."""
 
 GROWTH = dict(zip(ROUNDS, (5.0, 2.5, 1.5, 1.3), strict=True))
-"""What a genotype that is given up after a round is behind by then grows by until all cases: about
+"""Factor by which the gap of a genotype that is given up after a round grows until all cases: about
 the median of 96 such genotypes on MuJoCo and Bullet, judged on all 900 cases of validation."""
 
 WORST_COST = 1e4
@@ -92,7 +92,7 @@ def fitness(trial: TrialResult, goal: float) -> float:
 
 
 def behind(trial: TrialResult, rival: TrialResult) -> tuple[float, float]:
-    """By how much a genotype will be behind a rival in accuracy on all cases, and how sure that is.
+    """Gap in accuracy of a genotype to a rival on all cases, and the allowance for its error.
 
     The cases that are left are taken to come out alike: the first ones are those on which parameter
     sets differ.
@@ -134,7 +134,7 @@ def estimated(
 
 
 class Race(Protocol):
-    """Says when a genotype can no longer win, from what is known of it so far."""
+    """Rule that decides, from its first cases, when a genotype can no longer win."""
 
     def lost(self, trial: TrialResult) -> bool:
         """True if the genotype can be given up."""

@@ -87,7 +87,7 @@ class ViewedLoading:
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """A layout, the loadings to play side by side, and what the page was made with."""
+    """A layout, the loadings to play side by side, and the provenance of the page."""
 
     name: str
     pallet: Triple

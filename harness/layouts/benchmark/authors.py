@@ -266,7 +266,7 @@ class _Collected:
 
 
 def _instance(name: str) -> tuple[str, int]:
-    """The item list that a name tells of, and its class; 0 where it tells none."""
+    """Item list and item class in a name; 0 for a name without a class."""
     packed = _PACKED.fullmatch(name)
     if packed is not None and int(packed[2]) < 128:
         return packed[1], int(packed[2])

@@ -20,7 +20,7 @@ from steadyload.layouts.packing import (
 from steadyload.layouts.scenarios import Scenario, apply_scenario
 
 _OFFSET_DECIMALS = 2
-"""Centres of mass lie on tenths of a millimetre: what is stored is what is judged."""
+"""Centres of mass lie on tenths of a millimetre: the stored values are those judged."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ PLANAR_OPTIONS = BuildOptions(
     fewest_items=3,
     splits=SplitSizes(test=300, validation=300, test_lists=4, validation_lists=4),
 )
-"""What the planar set that comes with the package is drawn from."""
+"""Options of the planar set that comes with the package."""
 
 
 def build(

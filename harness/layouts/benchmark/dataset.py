@@ -30,10 +30,10 @@ SHIPPED = _PACKAGE / "data"
 """The folder of the set that comes with the package."""
 
 PLANAR = "planar"
-"""Stands for the small set of planar layouts that comes with the package, too."""
+"""Name of the small set of planar layouts that comes with the package, too."""
 
 SETS: Mapping[str, Path] = {PLANAR: _PACKAGE / "data_planar"}
-"""Words that stand for further sets of the package, and their folders."""
+"""Names of further sets of the package, and their folders."""
 
 
 class Part(StrEnum):
@@ -52,7 +52,7 @@ class Part(StrEnum):
 
 
 UNLEARNT = (Part.VALIDATION, Part.TEST, Part.TEST_300)
-"""Parts whose item lists nothing is learnt from: what was trained may be judged on them."""
+"""Held-out parts: nothing is trained on their item lists."""
 
 
 @dataclass(frozen=True)

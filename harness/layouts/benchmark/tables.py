@@ -15,7 +15,7 @@ from steadyload.atomic import write_atomically
 VERSION = 1
 
 UNLABELLED = "unlabelled"
-"""Status of a case that nobody has judged yet."""
+"""Status of a case that has not been judged yet."""
 
 _TEXT, _NUMBERS = pa.string(), pa.list_(pa.float64())
 
