@@ -14,7 +14,7 @@ from steadyload.runs.results import judged_by
 from steadyload.tuning.options import SearchOptions
 from steadyload.tuning.space import Gene, Space
 
-_DECIDING = ("cases", "cost", "judging", "options", "proposers", "search")
+_DECIDING = ("cases", "cost", "options", "proposers", "search", "trial")
 
 
 def space_of(found: Mapping[str, Any]) -> Space:
