@@ -44,7 +44,7 @@ OWN_SEEDS = 1_000_000_000
 
 LISTS: Mapping[int, int] = {1: 1, 2: 1, 3: 8}
 """Item lists of a class for one of the first. Labelled sets hold some eight times as many layouts
-of class 3, whose lists fill many bins: a network is to meet the classes as it will be asked."""
+of class 3, whose lists fill many bins: a network is to learn the classes as it will meet them."""
 
 _SHARDS, _ASKED, _RUNS = "shards", "asked.json", "made_with.json"
 
@@ -56,7 +56,7 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class GenerationOptions:
-    """What a set is drawn from and labelled by.
+    """Options of generating a labelled set.
 
     Args:
         lists: of classes 1 and 2, item lists each; of class 3 more, see :data:`LISTS`.
@@ -88,7 +88,7 @@ class GenerationOptions:
         make_method(self.label)
 
     def identity(self) -> dict[str, Any]:
-        """What makes shards those of the same set. More lists begin with the same ones."""
+        """Identity of a set, shared by all its shards. More lists begin with the same ones."""
         found = dataclasses.asdict(self)
         del found["lists"]
         return found | {"scenarios": list(self.scenarios)}
@@ -119,7 +119,7 @@ def generate_labelled(
     workers: int = 1,
     progress: Progress = lambda done, total: None,
 ) -> dict[str, Any]:
-    """Make a labelled set to learn from; an interrupted run goes on.
+    """Make a labelled set to train on; an interrupted run is resumed.
 
     Layouts that are by chance geometries of held-out layouts are left out, and so are cases that
     the method gave no label.
@@ -190,7 +190,7 @@ def _is_foreign(found: Path) -> bool:
 
 
 def _runs(directory: Path, *, at_work: bool) -> list[dict[str, Any]]:
-    """What made the shards, oldest first, with this run where it is about to make some."""
+    """Runs that made the shards, oldest first, with this run if it is about to make some."""
     path = directory / _RUNS
     runs = json.loads(path.read_text()) if path.exists() else []
     now = provenance()

@@ -39,7 +39,7 @@ from steadyload.runs.results import provenance
 from steadyload.runs.store import locked
 
 BENCHMARK = "benchmark"
-"""Stands for the labelled set of the package, where data are named."""
+"""Name of the labelled set of the package in a list of data."""
 
 _MADE_BY = "made_by.json"
 
@@ -48,7 +48,7 @@ Report = Callable[[int, Epoch], None]
 
 @dataclass(frozen=True)
 class TrainingJob:
-    """What is to be trained, on what.
+    """Training job: the networks to train, and their data.
 
     Args:
         options: of every member; the seeds of the members are drawn from that of the options.
@@ -107,7 +107,7 @@ class TrainingJob:
 
     @property
     def command(self) -> str:
-        """What trains the same weights again, but for the time that a budget cuts off."""
+        """Command that trains the same weights again, but for the time that a budget cuts off."""
         words = ["steadyload", "train", "--preset", "quick"]
         for field, value in as_plain(self.options).items():
             words += ["--option", f"{field}={value}"]
@@ -131,7 +131,7 @@ def train_weights(
     loading: Callable[[int, int], None] = lambda done, total: None,
     progress: Report = lambda member, epoch: None,
 ) -> Path:
-    """Train all members and write their weights; an interrupted run goes on.
+    """Train all members and write their weights; an interrupted run is resumed.
 
     Args:
         job: what.
@@ -270,7 +270,7 @@ def member_options(options: TrainingOptions, number: int) -> TrainingOptions:
 
 @dataclass(frozen=True)
 class _Material:
-    """All data of a job, and what is to be said of every set."""
+    """All data of a job, and a description of every set."""
 
     data: Sequences
     validation: Sequences
@@ -319,7 +319,7 @@ def _check_device(device: str) -> None:
 
 
 def _starts(where: str) -> list[Mapping[str, np.ndarray] | None]:
-    """What the members start from, in turns; None for random weights."""
+    """Weights that the members start from, in turns; None for random weights."""
     if not where:
         return [None]
     return [load_arrays(where, k) for k in range(len(load_weights(where).networks))]
@@ -338,7 +338,7 @@ def _note(directory: Path, own: dict[str, Any]) -> None:
 
 
 def _code() -> str:
-    """Hash of the code of this package; that of what lies below it is told by a provenance."""
+    """Hash of the code of this package; that of the packages below it is part of a provenance."""
     digest = hashlib.sha256()
     for path in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(path.read_bytes())
@@ -352,7 +352,7 @@ def _folder(name: str) -> Path | None:
 def _split(
     job: TrainingJob, number: int, data: Sequences, validation: Sequences
 ) -> tuple[Sequences, Sequences, list[str]]:
-    """What a member learns from, what stops it, and the item lists that it leaves out."""
+    """Training cases of a member, the cases that stop it, and the item lists that it leaves out."""
     if not job.left_out:
         return data, validation, []
     lists = np.array(sorted(set(data.instances)), dtype=object)

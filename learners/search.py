@@ -52,7 +52,7 @@ def search_hyperparameters(
     device: str = "cpu",
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> list[TrialResult]:
-    """Search; a folder of the same search goes on.
+    """Search; the folder of an interrupted search is resumed.
 
     Args:
         options: what is not searched.

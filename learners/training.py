@@ -1,4 +1,4 @@
-"""Training of one network: it can be killed at any time and goes on to the same weights."""
+"""Training of one network: it can be killed at any time, and resumes to the same weights."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _EVALUATED = 2048
 
 @dataclass(frozen=True, slots=True)
 class Epoch:
-    """How far a training has come.
+    """Progress of a training.
 
     Attributes:
         number: epochs done, from 1.

@@ -41,7 +41,7 @@ _MOST_HEADER = 10_000_000
 
 @dataclass(frozen=True)
 class Weights:
-    """Networks that judge together, and what they were made by.
+    """Networks of one ensemble, and the provenance of their weights.
 
     Attributes:
         kind: of features that they take.

@@ -78,7 +78,7 @@ def _saved(figure: Figure, kind: str, metadata: dict[str, None]) -> bytes:
 
 
 def reach(estimate: Estimate, scale: float = 1.0) -> list[list[float]]:
-    """How far the interval reaches to both sides, as error bars are given, shape (2, 1)."""
+    """Half-widths of the interval to both sides, in the form of error bars, shape (2, 1)."""
     return [
         [scale * max(0.0, estimate.value - estimate.low)],
         [scale * max(0.0, estimate.high - estimate.value)],

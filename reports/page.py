@@ -25,7 +25,7 @@ _FIGURES = "figures"
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A figure under its file name, with the sentence that says what to see in it."""
+    """A figure under its file name, with its caption."""
 
     name: str
     figure: Figure
@@ -44,7 +44,7 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """A page: its title, a summary, sections, and what it was made with."""
+    """A page: its title, a summary, sections, and its provenance."""
 
     title: str
     summary: str

@@ -1,4 +1,4 @@
-"""Which item rests on which: the geometry that all static methods share."""
+"""Contacts between items: the geometry that all static methods share."""
 
 from __future__ import annotations
 

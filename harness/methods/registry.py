@@ -36,8 +36,8 @@ METHODS: dict[str, str] = {
     "sme": "steadyload.methods.sme:StaticMechanicalEquilibrium",
     "equilibrium": "steadyload.methods.equilibrium:Equilibrium",
     "simulation": "steadyload.methods.simulation:Simulation",
-    "lstm_1": "steadyload.learners.judges:LearnedJudge",
-    "lstm_e": "steadyload.learners.judges:LearnedEnsemble",
+    "lstm_1": "steadyload.learners.methods:LearnedMethod",
+    "lstm_e": "steadyload.learners.methods:LearnedEnsemble",
     "cascade": "steadyload.methods.cascade:Cascade",
 }
 

@@ -19,7 +19,7 @@ from steadyload.methods.method import (
     NotStepwiseError,
     Phase,
     Status,
-    StepJudge,
+    StepScorer,
     Stopwatch,
     TimeoutExpiredError,
     Trait,
@@ -69,8 +69,8 @@ class Simulation(Method):
         """
         world_class(self.engine).warm_up(item_count)
 
-    def steps(self, layout: Layout, watch: Stopwatch) -> StepJudge:
-        """See :meth:`Method.steps`: the risk is how far an item got, in units of its threshold."""
+    def steps(self, layout: Layout, watch: Stopwatch) -> StepScorer:
+        """See :meth:`Method.steps`: the score is the largest movement in units of a threshold."""
         if self.parameters.between_steps is BetweenSteps.CARRY:
             raise NotStepwiseError(
                 f"{self.spec}: carries the state over from step to step; allowed: "
@@ -89,7 +89,7 @@ class Simulation(Method):
         return self.simulated(run, run.load)
 
     def simulated(self, run: Placements, load: Callable[[], Finding]) -> Finding:
-        """What a simulation finds, with what it took and what the engine did not honour."""
+        """Finding of a simulation, its effort and the settings that the engine did not honour."""
         try:
             finding = load()
         except EngineError as error:
@@ -129,8 +129,8 @@ class _SimulationLoader(Loader):
         self._loading.close()
 
 
-class _SimulatedSteps(StepJudge):
-    brink = 1.0
+class _SimulatedSteps(StepScorer):
+    decision_threshold = 1.0
 
     def __init__(self, method: Simulation, layout: Layout, watch: Stopwatch) -> None:
         self._watch = watch
@@ -143,7 +143,7 @@ class _SimulatedSteps(StepJudge):
     def effort(self) -> Effort:
         return self._run.effort
 
-    def risk(self, step: int) -> float:
+    def step_score(self, step: int) -> float:
         try:
             found = self._run.place(step)
             beyond = self._run.beyond() if found is None else math.nan

@@ -127,7 +127,7 @@ def as_plain(parameters: Any) -> dict[str, Any]:
 
 
 def allowed_values(parameters: type[Any], name: str) -> str:
-    """What may be given for a parameter, for a listing."""
+    """Allowed values of a parameter, for a listing."""
     field = next(f for f in dataclasses.fields(parameters) if f.name == name)
     kind, optional = _kind(typing.get_type_hints(parameters)[name])
     if isinstance(kind, type) and issubclass(kind, StrEnum):
@@ -142,7 +142,7 @@ def allowed_values(parameters: type[Any], name: str) -> str:
 
 
 def nearest(name: str, known: Collection[str]) -> str:
-    """What to say of a name nobody knows: the nearest known one, and all of them."""
+    """Hint for an unknown name: the nearest known one, and all of them."""
     names = sorted(str(k) for k in known)
     listing = f"allowed: {', '.join(names)}" if names else "none is allowed here"
     close = difflib.get_close_matches(name, names, n=1)

@@ -1,4 +1,4 @@
-"""Numbers with intervals. Every function is pure and deterministic.
+"""Estimates with intervals. Every function is pure and deterministic.
 
 Cases that share a layout (the same geometry in several scenarios), or an item list that several
 layouts were packed from, are not independent. Wherever such cases are pooled, ``clusters`` says
@@ -26,8 +26,8 @@ def share(hits: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
     """A proportion with its 95 % Wilson interval.
 
     With clusters, the interval is taken at the effective sample size p (1 - p) / Var(p), where the
-    variance is that between clusters (Kish's design effect), at least the size that clusters of one
-    opinion each would have (their number, where they are of one size) and at most n.
+    variance is that between clusters (Kish's design effect), at least the size that clusters of
+    equal cases would have (their number, where they are of one size) and at most n.
 
     Args:
         hits: what happened in each case, as booleans.
@@ -121,7 +121,7 @@ def weighted_share(
 
 
 def outcomes(results: pd.DataFrame) -> pd.DataFrame:
-    """What each method said of each case: rows (layout, scenario), a column per method.
+    """Verdicts as a table of numbers: rows (layout, scenario), a column per method.
 
     A value is the failing step, the number of items for a stable layout (so that equal values mean
     equal verdicts), and missing where a method has no verdict. Of several repetitions the first
@@ -168,7 +168,7 @@ def resamples(count: int) -> Iterator[NDArray[np.int64]]:
 
 
 def effective_size(hits: ArrayLike, clusters: ArrayLike | None) -> float:
-    """How many independent cases tell as much of a proportion as these do, see :func:`share`.
+    """Effective sample size of a proportion: the number of independent cases, see :func:`share`.
 
     Args:
         hits: what happened in each case, as booleans.
@@ -180,7 +180,7 @@ def effective_size(hits: ArrayLike, clusters: ArrayLike | None) -> float:
     count = len(sums)
     if count == n:
         return n
-    alike = n * n / float((sizes * sizes).sum())  # clusters of one opinion each
+    alike = n * n / float((sizes * sizes).sum())  # clusters of equal cases
     if count == 1 or p in (0.0, 1.0):
         return alike
     spread = ((sums - p * sizes) ** 2).sum() / (n * n) * count / (count - 1)

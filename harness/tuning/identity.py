@@ -1,4 +1,4 @@
-"""What makes a search the same search, by which one that goes on is known."""
+"""Identity of a search: two runs with the same identity are one search, which can be resumed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from steadyload.runs.results import judged_by
 from steadyload.tuning.options import SearchOptions
 from steadyload.tuning.space import Gene, Space
 
-_DECIDING = ("cases", "cost", "judging", "options", "proposers", "search")
+_DECIDING = ("cases", "cost", "options", "proposers", "search", "trial")
 
 
 def space_of(found: Mapping[str, Any]) -> Space:
@@ -28,7 +28,7 @@ def space_of(found: Mapping[str, Any]) -> Space:
 
 
 def identity(options: SearchOptions, space: Space) -> dict[str, Any]:
-    """What makes a search the same search. Budgets are not part of it: one may go on longer."""
+    """Identity of a search. Budgets are not part of it: a search may go on longer."""
     method = make_method(space.spec(space.start))
     return {
         "engine": options.engine,
@@ -47,7 +47,7 @@ def identity(options: SearchOptions, space: Space) -> dict[str, Any]:
 
 
 def _search_code() -> str:
-    """Hash of the code that decides what is proposed and what is given up."""
+    """Hash of the code that proposes genotypes and gives them up."""
     digest = hashlib.sha256()
     for module in _DECIDING:
         digest.update(Path(__file__).with_name(f"{module}.py").read_bytes())

@@ -1,4 +1,4 @@
-"""Everything a search has found out, line by line in one file; it goes on from there.
+"""All results of a search, line by line in one file, from which it can be resumed.
 
 A line is written as soon as it is known. A search that is started again proposes the same genotypes
 in the same order, finds those that were judged, and goes on where it was interrupted. Not a
@@ -20,8 +20,8 @@ import numpy as np
 from steadyload.atomic import write_atomically
 from steadyload.runs.store import checksum
 from steadyload.tuning import TuningError
-from steadyload.tuning.judging import Sheet
 from steadyload.tuning.space import Genotype
+from steadyload.tuning.trial import TrialResult
 
 _FILE = "search.jsonl"
 _SUM = "sum"
@@ -31,11 +31,11 @@ _KEPT = f"{_FILE}.xz"
 
 @dataclass(frozen=True)
 class Entry:
-    """A genotype, the generation in which it was judged, and what came out."""
+    """A genotype, the generation in which it was judged, and its trial."""
 
     genotype: Genotype
     generation: int
-    sheet: Sheet
+    trial: TrialResult
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,18 +95,18 @@ class Ledger:
         self._write({"fact": name, "value": value})
 
     def add(self, entry: Entry) -> None:
-        """Write down what came out for a genotype."""
+        """Store the trial of a genotype."""
         self.entries[entry.genotype] = entry
-        sheet = entry.sheet
+        trial = entry.trial
         self._write(
             {
                 "genotype": list(entry.genotype),
                 "generation": entry.generation,
-                "n": len(sheet),
-                "right": np.packbits(sheet.right).tobytes().hex(),
-                "cost": sheet.cost.tolist(),
-                "cpu": round(sheet.cpu, 3),
-                **({"reason": sheet.reason} if sheet.reason else {}),
+                "n": len(trial),
+                "right": np.packbits(trial.right).tobytes().hex(),
+                "cost": trial.cost.tolist(),
+                "cpu": round(trial.cpu, 3),
+                **({"reason": trial.reason} if trial.reason else {}),
             }
         )
 
@@ -204,5 +204,5 @@ def _damaged(path: Path) -> TuningError:
 def _entry(line: Mapping[str, Any]) -> Entry:
     bits = np.frombuffer(bytes.fromhex(line["right"]), dtype=np.uint8)
     right = np.unpackbits(bits, count=line["n"]).astype(bool)
-    sheet = Sheet(right, np.array(line["cost"]), line["cpu"], line.get("reason", ""))
-    return Entry(tuple(line["genotype"]), line["generation"], sheet)
+    trial = TrialResult(right, np.array(line["cost"]), line["cpu"], line.get("reason", ""))
+    return Entry(tuple(line["genotype"]), line["generation"], trial)

@@ -1,4 +1,4 @@
-"""Options of a search: what is searched, by whom, for how long."""
+"""Options of searches, checked before a search begins."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from steadyload.tuning.space import DEFAULT
 
 @dataclass(frozen=True, slots=True)
 class SearchOptions:
-    """What is searched, by whom, for how long.
+    """Options of a search: engine, algorithm, space and budget.
 
     Attributes:
         engine: registered name.

@@ -1,4 +1,4 @@
-"""Who proposes genotypes: a genetic algorithm, and a multi-objective one."""
+"""Proposers of genotypes: a genetic algorithm, and a multi-objective one."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _ELITE = 2
 
 
 class Proposer(Protocol):
-    """Proposes generations of genotypes and is told what each is worth.
+    """Proposes generations of genotypes and receives their values (ask and tell).
 
     Proposals are fixed by the seed and by what has been told.
 
@@ -47,14 +47,14 @@ class Proposer(Protocol):
         ...
 
     def close(self) -> None:
-        """No more is asked."""
+        """No further genotypes are proposed."""
         ...
 
 
 def first_generation(
     space: Space, population: int, seed: int, known: Sequence[Genotype] = ()
 ) -> list[Genotype]:
-    """The start of the space, what was known before, and random genotypes."""
+    """The start of the space, genotypes given beforehand, and random ones."""
     random = np.random.default_rng(seed)
     sizes = [len(gene.values) for gene in space.genes]
     drawn = [tuple(map(int, random.integers(sizes))) for _ in range(population - 1 - len(known))]
@@ -101,7 +101,7 @@ class Genetic:
 
 
 def _evolve(line: Connection, first: list[Genotype], sizes: list[int], seed: int) -> None:
-    """Run PyGAD until nobody is at the other end of the line."""
+    """Run PyGAD until the other end of the connection is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     import pygad
 

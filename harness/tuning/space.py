@@ -1,4 +1,4 @@
-"""What is searched on an engine: genes, their values, and where a search starts."""
+"""Search spaces of engines: genes, their values, and the start of a search."""
 
 from __future__ import annotations
 

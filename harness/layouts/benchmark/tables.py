@@ -15,7 +15,7 @@ from steadyload.atomic import write_atomically
 VERSION = 1
 
 UNLABELLED = "unlabelled"
-"""Status of a case that nobody has judged yet."""
+"""Status of a case that has not been judged yet."""
 
 _TEXT, _NUMBERS = pa.string(), pa.list_(pa.float64())
 
@@ -80,7 +80,7 @@ OPINIONS = pa.schema(
         pa.field("failing_step", pa.int16()),
     ]
 )
-"""A row a layout, scenario and further judge. ``reason``: why it could disagree, see
+"""A row a layout, scenario and further method. ``reason``: why it could disagree, see
 :class:`steadyload.layouts.benchmark.confidence.Reason`; ``judge``: what was changed, or a
 method."""
 
@@ -88,7 +88,7 @@ _TABLES = {"layouts": LAYOUTS, "cases": CASES, "opinions": OPINIONS}
 
 
 class BenchmarkError(ValueError):
-    """A folder that holds no labelled set, a damaged one, or a question it cannot answer."""
+    """A folder that holds no labelled set, a damaged one, or one that lacks what is needed."""
 
 
 def write_tables(
@@ -150,7 +150,7 @@ def _plain(column: pd.Series) -> list[Any]:
 def read_tables(
     directory: Path,
 ) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame, dict[str, Any]]:
-    """Layouts, cases, opinions and manifest of a folder.
+    """Layouts, cases, verdicts of further methods and manifest of a folder.
 
     Whole numbers that may be missing come as pandas' nullable integers.
 

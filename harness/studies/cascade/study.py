@@ -194,7 +194,7 @@ def _stages(
     return {
         "stages": tuple(
             _share(number, method, limits[number], steps, whole)
-            for number, method in enumerate(cascade.judges)
+            for number, method in enumerate(cascade.stage_methods)
         ),
         "steps_a_layout": len(steps) / len(whole),
     }

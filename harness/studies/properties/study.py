@@ -27,9 +27,9 @@ from steadyload.methods.naming import method_key
 from steadyload.methods.spec import nearest
 from steadyload.properties import PropertyError
 from steadyload.properties.findings import finding
-from steadyload.properties.property import Case, Property, Subject
+from steadyload.properties.property import Case, MethodUnderTest, Property
 from steadyload.properties.registry import PROPERTIES
-from steadyload.properties.search import Counterexample, Outcome, search
+from steadyload.properties.search import Counterexample, PropertyResult, search
 from steadyload.runs.executors import IN_THIS_PROCESS, SinglePart
 from steadyload.runs.results import judged_by, provenance_lines
 from steadyload.runs.store import Codec, Progress, Store, key_of, locked
@@ -127,7 +127,7 @@ def run_properties(
         ResultsError: another run is at work in the folder.
         WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
     """
-    subjects = list({s.spec: s for s in map(Subject, study.methods)}.values())
+    subjects = list({s.spec: s for s in map(MethodUnderTest, study.methods)}.values())
     for subject in subjects:
         subject.method.prepare()
     units = [unit for subject in subjects for unit in _units(subject, study)]
@@ -140,7 +140,7 @@ def run_properties(
             units,
             _ask,
             # Of an engine that ends its process; the case it did so on is not known.
-            crashed=lambda unit, part, reason: Outcome(0, 0, None, crashed=reason),
+            crashed=lambda unit, part, reason: PropertyResult(0, 0, None, crashed=reason),
             workers=workers,
             progress=progress,
         )
@@ -161,7 +161,7 @@ def made_with(study: PropertyStudy) -> dict[str, str]:
     }
 
 
-def _units(subject: Subject, study: PropertyStudy) -> Iterator[_Unit]:
+def _units(subject: MethodUnderTest, study: PropertyStudy) -> Iterator[_Unit]:
     """What a method is asked; a key is a hash of all that the outcome depends on."""
     library = Path(str(resources.files("steadyload.properties")))
     code = [*sorted(library.glob("*.py")), Path(__file__)]
@@ -178,13 +178,13 @@ def _units(subject: Subject, study: PropertyStudy) -> Iterator[_Unit]:
             yield _Unit(asked.name, subject.spec, study.examples, study.seed, key)
 
 
-def _ask(unit: _Unit) -> Iterator[Outcome]:
-    subject = Subject(unit.method)
+def _ask(unit: _Unit) -> Iterator[PropertyResult]:
+    subject = MethodUnderTest(unit.method)
     subject.method.prepare()
     yield search(PROPERTIES[unit.property], subject, examples=unit.examples, seed=unit.seed)
 
 
-def _encoded(answers: Sequence[Outcome]) -> bytes:
+def _encoded(answers: Sequence[PropertyResult]) -> bytes:
     [outcome] = answers
     held, failure = outcome.counterexample, None
     if held is not None:
@@ -203,7 +203,7 @@ def _encoded(answers: Sequence[Outcome]) -> bytes:
     return (json.dumps(result, indent=1) + "\n").encode()
 
 
-def _decoded(content: bytes) -> Outcome:
+def _decoded(content: bytes) -> PropertyResult:
     result = json.loads(content)
     failure, counterexample = result["failure"], None
     if failure is not None:
@@ -211,16 +211,16 @@ def _decoded(content: bytes) -> Outcome:
         assert isinstance(record, Record)
         case = Case(to_layout(record), failure["change"])
         counterexample = Counterexample(case, failure["found"])
-    return Outcome(
+    return PropertyResult(
         result["examples"], result["asked"], counterexample, result["refused"], result["crashed"]
     )
 
 
-OUTCOMES: Codec[Outcome, Outcome] = Codec(".json", _encoded, _decoded)
+OUTCOMES: Codec[PropertyResult, PropertyResult] = Codec(".json", _encoded, _decoded)
 """A shard of what came out for a property and method."""
 
 
-def _row(unit: _Unit, outcome: Outcome, directory: Path) -> PropertyRow:
+def _row(unit: _Unit, outcome: PropertyResult, directory: Path) -> PropertyRow:
     """A result as a page shows it; a declared finding shows even where this run missed it."""
     known = finding(unit.property, unit.method)
     shown, standing = outcome.counterexample, Standing.HOLDS
@@ -233,7 +233,7 @@ def _row(unit: _Unit, outcome: Outcome, directory: Path) -> PropertyRow:
         standing = Standing.NOT_ASKED
     return PropertyRow(
         property=unit.property,
-        method=method_key(Subject(unit.method).method),
+        method=method_key(MethodUnderTest(unit.method).method),
         standing=standing,
         examples=outcome.examples,
         asked=outcome.asked,

@@ -39,10 +39,10 @@ from steadyload.studies.tuning.variants import (
 )
 from steadyload.tuning import TuningError
 from steadyload.tuning.cost import GOAL
-from steadyload.tuning.judging import fitness
 from steadyload.tuning.ledger import Entry
 from steadyload.tuning.presets import by_worth, preset
 from steadyload.tuning.search import Search, pareto_front
+from steadyload.tuning.trial import fitness
 
 BUDGETS = (1.0, 3.0, 10.0, 30.0)
 """ms a layout of the table of prices."""
@@ -234,8 +234,8 @@ def _prices(searches: Sequence[Search]) -> list[tuple[float, Entry | None, str]]
     found: list[tuple[float, Entry | None, str]] = []
     for budget in BUDGETS:
         best = max(
-            (e for e in front if e.sheet.mean_cost <= budget),
-            key=lambda e: e.sheet.mean_cost,
+            (e for e in front if e.trial.mean_cost <= budget),
+            key=lambda e: e.trial.mean_cost,
             default=None,
         )
         spec = canonical_spec(finders[id(best)].space.spec(best.genotype)) if best else ""
@@ -297,8 +297,8 @@ def _seed_rows(engine: _Engine, found: Outcomes) -> list[SeedRow]:
             SeedRow(
                 engine.name,
                 search.options.seed,
-                fitness(best.sheet, search.goal),
-                best.sheet.accuracy,
+                fitness(best.trial, search.goal),
+                best.trial.accuracy,
                 found.of(spec, engine.tuned),
                 {name: f"{value}" for name, value in values.items()},
             )
@@ -315,6 +315,6 @@ def _price_rows(engine: _Engine, found: Outcomes) -> list[PricePoint]:
         values = spec.partition(":")[2]
         key = MethodKey(f"{budget:g} ms @ {engine.name}", spec, "simulation", engine.name)
         rows.append(
-            PricePoint(engine.name, budget, values, entry.sheet.accuracy, found.of(spec, None, key))
+            PricePoint(engine.name, budget, values, entry.trial.accuracy, found.of(spec, None, key))
         )
     return rows
