@@ -31,12 +31,12 @@ from steadyload.runs.labels import (
     own_material,
     write_labels,
 )
+from steadyload.runs.provenance import provenance
 from steadyload.runs.results import (
     SCHEMA_VERSION,
     ResultsError,
     is_whole,
     load_manifest,
-    provenance,
     write_shard,
 )
 from steadyload.runs.units import Unit, crashed_row, judge_unit, made_now, study_units

@@ -7,7 +7,6 @@ which one comes first changes from block to block; and all is repeated.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import time
@@ -25,8 +24,12 @@ from steadyload.layouts.model import Layout
 from steadyload.methods.method import judge
 from steadyload.methods.registry import make_method
 from steadyload.runs.executors import SinglePart, run_units
+from steadyload.runs.provenance import key_of
 from steadyload.runs.results import ResultsError
 from steadyload.runs.units import made_now
+
+VERSION = 1
+"""Of how times are taken: raised when they would mean something else."""
 
 BLOCK = 50
 """Layouts that a method judges in a turn. Whoever has just judged something else pays for it."""
@@ -71,11 +74,17 @@ class Turn(SinglePart):
         )
 
     def identity(self) -> str:
-        """Hash of all that times are of."""
-        made = {spec: dict(made) for spec, made in made_now(self.methods).items()}
-        own = [self.block, self.repeat, Path(__file__).read_text()]
-        content = [made, [layout.content_hash() for layout in self.layouts], own]
-        return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:16]
+        """Key of all that times are of."""
+        return key_of(
+            {
+                "question": "times in turns",
+                "version": VERSION,
+                "made by": {spec: dict(made) for spec, made in made_now(self.methods).items()},
+                "layouts": [layout.content_hash() for layout in self.layouts],
+                "block": self.block,
+                "repeat": self.repeat,
+            }
+        )
 
 
 @dataclass(frozen=True)
@@ -105,7 +114,7 @@ def timed(
 ) -> Times:
     """Times of methods on the same layouts; every repeat is kept, and not taken again.
 
-    A repeat counts as taken when methods, layouts, code and packages were the same.
+    A repeat counts as taken when methods, their versions, layouts and packages were the same.
 
     Args:
         methods: spec strings; without any there is nothing to time.

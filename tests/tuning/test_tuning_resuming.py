@@ -75,7 +75,7 @@ def test_code_that_changes_under_a_search_ends_it(tmp_path, monkeypatch):
     judge = searching.run_units
 
     def edited_meanwhile(*given, **options):
-        monkeypatch.setattr(identity, "judged_by", lambda method: "of other code")
+        monkeypatch.setattr(identity, "made_by", lambda method: "of another version")
         yield from judge(*given, **options)
 
     monkeypatch.setattr(searching, "run_units", edited_meanwhile)

@@ -7,8 +7,6 @@ that are whole or not there: an interrupted run goes on where it was.
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +14,6 @@ from typing import Any
 
 import pandas as pd
 
-from steadyload.engines.registry import installed_versions
 from steadyload.layouts.benchmark.build import BuildOptions, build
 from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import Benchmark, load_benchmark
@@ -38,11 +35,13 @@ from steadyload.layouts.benchmark.tables import (
     write_tables,
 )
 from steadyload.layouts.model import Layout
+from steadyload.methods import trace
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.executors import IN_THIS_PROCESS, run_units
-from steadyload.runs.results import code_fingerprint, load_results, provenance
+from steadyload.runs.provenance import key_of, made_by, package_versions, provenance
+from steadyload.runs.results import load_results
 from steadyload.runs.runner import locked, run_study
 from steadyload.studies.benchmark import label_rows
 from steadyload.studies.benchmark.label_rows import (
@@ -234,18 +233,18 @@ def _traced(directory: Path, workers: int, progress: Callable[[int, int], None])
     folder.mkdir(exist_ok=True)
     for unfinished in folder.glob(".*.parquet.*"):
         unfinished.unlink()
-    rules = Path(label_rows.__file__).read_bytes()
-    made_by = [
-        code_fingerprint(),
-        hashlib.sha256(rules).hexdigest(),
-        installed_versions("reference"),
-    ]
+    made = {
+        **made_by(make_method(LABEL)),
+        **package_versions(("numpy", "scipy")),
+        "version of traces": str(trace.VERSION),
+        "version of rows": str(label_rows.VERSION),
+    }
     units = []
     for start in range(0, len(cases), _SHARD):
         part = tuple(cases[start : start + _SHARD])
-        identity = [*made_by, [[s, lay.name, lay.content_hash()] for s, lay in part]]
-        digest = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:20]
-        units.append(TraceUnit(part, folder / f"{digest}.parquet"))
+        content = [[scenario, lay.name, lay.content_hash()] for scenario, lay in part]
+        key = key_of({"question": "traces", "made by": made, "cases": content})
+        units.append(TraceUnit(part, folder / f"{key}.parquet"))
     missing = [unit for unit in units if not is_table(unit.shard, TRACES)]
     missing.sort(key=_turn(benchmark))
     done = len(cases) - sum(len(unit.cases) for unit in missing)

@@ -1,41 +1,31 @@
 """Running the cells of the extremes: in rounds, over processes, resumable.
 
-A run folder holds ``cells/*.json``, one file an engine and sweep, named by a hash of all that its
+A run folder holds ``cells/*.json``, one file an engine and sweep, named by a key of all that its
 cells depend on, and ``manifest.json``. Every file is whole or not there.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import inspect
 import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import steadyload.engines
 from steadyload.atomic import write_atomically
-from steadyload.engines.registry import engine_names, installed_versions, world_class
+from steadyload.engines.registry import engine_names, world_class
 from steadyload.engines.registry import engines as registered
-from steadyload.methods import criteria
+from steadyload.methods import loading
 from steadyload.methods.spec import nearest
-from steadyload.properties import mechanics
 from steadyload.runs.definition import StudyError
 from steadyload.runs.executors import IN_THIS_PROCESS, SinglePart, run_units
-from steadyload.runs.results import ResultsError, provenance
+from steadyload.runs.provenance import key_of, made_on, package_versions, provenance
+from steadyload.runs.results import ResultsError
 from steadyload.runs.runner import locked
 from steadyload.studies.closed_forms import measuring as closed_form_runs
-from steadyload.studies.extremes import (
-    measuring as extreme_runs,
-)
-from steadyload.studies.extremes import (
-    scenes as extreme_scenes,
-)
-from steadyload.studies.extremes import (
-    sweeps as extremes,
-)
+from steadyload.studies.extremes import measuring as extreme_runs
+from steadyload.studies.extremes import sweeps as sweeps_of
 from steadyload.studies.extremes.records import ExtremeCell, Outcome
 from steadyload.studies.extremes.sweeps import (
     FREQUENCIES,
@@ -44,9 +34,6 @@ from steadyload.studies.extremes.sweeps import (
     sweep_names,
     sweeps,
 )
-
-_MEASURING = (extremes, extreme_runs, extreme_scenes, closed_form_runs, mechanics, criteria)
-"""The modules whose code a cell depends on, besides the engines."""
 
 Key = tuple[int | None, float]
 """A cell's place in its sweep: frequency and value."""
@@ -203,11 +190,8 @@ class Shard:
     """
 
     def __init__(self, folder: Path, sweep: str, engine: str, timeout: float) -> None:
-        identity = [
-            sweep, engine, timeout, _fingerprint(engine), installed_versions(engine)
-        ]  # fmt: skip
-        digest = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:20]
-        self.path = folder / f"{digest}.json"
+        asked = {"question": "extremes", "sweep": sweep, "engine": engine, "timeout": timeout}
+        self.path = folder / f"{key_of({**asked, 'made by': _made_by(engine)})}.json"
         self._about = {"sweep": sweep, "engine": engine}
         self.cells: dict[Key, ExtremeCell] = {}
         for record in self._read():
@@ -228,15 +212,16 @@ class Shard:
             return []
 
 
-def _fingerprint(engine: str) -> str:
-    """Hash of the code that a cell depends on."""
-    package = Path(steadyload.engines.__path__[0])
-    adapter = Path(inspect.getsourcefile(world_class(engine)) or "")
-    measuring = [Path(str(module.__file__)) for module in _MEASURING]
-    digest = hashlib.sha256()
-    for path in dict.fromkeys([*sorted(package.rglob("*.py")), *measuring, adapter]):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
+def _made_by(engine: str) -> dict[str, str]:
+    """What a cell comes from besides what is asked."""
+    parts = {
+        "sweeps": sweeps_of.VERSION,
+        "measuring": extreme_runs.VERSION,
+        "closed forms": closed_form_runs.VERSION,
+        "loading": loading.VERSION,
+    }
+    versions = {f"version of {part}": str(number) for part, number in parts.items()}
+    return made_on(engine) | package_versions(("numpy", "scipy")) | versions
 
 
 def _frequencies(engine: str, frequencies: Sequence[int]) -> tuple[int | None, ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,8 +18,11 @@ from steadyload.learners import LearnerError
 from steadyload.methods.method import Method
 from steadyload.methods.registry import make_method
 from steadyload.runs.executors import SinglePart, run_units
-from steadyload.runs.results import judged_by
+from steadyload.runs.provenance import key_of, made_by
 from steadyload.runs.timing import machine_load, taken
+
+VERSION = 1
+"""Of how times are taken: raised when they would mean something else."""
 
 _FILE = "times.json"
 
@@ -49,11 +51,17 @@ class TimingUnit(SinglePart):
         return f"timing {len(self.methods)} methods on {len(self.layouts)} layouts"
 
     def identity(self) -> str:
-        """Hash of all that times are of."""
-        parts = [judged_by(make_method(spec)) for spec in self.methods]
-        parts += [layout.content_hash() for layout in self.layouts]
-        own = [self.repeats, list(self.batches), Path(__file__).read_text()]
-        return hashlib.sha256(json.dumps([*parts, *own]).encode()).hexdigest()[:16]
+        """Key of all that times are of."""
+        return key_of(
+            {
+                "question": "times in turns and in batches",
+                "version": VERSION,
+                "made by": {spec: made_by(make_method(spec)) for spec in self.methods},
+                "layouts": [layout.content_hash() for layout in self.layouts],
+                "repeats": self.repeats,
+                "batches": list(self.batches),
+            }
+        )
 
 
 Times = dict[str, Any]

@@ -1,23 +1,20 @@
 """How sure verdicts are on labelled cases: what is sampled for the page of uncertain verdicts.
 
-A run folder holds ``cases/*.json``, a file for some cases of one question, named by a hash of all
+A run folder holds ``cases/*.json``, a file for some cases of one question, named by a key of all
 that they depend on. Every file is whole or not there, so an interrupted run goes on where it was.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
 from steadyload.atomic import write_atomically
-from steadyload.engines.registry import installed_versions
 from steadyload.layouts.benchmark import Benchmark, Part, load_benchmark
 from steadyload.layouts.model import Layout
 from steadyload.methods.registry import make_method
@@ -25,7 +22,8 @@ from steadyload.methods.uncertainty import parse_uncertainty
 from steadyload.runs import outlook
 from steadyload.runs.executors import IN_THIS_PROCESS, run_units
 from steadyload.runs.outlook import FIRST_LOOK, Sampling
-from steadyload.runs.results import ResultsError, judged_by
+from steadyload.runs.provenance import key_of, made_by, package_versions
+from steadyload.runs.results import ResultsError
 from steadyload.runs.runner import locked
 from steadyload.studies.uncertain import cases as uncertain_cases
 from steadyload.studies.uncertain.cases import Row, Unit, crashed_row, sample_unit
@@ -34,8 +32,6 @@ CHECK = "equilibrium"
 """The method whose probabilities are held against those of many random samples."""
 
 _SHARD = 10
-_MEASURING = (outlook.__file__, uncertain_cases.__file__)
-"""The code that a row depends on, besides that of methods and engines."""
 
 Progress = Callable[[int, int], None]
 
@@ -192,15 +188,22 @@ class _Run:
         return pd.DataFrame([row for rows in answers for row in rows or ()])
 
     def _units(self, question: _Question) -> Iterator[Unit]:
-        """A question in parts; a file's name is a hash of all that its rows depend on."""
+        """A question in parts; a file's name is the key of all that its rows depend on."""
         method, uncertainty = question.method, question.uncertainty
         sampling, random = question.sampling, question.random
         asked = [method, str(parse_uncertainty(uncertainty)), repr(sampling), random]
         for start in range(0, len(question.cases), _SHARD):
             part = question.cases[start : start + _SHARD]
             cases = [[scenario, layout.name, layout.content_hash()] for scenario, layout in part]
-            identity = json.dumps([asked, self._made_by[method], cases])
-            path = self._folder / f"{hashlib.sha256(identity.encode()).hexdigest()[:20]}.json"
+            key = key_of(
+                {
+                    "question": "certainty",
+                    "asked": asked,
+                    "made by": self._made_by[method],
+                    "cases": cases,
+                }
+            )
+            path = self._folder / f"{key}.json"
             yield Unit(method, uncertainty, part, sampling, random, path)
 
 
@@ -214,10 +217,14 @@ def _unsure(glance: _Question, table: pd.DataFrame) -> tuple[tuple[str, Layout],
     return tuple(case for turn in zip_longest(*turns.values()) for case in turn if case is not None)
 
 
-def _made_by(spec: str) -> list[Any]:
-    method = make_method(spec)
-    code = hashlib.sha256(b"".join(Path(file).read_bytes() for file in _MEASURING))
-    return [judged_by(method), installed_versions(method.spec.engine or ""), code.hexdigest()]
+def _made_by(spec: str) -> dict[str, str]:
+    """What a row comes from besides what is asked."""
+    return {
+        **made_by(make_method(spec)),
+        **package_versions(("numpy", "scipy")),
+        "version of sampling": str(outlook.VERSION),
+        "version of rows": str(uncertain_cases.VERSION),
+    }
 
 
 def _answers(path: Path) -> list[Row] | None:
