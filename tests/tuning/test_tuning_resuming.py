@@ -12,7 +12,7 @@ import pytest
 from steadyload.cli import main
 from steadyload.methods import tuned
 from steadyload.methods.tuned import write_tuned
-from steadyload.runs import results
+from steadyload.runs import provenance
 from steadyload.studies.tuning.study import apart_by_seeds
 from steadyload.tuning import TuningError, identity
 from steadyload.tuning import search as searching
@@ -151,7 +151,7 @@ def test_a_search_keeps_its_goal(searched, tmp_path, monkeypatch):
 def test_what_is_remade_is_compared_before_it_is_written(searched, tmp_path, monkeypatch, capfd):
     """The preset at hand is not what the search finds."""
     monkeypatch.setattr(tuned, "FILE", tmp_path / "tuned.json")
-    monkeypatch.setattr(results, "_git_revision", lambda: "0123456789ab")
+    monkeypatch.setattr(provenance, "_git_revision", lambda: "0123456789ab")
     (tmp_path / "search.jsonl").write_text(searched)
     found = preset(Search.of(tmp_path))
     other = dataclasses.replace(found, parameters={**found.parameters, "eps_t": 99})
