@@ -27,8 +27,8 @@ OWN = (
 )
 
 QUICK, DEEP = 24, 700
-_QUICK = {"reference": 6}
-"""Cases of the quick test on an engine that takes long."""
+_QUICK = {"": 240, "reference": 6}
+"""Cases of the quick test without an engine, where they cost little, and on one that takes long."""
 _DEEP = {"dart": 250, "reference": 40}
 _OF_ARRAY = 3
 """Cases that a row of the array judges, others than those of the row before."""
