@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import signal
 import time
+from pathlib import Path
 
 import pytest
 
@@ -174,3 +175,23 @@ def test_whoever_proposes_leaves_an_interrupt_to_others():
     assert proposer.ask()
     proposer.close()
     assert not process.is_alive()
+
+
+PUBLISHED = Path(__file__).parents[2] / "reports" / "published" / "tuning" / "searches"
+
+
+@pytest.mark.parametrize("folder", sorted(PUBLISHED.iterdir()), ids=lambda folder: folder.name)
+def test_a_published_search_can_be_gone_on_with(folder):
+    """Unless a part was raised since: its verdicts would be those of two versions."""
+    found, _ = Ledger.of(folder)
+    options = SearchOptions(
+        found["engine"], algorithm=found["algorithm"], space=found["space"], seed=found["seed"],
+        population=found["population"], generations=1, begin_with=tuple(found["begin_with"]),
+        source=CaseSource(**found["source"]),
+    )  # fmt: skip
+    now = identity.identity(options, space_on(options.engine, options.space))
+    made, made_now = found.pop("made_by"), now.pop("made_by")
+    assert found == now
+    packages = {name for name in made if not name.startswith(("version of ", "parameters"))}
+    differs = {k for k in {*made, *made_now} - packages if made.get(k) != made_now.get(k)}
+    assert differs == ({"version of engine"} if options.engine == "bullet" else set())
