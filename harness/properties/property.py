@@ -123,6 +123,7 @@ class Property:
         cases: the strategy of its cases, for a method.
         check: tests a method on a case.
         applies: true if the property is tested on a method, by what that declares.
+        version: raised by hand when it asks something else; stored results are stale then.
     """
 
     name: str
@@ -130,6 +131,7 @@ class Property:
     cases: Callable[[MethodUnderTest], SearchStrategy[Case]]
     check: Check
     applies: Callable[[MethodUnderTest], bool] = lambda tested: True
+    version: int = 1
 
 
 def declaring(trait: Trait) -> Callable[[MethodUnderTest], bool]:
