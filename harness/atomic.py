@@ -7,9 +7,6 @@ import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
-_RANDOM = 8
-"""Characters by which :mod:`tempfile` tells names apart."""
-
 
 def write_atomically(path: Path, content: str | bytes | Iterable[str]) -> None:
     """Write ``content`` to ``path`` under another name first, then rename it into place.
@@ -43,7 +40,7 @@ def clear_unfinished(folder: Path, name: str) -> None:
         folder: where it wrote; there may be none.
         name: of the file it wrote, or a pattern of names.
     """
-    for unfinished in folder.glob(f".{name}.{'?' * _RANDOM}"):
+    for unfinished in folder.glob(f".{name}.*"):
         unfinished.unlink(missing_ok=True)
 
 
