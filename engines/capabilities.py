@@ -158,6 +158,8 @@ class Capabilities:
     ``error_controlled``: it chooses its own steps; a substep decides only when one can look at it.
     ``compliant``: contacts give way in proportion to their load, so that masses matter.
     ``subsets``: a world can leave out some of its boxes and take them in again.
+    ``version``: of the adapter, raised by hand when its worlds move otherwise; stored verdicts are
+    stale then. ``numerics``: packages that its motion hangs on, beside those of the registry.
     """
 
     title: str
@@ -169,6 +171,8 @@ class Capabilities:
     error_controlled: bool = False
     compliant: bool = False
     subsets: bool = False
+    version: int = 1
+    numerics: tuple[str, ...] = ("numpy",)
 
     def support(self, name: str, settings: WorldSettings) -> Support:
         """How the setting ``name`` is met under ``settings``: honoured, emulated or ignored."""

@@ -113,6 +113,15 @@ def _declared_class(name: str) -> type[FixedStepWorld]:
         ) from error
 
 
+def numerics(name: str) -> frozenset[str]:
+    """Packages whose numbers an engine's motion hangs on: its own, and those of its adapter.
+
+    Raises:
+        KeyError, EngineNotInstalledError: see :func:`world_class`.
+    """
+    return frozenset((*engines()[name].packages, *world_class(name).capabilities.numerics))
+
+
 def engine_options(name: str) -> type | None:
     """The dataclass of what only this engine can be asked; None where there is none.
 

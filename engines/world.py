@@ -36,6 +36,9 @@ from steadyload.engines.substeps import StepCount, SubstepClock
 
 FloatArray = NDArray[np.float64]
 
+VERSION = 1
+"""Of what all adapters share (clock, attitudes, boxes): raised when worlds move otherwise."""
+
 
 class Poses(NamedTuple):
     """Poses of all boxes, in the order in which they were added.

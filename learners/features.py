@@ -34,6 +34,9 @@ class FeatureKind(StrEnum):
     SUPPORT = "support"
 
 
+VERSION = 1
+"""Of all features: raised when a layout has others."""
+
 PLAIN = (
     "x", "y", "z", "width", "height", "depth", "mass x", "mass y", "mass z", "weight",
     "pallet width", "pallet height", "pallet depth", "scale",

@@ -36,8 +36,11 @@ from steadyload.learners.sequences import HeldOut, geometry_of
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.runs.executors import SinglePart
-from steadyload.runs.results import provenance
+from steadyload.runs.provenance import provenance, raised
 from steadyload.runs.store import Codec, Progress, Store, locked, parquet
+
+VERSION = 1
+"""Of what is packed and drawn: raised when the same options give another set."""
 
 OWN_SEEDS = 1_000_000_000
 """Item lists are drawn from seeds above this; those of labelled sets are below."""
@@ -91,7 +94,7 @@ class GenerationOptions:
         """What makes shards those of the same set. More lists begin with the same ones."""
         found = dataclasses.asdict(self)
         del found["lists"]
-        return found | {"scenarios": list(self.scenarios)}
+        return found | {"scenarios": list(self.scenarios)} | raised(VERSION)
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,9 @@ import numpy as np
 from steadyload.learners.compiled import compiled
 from steadyload.learners.features import Array32
 
+VERSION = 1
+"""Of how networks are asked: raised when the same weights say something else."""
+
 HEADS = 4
 """Of the attention, where there is one."""
 

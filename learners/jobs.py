@@ -6,7 +6,6 @@ Not the loop of :mod:`steadyload.runs.store`: a member goes on in the middle, fr
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import json
 import shlex
 from collections.abc import Callable, Mapping
@@ -27,7 +26,7 @@ from steadyload.learners.options import TrainingOptions, TrainingPreset, options
 from steadyload.learners.scoring import THRESHOLD, accuracies
 from steadyload.learners.search import search_hyperparameters
 from steadyload.learners.sequences import HeldOut, Sequences, joined, load_sequences
-from steadyload.learners.training import Epoch, Trained, Training
+from steadyload.learners.training import VERSION, Epoch, Trained, Training
 from steadyload.learners.weights import (
     WEIGHTS,
     load_arrays,
@@ -35,7 +34,7 @@ from steadyload.learners.weights import (
     save_weights,
 )
 from steadyload.methods.spec import as_plain
-from steadyload.runs.results import provenance
+from steadyload.runs.provenance import provenance
 from steadyload.runs.store import locked
 
 BENCHMARK = "benchmark"
@@ -153,7 +152,7 @@ def train_weights(
     _check_device(device)
     torch.set_num_threads(threads)
     # Of the code that trains, not of what it has become when it is done.
-    own = provenance() | {"learners": _code(), "torch": torch.__version__}
+    own = provenance() | {"training": VERSION, "torch": torch.__version__}
     with locked(directory):
         material = _material(job, loading)
         data, validation = material.data, material.validation
@@ -335,14 +334,6 @@ def _note(directory: Path, own: dict[str, Any]) -> None:
     noted = _noted(directory)
     if own not in noted:
         write_atomically(directory / _MADE_BY, json.dumps([*noted, own], indent=1) + "\n")
-
-
-def _code() -> str:
-    """Hash of the code of this package; that of what lies below it is told by a provenance."""
-    digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
 
 
 def _folder(name: str) -> Path | None:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -17,7 +15,9 @@ import numpy as np
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Arrangement, Item, Layout, Pallet
+from steadyload.learners.features import VERSION as FEATURES
 from steadyload.learners.features import Array32, features
+from steadyload.learners.inference import VERSION as INFERENCE
 from steadyload.learners.inference import Memory
 from steadyload.learners.scoring import THRESHOLD
 from steadyload.learners.weights import Weights, load_weights
@@ -75,6 +75,8 @@ class LearnedJudge(Method):
 
     title = "LSTM_1"
     Parameters: ClassVar[type[Any]] = LearnedParameters
+    built_on: ClassVar[Mapping[str, int]] = {"features": FEATURES, "inference": INFERENCE}
+    packages = ("numpy", "numba")
     members: ClassVar[int | None] = 1
     """How many networks of the weights judge, the first ones; None for all."""
 
@@ -99,11 +101,8 @@ class LearnedJudge(Method):
         return self.weights.digest
 
     def made_of(self) -> str:
-        """See :meth:`Method.made_of`: the weights, and the code between them and a verdict."""
-        digest = hashlib.sha256(self.trained.encode())
-        for name in ("features", "inference", "plane", "ranges", "scoring", "support"):
-            digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
-        return digest.hexdigest()
+        """See :meth:`Method.made_of`: the weights."""
+        return self.trained
 
     def prepare(self, item_count: int = 0) -> None:
         """Read the weights and compile.

@@ -14,7 +14,7 @@ from steadyload.learners.weights import (
     load_weights,
     save_weights,
 )
-from steadyload.runs.results import provenance
+from steadyload.runs.provenance import provenance
 
 
 def check_before(name: str, *, leaky: bool) -> None:

@@ -24,6 +24,10 @@ from steadyload.learners.options import Optimizer, Schedule, TrainingOptions
 from steadyload.learners.scoring import accuracies
 from steadyload.learners.sequences import HeldOut, Sequences
 from steadyload.methods.spec import as_plain
+from steadyload.runs.provenance import raised
+
+VERSION = 1
+"""Of trainings: raised when the same options, seed and data come to other weights."""
 
 CHECKPOINT = "checkpoint.pt"
 
@@ -122,6 +126,7 @@ class Training:
             "stopping": stopping.fingerprint(),
             "started": _fingerprint(self._network),
             "torch": torch.__version__.partition("+")[0],
+            **raised(VERSION),
         }
         clear_unfinished(directory, CHECKPOINT)
         if self._path.exists():

@@ -59,6 +59,7 @@ class ReferenceWorld(FixedStepWorld):
     capabilities = Capabilities(
         title="reference",
         dimensions=3,
+        numerics=("numpy", "scipy"),
         error_controlled=True,
         compliant=True,
         settings=declare(

@@ -303,7 +303,7 @@ def _convert(options: argparse.Namespace) -> None:
 
 def _bench(options: argparse.Namespace) -> None:
     from steadyload.reports.page import write_page
-    from steadyload.runs.results import provenance_lines
+    from steadyload.runs.provenance import provenance_lines
     from steadyload.studies.engines.page import engine_study_page
     from steadyload.studies.engines.speed import ITEM_COUNTS, speed_curves, throughput
     from steadyload.studies.engines.study import engine_agreement, option_effects

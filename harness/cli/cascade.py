@@ -63,7 +63,7 @@ def _add_fit(actions: Any) -> None:
 
 def _fit(options: argparse.Namespace) -> None:
     from steadyload.methods.thresholds import FILE, write_thresholds
-    from steadyload.runs.results import provenance
+    from steadyload.runs.provenance import provenance
     from steadyload.tuning.cascade.fitted import (
         BUDGETS,
         CANDIDATES,
@@ -148,7 +148,7 @@ def _add_page(actions: Any) -> None:
 
 def _page(options: argparse.Namespace) -> None:
     from steadyload.reports.page import write_page
-    from steadyload.runs.results import provenance_lines
+    from steadyload.runs.provenance import provenance_lines
     from steadyload.studies.cascade.page import cascade_page
     from steadyload.studies.cascade.study import cascade_study
 

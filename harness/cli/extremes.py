@@ -46,7 +46,7 @@ def add_extremes(commands: Any) -> None:
 def _extremes(options: argparse.Namespace) -> None:
     from steadyload.reports.page import write_page
     from steadyload.runs.definition import StudyError
-    from steadyload.runs.results import provenance, provenance_lines
+    from steadyload.runs.provenance import provenance, provenance_lines
     from steadyload.studies.extremes.cells import run_extremes
     from steadyload.studies.extremes.envelope import extremes_record, write_envelopes
     from steadyload.studies.extremes.page import extremes_page

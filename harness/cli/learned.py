@@ -56,7 +56,7 @@ def _learned(options: argparse.Namespace) -> None:
     require_training()
     from steadyload.layouts.benchmark import Part
     from steadyload.reports.page import write_page
-    from steadyload.runs.results import provenance_lines
+    from steadyload.runs.provenance import provenance_lines
     from steadyload.studies.learned.page import learned_page
     from steadyload.studies.learned.plan import Section
     from steadyload.studies.learned.plan_file import check_part, load_plan

@@ -41,7 +41,7 @@ def add_session(commands: Any) -> None:
 
 def _session(options: argparse.Namespace) -> None:
     from steadyload.reports.page import write_page
-    from steadyload.runs.results import provenance_lines
+    from steadyload.runs.provenance import provenance_lines
     from steadyload.studies.session.packing_gains import JUDGE, REJECTING, packing_gains
     from steadyload.studies.session.page import session_page
     from steadyload.studies.session.study import COSTED, SCENES, session_curves

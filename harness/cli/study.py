@@ -109,7 +109,7 @@ def _run(options: argparse.Namespace) -> None:
 
 def _measure(options: argparse.Namespace) -> None:
     from steadyload.reports.page import write_page
-    from steadyload.runs.results import provenance_lines
+    from steadyload.runs.provenance import provenance_lines
     from steadyload.studies.scale.page import scale_page
     from steadyload.studies.scale.study import METHODS, REPETITIONS, scale
 

@@ -73,7 +73,7 @@ def add_tune(commands: Any) -> None:
 def _tune(options: argparse.Namespace) -> int:
     from steadyload.methods.tuned import TUNED
     from steadyload.reports.page import write_page
-    from steadyload.runs.results import provenance, provenance_lines
+    from steadyload.runs.provenance import provenance, provenance_lines
     from steadyload.studies.tuning.history import tuning_of
     from steadyload.studies.tuning.page import tuning_page
     from steadyload.tuning.options import SearchOptions
@@ -164,7 +164,7 @@ def add_tuned(commands: Any) -> None:
 
 def _tuned(options: argparse.Namespace) -> None:
     from steadyload.reports.page import write_page
-    from steadyload.runs.results import provenance_lines
+    from steadyload.runs.provenance import provenance_lines
     from steadyload.studies.tuning.page import tuning_page
     from steadyload.studies.tuning.study import tuning_study
     from steadyload.tuning import TuningError

@@ -153,7 +153,7 @@ def add_uncertain(commands: Any) -> None:
 
 def _uncertain(options: argparse.Namespace) -> None:
     from steadyload.reports.page import write_page
-    from steadyload.runs.results import provenance_lines
+    from steadyload.runs.provenance import provenance_lines
     from steadyload.studies.uncertain.page import uncertain_page
     from steadyload.studies.uncertain.study import Questions, run_uncertain
     from steadyload.studies.uncertain.summary import summarise

@@ -55,7 +55,7 @@ def add_verify(commands: Any) -> None:
 
 def _closed_forms(options: argparse.Namespace) -> None:
     from steadyload.reports.page import write_page
-    from steadyload.runs.results import provenance_lines
+    from steadyload.runs.provenance import provenance_lines
     from steadyload.studies.closed_forms.page import closed_forms_page
     from steadyload.studies.closed_forms.study import closed_form_tests, closed_forms
 

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray
 
+VERSION = 1
+"""Of contacts, supports and layouts that grow: raised when others are found."""
+
 
 @dataclass(frozen=True, slots=True)
 class Contacts:

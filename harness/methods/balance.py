@@ -24,6 +24,9 @@ from steadyload.layouts.contacts import Patch, Supports, find_supports
 from steadyload.layouts.model import Arrangement, FloatArray
 from steadyload.methods.plane import Point
 
+VERSION = 1
+"""Of balance, friction and who touches: raised when they come to other verdicts."""
+
 EDGE = 1e-5
 """A patch counts as this much wider on every side [cm]: a centre of mass exactly above an edge is
 balanced, whatever rounding did to it."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
 from steadyload.engines.quantities import quantity
+from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.contacts import Contacts, find_contacts
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import TOLERANCE, FloatArray, Layout
@@ -42,6 +44,7 @@ class PartialBaseSupport(Method):
 
     title = "PBS"
     Parameters: ClassVar[type[Any]] = _PartialSupport
+    built_on: ClassVar[Mapping[str, int]] = {"contacts": CONTACTS}
 
     @property
     def traits(self) -> frozenset[Trait]:

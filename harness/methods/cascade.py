@@ -13,7 +13,7 @@ import dataclasses
 import hashlib
 import json
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from functools import cached_property
@@ -139,6 +139,24 @@ class Cascade(Method):
         ladder = dataclasses.asdict(self.ladder) | {"found": None}
         own = [[fingerprint(judge), judge.made_of()] for judge in self.judges]
         return hashlib.sha256(json.dumps([ladder, own]).encode()).hexdigest()
+
+    def parts(self) -> Mapping[str, int]:
+        """See :meth:`Method.parts`: those of every stage, too."""
+        of_stages = {
+            f"{part} of {spec}": version
+            for spec, judge in zip(self.ladder.methods, self.judges, strict=True)
+            for part, version in judge.parts().items()
+        }
+        return {**super().parts(), **of_stages}
+
+    def numerics(self) -> frozenset[str]:
+        """See :meth:`Method.numerics`."""
+        return super().numerics().union(*(judge.numerics() for judge in self.judges))
+
+    def classes(self) -> tuple[type, ...]:
+        """See :meth:`Method.classes`."""
+        of_stages = (each for judge in self.judges for each in judge.classes())
+        return tuple(dict.fromkeys((*super().classes(), *of_stages)))
 
     def prepare(self, item_count: int = 0) -> None:
         """Make every stage ready.

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import ClassVar
 
 import numpy as np
 
 from steadyload.engines.attitudes import cross
 from steadyload.engines.quantities import quantity
+from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Arrangement, Layout
+from steadyload.methods.balance import VERSION as BALANCE
 from steadyload.methods.balance import VerticalBalance
 from steadyload.methods.criteria import Moved
 from steadyload.methods.friction import Sides, unbalanced_item
@@ -26,6 +29,7 @@ from steadyload.methods.method import (
     Stopwatch,
     Trait,
 )
+from steadyload.methods.motion import VERSION as MOTION
 from steadyload.methods.motion import Bodies, moved
 from steadyload.methods.touching import touching_points
 
@@ -84,6 +88,10 @@ class Equilibrium(Method):
 
     title = "Equilibrium"
     Parameters = EquilibriumParameters
+    built_on: ClassVar[Mapping[str, int]] = {
+        "contacts": CONTACTS, "balance": BALANCE, "motion": MOTION
+    }  # fmt: skip
+    packages = ("numpy", "scipy")
 
     @property
     def traits(self) -> frozenset[Trait]:

@@ -28,6 +28,9 @@ from steadyload.methods.simulation_parameters import (
     SimulationParameters,
 )
 
+VERSION = 1
+"""Of Algorithm 1, its placements and criteria: raised when they come to other verdicts."""
+
 
 class Loading(Placements):
     """One run of Algorithm 1.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
 from enum import StrEnum
 from typing import Any, ClassVar
@@ -328,6 +328,12 @@ class Method(ABC):
     needs_engine: ClassVar[bool] = False
     title: ClassVar[str] = ""
     """As it stands in tables and legends; empty for the registered name."""
+    version: ClassVar[int] = 1
+    """Of the class's own code: raised by hand when it comes to other verdicts."""
+    built_on: ClassVar[Mapping[str, int]] = {}
+    """Versions of the parts that the class builds on, by name; see :meth:`parts`."""
+    packages: ClassVar[tuple[str, ...]] = ("numpy",)
+    """Packages whose numbers the class's own code builds on; see :meth:`numerics`."""
 
     def __init__(self, spec: MethodSpec, parameters: Any) -> None:
         self.spec = spec
@@ -352,10 +358,28 @@ class Method(ABC):
         return ""
 
     def made_of(self) -> str:
-        """Hash of what verdicts come from besides parameters and the code of layouts, methods and
-        engines, such as trained weights; empty where there is nothing.
+        """Hash of what verdicts come from besides parameters and code, such as trained weights;
+        empty where there is nothing.
         """
         return ""
+
+    def parts(self) -> Mapping[str, int]:
+        """Versions of the parts that verdicts come from, by name of the part.
+
+        A stored verdict stays valid until one of them is raised. That is done by hand, where
+        verdicts change: moving, renaming or speeding up code raises none.
+        """
+        return {"method": self.version, **self.built_on}
+
+    def numerics(self) -> frozenset[str]:
+        """Names of the packages that verdicts come from: another version makes them stale."""
+        return frozenset(self.packages)
+
+    def classes(self) -> tuple[type, ...]:
+        """The classes that verdicts come from; those of other distributions have no versions of
+        parts, so that their source stands for them.
+        """
+        return (type(self),)
 
     def prepare(self, item_count: int = 0) -> None:
         """Make ready for layouts of up to ``item_count`` items.

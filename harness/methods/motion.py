@@ -27,6 +27,9 @@ from steadyload.engines.world import GRAVITY
 from steadyload.layouts.model import TOLERANCE, FloatArray
 from steadyload.methods.touching import FIRM, Indices, Points, directions, wrenches
 
+VERSION = 1
+"""Of how far items get: raised when it comes to other verdicts."""
+
 _G = 100.0 * GRAVITY
 _EVENTS = 40
 _SAMPLES = 60

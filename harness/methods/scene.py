@@ -13,6 +13,9 @@ from steadyload.engines.world import Box, Poses
 from steadyload.layouts.contacts import Contacts
 from steadyload.layouts.model import TOLERANCE, Arrangement
 
+VERSION = 1
+"""Of boxes, groups and neighbourhoods: raised when engines are given others."""
+
 CM = 0.01
 """Metres in a centimetre."""
 

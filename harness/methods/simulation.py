@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import ClassVar
 
-from steadyload.engines.registry import world_class
+from steadyload.engines.registry import numerics, world_class
+from steadyload.engines.world import VERSION as WORLD
 from steadyload.engines.world import EngineError
+from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Layout
+from steadyload.methods.loading import VERSION as LOADING
 from steadyload.methods.loading import GrowingLoading, Loading
 from steadyload.methods.method import (
     Effort,
@@ -25,6 +29,7 @@ from steadyload.methods.method import (
     Trait,
 )
 from steadyload.methods.placements import Placements
+from steadyload.methods.scene import VERSION as SCENE
 from steadyload.methods.simulation_parameters import (
     BetweenSteps,
     SimulationParameters,
@@ -44,6 +49,9 @@ class Simulation(Method):
     title = "PS"
     Parameters = SimulationParameters
     needs_engine = True
+    built_on: ClassVar[Mapping[str, int]] = {
+        "contacts": CONTACTS, "scene": SCENE, "loading": LOADING, "world": WORLD
+    }  # fmt: skip
 
     @classmethod
     def parameters_on(cls, engine: str | None) -> type[SimulationParameters]:
@@ -54,6 +62,18 @@ class Simulation(Method):
     def traits(self) -> frozenset[Trait]:
         """See :attr:`Method.traits`."""
         return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS, Trait.BALANCE, Trait.MOVEMENT))
+
+    def parts(self) -> Mapping[str, int]:
+        """See :meth:`Method.parts`: the engine's adapter is one, too."""
+        return {**super().parts(), "engine": world_class(self.engine).capabilities.version}
+
+    def numerics(self) -> frozenset[str]:
+        """See :meth:`Method.numerics`."""
+        return super().numerics() | numerics(self.engine)
+
+    def classes(self) -> tuple[type, ...]:
+        """See :meth:`Method.classes`."""
+        return (*super().classes(), world_class(self.engine))
 
     @property
     def engine(self) -> str:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
+from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.contacts import Supports, find_supports
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Arrangement, Layout
@@ -24,6 +28,7 @@ class StaticMechanicalEquilibrium(Method):
 
     title = "SME"
     Parameters = NoParameters
+    built_on: ClassVar[Mapping[str, int]] = {"contacts": CONTACTS}
 
     @property
     def traits(self) -> frozenset[Trait]:

@@ -23,6 +23,9 @@ from steadyload.methods.scene import CM
 from steadyload.methods.simulation import Simulation
 from steadyload.methods.simulation_parameters import BetweenSteps, Scope
 
+VERSION = 1
+"""Of traces: raised when a layout has another one."""
+
 LIMIT_T = 20.0
 """A step is simulated no further once a corner has moved by more along one axis [cm]."""
 

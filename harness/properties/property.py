@@ -123,6 +123,7 @@ class Property:
         cases: the strategy of its cases, for a method.
         check: asks a method about a case.
         applies: whether the property is asked of a method, by what that declares.
+        version: raised by hand when it asks something else; what was answered is stale then.
     """
 
     name: str
@@ -130,6 +131,7 @@ class Property:
     cases: Callable[[Subject], SearchStrategy[Case]]
     check: Check
     applies: Callable[[Subject], bool] = lambda subject: True
+    version: int = 1
 
 
 def declaring(trait: Trait) -> Callable[[Subject], bool]:

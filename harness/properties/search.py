@@ -11,6 +11,9 @@ from hypothesis.errors import Flaky
 
 from steadyload.properties.property import Case, NotAsked, Property, Subject, Violation
 
+VERSION = 1
+"""Of cases and how the smallest one is found: raised when others would be."""
+
 PROFILES = {"quick": 20, "ci": 100, "deep": 1000}
 """Examples a property and method, by profile."""
 

@@ -8,13 +8,8 @@ resumed. The manifest has the checksums of the single files beside it.
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import inspect
 import json
-import platform
-import subprocess
 from collections.abc import Iterator, Mapping, Sequence
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +17,6 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from steadyload.engines.registry import installed_versions, world_class
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import Method, Verdict
 from steadyload.methods.spec import as_plain
@@ -216,83 +210,3 @@ def load_manifest(directory: str | Path) -> dict[str, Any]:
     if not complete:
         raise ResultsError(f"{path}: is not the manifest of a study")
     return manifest
-
-
-def code_fingerprint(*classes: type) -> str:
-    """Hash of everything that may change a verdict: the code of layouts, methods and engines.
-
-    Args:
-        classes: methods and worlds; the files of those from elsewhere count too.
-    """
-    import steadyload.engines
-    import steadyload.layouts
-    import steadyload.methods
-
-    digest = hashlib.sha256()
-    for outside in sorted({inspect.getsourcefile(cls) or "" for cls in classes}):
-        digest.update(Path(outside).read_bytes())
-    for package in (steadyload.layouts, steadyload.methods, steadyload.engines):
-        root = Path(package.__path__[0])
-        for path in sorted([*root.rglob("*.py"), *root.rglob("*.toml")]):
-            if "benchmark" in path.relative_to(root).parts:
-                continue  # it keeps what judges said and changes nothing of it
-            digest.update(str(path.relative_to(root)).encode())
-            digest.update(path.read_bytes())
-    return digest.hexdigest()
-
-
-def judged_by(method: Method) -> str:
-    """Hash of the code that a method's verdicts come from, its engine's adapter, a preset's values
-    and trained weights too.
-    """
-    engine = method.spec.engine
-    code = code_fingerprint(type(method), *((world_class(engine),) if engine else ()))
-    values = json.dumps(as_plain(method.parameters), sort_keys=True)
-    return hashlib.sha256(f"{code} {values} {method.made_of()}".encode()).hexdigest()
-
-
-def provenance() -> dict[str, Any]:
-    """Versions, source revision and kind of machine; nothing that identifies a person or host."""
-    packages = ("steadyload", "numpy", "pandas", "pyarrow", "scipy")
-    versions = {name: metadata.version(name) for name in packages if _installed(name)}
-    return {
-        "code": code_fingerprint()[:16],
-        "git": _git_revision(),
-        "versions": {"python": platform.python_version(), **versions, **installed_versions()},
-        "machine": f"{platform.system()} {platform.machine()}",
-    }
-
-
-def provenance_lines(made: Mapping[str, Any] | None = None) -> dict[str, str]:
-    """A provenance as a page shows it.
-
-    Args:
-        made: the manifest of a run folder; None for what would be computed now.
-    """
-    made = provenance() if made is None else made
-    return {
-        "source": f"{made['git'] or 'installed package'} (code {made['code']})",
-        "versions": ", ".join(f"{k} {v}" for k, v in made["versions"].items()),
-        "machine": made["machine"],
-    }
-
-
-def _installed(name: str) -> bool:
-    try:
-        metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return False
-    return True
-
-
-def _git_revision() -> str | None:
-    """Commit of the source tree this code runs from, marked when it has changes; None outside."""
-    root = Path(__file__).resolve().parents[2]
-    if not (root / ".git").exists():
-        return None
-    command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=12"]
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
-    except (OSError, subprocess.SubprocessError):
-        return None
-    return done.stdout.strip() or None

@@ -29,11 +29,11 @@ from steadyload.runs.labels import (
     labelled_material,
     own_material,
 )
+from steadyload.runs.provenance import provenance
 from steadyload.runs.results import (
     LAYOUTS_FILE,
     SCHEMA_VERSION,
     load_manifest,
-    provenance,
     result_store,
 )
 from steadyload.runs.store import (

@@ -53,7 +53,7 @@ class KeyedUnit(Protocol):
 
     @property
     def key(self) -> str:
-        """The shard's key, see :func:`key_of`."""
+        """The shard's key, see :func:`steadyload.runs.provenance.key_of`."""
         ...
 
     def __len__(self) -> int: ...
@@ -102,11 +102,6 @@ def parquet(schema: pa.Schema) -> Codec[dict[str, Any], pd.DataFrame]:
         return as_parquet(pd.DataFrame(list(rows)).reindex(columns=schema.names), schema)
 
     return Codec(".parquet", encode, partial(from_parquet, schema=schema))
-
-
-def key_of(identity: Any) -> str:
-    """The key of a shard: a hash of all that its answers depend on, as JSON says it."""
-    return hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:20]
 
 
 def checksum(content: bytes) -> str:

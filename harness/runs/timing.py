@@ -22,8 +22,12 @@ from steadyload.layouts.model import Layout
 from steadyload.methods.method import judge
 from steadyload.methods.registry import make_method
 from steadyload.runs.executors import SinglePart
-from steadyload.runs.store import JSON, Progress, Store, key_of, locked
+from steadyload.runs.provenance import key_of
+from steadyload.runs.store import JSON, Progress, Store, locked
 from steadyload.runs.units import made_now
+
+VERSION = 1
+"""Of how times are taken: raised when they would mean something else."""
 
 BLOCK = 50
 """Layouts that a method judges in a turn. Whoever has just judged something else pays for it."""
@@ -67,11 +71,18 @@ class Turn(SinglePart):
 
     @cached_property
     def key(self) -> str:
-        """Hash of all that times are of."""
-        made = {spec: dict(made) for spec, made in made_now(self.methods).items()}
-        own = [self.block, self.repeat, Path(__file__).read_text()]
-        content = [made, [layout.content_hash() for layout in self.layouts], own]
-        return f"times-{key_of(content)}"
+        """Key of all that times are of."""
+        made = key_of(
+            {
+                "question": "times in turns",
+                "version": VERSION,
+                "made by": {spec: dict(made) for spec, made in made_now(self.methods).items()},
+                "layouts": [layout.content_hash() for layout in self.layouts],
+                "block": self.block,
+                "repeat": self.repeat,
+            }
+        )
+        return f"times-{made}"
 
 
 @dataclass(frozen=True)
@@ -101,7 +112,7 @@ def timed(
 ) -> Times:
     """Times of methods on the same layouts; every repeat is kept, and not taken again.
 
-    A repeat counts as taken when methods, layouts, code and packages were the same.
+    A repeat counts as taken when methods, their versions, layouts and packages were the same.
 
     Args:
         methods: spec strings; without any there is nothing to time.

@@ -5,26 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from importlib import metadata
 from itertools import islice
 from typing import Any
 
-from steadyload.engines.registry import installed_versions
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import Method, Status, Verdict, judge
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.labels import Case
-from steadyload.runs.results import SCHEMA_VERSION, ResultsError, judged_by, result_row
-from steadyload.runs.store import key_of
+from steadyload.runs.provenance import key_of, made_by
+from steadyload.runs.results import SCHEMA_VERSION, ResultsError, result_row
 
 Row = dict[str, Any]
 """A row of :data:`steadyload.runs.results.SCHEMA`."""
 
 MadeBy = Mapping[str, str]
-"""What a method's rows come from: a hash of the code, and versions of packages by name."""
-
-_NUMERICS = ("numpy", "scipy")
+"""What a method's rows come from: see :func:`steadyload.runs.provenance.made_by`."""
 
 
 class OtherCodeError(ResultsError):
@@ -66,9 +62,7 @@ def made_now(methods: Iterable[str]) -> dict[str, MadeBy]:
 @cache
 def _made_here(spec: str) -> MadeBy:
     """What a method's rows come from in this process."""
-    method = make_method(spec)
-    numerics = {name: metadata.version(name) for name in _NUMERICS}
-    return {"code": judged_by(method), **numerics, **installed_versions(method.spec.engine or "")}
+    return made_by(make_method(spec))
 
 
 def study_units(
@@ -76,7 +70,7 @@ def study_units(
 ) -> Iterator[Unit]:
     """The study in parts, as they are asked for: every method on the first cases, then the next.
 
-    A unit's key is a hash of all that its rows depend on.
+    A unit's key says all that its rows depend on.
 
     Args:
         study: what to compare.
@@ -92,9 +86,18 @@ def study_units(
         )
         content = [[scenario, lay.name, lay.content_hash()] for scenario, lay in part]
         for method in study.methods:
-            identity = [method, study.repetitions, study.timeout, SCHEMA_VERSION]
-            identity += [dict(made_by[method]), content]
-            yield Unit(method, judgements, key_of(identity), made_by[method], study.timeout)
+            key = key_of(
+                {
+                    "question": "verdicts",
+                    "method": method,
+                    "made by": dict(made_by[method]),
+                    "repetitions": study.repetitions,
+                    "timeout": study.timeout,
+                    "schema": SCHEMA_VERSION,
+                    "cases": content,
+                }
+            )
+            yield Unit(method, judgements, key, made_by[method], study.timeout)
 
 
 def judge_unit(unit: Unit) -> Iterator[Row]:

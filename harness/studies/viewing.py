@@ -18,7 +18,7 @@ from steadyload.reports.viewer.records import (
     ViewedLoading,
     ViewedStep,
 )
-from steadyload.runs.results import provenance_lines
+from steadyload.runs.provenance import provenance_lines
 
 
 class ViewError(ValueError):

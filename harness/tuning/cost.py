@@ -27,12 +27,15 @@ from steadyload.methods.simulation_parameters import SimulationParameters
 from steadyload.methods.spec import SpecError
 from steadyload.methods.tuned import TUNED, tuned
 from steadyload.runs.executors import SinglePart, run_units
-from steadyload.runs.results import judged_by
+from steadyload.runs.provenance import made_by
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource, load_cases
 from steadyload.tuning.space import Space
 
 FloatArray = NDArray[np.float64]
+
+VERSION = 1
+"""Of the terms that costs are sums of, and of the goal: raised when they change."""
 
 GOAL = "ps3@{engine}:samples=10,rest_speed=0.01"
 """What a goal is a share of: PS_3, stopped at rest and looked at as others are."""
@@ -180,7 +183,7 @@ def kept_model(
 ) -> CostModel:
     """The cost model of an engine on a space, measured once and kept in a file.
 
-    Measured again when the engine's code has changed since. Measure it while nothing else runs.
+    Measured again when the engine's version has changed since. Measure it while nothing else runs.
 
     Args:
         path: of the file.
@@ -195,7 +198,8 @@ def kept_model(
     about = {
         "engine": space.engine,
         "space": space.name,
-        "code": judged_by(make_method(f"simulation@{space.engine}")),
+        "version": VERSION,
+        "made_by": made_by(make_method(f"simulation@{space.engine}")),
     }
     if path.exists():
         try:

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation_parameters import parameters_on
-from steadyload.runs.results import judged_by
+from steadyload.runs.provenance import made_by
+from steadyload.tuning import cost, judging, proposers
 from steadyload.tuning.options import SearchOptions
 from steadyload.tuning.space import Gene, Space
-
-_DECIDING = ("cases", "cost", "judging", "options", "proposers", "search")
 
 
 def space_of(found: Mapping[str, Any]) -> Space:
@@ -41,14 +38,10 @@ def identity(options: SearchOptions, space: Space) -> dict[str, Any]:
         "population": options.population,
         "begin_with": list(options.begin_with),
         "source": dataclasses.asdict(options.source),
-        "code": judged_by(method)[:16],
-        "search": _search_code(),
+        "made_by": made_by(method),
+        "search": {
+            "proposals": proposers.VERSION,
+            "judging": judging.VERSION,
+            "cost": cost.VERSION,
+        },
     }
-
-
-def _search_code() -> str:
-    """Hash of the code that decides what is proposed and what is given up."""
-    digest = hashlib.sha256()
-    for module in _DECIDING:
-        digest.update(Path(__file__).with_name(f"{module}.py").read_bytes())
-    return digest.hexdigest()[:16]

@@ -20,6 +20,9 @@ from steadyload.tuning.cost import CostModel
 BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
 
+VERSION = 1
+"""Of what a search gives up, and what it holds a genotype to be worth: raised when that changes."""
+
 ACCURACY_WEIGHT, SPEED_WEIGHT = 0.85, 0.15
 """Section 5.2 of the paper."""
 

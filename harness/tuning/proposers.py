@@ -14,6 +14,9 @@ import numpy as np
 from steadyload.runs.workers import interrupts_held_back
 from steadyload.tuning.space import Genotype, Space
 
+VERSION = 1
+"""Of what a search proposes: raised when the same search would propose something else."""
+
 _WHEEL = 150
 """The roulette wheel turns on this power of the fitness: fitnesses lie within a few per cent of
 each other, and on the first power every genotype would have almost the same chance."""

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from steadyload.runs.executors import run_units
-from steadyload.runs.results import provenance
+from steadyload.runs.provenance import provenance
 from steadyload.runs.store import locked
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource, fingerprint, load_cases

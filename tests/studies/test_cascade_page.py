@@ -116,7 +116,7 @@ def test_the_page_shows_what_was_found(study, tmp_path):
     assert "5 of 900" in text
     assert "2 (3)" in text
     assert "1.23" in text
-    assert "- thresholds fitted by: 0123456789ab (code c)" in text
+    assert "- thresholds fitted by: git 0123456789ab" in text
     assert (tmp_path / "figures" / "cascade-sweep.svg").stat().st_size > 10_000
 
 

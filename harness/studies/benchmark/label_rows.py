@@ -18,6 +18,9 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.simulation import Simulation
 from steadyload.methods.trace import Trace, UndecidedError, trace_loading
 
+VERSION = 1
+"""Of what is read off a trace, margins included: raised when a row holds something else."""
+
 LABEL = "label@reference"
 
 T_MAX, SAMPLES = 0.33, 11

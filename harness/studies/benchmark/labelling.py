@@ -7,7 +7,6 @@ of a :class:`steadyload.runs.store.Store`: an interrupted run goes on where it w
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +14,6 @@ from typing import Any
 
 import pandas as pd
 
-from steadyload.engines.registry import installed_versions
 from steadyload.layouts.benchmark.build import BuildOptions, build
 from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import Benchmark, load_benchmark
@@ -34,13 +32,15 @@ from steadyload.layouts.benchmark.tables import (
     write_tables,
 )
 from steadyload.layouts.model import Layout
+from steadyload.methods import trace
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.executors import IN_THIS_PROCESS
-from steadyload.runs.results import code_fingerprint, load_results, provenance
+from steadyload.runs.provenance import key_of, made_by, package_versions, provenance
+from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
-from steadyload.runs.store import Store, key_of, locked, parquet
+from steadyload.runs.store import Store, locked, parquet
 from steadyload.studies.benchmark import label_rows
 from steadyload.studies.benchmark.label_rows import (
     LABEL,
@@ -227,17 +227,18 @@ def _traced(directory: Path, workers: int, progress: Callable[[int, int], None])
     benchmark = load_benchmark(directory)
     names = zip(benchmark.cases["scenario"], benchmark.cases["layout"], strict=True)
     cases = [(scenario, benchmark.layout(name, scenario)) for scenario, name in names]
-    rules = Path(label_rows.__file__).read_bytes()
-    made_by = [
-        code_fingerprint(),
-        hashlib.sha256(rules).hexdigest(),
-        installed_versions("reference"),
-    ]
+    made = {
+        **made_by(make_method(LABEL)),
+        **package_versions(("numpy", "scipy")),
+        "version of traces": str(trace.VERSION),
+        "version of rows": str(label_rows.VERSION),
+    }
     units = []
     for start in range(0, len(cases), _SHARD):
         part = tuple(cases[start : start + _SHARD])
-        identity = [*made_by, [[s, lay.name, lay.content_hash()] for s, lay in part]]
-        units.append(TraceUnit(part, key_of(identity)))
+        content = [[scenario, lay.name, lay.content_hash()] for scenario, lay in part]
+        key = key_of({"question": "traces", "made by": made, "cases": content})
+        units.append(TraceUnit(part, key))
     store = Store(directory / "traces", parquet(TRACES))
     store.complete(
         sorted(units, key=_turn(benchmark)),

@@ -21,6 +21,7 @@ from steadyload.methods.spec import nearest
 from steadyload.methods.thresholds import Ladder
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.labels import labelled_material, load_labels
+from steadyload.runs.provenance import source_line
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.timing import machine_load
@@ -250,7 +251,7 @@ def _fitted(budget: float, ladder: Ladder) -> FittedLadder:
 def _lines(made_by: Mapping[str, Any]) -> dict[str, str]:
     """What thresholds were fitted with, as a page shows it."""
     return {
-        "thresholds fitted by": f"{made_by['git'] or 'installed package'} (code {made_by['code']})",
+        "thresholds fitted by": source_line(made_by),
         "thresholds fitted on": f"validation, cases {made_by['cases']}"
         + "".join(f", {path}" for path in made_by["data"]),
     }

@@ -19,6 +19,7 @@ from steadyload.methods.simulation_parameters import SimulationParameters
 from steadyload.runs.definition import AS_GIVEN
 from steadyload.runs.evaluation import AgreementMatrix, MethodSummary, PhaseTimes, accuracies
 from steadyload.runs.labels import labelled_layout, load_labels
+from steadyload.runs.provenance import source_line
 from steadyload.runs.results import (
     KEYS,
     LAYOUTS_FILE,
@@ -363,7 +364,7 @@ def _manifest_lines(manifest: Mapping[str, Any], rows: int) -> dict[str, str]:
         "layouts": f"{manifest['layouts']} (data {manifest['data_hash']})",
         **(drawn if labels is None else {}),
         "rows": str(rows),
-        "source": f"{manifest['git'] or 'installed package'} (code {manifest['code']})",
+        "source": source_line(manifest),
         "versions": ", ".join(f"{k} {v}" for k, v in manifest["versions"].items()),
         "machine": manifest["machine"],
         "started": manifest["started"],

@@ -8,35 +8,24 @@ those before them.
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import inspect
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import steadyload.engines
 from steadyload.atomic import write_atomically
-from steadyload.engines.registry import engine_names, installed_versions, world_class
+from steadyload.engines.registry import engine_names, world_class
 from steadyload.engines.registry import engines as registered
-from steadyload.methods import criteria
+from steadyload.methods import loading
 from steadyload.methods.spec import nearest
-from steadyload.properties import mechanics
 from steadyload.runs.definition import StudyError
 from steadyload.runs.executors import IN_THIS_PROCESS, SinglePart
-from steadyload.runs.results import provenance
-from steadyload.runs.store import Codec, Progress, Store, key_of, locked
+from steadyload.runs.provenance import key_of, made_on, package_versions, provenance
+from steadyload.runs.store import Codec, Progress, Store, locked
 from steadyload.studies.closed_forms import measuring as closed_form_runs
-from steadyload.studies.extremes import (
-    measuring as extreme_runs,
-)
-from steadyload.studies.extremes import (
-    scenes as extreme_scenes,
-)
-from steadyload.studies.extremes import (
-    sweeps as extremes,
-)
+from steadyload.studies.extremes import measuring as extreme_runs
+from steadyload.studies.extremes import sweeps as sweeps_of
 from steadyload.studies.extremes.records import ExtremeCell, Outcome
 from steadyload.studies.extremes.sweeps import (
     FREQUENCIES,
@@ -46,12 +35,8 @@ from steadyload.studies.extremes.sweeps import (
     sweeps,
 )
 
-_MEASURING = (extremes, extreme_runs, extreme_scenes, closed_form_runs, mechanics, criteria)
-"""The modules whose code a cell depends on, besides the engines."""
-
-
-MadeBy = tuple[str, Mapping[str, str]]
-"""Hash of the code that a cell depends on, and versions of its engine."""
+MadeBy = Mapping[str, str]
+"""What a cell comes from besides what is asked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,8 +53,17 @@ class CellUnit(SinglePart):
     @property
     def key(self) -> str:
         """The key of its shard."""
-        identity = [self.sweep, self.engine, self.timeout, *self.made_by]
-        return key_of([*identity, self.frequency, self.value])
+        return key_of(
+            {
+                "question": "extremes",
+                "sweep": self.sweep,
+                "engine": self.engine,
+                "timeout": self.timeout,
+                "made by": dict(self.made_by),
+                "frequency": self.frequency,
+                "value": self.value,
+            }
+        )
 
     def describe(self, part: int) -> str:
         """The cell for people."""
@@ -123,7 +117,7 @@ def run_extremes(
     picked = _known(only_sweeps, sweep_names(), sweep_names(), "sweep")
     with locked(directory):
         made_with = provenance()
-        made_by = {engine: (_fingerprint(engine), installed_versions(engine)) for engine in names}
+        made_by = {engine: _made_by(engine) for engine in names}
         lines = [
             Line.of(sweep, engine, frequency, timeout, made_by[engine])
             for sweep in picked
@@ -204,15 +198,16 @@ def _decoded(content: bytes) -> ExtremeCell:
 _CELLS: Codec[ExtremeCell, ExtremeCell] = Codec(".json", _encoded, _decoded)
 
 
-def _fingerprint(engine: str) -> str:
-    """Hash of the code that a cell depends on."""
-    package = Path(steadyload.engines.__path__[0])
-    adapter = Path(inspect.getsourcefile(world_class(engine)) or "")
-    measuring = [Path(str(module.__file__)) for module in _MEASURING]
-    digest = hashlib.sha256()
-    for path in dict.fromkeys([*sorted(package.rglob("*.py")), *measuring, adapter]):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
+def _made_by(engine: str) -> dict[str, str]:
+    """What a cell comes from besides what is asked."""
+    parts = {
+        "sweeps": sweeps_of.VERSION,
+        "measuring": extreme_runs.VERSION,
+        "closed forms": closed_form_runs.VERSION,
+        "loading": loading.VERSION,
+    }
+    versions = {f"version of {part}": str(number) for part, number in parts.items()}
+    return made_on(engine) | package_versions(("numpy", "scipy")) | versions
 
 
 def _frequencies(engine: str, frequencies: Sequence[int]) -> tuple[int | None, ...]:

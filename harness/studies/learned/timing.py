@@ -16,9 +16,12 @@ from steadyload.learners import LearnerError
 from steadyload.methods.method import Method
 from steadyload.methods.registry import make_method
 from steadyload.runs.executors import SinglePart
-from steadyload.runs.results import judged_by
-from steadyload.runs.store import JSON, Store, key_of, locked
+from steadyload.runs.provenance import key_of, made_by
+from steadyload.runs.store import JSON, Store, locked
 from steadyload.runs.timing import machine_load, taken
+
+VERSION = 1
+"""Of how times are taken: raised when they would mean something else."""
 
 _BATCH = "batch"
 """The parameter of a method that judges many layouts at once."""
@@ -46,11 +49,18 @@ class TimingUnit(SinglePart):
 
     @cached_property
     def key(self) -> str:
-        """Hash of all that times are of."""
-        parts = [judged_by(make_method(spec)) for spec in self.methods]
-        parts += [layout.content_hash() for layout in self.layouts]
-        own = [self.repeats, list(self.batches), Path(__file__).read_text()]
-        return f"times-{key_of([*parts, *own])}"
+        """Key of all that times are of."""
+        made = key_of(
+            {
+                "question": "times in turns and in batches",
+                "version": VERSION,
+                "made by": {spec: made_by(make_method(spec)) for spec in self.methods},
+                "layouts": [layout.content_hash() for layout in self.layouts],
+                "repeats": self.repeats,
+                "batches": list(self.batches),
+            }
+        )
+        return f"times-{made}"
 
 
 Times = dict[str, Any]

@@ -7,7 +7,6 @@ property and method; beside the page lie
 
 from __future__ import annotations
 
-import hashlib
 import json
 import re
 import zlib
@@ -16,7 +15,7 @@ from dataclasses import dataclass
 from importlib import metadata, resources
 from pathlib import Path
 
-from steadyload.engines.registry import engine_names, engines, installed_versions
+from steadyload.engines.registry import engine_names, engines
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model import Layout
 from steadyload.layouts.readers import read_json
@@ -29,10 +28,10 @@ from steadyload.properties import PropertyError
 from steadyload.properties.findings import finding
 from steadyload.properties.property import Case, Property, Subject
 from steadyload.properties.registry import PROPERTIES
-from steadyload.properties.search import Counterexample, Outcome, search
+from steadyload.properties.search import VERSION, Counterexample, Outcome, search
 from steadyload.runs.executors import IN_THIS_PROCESS, SinglePart
-from steadyload.runs.results import judged_by, provenance_lines
-from steadyload.runs.store import Codec, Progress, Store, key_of, locked
+from steadyload.runs.provenance import key_of, made_by, package_versions, provenance_lines
+from steadyload.runs.store import Codec, Progress, Store, locked
 from steadyload.studies.properties.records import (
     ItemRow,
     PropertyRow,
@@ -162,19 +161,26 @@ def made_with(study: PropertyStudy) -> dict[str, str]:
 
 
 def _units(subject: Subject, study: PropertyStudy) -> Iterator[_Unit]:
-    """What a method is asked; a key is a hash of all that the outcome depends on."""
-    library = Path(str(resources.files("steadyload.properties")))
-    code = [*sorted(library.glob("*.py")), Path(__file__)]
-    rules = hashlib.sha256(b"".join(path.read_bytes() for path in code))
-    rules.update(resources.files("steadyload.methods").joinpath(ENVELOPES).read_bytes())
-    made_by = [
-        subject.spec, study.examples, study.seed, rules.hexdigest(),
-        metadata.version("hypothesis"), judged_by(subject.method),
-        installed_versions(subject.engine or ""),
-    ]  # fmt: skip
+    """What a method is asked; a key says all that the outcome depends on."""
+    envelopes = json.loads(resources.files("steadyload.methods").joinpath(ENVELOPES).read_bytes())
+    made = {
+        **made_by(subject.method),
+        **package_versions(("hypothesis",)),
+        "version of search": str(VERSION),
+        "envelopes": key_of({engine: entry["rows"] for engine, entry in envelopes.items()}),
+    }
     for asked in study.properties:
         if asked.applies(subject):
-            key = key_of([asked.name, *made_by])
+            key = key_of(
+                {
+                    "question": asked.name,
+                    "version": asked.version,
+                    "method": subject.spec,
+                    "made by": made,
+                    "examples": study.examples,
+                    "seed": study.seed,
+                }
+            )
             yield _Unit(asked.name, subject.spec, study.examples, study.seed, key)
 
 

@@ -19,6 +19,9 @@ from steadyload.methods.uncertainty import (
 )
 from steadyload.runs.outlook import Sampling, outlook, variance_by_scramblings
 
+VERSION = 1
+"""Of what is sampled of a case: raised when a row holds something else."""
+
 Row = dict[str, Any]
 """``layout, scenario, item_count``; ``nominal``, items placed safely by the plan (all: it stands),
 None without a verdict; ``safe``, the same of samples, with how many; ``samples, lost``; ``low,

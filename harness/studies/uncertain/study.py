@@ -6,16 +6,13 @@ cases of one question, so an interrupted run goes on where it was.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
-from steadyload.engines.registry import installed_versions
 from steadyload.layouts.benchmark import Benchmark, Part, load_benchmark
 from steadyload.layouts.model import Layout
 from steadyload.methods.registry import make_method
@@ -23,17 +20,15 @@ from steadyload.methods.uncertainty import parse_uncertainty
 from steadyload.runs import outlook
 from steadyload.runs.executors import IN_THIS_PROCESS
 from steadyload.runs.outlook import FIRST_LOOK, Sampling
-from steadyload.runs.results import judged_by
-from steadyload.runs.store import JSON, Progress, Store, key_of, locked
+from steadyload.runs.provenance import key_of, made_by, package_versions
+from steadyload.runs.store import JSON, Progress, Store, locked
 from steadyload.studies.uncertain import cases as uncertain_cases
-from steadyload.studies.uncertain.cases import Unit, crashed_row, sample_unit
+from steadyload.studies.uncertain.cases import Row, Unit, crashed_row, sample_unit
 
 CHECK = "equilibrium"
 """The method whose probabilities are held against those of many random samples."""
 
 _SHARD = 10
-_MEASURING = (outlook.__file__, uncertain_cases.__file__)
-"""The code that a row depends on, besides that of methods and engines."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +130,9 @@ class _Question:
 
 
 class _Run:
-    def __init__(self, asked: Questions, benchmark: Benchmark, store: Store[Any, Any]) -> None:
+    def __init__(
+        self, asked: Questions, benchmark: Benchmark, store: Store[Row, list[Row]]
+    ) -> None:
         self._asked, self._benchmark, self._store = asked, benchmark, store
         specs = dict.fromkeys((*asked.methods, asked.alone_method, CHECK))
         # Of the code that samples, not of what it has become meanwhile.
@@ -180,14 +177,21 @@ class _Run:
         return pd.DataFrame([row for unit in units for row in self._store.read(unit.key)])
 
     def _units(self, question: _Question) -> Iterator[Unit]:
-        """A question in parts; a key is a hash of all that its rows depend on."""
+        """A question in parts; a key says all that its rows depend on."""
         method, uncertainty = question.method, question.uncertainty
         sampling, random = question.sampling, question.random
         asked = [method, str(parse_uncertainty(uncertainty)), repr(sampling), random]
         for start in range(0, len(question.cases), _SHARD):
             part = question.cases[start : start + _SHARD]
             cases = [[scenario, layout.name, layout.content_hash()] for scenario, layout in part]
-            key = key_of([asked, self._made_by[method], cases])
+            key = key_of(
+                {
+                    "question": "certainty",
+                    "asked": asked,
+                    "made by": self._made_by[method],
+                    "cases": cases,
+                }
+            )
             yield Unit(method, uncertainty, part, sampling, random, key)
 
 
@@ -201,7 +205,11 @@ def _unsure(glance: _Question, table: pd.DataFrame) -> tuple[tuple[str, Layout],
     return tuple(case for turn in zip_longest(*turns.values()) for case in turn if case is not None)
 
 
-def _made_by(spec: str) -> list[Any]:
-    method = make_method(spec)
-    code = hashlib.sha256(b"".join(Path(file).read_bytes() for file in _MEASURING))
-    return [judged_by(method), installed_versions(method.spec.engine or ""), code.hexdigest()]
+def _made_by(spec: str) -> dict[str, str]:
+    """What a row comes from besides what is asked."""
+    return {
+        **made_by(make_method(spec)),
+        **package_versions(("numpy", "scipy")),
+        "version of sampling": str(outlook.VERSION),
+        "version of rows": str(uncertain_cases.VERSION),
+    }

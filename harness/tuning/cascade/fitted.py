@@ -14,7 +14,7 @@ from steadyload.layouts.benchmark import PLANAR, Part
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import SpecError, nearest
 from steadyload.methods.thresholds import Ladder, Stage, Thresholds, fingerprint
-from steadyload.runs.results import provenance
+from steadyload.runs.provenance import provenance
 from steadyload.tuning import TuningError
 from steadyload.tuning.cascade.fitting import Fit, fit, independent_cases, left_out
 from steadyload.tuning.cascade.opinions import Opinions, Table, ask
