@@ -14,8 +14,9 @@ import pytest
 
 from steadyload.cli import main
 from steadyload.runs.executors import Serial
+from steadyload.runs.provenance import key_of
 from steadyload.runs.results import ResultsError, load_manifest, load_results
-from steadyload.runs.store import JSON, DamagedError, Store, key_of, locked, parquet
+from steadyload.runs.store import JSON, DamagedError, Store, locked, parquet
 
 REPRO = Path(os.environ.get("STEADYLOAD_REPRO", "/nowhere"))
 """Shards that were damaged by hand, where there are some: each broke an earlier check."""
@@ -88,7 +89,7 @@ def test_what_is_missing_is_computed_once(store, tmp_path):
 
 def test_what_was_half_written_is_removed(store, tmp_path):
     store.complete(UNITS, square)
-    cut, mine = tmp_path / "shards" / f".{key_of(1)}.json.abcd1234", tmp_path / "shards" / ".mine"
+    cut, mine = tmp_path / "shards" / f".{key_of([1])}.json.abcd1234", tmp_path / "shards" / ".mine"
     for file in (cut, mine):
         file.write_text("[")
     assert store.complete(UNITS, square) == 0

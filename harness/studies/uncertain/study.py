@@ -24,7 +24,7 @@ from steadyload.runs.outlook import FIRST_LOOK, Sampling
 from steadyload.runs.provenance import key_of, made_by, package_versions
 from steadyload.runs.store import JSON, Progress, Store, locked
 from steadyload.studies.uncertain import cases as uncertain_cases
-from steadyload.studies.uncertain.cases import Unit, crashed_row, sample_unit
+from steadyload.studies.uncertain.cases import Row, Unit, crashed_row, sample_unit
 
 CHECK = "equilibrium"
 """The method whose probabilities are held against those of many random samples."""
@@ -131,7 +131,9 @@ class _Question:
 
 
 class _Run:
-    def __init__(self, asked: Questions, benchmark: Benchmark, store: Store[Any, Any]) -> None:
+    def __init__(
+        self, asked: Questions, benchmark: Benchmark, store: Store[Row, list[Row]]
+    ) -> None:
         self._asked, self._benchmark, self._store = asked, benchmark, store
         specs = dict.fromkeys((*asked.methods, asked.alone_method, CHECK))
         # Of the code that samples, not of what it has become meanwhile.
