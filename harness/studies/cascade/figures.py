@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -11,7 +9,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from steadyload.reports.style import colour, face, marker
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.cascade.records import HeldAgainst
+from steadyload.studies.cascade.summary import CascadeStudy
 
 _TOP = 100.5
 _TICKS = (0.0, 20.0, 40.0, 60.0, 80.0, 90.0, 95.0, 98.0, 99.0, 99.5, 100.0)
@@ -19,13 +17,13 @@ _TICKS = (0.0, 20.0, 40.0, 60.0, 80.0, 90.0, 95.0, 98.0, 99.0, 99.5, 100.0)
 _PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 
 
-def plot_sweep(methods: Sequence[HeldAgainst]) -> Figure:
+def plot_sweep(study: CascadeStudy) -> Figure:
     """Accuracy over CPU time: methods as points, and a line through a cascade's budgets."""
     figure = Figure(figsize=(7.6, 4.6))
     axes = figure.add_subplot()
-    swept = sorted((m for m in methods if m.budget is not None), key=lambda m: m.budget or 0.0)
+    methods, swept = study.methods, study.swept
     for row in methods:
-        if row.budget is None:
+        if row not in swept:
             axes.errorbar(
                 row.cpu.value,
                 100 * row.accuracy.value,
@@ -53,7 +51,7 @@ def plot_sweep(methods: Sequence[HeldAgainst]) -> Figure:
         )
         for number, row in enumerate(swept):
             axes.annotate(
-                f"{row.budget:g}",
+                f"{study.budgets[row.method.spec]:g}",
                 (row.cpu.value, 100 * row.accuracy.value),
                 xytext=(-4, -11 if number % 2 else 5),
                 textcoords="offset points",
