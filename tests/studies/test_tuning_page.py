@@ -11,6 +11,7 @@ import pytest
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.page import write_page
 from steadyload.reports.table import duration, factor
+from steadyload.runs.costs import CostKind, CostSource
 from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.tuning.figures import plot_changes, plot_price
