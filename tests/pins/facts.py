@@ -13,7 +13,7 @@ CLOCK = "<clock>"
 _RULE = re.compile(r"^\|(\s*:?-+:?\s*\|)+\s*$")
 _BAR = re.compile(r"(?<!\\)\|")
 _IMAGE = re.compile(r"!\[[^\]]*\]\(([^)]+)\)")
-_SENTENCE = re.compile(r"(?<=[.!?:])\s+(?=[A-Z*`(\d])")
+_SENTENCE = re.compile(r"(?<=[.!?])\s+(?=[A-Z*`(\d])")
 _DIGEST = re.compile(r"\b(?=[0-9a-f]*[a-f])(?=[0-9a-f]*\d)[0-9a-f]{8,64}\b")
 _NUMBER = re.compile(r"\d+(?:[.,]\d+)*(?:e-?\d+)?")
 
