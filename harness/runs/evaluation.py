@@ -307,7 +307,7 @@ def _costs(judged: JudgedCases, costs: Costs, spec: str, here: BoolArray) -> dic
     found: dict[str, Any] = {"cpu": cpu, "wall": mean(taken[WALL], clusters)}
     if set(PHASES) <= set(taken):
         known = [float(taken[phase].mean()) for phase in PHASES]
-        found["phases"] = PhaseTimes(*known, other=cpu.value - sum(known))
+        found["phases"] = PhaseTimes(*known, cpu.value - sum(known))
     return found
 
 

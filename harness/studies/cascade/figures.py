@@ -15,9 +15,6 @@ from steadyload.reports.charts import (
 from steadyload.reports.style import colour, marker
 from steadyload.studies.cascade.summary import CascadeStudy
 
-_TOP = 100.5
-_TICKS = (0.0, 20.0, 40.0, 60.0, 80.0, 90.0, 95.0, 98.0, 99.0, 99.5, 100.0)
-
 
 def plot_sweep(study: CascadeStudy) -> Figure:
     """Accuracy over CPU time: methods as points, and a line through a cascade's budgets."""
