@@ -15,6 +15,7 @@ import jinja2
 from matplotlib.figure import Figure
 
 from steadyload.reports.charts import image
+from steadyload.reports.table import Table
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,11 +29,11 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A heading with text, tables (Markdown) and pictures, in that order."""
+    """A heading with text, tables (declared, or as Markdown) and pictures, in that order."""
 
     title: str
     text: str = ""
-    tables: Sequence[str] = ()
+    tables: Sequence[Table | str] = ()
     pictures: Sequence[Picture] = ()
 
 
