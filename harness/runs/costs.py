@@ -25,6 +25,7 @@ class CostKind(StrEnum):
     TIMED = "timed"
     IN_TURNS = "in turns"
     JUDGING = "judging"
+    ONE_PROCESS = "one process"
 
 
 _EXPLAINED: Mapping[CostKind, str] = {
@@ -34,6 +35,8 @@ _EXPLAINED: Mapping[CostKind, str] = {
     "turns of many cases.",
     CostKind.JUDGING: "CPU times are of judging{cases}, where several workers may share the "
     "machine: compare ratios, not milliseconds.",
+    CostKind.ONE_PROCESS: "CPU times are of one process{cases}, beside whatever other work the "
+    "machine has: compare ratios, not milliseconds.",
 }
 
 

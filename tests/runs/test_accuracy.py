@@ -20,14 +20,18 @@ from steadyload.layouts.benchmark.tables import (
     read_tables,
     write_tables,
 )
+from steadyload.methods.naming import MethodKey
 from steadyload.methods.registry import make_method
 from steadyload.reports.page import write_page
 from steadyload.runs.accuracy import at_natural_prevalence, verdicts_against_labels
+from steadyload.runs.costs import CostKind, timed_costs
 from steadyload.runs.definition import StudyDefinition, StudyError, load_study
 from steadyload.runs.evaluation import ALL, evaluate
+from steadyload.runs.judged import load_judged
 from steadyload.runs.labels import load_labels
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
+from steadyload.runs.timing import Times
 from steadyload.statistics.metrics import mean, share
 from steadyload.studies.comparison.page import study_page
 from steadyload.studies.comparison.summary import compare
@@ -362,3 +366,38 @@ def test_the_embedded_study_runs_on_the_shipped_set(tmp_path):
     quick = dataclasses.replace(study, methods=("fbs", "sme"), limit=4)
     assert run_study(quick, tmp_path / "run") == 2 * 3 * 4
     assert evaluate(tmp_path / "run").labelled.stable == 6
+
+
+def test_a_row_is_compared_with_another_on_the_same_cases(run, labelled_set):
+    evaluation, both = evaluate(run), counted(run, labelled_set)
+    assert evaluation.cost_source.kind == CostKind.JUDGING
+    sme = evaluation.row("sme", "S2b", against="fbs", key=MethodKey("mine", "mine", "mine"))
+    here = both[both["scenario"] == "S2b"].set_index(["method", "layout"]).sort_index()
+    right = (here["score"] - here["truth"]).abs() < 1e-9
+    assert sme.ahead.value == pytest.approx(right["fbs"].mean() - right["sme"].mean())
+    cpu = load_results(run).query("scenario == 'S2b'").groupby("method")["cpu_total"].sum()
+    assert sme.cost_ratio.value == pytest.approx(cpu["fbs"] / cpu["sme"])
+    assert (sme.method.title, sme.accuracy) == ("mine", evaluation.row("sme", "S2b").accuracy)
+    own = evaluation.row("sme", against="sme")
+    assert (own.ahead, own.cost_ratio) == (None, None)
+
+
+def test_costs_are_those_of_the_timing_pass_where_there_was_one(run):
+    judged = load_judged(run)
+    few = judged.said.index[judged.said.index.get_level_values("scenario") != "S2a"][:10]
+    cpu = {"sme": np.array([np.arange(10.0), np.full(10, 9.0), np.full(10, 4.0)])}
+    times = Times(cpu, {"sme": 2.0 * cpu["sme"]}, 3.0)
+    plain, timed = evaluate(judged), evaluate(judged, costs=timed_costs(times, few))
+    sme = timed.row("sme")
+    assert (sme.cpu.n, sme.cpu.value) == (10, np.median(cpu["sme"], axis=0).mean())
+    assert sme.wall.value == 2.0 * sme.cpu.value
+    assert sme.phases is None
+    assert sme.accuracy == plain.row("sme").accuracy
+    # What was not timed has no costs, and no scenario borrows those of another.
+    assert (timed.row("fbs").cpu.n, timed.row("sme", "S2a").cpu.n) == (0, 0)
+    assert timed.cost_ratio("fbs", "sme").n == 0
+    told = timed.cost_source.explained()
+    assert "the timing pass, on 10 of the cases" in told
+    assert "3.0 processes wanted to run" in told
+    assert "The machine was busy" in told
+    assert plain.row("fbs").phases.other == pytest.approx(plain.row("fbs").cpu.value)
