@@ -306,8 +306,8 @@ def _costs(judged: JudgedCases, costs: Costs, spec: str, here: BoolArray) -> dic
     cpu = mean(taken[CPU], clusters)
     found: dict[str, Any] = {"cpu": cpu, "wall": mean(taken[WALL], clusters)}
     if set(PHASES) <= set(taken):
-        known = [float(taken[phase].mean()) for phase in PHASES]
-        found["phases"] = PhaseTimes(*known, cpu.value - sum(known))
+        build, step, read = (float(taken[phase].mean()) for phase in PHASES)
+        found["phases"] = PhaseTimes(build, step, read, cpu.value - build - step - read)
     return found
 
 
