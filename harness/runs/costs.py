@@ -78,13 +78,12 @@ class Costs:
     source: CostSource
     milliseconds: Mapping[str, pd.DataFrame]
 
-    def of(self, spec: str, cases: pd.MultiIndex) -> pd.DataFrame | None:
-        """The times of a method on those of the cases that were timed; None without any."""
+    def of(self, spec: str, scenario: str | None = None) -> pd.DataFrame | None:
+        """The times of a method, in one scenario or in all; None where it was not timed there."""
         found = self.milliseconds.get(spec)
-        if found is None:
-            return None
-        here = found[found.index.isin(cases)]
-        return here if len(here) else None
+        if found is not None and scenario is not None:
+            found = found[found.index.get_level_values("scenario") == scenario]
+        return found if found is not None and len(found) else None
 
 
 def judging_costs(results: pd.DataFrame, source: CostSource) -> Costs:

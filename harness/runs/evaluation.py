@@ -172,8 +172,7 @@ class Evaluation:
 
     def cost_ratio(self, first: str, second: str, group: str = ALL) -> Estimate:
         """CPU time of the first method over that of the second; n = 0 where one was not timed."""
-        cases = self.judged.said.index[in_group(self.judged, group)]
-        above, below = (self.costs.of(spec, cases) for spec in (first, second))
+        above, below = (self.costs.of(spec, _scenario(group)) for spec in (first, second))
         if above is None or below is None:
             return NOTHING
         return ratio(above[CPU], below[CPU], self.judged.clusters.loc[above.index])
@@ -239,15 +238,14 @@ def in_group(judged: JudgedCases, group: str) -> BoolArray:
 
 
 def _rows(judged: JudgedCases, costs: Costs, group: str) -> tuple[MethodEvaluation, ...]:
-    here = in_group(judged, group)
-    accuracies = _accuracies(judged, here)
+    accuracies = _accuracies(judged, in_group(judged, group))
     return tuple(
         MethodEvaluation(
             method=key,
             group=group,
             **accuracies.get(spec, {}),
-            **_scores(judged, spec, here),
-            **_costs(judged, costs, spec, here),
+            **_scores(judged, spec, group),
+            **_costs(judged, costs, spec, group),
         )
         for spec, key in judged.keys.items()
     )
@@ -281,11 +279,16 @@ def _accuracies(judged: JudgedCases, here: BoolArray) -> dict[str, dict[str, Any
     return found
 
 
-def _scores(judged: JudgedCases, spec: str, here: BoolArray) -> dict[str, Any]:
+def _scenario(group: str) -> str | None:
+    return None if group == ALL else group
+
+
+def _scores(judged: JudgedCases, spec: str, group: str) -> dict[str, Any]:
     """Scores and statuses of a method; of several repetitions the first counts."""
-    own = judged.results[judged.results["method"] == spec].set_index(["layout", "scenario"])
-    own = own[own.index.isin(judged.said.index[here])]
-    first = own[own["repetition"] == 0]
+    own = judged.results[judged.results["method"] == spec]
+    if group != ALL:
+        own = own[own["scenario"] == group]
+    first = own[own["repetition"] == 0].set_index(["layout", "scenario"])
     done = first[first["status"] == "done"]
     statuses = first["status"].value_counts().sort_index()
     return {
@@ -298,8 +301,8 @@ def _scores(judged: JudgedCases, spec: str, here: BoolArray) -> dict[str, Any]:
     }
 
 
-def _costs(judged: JudgedCases, costs: Costs, spec: str, here: BoolArray) -> dict[str, Any]:
-    taken = costs.of(spec, judged.said.index[here])
+def _costs(judged: JudgedCases, costs: Costs, spec: str, group: str) -> dict[str, Any]:
+    taken = costs.of(spec, _scenario(group))
     if taken is None:
         return {}
     clusters = judged.clusters.loc[taken.index]
