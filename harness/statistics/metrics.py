@@ -14,12 +14,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.estimate import NOTHING, Estimate
 
 _Z = 1.959963984540054
 _RESAMPLES = 2000
 _SEED = 0
-_NOTHING = Estimate(math.nan, math.nan, math.nan, 0)
 
 
 def share(hits: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
@@ -36,7 +35,7 @@ def share(hits: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
     happened = np.asarray(hits, dtype=float)
     n = len(happened)
     if n == 0:
-        return _NOTHING
+        return NOTHING
     p = float(happened.mean())
     low, high = _wilson(p, effective_size(happened, clusters))
     return Estimate(p, low, high, n)
@@ -51,7 +50,7 @@ def mean(values: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
     """
     array = np.asarray(values, dtype=float)
     if len(array) == 0:
-        return _NOTHING
+        return NOTHING
     sums, sizes = _cluster_sums(array, clusters)
     means = [sums[drawn].sum(axis=1) / sizes[drawn].sum(axis=1) for drawn in resamples(len(sums))]
     low, high = np.quantile(np.concatenate(means), (0.025, 0.975))
@@ -68,7 +67,7 @@ def ratio(above: ArrayLike, below: ArrayLike, clusters: ArrayLike | None = None)
     """
     over, under = np.asarray(above, dtype=float), np.asarray(below, dtype=float)
     if len(over) == 0:
-        return _NOTHING
+        return NOTHING
     top, _ = _cluster_sums(over, clusters)
     bottom, _ = _cluster_sums(under, clusters)
     drawn_ratios = [top[d].sum(axis=1) / bottom[d].sum(axis=1) for d in resamples(len(top))]
@@ -101,7 +100,7 @@ def weighted_share(
     kept = member >= 0
     happened, member = np.asarray(hits, dtype=float)[kept], member[kept]
     if len(set(member.tolist())) < len(used):
-        return _NOTHING
+        return NOTHING
     group = np.arange(len(kept)) if clusters is None else np.asarray(clusters)
     _, group = np.unique(group[kept], return_inverse=True)
     shape = (int(group.max()) + 1, len(used))
