@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import importlib.util
 
+from steadyload.errors import UserError
+
 if __name__ != "steadyload.learners":
     raise ImportError("learners is installed as steadyload.learners: import it under that name")
 
 
-class LearnerError(ValueError):
+class LearnerError(UserError):
     """Impossible training, data or weights: says what was requested and what is allowed."""
 
 

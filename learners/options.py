@@ -11,10 +11,11 @@ from importlib import resources
 from typing import Any
 
 from steadyload.engines.quantities import check_ranges, quantity
+from steadyload.errors import nearest
 from steadyload.learners import LearnerError
 from steadyload.learners.features import SYMMETRIES, FeatureKind
 from steadyload.learners.inference import HEADS
-from steadyload.methods.spec import SpecError, bind, nearest
+from steadyload.methods.spec import SpecError, bind
 
 
 class NetworkKind(StrEnum):

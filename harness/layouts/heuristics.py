@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from itertools import permutations
 
+from steadyload.errors import UserError
 from steadyload.layouts.model import Vector
 from steadyload.layouts.spaces import Space, volume, without
 
@@ -24,7 +25,7 @@ SPACES_COMPARED = 3
 """How many spaces the placement rules 4 and 5 look at: the first that hold the item."""
 
 
-class HeuristicError(ValueError):
+class HeuristicError(UserError):
     """A heuristic that does not exist."""
 
 

@@ -15,6 +15,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from steadyload.errors import UserError
+
 FloatArray = NDArray[np.float64]
 Vector = tuple[float, float, float]
 
@@ -33,7 +35,7 @@ _SIZES = ("width", "height", "depth")
 _BLOCK = 256
 
 
-class LayoutError(ValueError):
+class LayoutError(UserError):
     """An invalid layout: says where (file, layout, item), what, and what is allowed."""
 
     def __init__(

@@ -18,6 +18,7 @@ from itertools import islice, permutations
 
 import numpy as np
 
+from steadyload.errors import UserError
 from steadyload.layouts.heuristics import (
     HEURISTICS,
     BinRule,
@@ -37,7 +38,7 @@ MOST_ITEMS = 20
 """A layout of the data set holds at most the first 20 items of a bin."""
 
 
-class PackingError(ValueError):
+class PackingError(UserError):
     """An invalid instance: quotes the value and says what is allowed."""
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from steadyload.engines.world import EngineError, FixedStepWorld, FloatArray, Poses
+from steadyload.errors import UserError
 from steadyload.layouts.model import Layout
 from steadyload.methods.criteria import Indices, Movement
 from steadyload.methods.loading import Loading
@@ -27,7 +28,7 @@ _FRAMES = (20, 60)
 """Least and most looks at a placement, where its samples allow it."""
 
 
-class RecordingError(ValueError):
+class RecordingError(UserError):
     """There is nothing to show, or an engine did not repeat its verdict."""
 
 

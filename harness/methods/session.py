@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from types import TracebackType
 
+from steadyload.errors import UserError
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.methods.method import Method, Verdict, verdict_by
 from steadyload.methods.registry import make_method
 
 
-class SessionError(ValueError):
+class SessionError(UserError):
     """A request that a session cannot meet: says what was requested and what is allowed."""
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Any, Protocol, Self
 
-from steadyload.methods.spec import nearest
+from steadyload.errors import UserError, nearest
 from steadyload.runs.pool import (
     Answer,
     GivenUpError,
@@ -31,7 +31,7 @@ POLL_SECONDS = 1.0
 """Seconds after which an executor is asked again how many units it takes: clusters grow."""
 
 
-class ExecutorError(ValueError):
+class ExecutorError(UserError):
     """An executor that there is not, or that cannot work; says what is allowed."""
 
 

@@ -22,6 +22,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, Generic, Protocol, Self, TypeVar
 
+from steadyload.errors import FailedError
 from steadyload.runs.worker import Event, Exit, RemoteTracebackError, State, Worker
 
 UNITS_PER_WORKER = 2
@@ -62,7 +63,7 @@ NoAnswer = Callable[[Unit, int, str], Answer]
 0, and the reason."""
 
 
-class WorkerDiedError(RuntimeError):
+class WorkerDiedError(FailedError):
     """Workers died where nothing can be said of the work; what was finished before is kept."""
 
 

@@ -30,12 +30,7 @@ from steadyload.runs.labels import (
     own_material,
 )
 from steadyload.runs.provenance import provenance
-from steadyload.runs.results import (
-    LAYOUTS_FILE,
-    SCHEMA_VERSION,
-    load_manifest,
-    result_store,
-)
+from steadyload.runs.results import LAYOUTS_FILE, SCHEMA_VERSION, load_manifest, result_store
 from steadyload.runs.store import (
     Progress,
     ResultsError,

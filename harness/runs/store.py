@@ -26,6 +26,7 @@ import pandas as pd
 import pyarrow as pa
 
 from steadyload.atomic import clear_unfinished, write_atomically
+from steadyload.errors import UserError
 from steadyload.layouts.benchmark.tables import as_parquet, from_parquet
 from steadyload.runs.executors import IN_THIS_PROCESS, Executor, run_units
 from steadyload.runs.pool import PartLimit
@@ -38,7 +39,7 @@ Progress = Callable[[int, int], None]
 _log = logging.getLogger("steadyload")
 
 
-class ResultsError(ValueError):
+class ResultsError(UserError):
     """A folder that holds no study, a damaged one, or one of another version."""
 
 

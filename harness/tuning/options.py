@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from steadyload.engines.registry import engines, world_class
+from steadyload.errors import nearest
 from steadyload.layouts.benchmark import PLANAR
-from steadyload.methods.spec import nearest
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import CostModel

@@ -28,7 +28,7 @@ MOVED = {
     "methods/loading.py": "methods/algorithm.py",
     "engines/with_mujoco.py": "engines/mujoco_world.py",
     "layouts/contacts.py": "layouts/touching_faces.py",
-    "learners/judges.py": "learners/networks_that_judge.py",
+    "learners/methods.py": "learners/networks_that_judge.py",
 }
 
 

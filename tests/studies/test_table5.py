@@ -149,7 +149,7 @@ def test_the_folder_of_another_study_is_left_alone(capsys, tmp_path):
 
 
 def test_a_method_that_cannot_judge_is_left_out_where_nobody_named_it(monkeypatch):
-    monkeypatch.setattr(table5, "METHODS", ("sme", "cascade@dart"))
+    monkeypatch.setattr(table5, "standard_methods", lambda: ("sme", "cascade@dart"))
     asked = Questions()
     assert asked.spatial == ("sme",)
     assert "steadyload cascade fit --engine dart" in asked.left_out["cascade@dart"]

@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from steadyload.atomic import write_atomically
+from steadyload.errors import UserError
 
 VERSION = 1
 
@@ -87,7 +88,7 @@ method."""
 _TABLES = {"layouts": LAYOUTS, "cases": CASES, "opinions": OPINIONS}
 
 
-class BenchmarkError(ValueError):
+class BenchmarkError(UserError):
     """A folder that holds no labelled set, a damaged one, or one that lacks what is needed."""
 
 

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.atomic import write_atomically
+from steadyload.errors import nearest
 from steadyload.layouts.benchmark import UNLEARNT, Part
 from steadyload.methods.cascade import Cascade
 from steadyload.methods.registry import make_method
-from steadyload.methods.spec import nearest
 from steadyload.runs.costs import CostKind, CostSource
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import evaluate

@@ -17,8 +17,8 @@ from typing import Any
 from steadyload.atomic import write_atomically
 from steadyload.engines.registry import engine_names, world_class
 from steadyload.engines.registry import engines as registered
+from steadyload.errors import nearest
 from steadyload.methods import loading
-from steadyload.methods.spec import nearest
 from steadyload.runs.definition import StudyError
 from steadyload.runs.executors import IN_THIS_PROCESS, SinglePart
 from steadyload.runs.provenance import key_of, made_on, package_versions, provenance

@@ -16,6 +16,7 @@ from importlib import metadata, resources
 from pathlib import Path
 
 from steadyload.engines.registry import engine_names, engines
+from steadyload.errors import nearest
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model import Layout
 from steadyload.layouts.readers import read_json
@@ -23,7 +24,6 @@ from steadyload.layouts.record import Record, to_layout
 from steadyload.layouts.writers import as_native
 from steadyload.methods.envelope import ENVELOPES
 from steadyload.methods.naming import method_key
-from steadyload.methods.spec import nearest
 from steadyload.properties import PropertyError
 from steadyload.properties.findings import finding
 from steadyload.properties.property import Case, MethodUnderTest, Property

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from steadyload.atomic import write_atomically
 from steadyload.engines.registry import engines
-from steadyload.methods.spec import nearest
+from steadyload.errors import UserError, nearest
 from steadyload.runs.evaluation import MethodEvaluation, evaluate
 from steadyload.runs.results import load_manifest
 from steadyload.statistics.estimate import Estimate
@@ -33,7 +33,7 @@ FILE = Path(str(resources.files("steadyload.studies.table5"))) / NAME
 """What was measured and comes with the package."""
 
 
-class FrontError(ValueError):
+class FrontError(UserError):
     """No measured method is what was asked for, or nothing was measured."""
 
 

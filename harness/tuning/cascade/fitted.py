@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from steadyload.engines.registry import capabilities, engines
+from steadyload.errors import nearest
 from steadyload.layouts.benchmark import PLANAR, Part
 from steadyload.methods.registry import make_method
-from steadyload.methods.spec import SpecError, nearest
+from steadyload.methods.spec import SpecError
 from steadyload.methods.thresholds import Ladder, Stage, Thresholds, fingerprint
 from steadyload.runs.provenance import provenance
 from steadyload.tuning import TuningError
