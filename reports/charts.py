@@ -1,35 +1,24 @@
-"""Pictures of records. A figure shows what its record holds and computes nothing.
+"""Kinds of charts that pages share, and how a figure becomes a file.
 
-Pictures are PNG without date or software stamps: the same record gives the same bytes.
+A chart shows what it is given and computes nothing. Cost stands on x (logarithmic), accuracy on y.
 """
 
 from __future__ import annotations
 
 import io
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogFormatter
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-from numpy.typing import NDArray
+from matplotlib.ticker import FuncFormatter, LogFormatter, NullFormatter
 
 from steadyload.reports.style import Identified, colour, face, marker
 from steadyload.statistics.estimate import Estimate
-
-
-@dataclass(frozen=True, slots=True)
-class TradeOff:
-    """A method's place between a share [0 to 1] and CPU time a layout [ms]."""
-
-    method: Identified
-    share: Estimate
-    cpu: Estimate
-
 
 matplotlib.rcParams.update(
     {
@@ -37,17 +26,22 @@ matplotlib.rcParams.update(
         "font.size": 9.0,
         "axes.spines.top": False,
         "axes.spines.right": False,
+        "svg.hashsalt": "steadyload",  # the same figure gives the same bytes
     }
 )
 
-FloatArray = NDArray[np.float64]
+LARGEST_SVG = 300_000
+"""Bytes beyond which a figure is kept as PNG."""
 
-_DPI = 150
 PLAIN_TICKS = FuncFormatter(lambda value, _: f"{value:g}")
 """Ticks of a log axis as plain numbers."""
 
-_SHORT = 0.1
-"""An axis below this share of the longest one has a single tick."""
+COST_LABEL = "CPU time a layout (ms)"
+ACCURACY_LABEL = "accuracy (% of cases with the label's failing step)"
+
+_DPI = 150
+_TOP = 100.5
+_TICKS = (0.0, 20.0, 40.0, 60.0, 80.0, 90.0, 95.0, 98.0, 99.0, 99.5, 100.0)
 
 
 class _PlainBetween(LogFormatter):
@@ -57,36 +51,102 @@ class _PlainBetween(LogFormatter):
         return f"{x:g}" if super().__call__(x, pos) else ""
 
 
-def png(figure: Figure) -> bytes:
-    """A figure as PNG, reproducible to the byte."""
+@dataclass(frozen=True, slots=True)
+class CostPoint:
+    """A method's cost of a layout [ms], and a share such as its accuracy [0 to 1]."""
+
+    method: Identified
+    share: Estimate
+    cost: Estimate
+
+
+def image(figure: Figure) -> tuple[str, bytes]:
+    """The ending and the bytes of a figure's file: SVG, or PNG where that would be too large.
+
+    The same figure gives the same bytes: there is no date in them, and ids are salted alike.
+    """
+    drawn = _saved(figure, "svg", {"Date": None, "Creator": None})
+    if len(drawn) <= LARGEST_SVG:
+        return ".svg", drawn
+    return ".png", _saved(figure, "png", {"Software": None})
+
+
+def _saved(figure: Figure, kind: str, metadata: dict[str, None]) -> bytes:
     sink = io.BytesIO()
-    figure.savefig(sink, format="png", dpi=_DPI, bbox_inches="tight", metadata={"Software": None})
+    figure.savefig(sink, format=kind, dpi=_DPI, bbox_inches="tight", metadata=metadata)
     return sink.getvalue()
 
 
-def plot_trade_off(points: Sequence[TradeOff], *, x_label: str) -> Figure:
-    """Runtime (log axis) against a share in per cent, with intervals: Fig. 3 of the paper.
+def reach(estimate: Estimate, scale: float = 1.0) -> list[list[float]]:
+    """How far the interval reaches to both sides, as error bars are given, shape (2, 1)."""
+    return [
+        [scale * max(0.0, estimate.value - estimate.low)],
+        [scale * max(0.0, estimate.high - estimate.value)],
+    ]
 
-    Good methods stand at the lower right. Methods without a share are left out.
+
+def spread_the_top(axes: Axes, least: float) -> None:
+    """Let y show accuracies [%] by their distance from a little above 100, logarithmically.
+
+    Args:
+        axes: what is drawn on.
+        least: the least accuracy to be shown [%].
+    """
+    axes.set_yscale(
+        "function",
+        functions=(
+            lambda y: -np.log10(np.maximum(_TOP - np.asarray(y, dtype=float), 1e-3)),
+            lambda t: _TOP - 10.0 ** -np.asarray(t, dtype=float),
+        ),
+    )
+    axes.set_ylim(max(0.0, least - 5.0), 100.0)
+    axes.set_yticks([tick for tick in _TICKS if tick > least - 5.0])
+    axes.yaxis.set_major_formatter(PLAIN_TICKS)
+    axes.yaxis.set_minor_formatter(NullFormatter())
+
+
+def draw_cost_point(axes: Axes, point: CostPoint, **style: Any) -> None:
+    """A method's marker with both intervals; ``style`` as of matplotlib's ``errorbar``."""
+    shade, inside = colour(point.method), face(point.method)
+    filled = inside == shade
+    usual = {
+        "fmt": marker(point.method),
+        "color": shade,
+        "markerfacecolor": inside,
+        "markeredgecolor": "white" if filled else shade,
+        "markeredgewidth": 0.6 if filled else 1.4,
+        "markersize": 8.0,
+        "elinewidth": 0.8,
+    }
+    axes.errorbar(
+        point.cost.value,
+        100.0 * point.share.value,
+        xerr=reach(point.cost),
+        yerr=reach(point.share, 100.0),
+        **{**usual, **style},
+    )
+
+
+def set_cost_axis(axes: Axes) -> None:
+    """Let x show costs [ms], logarithmically, with plain numbers."""
+    axes.set_xscale("log")
+    # Says something only where the costs span less than a decade.
+    axes.xaxis.set_minor_formatter(_PlainBetween())
+    axes.xaxis.set_major_formatter(PLAIN_TICKS)
+    axes.set_xlabel(COST_LABEL)
+    axes.grid(visible=True, which="major", linewidth=0.4, alpha=0.6)
+
+
+def plot_cost_accuracy(points: Sequence[CostPoint], *, y_label: str = ACCURACY_LABEL) -> Figure:
+    """Share in per cent against cost (log axis), with intervals: Fig. 3 of the paper.
+
+    Good methods stand at the upper left. Methods without a share are left out.
     """
     figure = Figure(figsize=(7.6, 4.6))
     axes = figure.add_subplot()
     shown = [point for point in points if not math.isnan(point.share.value)]
     for point in shown:
-        x, y = point.share, point.cpu
-        filled = face(point.method) == colour(point.method)
-        axes.errorbar(
-            100 * x.value,
-            y.value,
-            xerr=[[100 * (x.value - x.low)], [100 * (x.high - x.value)]],
-            yerr=[[y.value - y.low], [y.high - y.value]],
-            fmt=marker(point.method),
-            color=colour(point.method),
-            markersize=8,
-            markerfacecolor=face(point.method),
-            markeredgecolor="white" if filled else colour(point.method),
-            elinewidth=0.8,
-        )
+        draw_cost_point(axes, point)
         axes.plot(
             [],
             [],
@@ -96,25 +156,30 @@ def plot_trade_off(points: Sequence[TradeOff], *, x_label: str) -> Figure:
             markersize=7,
             label=point.method.title,
         )
-    if any(point.cpu.value > 0.0 for point in shown):
-        axes.set_yscale("log")
-        # Says something only where the times span less than a decade.
-        axes.yaxis.set_minor_formatter(_PlainBetween())
-    axes.yaxis.set_major_formatter(PLAIN_TICKS)
-    axes.set_xlabel(x_label)
-    axes.set_ylabel("CPU time a layout (ms)")
-    axes.grid(visible=True, which="major", linewidth=0.4, alpha=0.6)
+    if any(point.cost.value > 0.0 for point in shown):
+        set_cost_axis(axes)
+    axes.set_xlabel(COST_LABEL)
+    axes.set_ylabel(y_label)
     axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
     return figure
 
 
-def plot_agreement_matrix(titles: Sequence[str], shares: Sequence[Sequence[Estimate]]) -> Figure:
-    """Share of equal failing steps between every two methods, in per cent."""
-    values = np.array([[e.value for e in row] for row in shares]) * 100
+def plot_matrix(
+    titles: Sequence[str], shares: Sequence[Sequence[Estimate]], *, label: str
+) -> Figure:
+    """Share between every two of several things, in per cent, as colours and numbers.
+
+    Args:
+        titles: of rows and columns.
+        shares: a row each.
+        label: what the colours show.
+    """
+    values = 100.0 * np.array([[e.value for e in row] for row in shares])
+    least = 10.0 * math.floor(float(np.nanmin(values)) / 10.0) if values.size else 0.0
     side = 1.8 + 0.5 * len(titles)
     figure = Figure(figsize=(side + 0.6, side))
     axes = figure.add_subplot()
-    image = axes.imshow(values, vmin=0, vmax=100, cmap="viridis")
+    shown = axes.imshow(values, vmin=min(least, 90.0), vmax=100, cmap="viridis")
     axes.set_xticks(range(len(titles)), titles, rotation=45, ha="right")
     axes.set_yticks(range(len(titles)), titles)
     axes.spines[:].set_visible(False)
@@ -128,73 +193,8 @@ def plot_agreement_matrix(titles: Sequence[str], shares: Sequence[Sequence[Estim
                 ha="center",
                 va="center",
                 fontsize=8,
-                color="white" if value < 65 else "black",
+                color="white" if shown.norm(value) < 0.65 else "black",
             )
-    bar = figure.colorbar(image, ax=axes, fraction=0.046, pad=0.03)
-    bar.set_label("same failing step (%)")
+    bar = figure.colorbar(shown, ax=axes, fraction=0.046, pad=0.03)
+    bar.set_label(label)
     return figure
-
-
-class Drawable(Protocol):
-    """What a scene is drawn of, such as a layout: corners of boxes (n, 3) [cm], y up, in order."""
-
-    @property
-    def pallet(self) -> Any:
-        """Has ``size``: width, height and depth [cm]."""
-
-    @property
-    def lower(self) -> FloatArray:
-        """Lower corners."""
-
-    @property
-    def upper(self) -> FloatArray:
-        """Upper corners."""
-
-    @property
-    def mass_offsets(self) -> FloatArray:
-        """Centres of mass minus geometric centres."""
-
-
-def plot_scene(scene: Drawable, *, title: str = "", marked: Collection[int] = ()) -> Figure:
-    """A layout in 3-D: items with their sequence numbers, centres of mass, marked items in red."""
-    figure = Figure(figsize=(5.6, 5.2))
-    axes = figure.add_subplot(projection="3d")
-    count = len(scene.lower)
-    mass_centres = 0.5 * (scene.lower + scene.upper) + scene.mass_offsets
-    shades = matplotlib.colormaps["viridis"](np.linspace(0.15, 0.95, max(count, 2)))
-    for index in range(count):
-        # Matplotlib draws z up: (x, y, z) of the layout becomes (z, x, y).
-        low, high = scene.lower[index, [2, 0, 1]], scene.upper[index, [2, 0, 1]]
-        is_marked = index in marked
-        faces = Poly3DCollection(
-            _faces(low, high),
-            facecolor="#e31a1c" if is_marked else shades[index],
-            edgecolor="black",
-            linewidths=0.5,
-            alpha=0.85 if is_marked else 0.35,
-        )
-        axes.add_collection3d(faces)
-        centre, mass = 0.5 * (low + high), mass_centres[index, [2, 0, 1]]
-        axes.text(*centre, str(index), fontsize=7, ha="center", zorder=1000)
-        axes.scatter(*mass, s=6, color="black", depthshade=False)
-    width, height, depth = scene.pallet.size
-    top = min(height, float(scene.upper[:, 1].max()) * 1.05)
-    axes.set(xlim=(0, depth), ylim=(0, width), zlim=(0, top))
-    axes.set(xlabel="z, depth (cm)", ylabel="x, width (cm)", zlabel="y, height (cm)")
-    axes.set_box_aspect((depth, width, top))
-    axes.locator_params(nbins=4)
-    for axis, side in ((axes.xaxis, depth), (axes.yaxis, width), (axes.zaxis, top)):
-        if side < _SHORT * max(depth, width, top):  # no room for more than one number
-            axis.set_ticks([side])
-    axes.set_title(title)
-    return figure
-
-
-def _faces(low: np.ndarray, high: np.ndarray) -> list[list[tuple[float, float, float]]]:
-    (x0, y0, z0), (x1, y1, z1) = low.tolist(), high.tolist()
-    bottom = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
-    sides = [
-        [(*a, z0), (*b, z0), (*b, z1), (*a, z1)]
-        for a, b in zip(bottom, bottom[1:] + bottom[:1], strict=True)
-    ]
-    return [[(x, y, z0) for x, y in bottom], [(x, y, z1) for x, y in bottom], *sides]

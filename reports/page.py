@@ -14,7 +14,8 @@ from pathlib import Path
 import jinja2
 from matplotlib.figure import Figure
 
-from steadyload.reports.charts import png
+from steadyload.reports.charts import image
+from steadyload.reports.table import Table
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,11 +29,11 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A heading with text, tables (Markdown) and pictures, in that order."""
+    """A heading with text, tables (declared, or as Markdown) and pictures, in that order."""
 
     title: str
     text: str = ""
-    tables: Sequence[str] = ()
+    tables: Sequence[Table | str] = ()
     pictures: Sequence[Picture] = ()
 
 
@@ -54,8 +55,11 @@ def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
     pictures = [p for section in page.sections for p in section.pictures]
     if pictures:
         (directory / "figures").mkdir(parents=True, exist_ok=True)
+    files: dict[str, str] = {}
     for picture in pictures:
-        (directory / "figures" / f"{picture.name}.png").write_bytes(png(picture.figure))
+        ending, drawn = image(picture.figure)
+        files[picture.name] = f"figures/{picture.name}{ending}"
+        (directory / files[picture.name]).write_bytes(drawn)
     template = resources.files("steadyload.reports.templates").joinpath("page.md.j2").read_text()
     # Markdown is written, not HTML: there is nothing to escape here.
     environment = jinja2.Environment(  # noqa: S701
@@ -66,5 +70,5 @@ def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
     )
     directory.mkdir(parents=True, exist_ok=True)
     path = directory / name
-    path.write_text(environment.from_string(template).render(page=page))
+    path.write_text(environment.from_string(template).render(page=page, files=files))
     return path

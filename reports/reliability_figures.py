@@ -6,14 +6,13 @@ from collections.abc import Mapping, Sequence
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter
 
+from steadyload.reports.charts import PLAIN_TICKS
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.reliability import Abstention, Reliability
 
 LINES = ("#08519c", "#e6550d", "#2ca02c", "#9467bd", "#7f7f7f", "#8c6d31")
 MARKS = ("o", "s", "^", "D", "v", "P")
-_PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 
 
 def plot_reliability(kinds: Mapping[str, Mapping[str, Reliability]]) -> Figure:
@@ -54,7 +53,7 @@ def plot_risk(judges: Mapping[str, Abstention]) -> Figure:
     axes.set_xlabel("cases judged, the surest first (%)")
     axes.set_ylabel("of these wrong (%)")
     axes.set_ylim(bottom=0.0)
-    axes.yaxis.set_major_formatter(_PLAIN)
+    axes.yaxis.set_major_formatter(PLAIN_TICKS)
     axes.grid(visible=True, linewidth=0.4, alpha=0.6)
     axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
     return figure

@@ -9,7 +9,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
+from xml.etree import ElementTree
 
+import matplotlib.image
 import pytest
 
 from steadyload.engines.registry import engine_names, engines, world_class
@@ -164,3 +166,21 @@ def told_time(monkeypatch):
             monkeypatch.setattr(module, "time", clock)
 
     return installed
+
+
+@pytest.fixture
+def assert_drawn() -> Callable[[Path], None]:
+    """Asserts that a figure's file is of a fair size, and not blank."""
+
+    def check(path: Path) -> None:
+        if path.suffix == ".png":
+            image = matplotlib.image.imread(path)
+            assert min(image.shape[:2]) > 100, path
+            assert image[..., :3].std() > 0.01, path
+            return
+        root = ElementTree.parse(path).getroot()
+        assert min(map(float, root.attrib["viewBox"].split()[2:])) > 70, path
+        shapes = [e for e in root.iter() if e.tag.rpartition("}")[2] in ("path", "use", "image")]
+        assert len(shapes) > 20, path
+
+    return check

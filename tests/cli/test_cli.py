@@ -184,7 +184,7 @@ def test_the_benchmark_writes_its_page(tmp_path):
     text = (tmp_path / "out" / "report.md").read_text()
     assert "## Agreement" in text
     assert "local scope" in text
-    assert (tmp_path / "out" / "figures" / "convergence.png").stat().st_size > 10_000
+    assert (tmp_path / "out" / "figures" / "convergence.svg").stat().st_size > 10_000
 
 
 def test_closed_forms_write_a_page_of_their_own(tmp_path):
@@ -206,7 +206,7 @@ def test_convergence_writes_a_page_and_goes_on_where_it_stopped(tmp_path):
     text = (tmp_path / "out" / "report.md").read_text()
     assert "| tolerance 1e-06" in text
     assert "integrator=radau" in text
-    assert (tmp_path / "out" / "figures" / "sweeps.png").stat().st_size > 10_000
+    assert (tmp_path / "out" / "figures" / "sweeps.svg").stat().st_size > 10_000
     shards = sorted((tmp_path / "work").rglob("*.parquet"))
     stamps = [path.stat().st_mtime_ns for path in shards]
     steadyload(*part, "--work", "work", "-o", "out", cwd=tmp_path)

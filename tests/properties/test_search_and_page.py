@@ -242,7 +242,7 @@ def test_the_page_shows_a_counterexample_as_table_picture_and_file(tmp_path, few
     assert "| score     |" in page
     assert "## Violated: few items, FBS" in page
     assert "3 items" in page
-    (picture,) = (tmp_path / "figures").glob("counterexample_few_items_fbs_*.png")
+    (picture,) = (tmp_path / "figures").glob("counterexample_few_items_fbs_*.svg")
     assert picture.stat().st_size > 5000
     (file,) = (tmp_path / "counterexamples").glob("few-items-fbs-*.json")
     assert f"[counterexamples/{file.name}](counterexamples/{file.name})" in page

@@ -275,7 +275,7 @@ def test_the_page_leads_with_accuracy_and_needs_no_labelled_set(run, study, labe
     assert "*accuracy* is the share of cases" in text
     assert "| Equilibrium (time=0.3) " in text
     assert text.count("natural prevalence %") == 1 + 3
-    assert (tmp_path / "page" / "figures" / "accuracy.png").exists()
+    assert (tmp_path / "page" / "figures" / "accuracy.svg").exists()
     lines = [line for line in text.splitlines() if line.startswith("| Equilibrium (time=0.3)")]
     assert " 100.0 [" in lines[0]
 

@@ -117,7 +117,7 @@ def test_the_page_shows_what_was_found(study, tmp_path):
     assert "2 (3)" in text
     assert "1.23" in text
     assert "- thresholds fitted by: 0123456789ab (code c)" in text
-    assert (tmp_path / "figures" / "cascade-sweep.png").stat().st_size > 10_000
+    assert (tmp_path / "figures" / "cascade-sweep.svg").stat().st_size > 10_000
 
 
 def aimed(record, accuracy, cpu, ahead, cost):

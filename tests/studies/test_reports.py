@@ -2,16 +2,22 @@
 
 import re
 
-import matplotlib.image
 import pytest
 
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods.naming import MethodKey
-from steadyload.reports.charts import TradeOff, plot_trade_off
+from steadyload.reports.charts import CostPoint, plot_cost_accuracy
 from steadyload.reports.page import write_page
 from steadyload.reports.style import colour, face, marker
-from steadyload.reports.table import markdown_table, milliseconds, percent, significant
+from steadyload.reports.table import (
+    Column,
+    Table,
+    markdown_table,
+    milliseconds,
+    percent,
+    significant,
+)
 from steadyload.runs.definition import load_study
 from steadyload.runs.runner import run_study
 from steadyload.statistics.estimate import Estimate
@@ -49,14 +55,12 @@ def test_a_page_names_engines_settings_and_what_was_ignored(run, tmp_path):
     assert "mujoco" in text.partition("## Made with")[2]
 
 
-def test_every_picture_of_a_page_is_there_and_not_blank(run, tmp_path):
+def test_every_picture_of_a_page_is_there_and_not_blank(run, tmp_path, assert_drawn):
     text = write_page(study_page(compare(run)), tmp_path).read_text()
     pictures = re.findall(r"!\[.*?\]\((.*?)\)", text)
     assert len(pictures) >= 3
     for name in pictures:
-        image = matplotlib.image.imread(tmp_path / name)
-        assert min(image.shape[:2]) > 100
-        assert image[..., :3].std() > 0.01
+        assert_drawn(tmp_path / name)
 
 
 def test_the_same_rows_give_the_same_bytes(run, tmp_path):
@@ -147,6 +151,25 @@ def test_a_table_escapes_what_would_break_it():
     assert len({len(line) for line in table.splitlines()}) == 1
 
 
+def test_a_declared_table_reads_as_the_same_rows_written_by_hand():
+    rows = [
+        CostPoint(
+            MethodKey("SME", "sme", "sme"), Estimate(0.8, 0.7, 0.9, 100), Estimate(2, 1, 3, 9)
+        ),
+        CostPoint(MethodKey("a|b", "x", "x"), Estimate(0.5, 0.4, 0.6, 50), Estimate(1, 1, 1, 9)),
+    ]
+    columns = [
+        Column("method", "method.title", left=True),
+        Column("n", "share.n"),
+        Column("accuracy %", "share", percent),
+        Column("cheap", lambda row: row.cost.value < 2.0),
+    ]
+    assert str(Table(rows, columns)) == markdown_table(
+        ("method", "n", "accuracy %", "cheap"),
+        [("SME", "100", "80.0 [70.0, 90.0]", "False"), ("a|b", "50", "50.0 [40.0, 60.0]", "True")],
+    )
+
+
 def test_style_is_fixed_by_method_and_engine():
     known = MethodKey("PS_3", "ps3@bullet", "ps3", "bullet")
     assert (colour(known), marker(known)) == ("#1f77b4", "s")
@@ -160,10 +183,10 @@ def test_style_is_fixed_by_method_and_engine():
 def test_times_within_a_decade_have_plain_ticks():
     key = MethodKey("SME", "sme", "sme", None)
     share = Estimate(0.8, 0.7, 0.9, 100)
-    points = [TradeOff(key, share, Estimate(ms, ms - 0.1, ms + 0.1, 100)) for ms in (2.0, 4.0)]
-    figure = plot_trade_off(points, x_label="accuracy (%)")
+    points = [CostPoint(key, share, Estimate(ms, ms - 0.1, ms + 0.1, 100)) for ms in (2.0, 4.0)]
+    figure = plot_cost_accuracy(points, y_label="accuracy (%)")
     figure.draw_without_rendering()
     [axes] = figure.axes
-    labels = [label.get_text() for label in axes.yaxis.get_ticklabels(which="both")]
+    labels = [label.get_text() for label in axes.xaxis.get_ticklabels(which="both")]
     assert "2" in labels
     assert not any("$" in label for label in labels)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from steadyload.reports.charts import TradeOff, plot_trade_off
+from steadyload.reports.charts import CostPoint, plot_cost_accuracy
 from steadyload.reports.page import Picture, Section
 from steadyload.reports.table import markdown_table, milliseconds, names, percent
 from steadyload.runs.evaluation import Accuracies, AccuracySummary
@@ -46,11 +46,10 @@ def _accuracy(found: Accuracies) -> Section:
         [
             Picture(
                 "accuracy",
-                plot_trade_off(
-                    [TradeOff(m.method, m.accuracy, m.cpu) for m in found.methods],
-                    x_label="accuracy (% of cases with the label's failing step)",
+                plot_cost_accuracy(
+                    [CostPoint(m.method, m.accuracy, m.cpu) for m in found.methods],
                 ),
-                "CPU time against accuracy; good methods stand at the lower right. Colour tells "
+                "Accuracy against CPU time; good methods stand at the upper left. Colour tells "
                 "the method, marker tells the engine, hollow markers have parameters of their own, "
                 "bars are 95 % intervals; equal methods hide each other.",
             )

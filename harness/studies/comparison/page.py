@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from steadyload.reports.charts import TradeOff, plot_agreement_matrix, plot_scene, plot_trade_off
+from steadyload.reports.charts import CostPoint, plot_cost_accuracy, plot_matrix
 from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.scene import plot_scene
 from steadyload.reports.table import (
     MISSING,
     markdown_table,
@@ -86,15 +87,15 @@ def _scores(comparison: Comparison) -> Section:
         [
             Picture(
                 "trade_off",
-                plot_trade_off(
+                plot_cost_accuracy(
                     [
-                        TradeOff(m.method, m.agreement, m.cpu)
+                        CostPoint(m.method, m.agreement, m.cpu)
                         for m in comparison.methods
                         if m.agreement is not None
                     ],
-                    x_label="agreement with simulations on other engines (%)",
+                    y_label="agreement with simulations on other engines (%)",
                 ),
-                "CPU time against agreement; good methods stand at the lower right. "
+                "Agreement against CPU time; good methods stand at the upper left. "
                 "Colour tells the method, marker tells the engine, hollow markers have parameters "
                 "of their own, bars are 95 % intervals; equal methods hide each other.",
             )
@@ -226,7 +227,11 @@ def _agreement(comparison: Comparison) -> Section:
         [
             Picture(
                 "agreement",
-                plot_agreement_matrix(comparison.matrix.titles, comparison.matrix.shares),
+                plot_matrix(
+                    comparison.matrix.titles,
+                    comparison.matrix.shares,
+                    label="same failing step (%)",
+                ),
                 "Share of cases on which two methods name the same failing step.",
             )
         ],

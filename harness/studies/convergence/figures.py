@@ -7,14 +7,14 @@ from collections.abc import Sequence
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter
+from matplotlib.ticker import NullFormatter
 
+from steadyload.reports.charts import PLAIN_TICKS
 from steadyload.reports.style import engine_colour
 from steadyload.studies.convergence.records import ConvergenceRow
 
 _COLUMNS = 4
 _INK = "#08519c"
-_PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 _TICKS = (5, 10, 20, 50, 100, 200, 500, 1000)
 
 
@@ -47,7 +47,7 @@ def _sweep(axes: Axes, group: str, members: Sequence[ConvergenceRow]) -> None:
     axes.errorbar(values, shares, (below, above), fmt="o-", color=_INK, ms=4, lw=1, capsize=2)
     if max(values) > 3.5 * min(values):
         axes.set_xscale("log")
-        axes.xaxis.set_major_formatter(_PLAIN)
+        axes.xaxis.set_major_formatter(PLAIN_TICKS)
         axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_xlabel(group)
 
@@ -70,7 +70,7 @@ def plot_engines_against_reference(rows: Sequence[ConvergenceRow]) -> Figure:
     axes.set_xscale("log")
     low, high = min(r.cpu.value for r in rows), max(r.cpu.value for r in rows)
     axes.set_xticks([t for t in _TICKS if 0.7 * low <= t <= 1.4 * high])
-    axes.xaxis.set_major_formatter(_PLAIN)
+    axes.xaxis.set_major_formatter(PLAIN_TICKS)
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_xlabel("CPU time a layout (ms); numbers: substeps a second")
     axes.set_ylabel("equal failing step (%)")

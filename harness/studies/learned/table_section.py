@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from steadyload.reports.charts import TradeOff, plot_trade_off
+from steadyload.reports.charts import CostPoint, plot_cost_accuracy
 from steadyload.reports.page import Picture, Section
 from steadyload.reports.table import (
     MISSING,
@@ -184,7 +184,7 @@ def _how_timed(table: JudgeTable) -> str:
 def _pictures(table: JudgeTable) -> list[Picture]:
     times = {row.method.spec: row for row in table.times}
     points = [
-        TradeOff(row.method, row.accuracy[ALL], _point(times[row.method.spec]))
+        CostPoint(row.method, row.accuracy[ALL], _point(times[row.method.spec]))
         for row in table.rows
         if row.method.spec in times
     ]
@@ -193,9 +193,9 @@ def _pictures(table: JudgeTable) -> list[Picture]:
     return [
         Picture(
             "learned-table",
-            plot_trade_off(points, x_label="accuracy (% of cases with the label's failing step)"),
-            "CPU time a layout against accuracy over all scenarios, one layout at a time; good "
-            "methods stand at the lower right. Bars are 95 % intervals of the accuracy.",
+            plot_cost_accuracy(points),
+            "Accuracy over all scenarios against CPU time a layout, one layout at a time; good "
+            "methods stand at the upper left. Bars are 95 % intervals of the accuracy.",
         )
     ]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import PurePosixPath
 
-from steadyload.reports.charts import plot_scene
 from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.scene import plot_scene
 from steadyload.reports.table import MISSING, markdown_table
 from steadyload.studies.properties.records import PropertyRow, PropertyTable, Standing
 

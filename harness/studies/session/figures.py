@@ -6,12 +6,10 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter
 
+from steadyload.reports.charts import PLAIN_TICKS
 from steadyload.reports.style import colour, face, marker
 from steadyload.studies.session.records import SessionCurve
-
-_PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 
 
 def plot_placement_costs(curves: Sequence[SessionCurve]) -> Figure:
@@ -37,7 +35,7 @@ def plot_placement_costs(curves: Sequence[SessionCurve]) -> Figure:
                 [n for n, _ in whole], [cost for _, cost in whole], ":", linewidth=0.9, color=shade
             )
         axes.set(yscale="log", xlim=(0, None), xlabel="items loaded")
-        axes.yaxis.set_major_formatter(_PLAIN)
+        axes.yaxis.set_major_formatter(PLAIN_TICKS)
         axes.set_title(scene, fontsize=9.0)
         axes.grid(visible=True, linewidth=0.4, alpha=0.6)
     panels[0].set_ylabel("CPU time a placement (ms)")

@@ -12,11 +12,10 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from steadyload.methods.naming import MethodKey
-from steadyload.reports.style import colour, engine_colour, face, marker
+from steadyload.reports.charts import PLAIN_TICKS, CostPoint, draw_cost_point, reach, spread_the_top
+from steadyload.reports.style import colour, engine_colour, engine_marker, face, marker
 from steadyload.reports.table import compact
 from steadyload.runs.evaluation import AccuracySummary
-from steadyload.statistics.estimate import Estimate
-from steadyload.studies.cascade.figures import spread_the_top
 from steadyload.studies.table5.records import (
     ALL,
     Ceiling,
@@ -26,7 +25,6 @@ from steadyload.studies.table5.records import (
     SizeBin,
 )
 
-_PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 _GREY = "#7f7f7f"
 _PANEL = 6
 """Most curves of a panel that are not one tuning on several engines."""
@@ -78,30 +76,7 @@ def _front(axes: Axes, judged: JudgedSet, group: str) -> None:
     points = [(row, judged.timing.cost(group, row.method)) for row in rows]
     shown = [(row, cost.cpu) for row, cost in points if cost is not None]
     for row, cpu in shown:
-        filled = face(row.method) == colour(row.method)
-        axes.errorbar(
-            cpu.value,
-            100 * row.accuracy.value,
-            xerr=_reach(cpu, 1.0),
-            yerr=_reach(row.accuracy, 100.0),
-            fmt="none",
-            ecolor=colour(row.method),
-            elinewidth=0.7,
-            alpha=0.45,
-            zorder=2,
-        )
-        axes.plot(
-            cpu.value,
-            100 * row.accuracy.value,
-            marker(row.method),
-            color=colour(row.method),
-            markersize=7.5,
-            markerfacecolor=face(row.method),
-            markeredgecolor="white" if filled else colour(row.method),
-            markeredgewidth=0.6 if filled else 1.4,
-            clip_on=False,
-            zorder=3,
-        )
+        draw_cost_point(axes, CostPoint(row.method, row.accuracy, cpu), markersize=7.5)
     by_spec = {row.method.spec: (row, cpu) for row, cpu in shown}
     front = [by_spec[spec] for spec in judged.fronts[group].specs]
     axes.plot(
@@ -116,7 +91,7 @@ def _front(axes: Axes, judged: JudgedSet, group: str) -> None:
     if shown:
         axes.set_xscale("log")
         spread_the_top(axes, min(100 * row.accuracy.low for row, _ in shown))
-    axes.xaxis.set_major_formatter(_PLAIN)
+    axes.xaxis.set_major_formatter(PLAIN_TICKS)
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.grid(visible=True, which="major", linewidth=0.4, alpha=0.6)
 
@@ -130,7 +105,7 @@ def _legend(figure: Figure, methods: Sequence[MethodKey], ceiling: bool) -> None
         fontsize=8.5,
     )  # fmt: skip
     engines = dict.fromkeys(m.engine for m in methods if m.engine)
-    handles = [_sample(marker(MethodKey("", "", "", e)), "black", f"on {e}") for e in engines]
+    handles = [_sample(engine_marker(e), "black", f"on {e}") for e in engines]
     handles.append(Line2D([], [], color="black", linestyle="--", linewidth=1.0, label="front"))
     if ceiling:
         label = "two answers to a label's question"
@@ -164,7 +139,7 @@ def plot_beside_paper(judged: JudgedSet, paper: Paper) -> Figure:
                 axes.errorbar(
                     100 * row.accuracy.value,
                     place + apart,
-                    xerr=_reach(row.accuracy, 100.0),
+                    xerr=reach(row.accuracy, 100.0),
                     fmt=marker(row.method),
                     color=colour(row.method),
                     markersize=5.0,
@@ -256,7 +231,7 @@ def _curve(
     axes: Axes, sizes: Sequence[SizeBin], method: MethodKey, shade: str, place: float, label: str
 ) -> None:
     found = [bin_.accuracy[method.spec] for bin_ in sizes]
-    reaches = [_reach(e, 100.0) if 0.0 < e.value < 1.0 else [[0.0], [0.0]] for e in found]
+    reaches = [reach(e, 100.0) if 0.0 < e.value < 1.0 else [[0.0], [0.0]] for e in found]
     axes.errorbar(
         np.arange(len(sizes)) + 0.08 * place,
         [100 * e.value for e in found],
@@ -377,11 +352,3 @@ def _margin_name(low: float, high: float) -> str:
     if math.isinf(low):
         return f"< {high:g}"
     return f"≥ {low:g}" if math.isinf(high) else f"{low:g}…{high:g}"
-
-
-def _reach(estimate: Estimate, scale: float) -> list[list[float]]:
-    """How far the interval reaches to both sides."""
-    return [
-        [scale * max(0.0, estimate.value - estimate.low)],
-        [scale * max(0.0, estimate.high - estimate.value)],
-    ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from steadyload.reports.charts import plot_agreement_matrix
+from steadyload.reports.charts import plot_matrix
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import (
     factor,
@@ -71,7 +71,11 @@ def table5_page(found: Table5) -> Page:
                 [
                     Picture(
                         "agreement",
-                        plot_agreement_matrix(own.matrix.titles, own.matrix.shares),
+                        plot_matrix(
+                            own.matrix.titles,
+                            own.matrix.shares,
+                            label="same failing step (%)",
+                        ),
                         "Share of cases on which two methods name the same failing step. Two "
                         "methods may be equally accurate and say different things.",
                     )

@@ -13,10 +13,9 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from steadyload.methods.naming import MethodKey
-from steadyload.reports.style import engine_colour, marker
+from steadyload.reports.charts import reach
+from steadyload.reports.style import engine_colour, engine_marker
 from steadyload.reports.table import compact, significant
-from steadyload.statistics.estimate import Estimate
 from steadyload.studies.tuning.records import (
     Outcome,
     TransferTable,
@@ -73,7 +72,7 @@ def plot_price(tuning: Tuning) -> Figure:
     for budget in dict.fromkeys(p.budget for p in tuning.prices):
         axes.axvline(budget, color=_GREY, linewidth=0.8, linestyle=":", zorder=0)
     handles = [
-        Line2D([], [], color=engine_colour(e), marker=marker(_key(e)), linewidth=1.2, label=e)
+        Line2D([], [], color=engine_colour(e), marker=engine_marker(e), linewidth=1.2, label=e)
         for e in engines
     ]
     roles: list[tuple[str, dict[str, Any]]] = []
@@ -89,10 +88,6 @@ def plot_price(tuning: Tuning) -> Figure:
     handles += [Line2D([], [], color=_GREY, label=label, **style) for label, style in roles]
     axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
     return figure
-
-
-def _key(engine: str) -> MethodKey:
-    return MethodKey(engine, engine, engine, engine)
 
 
 def _spot(**style: Any) -> dict[str, Any]:
@@ -116,21 +111,13 @@ def _point(axes: Axes, engine: str, outcome: Outcome, **style: Any) -> None:
     axes.errorbar(
         x.value,
         100.0 * y.value,
-        xerr=_reach(x, 1.0),
-        yerr=_reach(y, 100.0),
-        fmt=marker(_key(engine)),
+        xerr=reach(x, 1.0),
+        yerr=reach(y, 100.0),
+        fmt=engine_marker(engine),
         color=shade,
         elinewidth=0.8,
         **style,
     )
-
-
-def _reach(estimate: Estimate, scale: float) -> list[list[float]]:
-    """How far the interval reaches to both sides."""
-    return [
-        [scale * max(0.0, estimate.value - estimate.low)],
-        [scale * max(0.0, estimate.high - estimate.value)],
-    ]
 
 
 def plot_changes(tables: Sequence[VariantTable]) -> Figure:
@@ -146,13 +133,13 @@ def plot_changes(tables: Sequence[VariantTable]) -> Figure:
     grid = figure.subplots(down, across, sharex=True, sharey=True, squeeze=False)
     parts = {t.part for t in tables}
     for axes, table in zip(grid.flat, tables, strict=False):
-        shade, sign = engine_colour(table.engine), marker(_key(table.engine))
+        shade, sign = engine_colour(table.engine), engine_marker(table.engine)
         for row in table.rows:
             change = row.accuracy_change
             axes.errorbar(
                 100.0 * change.value,
                 level[row.change],
-                xerr=_reach(change, 100.0),
+                xerr=reach(change, 100.0),
                 fmt=sign,
                 color=shade,
                 markersize=5.0,

@@ -1,0 +1,82 @@
+"""A layout drawn in 3-D."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any, Protocol
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+_SHORT = 0.1
+"""An axis below this share of the longest one has a single tick."""
+
+
+class Drawable(Protocol):
+    """What a scene is drawn of, such as a layout: corners of boxes (n, 3) [cm], y up, in order."""
+
+    @property
+    def pallet(self) -> Any:
+        """Has ``size``: width, height and depth [cm]."""
+
+    @property
+    def lower(self) -> FloatArray:
+        """Lower corners."""
+
+    @property
+    def upper(self) -> FloatArray:
+        """Upper corners."""
+
+    @property
+    def mass_offsets(self) -> FloatArray:
+        """Centres of mass minus geometric centres."""
+
+
+def plot_scene(scene: Drawable, *, title: str = "", marked: Collection[int] = ()) -> Figure:
+    """A layout in 3-D: items with their sequence numbers, centres of mass, marked items in red."""
+    figure = Figure(figsize=(5.6, 5.2))
+    axes = figure.add_subplot(projection="3d")
+    count = len(scene.lower)
+    mass_centres = 0.5 * (scene.lower + scene.upper) + scene.mass_offsets
+    shades = matplotlib.colormaps["viridis"](np.linspace(0.15, 0.95, max(count, 2)))
+    for index in range(count):
+        # Matplotlib draws z up: (x, y, z) of the layout becomes (z, x, y).
+        low, high = scene.lower[index, [2, 0, 1]], scene.upper[index, [2, 0, 1]]
+        is_marked = index in marked
+        faces = Poly3DCollection(
+            _faces(low, high),
+            facecolor="#e31a1c" if is_marked else shades[index],
+            edgecolor="black",
+            linewidths=0.5,
+            alpha=0.85 if is_marked else 0.35,
+        )
+        axes.add_collection3d(faces)
+        centre, mass = 0.5 * (low + high), mass_centres[index, [2, 0, 1]]
+        axes.text(*centre, str(index), fontsize=7, ha="center", zorder=1000)
+        axes.scatter(*mass, s=6, color="black", depthshade=False)
+    width, height, depth = scene.pallet.size
+    top = min(height, float(scene.upper[:, 1].max()) * 1.05)
+    axes.set(xlim=(0, depth), ylim=(0, width), zlim=(0, top))
+    axes.set(xlabel="z, depth (cm)", ylabel="x, width (cm)", zlabel="y, height (cm)")
+    axes.set_box_aspect((depth, width, top))
+    axes.locator_params(nbins=4)
+    for axis, side in ((axes.xaxis, depth), (axes.yaxis, width), (axes.zaxis, top)):
+        if side < _SHORT * max(depth, width, top):  # no room for more than one number
+            axis.set_ticks([side])
+    axes.set_title(title)
+    return figure
+
+
+def _faces(low: np.ndarray, high: np.ndarray) -> list[list[tuple[float, float, float]]]:
+    (x0, y0, z0), (x1, y1, z1) = low.tolist(), high.tolist()
+    bottom = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
+    sides = [
+        [(*a, z0), (*b, z0), (*b, z1), (*a, z1)]
+        for a, b in zip(bottom, bottom[1:] + bottom[:1], strict=True)
+    ]
+    return [[(x, y, z0) for x, y in bottom], [(x, y, z1) for x, y in bottom], *sides]
