@@ -217,7 +217,7 @@ class Processes:
         if worker is not None and worker.work == task.work:
             return worker
         if worker is not None:
-            worker.shut_down()
+            self._workers.pop(thread).shut_down()
         with self._lock:
             if self._closed:
                 raise _PoolClosedError

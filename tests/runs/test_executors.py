@@ -292,6 +292,9 @@ def test_an_executor_keeps_its_workers_for_the_same_work(outside):
         assert answers(outside.variables) == {None}
         again = answers(outside.processes)
         assert again == answers(outside.processes) != first
+        with pytest.raises(UnpicklableError):
+            answers(lambda unit: iter(unit.words))
+        assert answers(outside.processes) != again
     assert not multiprocessing.active_children()
 
 
