@@ -32,7 +32,7 @@ def test_verdicts_are_those_that_were_kept():
     assert not found, advice(found)
 
 
-@pytest.mark.deep
+@pytest.mark.deep("more cases of every preset: minutes")
 def test_verdicts_on_many_cases_are_those_that_were_kept():
     found = changed(lambda spec: True, "deep")
     assert not found, advice(found)

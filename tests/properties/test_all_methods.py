@@ -53,8 +53,8 @@ def test_every_property_is_asked_of_several_methods():
         assert len(of) >= (1 if "partial" in name or "alpha" in name else 5), name
 
 
+@pytest.mark.deep("needs the extra drake")
 def test_an_optional_engine_is_asked_too():
-    pytest.importorskip("pydrake")
     tested = MethodUnderTest("label@drake")
     try:
         tested.method.prepare()
