@@ -2,11 +2,17 @@
 PYTHON ?= python3.11
 BIN := .venv/bin
 READY := .venv/.ready
+DRAKE := .venv/.drake
+# Both processes of a run keep whole files: what several tests of a file read is made once.
+TEST := $(BIN)/python -m pytest -n 2 --dist loadfile
 
-.PHONY: help study test lint types bench engines verify extremes properties benchmark planar accuracy uncertain tuning learned cascade session scale table pages docs clean
+# Tests start many processes, each of which would compile all sources anew.
+unexport PYTHONDONTWRITEBYTECODE
+
+.PHONY: help study test test-deep lint types bench engines verify extremes properties benchmark planar accuracy uncertain tuning learned cascade session scale table docs clean pages
 
 help: ## list these targets
-	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
 
 $(READY): pyproject.toml setup.py constraints.txt
 	$(PYTHON) -m venv .venv
@@ -17,8 +23,15 @@ study: $(READY) ## run the embedded study and write its report
 	@$(BIN)/steadyload study run embedded --output runs/embedded
 	@$(BIN)/steadyload report runs/embedded
 
-test: $(READY) ## run all tests
-	$(BIN)/python -m pytest -n 2
+$(DRAKE): $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[drake]'
+	@touch $@
+
+test: $(READY) ## run the tests of every module (five minutes on two cores)
+	$(TEST) -m 'not deep'
+
+test-deep: $(DRAKE) ## run the tests that take minutes, and Drake's
+	$(TEST) -m deep
 
 lint: $(READY) ## check style
 	$(BIN)/ruff check .

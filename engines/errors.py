@@ -1,10 +1,10 @@
-"""What an engine may raise."""
+"""Exceptions of engines."""
 
 from __future__ import annotations
 
 
 class EngineError(Exception):
-    """An engine cannot do what was asked of it."""
+    """An engine cannot do what was requested of it."""
 
 
 class EngineInputError(EngineError):
@@ -20,7 +20,7 @@ class WorldClosedError(EngineError):
 
 
 class BadNumberError(EngineInputError, ValueError):
-    """A number that no engine is given: it says which, of which box, and what is allowed.
+    """A number outside its limits: says which, of which box, and what is allowed.
 
     What engines themselves do with such numbers ranges from silence to ending the process.
     """

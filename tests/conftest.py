@@ -1,11 +1,17 @@
-"""Fixtures of all tests: engines, small layouts, real data, commands to interrupt, a set clock."""
+"""Fixtures of all tests: engines, small layouts, real data, commands to interrupt, a set clock.
+
+Also what is said of deep tests and of skipped ones: see docs/testing.md.
+"""
 
 import importlib
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
+import tomllib
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -21,6 +27,65 @@ from steadyload.methods import registry
 
 ACLPP = Path(__file__).resolve().parents[2] / "shared" / "data" / "aclpp"
 _JUDGES = Path(__file__).parent / "outside" / "outside_judges.py"
+_ALLOWED_SKIPS = Path(__file__).parent / "allowed_skips.toml"
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Options of the run as a whole."""
+    parser.addoption(
+        "--strict-skips",
+        action="store_true",
+        help=f"fail when a test is skipped for a reason that {_ALLOWED_SKIPS.name} does not name",
+    )
+    parser.addoption(
+        "--may-skip", action="append", default=[], metavar="REASON",
+        help="the beginning of another reason that is allowed in this run",
+    )  # fmt: skip
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Keep what is deep and why, before tests are chosen by their marks."""
+    config.files = {item.path for item in items}  # type: ignore[attr-defined]
+    config.deep = {}  # type: ignore[attr-defined]
+    for item in items:
+        of_the_function = getattr(getattr(item, "function", None), "pytestmark", [])
+        for mark in item.iter_markers("deep"):
+            if len(mark.args) != 1 or not isinstance(mark.args[0], str):
+                raise pytest.UsageError(f"{item.nodeid}: deep takes one reason")
+            name = item.nodeid.partition("[")[0] if mark in of_the_function else item.nodeid
+            config.deep[name] = mark.args[0]  # type: ignore[attr-defined]
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Fail a strict run with a skip that is not allowed."""
+    config = session.config
+    if config.option.strict_skips and not all(_allowed(config, r) for r in _skips(config)):
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Print how many tests were skipped, and why."""
+    config = terminalreporter.config
+    counted = Counter(_skips(config))
+    terminalreporter.section(f"{counted.total()} skipped")
+    for reason, count in counted.most_common():
+        verdict = "" if _allowed(config, reason) else " (NOT ALLOWED)"
+        terminalreporter.line(f"{count:4} {reason}{verdict}")
+
+
+def _skips(config: pytest.Config) -> list[str]:
+    """The reasons of the tests and files skipped in this run; none where another process knows."""
+    reporter = config.pluginmanager.get_plugin("terminalreporter")
+    reports = reporter.stats.get("skipped", []) if reporter else []
+    return [report.longrepr[2].removeprefix("Skipped: ") for report in reports]
+
+
+def _allowed(config: pytest.Config, reason: str) -> bool:
+    patterns = tomllib.loads(_ALLOWED_SKIPS.read_text())["reasons"]
+    return any(re.match(p, reason) for p in patterns) or any(
+        reason.startswith(beginning) for beginning in config.option.may_skip
+    )
 
 
 @pytest.fixture(params=engine_names())
@@ -29,9 +94,16 @@ def engine(request: pytest.FixtureRequest) -> str:
     return request.param
 
 
-@pytest.fixture(params=engines())
+@pytest.fixture(
+    params=[
+        pytest.param(name, marks=pytest.mark.deep(f"needs the extra {entry.extra}"))
+        if entry.extra
+        else name
+        for name, entry in engines().items()
+    ]
+)
 def any_engine(request: pytest.FixtureRequest) -> str:
-    """Every registered engine; an optional one that is not installed is skipped."""
+    """Every registered engine; an optional one is deep, and skipped where it is not installed."""
     if engines()[request.param].extra:
         try:
             world_class(request.param)

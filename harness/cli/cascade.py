@@ -45,7 +45,7 @@ class Fit:
     def run(self) -> None:
         """Fit, write the thresholds, and print them."""
         from steadyload.methods.thresholds import FILE, write_thresholds
-        from steadyload.runs.results import provenance
+        from steadyload.runs.provenance import provenance
         from steadyload.tuning.cascade.fitted import (
             BUDGETS,
             CANDIDATES,

@@ -16,8 +16,9 @@ class Methods:
 
     def run(self) -> None:
         """Print a table of methods, or of the parameters of one."""
+        from steadyload.errors import nearest
         from steadyload.methods.registry import method_listing
-        from steadyload.methods.spec import SpecError, nearest
+        from steadyload.methods.spec import SpecError
 
         name, _, engine = (self.name or "").partition("@")
         listing = method_listing(engine or None)

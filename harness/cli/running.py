@@ -10,7 +10,7 @@ from typing import Any
 
 from steadyload.cli.commands import RENAMED, TOPICS, Command, Group, commands
 from steadyload.cli.flags import HELP, UsageError, parsed, print_help
-from steadyload.cli.terminal import say
+from steadyload.cli.terminal import say, say_warnings
 from steadyload.engines.errors import EngineInputError
 from steadyload.errors import FailedError, UserError, nearest
 
@@ -25,6 +25,7 @@ def run(words: Sequence[str]) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a name the terminal cannot show
+    say_warnings()
     try:
         made = command_of(words)
         return (made.run() if made is not None else None) or 0

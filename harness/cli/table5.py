@@ -32,7 +32,7 @@ class Table5(Table5Config):
         """Judge, time, and write the pages."""
         from steadyload.reports.page import write_page
         from steadyload.reports.viewer.three_js import three_js
-        from steadyload.runs.executors import all_cores
+        from steadyload.runs.pool import all_cores
         from steadyload.studies.table5.views import with_views
 
         config = configuration(Table5Config, self)

@@ -5,6 +5,7 @@ Rich is imported when something is shown, so that a word that is not taken is to
 
 from __future__ import annotations
 
+import logging
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -19,6 +20,20 @@ def say(sentence: str) -> None:
     from rich.console import Console
 
     Console(stderr=True, soft_wrap=True, highlight=False, markup=False).print(sentence)
+
+
+class _Sentences(logging.Handler):
+    """Says what the library warns of."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        say(f"steadyload: {record.getMessage()}")
+
+
+def say_warnings() -> None:
+    """From now on tell the user what the library warns of, such as a file that is damaged."""
+    log = logging.getLogger("steadyload")
+    if not any(isinstance(handler, _Sentences) for handler in log.handlers):
+        log.addHandler(_Sentences(logging.WARNING))
 
 
 @contextmanager

@@ -78,7 +78,7 @@ class Tune:
         """Search, write the page, and the preset."""
         from steadyload.methods.tuned import TUNED
         from steadyload.reports.page import write_page
-        from steadyload.runs.results import provenance, provenance_lines
+        from steadyload.runs.provenance import provenance, provenance_lines
         from steadyload.studies.tuning.history import tuning_of
         from steadyload.studies.tuning.page import tuning_page
         from steadyload.tuning.presets import check_remakable, differences, preset, write_preset

@@ -36,7 +36,7 @@ _BLOCK = 256
 
 
 class LayoutError(UserError):
-    """A layout that cannot be: says where (file, layout, item), what, and what is allowed."""
+    """An invalid layout: says where (file, layout, item), what, and what is allowed."""
 
     def __init__(
         self,
@@ -50,7 +50,7 @@ class LayoutError(UserError):
         self.message, self.file, self.layout, self.item = message, file, layout, item
 
     def located(self, *, file: str | None = None, layout: str | None = None) -> LayoutError:
-        """The same error with the places it did not know of yet."""
+        """The same error with further places: file, layout or item."""
         return type(self)(
             self.message, file=self.file or file, layout=self.layout or layout, item=self.item
         )
@@ -303,7 +303,7 @@ def replace_items(layout: Layout, items: tuple[Item, ...], *, name: str | None =
 
 
 def outside_error(item: Item, pallet: Pallet, axis: int, span: tuple[float, float]) -> LayoutError:
-    """What is wrong with an item that stands out of the pallet's contour along an axis."""
+    """Error message for an item that stands out of the pallet's contour along an axis."""
     return LayoutError(
         f"spans {_AXES[axis]} = {span[0]:g} to {span[1]:g} cm; allowed: inside the pallet's "
         f"contour, 0 to {pallet.size[axis]:g} cm (+-{TOLERANCE:g})",
@@ -312,7 +312,7 @@ def outside_error(item: Item, pallet: Pallet, axis: int, span: tuple[float, floa
 
 
 def overlap_error(item: Item, other: Item, depth: float) -> LayoutError:
-    """What is wrong with an item that overlaps one placed before it, by a depth [cm]."""
+    """Error message for an item that overlaps one placed before it, by a depth [cm]."""
     return LayoutError(
         f"overlaps item {other} by {depth:g} cm along every axis; "
         f"allowed: at most {TOLERANCE:g} cm",

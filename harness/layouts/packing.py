@@ -39,11 +39,11 @@ MOST_ITEMS = 20
 
 
 class PackingError(UserError):
-    """An instance that cannot be: quotes the value and says what is allowed."""
+    """An invalid instance: quotes the value and says what is allowed."""
 
 
 class WeightRule(StrEnum):
-    """How heavy an item is.
+    """Rule for the weights of items.
 
     ``PAPER``: proportional to its volume, :data:`DENSITY`. ``AUTHORS``: as in the authors' code,
     the square root of the volume [cm3], rounded to hundredths, then up to the next 10 kg.
@@ -297,8 +297,8 @@ def pack(
         most_items: stop at this many.
         least_support: leave out spaces in which less than this share of the base would rest on
             something; 0, the default, asks for nothing.
-        accept: asked of every item at the place it would get, whether it may stand there; what is
-            accepted is placed. None asks nobody.
+        accept: called for every item at the place it would get: may it stand there? None
+            accepts all.
 
     Returns:
         The layout, or None when no item fits.

@@ -128,7 +128,7 @@ def as_plain(parameters: Any) -> dict[str, Any]:
 
 
 def allowed_values(parameters: type[Any], name: str) -> str:
-    """What may be given for a parameter, for a listing."""
+    """Allowed values of a parameter, for a listing."""
     field = next(f for f in dataclasses.fields(parameters) if f.name == name)
     kind, optional = _kind(typing.get_type_hints(parameters)[name])
     if isinstance(kind, type) and issubclass(kind, StrEnum):

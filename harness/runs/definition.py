@@ -12,7 +12,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from steadyload.errors import UserError
+from steadyload.errors import UserError, nearest
 from steadyload.layouts.benchmark import Part
 from steadyload.layouts.benchmark.dataset import SETS
 from steadyload.layouts.formats import read_layouts
@@ -20,7 +20,7 @@ from steadyload.layouts.model import Layout
 from steadyload.layouts.packing import drawn_layouts
 from steadyload.layouts.scenarios import Scenario, apply_scenario
 from steadyload.methods.registry import make_method
-from steadyload.methods.spec import SpecError, nearest
+from steadyload.methods.spec import SpecError
 
 AS_GIVEN = "as given"
 """Scenario of layouts that keep the centres of mass of their files."""

@@ -15,6 +15,7 @@ from steadyload.engines.world import (
 from steadyload.methods import make_method
 from steadyload.studies.convergence.study import run_convergence
 
+NEEDS_DRAKE = pytest.mark.deep("needs the extra drake")
 CUBE = Box((0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.05))
 
 
@@ -45,12 +46,14 @@ def test_a_missing_optional_engine_is_one_sentence_before_anything_is_judged(mon
     assert registry.capabilities("drake").dimensions == 3
 
 
+@NEEDS_DRAKE
 def test_verdicts(drake, stack):
     method = make_method("simulation@drake:between_steps=reseat")
     assert method.judge(stack(0.0, 4.0, 0.0)).stable
     assert method.judge(stack(0.0, 6.0)).failing_step == 1
 
 
+@NEEDS_DRAKE
 def test_a_death_is_an_error_and_the_next_layout_has_its_verdict(drake, stack, monkeypatch):
     method = make_method("simulation@drake")
     advance = drake.DrakeWorld._advance
@@ -68,6 +71,7 @@ def test_a_death_is_an_error_and_the_next_layout_has_its_verdict(drake, stack, m
     assert method.judge(stack(0.0)).stable
 
 
+@NEEDS_DRAKE
 def test_silence_is_an_error(drake, monkeypatch):
     with drake.DrakeWorld(WorldSettings()) as world:
         world.add_box(CUBE)
@@ -80,6 +84,7 @@ def test_silence_is_an_error(drake, monkeypatch):
         assert world.poses().centres[0, 2] == pytest.approx(0.05, abs=1e-4)
 
 
+@NEEDS_DRAKE
 def test_an_invariant_of_drake_that_fails_says_which(drake):
     with drake.DrakeWorld(WorldSettings()) as world:
         bad = Box(CUBE.size, float("nan"), CUBE.centre)
@@ -89,6 +94,7 @@ def test_an_invariant_of_drake_that_fails_says_which(drake):
             world.stepSimulation(0.1, 100, 0.01)
 
 
+@NEEDS_DRAKE
 def test_worlds_outlive_the_change_of_the_process(drake, monkeypatch):
     def fall(world):
         world.stepSimulation(0.1, 100, 0.01)
@@ -106,6 +112,7 @@ def test_worlds_outlive_the_change_of_the_process(drake, monkeypatch):
     assert after[0, 2] == pytest.approx(3.0 - 0.5 * 9.8 * 0.2**2, abs=0.02)
 
 
+@NEEDS_DRAKE
 def test_a_box_that_is_added_keeps_the_motion_of_the_others(drake):
     with drake.DrakeWorld(WorldSettings()) as world:
         world.add_box(Box(CUBE.size, 1.0, (0.0, 0.0, 3.0)))
@@ -117,6 +124,7 @@ def test_a_box_that_is_added_keeps_the_motion_of_the_others(drake):
         assert world.velocities().linear[0, 2] == pytest.approx(before[1][2] - 0.98)
 
 
+@NEEDS_DRAKE
 def test_velocities_can_be_set(drake):
     with drake.DrakeWorld(WorldSettings(gravity=(0.0, 0.0, 0.0))) as world:
         world.add_box(Box(CUBE.size, 1.0, (5.0, 0.0, 3.0), fixed=True))

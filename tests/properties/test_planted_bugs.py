@@ -8,7 +8,7 @@ import pytest
 
 from steadyload.engines import registry
 from steadyload.engines.registry import EngineEntry, engine_names, world_class
-from steadyload.properties.property import Subject
+from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import search
 
@@ -61,25 +61,36 @@ CAUGHT_BY = {
 }
 
 
-@pytest.mark.parametrize("engine", engine_names())
-@pytest.mark.parametrize("bug", CAUGHT_BY, ids=lambda bug: bug.__name__)
+RARE = pytest.mark.deep("the mirror shows it on few layouts: 5 to 12 s an engine")
+
+
+def bugs_and_engines():
+    """Every bug in every engine; what is rarely caught, in one engine where it must be quick."""
+    for bug in CAUGHT_BY:
+        for engine in engine_names():
+            rare = bug is mirrored_offsets and engine in ("bullet", "dart", "reference")
+            name = f"{bug.__name__}-{engine}"
+            yield pytest.param(bug, engine, id=name, marks=RARE if rare else ())
+
+
+@pytest.mark.parametrize(("bug", "engine"), bugs_and_engines())
 def test_a_planted_bug_is_caught(bug, engine, monkeypatch):
     module = types.ModuleType("planted")
     module.World = bug(world_class(engine))
     monkeypatch.setitem(sys.modules, "planted", module)
     options = registry.engines()[engine].options
     monkeypatch.setitem(registry.ENGINES, "planted", EngineEntry("planted:World", (), options))
-    subject = Subject("label@planted")
+    tested = MethodUnderTest("label@planted")
     caught = [
         name
         for name in CAUGHT_BY[bug]
-        if search(PROPERTIES[name], subject, examples=150, seed=1, shrink=False).counterexample
+        if search(PROPERTIES[name], tested, examples=150, seed=1, shrink=False).counterexample
     ]
     assert caught == list(CAUGHT_BY[bug])
 
 
 @pytest.mark.parametrize("name", sorted({n for names in CAUGHT_BY.values() for n in names}))
 def test_the_engine_without_the_bug_passes(name):
-    outcome = search(PROPERTIES[name], Subject("label@mujoco"), examples=150, seed=1)
+    outcome = search(PROPERTIES[name], MethodUnderTest("label@mujoco"), examples=150, seed=1)
     assert outcome.counterexample is None
     assert outcome.asked > 50

@@ -126,11 +126,11 @@ def test_rules_against_simulations_are_disagreements(tmp_path, stack):
 def test_an_unfinished_study_names_what_is_missing(run, tmp_path):
     import shutil
 
-    from steadyload.runs.results import load_manifest
+    from steadyload.runs.results import load_manifest, result_store
 
     shutil.copytree(run, tmp_path / "run")
     for shard in load_manifest(run)["shards"][-1:]:
-        (tmp_path / "run" / "results" / f"{shard}.parquet").unlink()
+        result_store(tmp_path / "run").drop(shard)
     text = write_page(study_page(compare(tmp_path / "run")), tmp_path / "page").read_text()
     assert "**Partial: 12 rows are still missing.**" in text
     assert "without ps_opt-paper@dart, which have judged none" in text

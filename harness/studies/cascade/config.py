@@ -42,7 +42,7 @@ class CascadeStudy(Study[CascadeConfig, Any]):
         self, config: CascadeConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """Verdicts and provenance; judged in one process, because times are shown."""
-        from steadyload.runs.results import provenance_lines
+        from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.cascade.study import cascade_study
 
         record = cascade_study(

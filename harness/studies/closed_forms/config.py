@@ -39,7 +39,7 @@ class ClosedForms(Study[ClosedFormsConfig, Any]):
         progress: Progress = silent,
     ) -> Any:
         """Tests, what engines answer, and what they were asked with."""
-        from steadyload.runs.results import provenance_lines
+        from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.closed_forms.study import closed_form_tests, closed_forms
 
         made_with = provenance_lines()

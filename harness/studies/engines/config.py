@@ -58,7 +58,7 @@ class EngineStudy(Study[EnginesConfig, Any]):
     ) -> Any:
         """Arguments of the page, in its order."""
         from steadyload.layouts.packing import random_layouts
-        from steadyload.runs.results import provenance_lines
+        from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.engines.speed import ITEM_COUNTS, speed_curves, throughput
         from steadyload.studies.engines.study import engine_agreement, option_effects
 

@@ -42,7 +42,7 @@ class Extremes(Study[ExtremesConfig, Any]):
         self, config: ExtremesConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """Limits that were held, and provenance."""
-        from steadyload.runs.results import provenance
+        from steadyload.runs.provenance import provenance
         from steadyload.studies.extremes.cells import run_extremes
         from steadyload.studies.extremes.envelope import extremes_record
         from steadyload.studies.extremes.sweeps import FREQUENCIES, TIMEOUT
@@ -62,7 +62,7 @@ class Extremes(Study[ExtremesConfig, Any]):
 
     def page(self, result: Any) -> Any:
         """Sweep by sweep, what every engine held."""
-        from steadyload.runs.results import provenance_lines
+        from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.extremes.page import extremes_page
 
         found, made_by = result

@@ -47,7 +47,7 @@ class LearnedStudy(Study[LearnedConfig, Any]):
 
         require_training()
         from steadyload.layouts.benchmark import Part
-        from steadyload.runs.results import provenance_lines
+        from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.learned.plan import Section
         from steadyload.studies.learned.plan_file import check_part, load_plan
         from steadyload.studies.learned.study import learner_study

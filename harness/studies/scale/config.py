@@ -39,7 +39,7 @@ class Scale(Study[ScaleConfig, Any]):
         self, config: ScaleConfig, work: Path, *, workers: int = 2, progress: Progress = silent
     ) -> Any:
         """Measurements, how they were taken, and with what."""
-        from steadyload.runs.results import provenance_lines
+        from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.scale.study import METHODS, REPETITIONS, scale
 
         largest = config.rows - config.rows % _FEWEST_ROWS

@@ -46,7 +46,7 @@ class SessionStudy(Study[SessionConfig, Any]):
         self, config: SessionConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """Costs, scenes, gains, and what they were measured with."""
-        from steadyload.runs.results import provenance_lines
+        from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.session.packing_gains import JUDGE, REJECTING, packing_gains
         from steadyload.studies.session.study import COSTED, SCENES, session_curves
 

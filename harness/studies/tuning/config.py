@@ -47,7 +47,7 @@ class TuningStudy(Study[TuningConfig, Any]):
         self, config: TuningConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """Verdicts and provenance."""
-        from steadyload.runs.results import provenance_lines
+        from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.tuning.study import tuning_study
         from steadyload.tuning.search import Search
 

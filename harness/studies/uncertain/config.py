@@ -44,7 +44,7 @@ class Uncertain(Study[UncertainConfig, Any]):
         self, config: UncertainConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """Summary of the samples, and provenance."""
-        from steadyload.runs.results import provenance_lines
+        from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.uncertain.study import Questions, run_uncertain
         from steadyload.studies.uncertain.summary import summarise
 

@@ -1,4 +1,4 @@
-"""What methods say of every step of labelled cases, and what it costs to ask them."""
+"""Step scores of methods on every step of labelled cases, and their cost."""
 
 from __future__ import annotations
 
@@ -23,42 +23,42 @@ Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
-class Opinions:
-    """What one method said of the steps of some cases, one below the other: N steps of M cases.
+class StepScores:
+    """Step scores of one method, the steps of all cases one below the other: N steps of M cases.
 
     Attributes:
-        risks: see :class:`steadyload.methods.method.StepJudge`; not a number without an opinion,
-        (N,).
-        cost: CPU time of asking [ms], (N,).
-        opening: CPU time before the first step is asked [ms], (M,).
-        brink: the risk above which the method itself calls a step unstable.
+        scores: see :class:`steadyload.methods.method.StepScorer`; not a number where there is none,
+            (N,).
+        cost: CPU time of scoring [ms], (N,).
+        opening: CPU time before the first step is scored [ms], (M,).
+        decision_threshold: the step score above which the method itself calls a step unstable.
         trained: something was learnt from labels.
     """
 
-    risks: FloatArray
+    scores: FloatArray
     cost: FloatArray
     opening: FloatArray
-    brink: float
+    decision_threshold: float
     trained: bool
 
 
 @dataclass(frozen=True)
 class Table:
-    """Cases, and what several methods said of each of their steps that has a label.
+    """Cases, and the step scores of several methods on each of their labelled steps.
 
-    A step has one up to the first unstable one, that included: what comes after nobody knows.
+    Steps are labelled up to the first unstable one, that included; those after it have no label.
 
     Attributes:
         of: the case of every step, (N,), ascending.
         fails: whether the step is the label's failing step, (N,).
         lists: the item list of every case, (M,).
-        opinions: by spec.
+        step_scores: by spec.
     """
 
     of: Indices
     fails: BoolArray
     lists: NDArray[np.object_]
-    opinions: Mapping[str, Opinions]
+    step_scores: Mapping[str, StepScores]
 
     @property
     def starts(self) -> Indices:
@@ -74,19 +74,25 @@ class Table:
             self.fails[steps],
             self.lists[cases],
             {
-                spec: Opinions(o.risks[steps], o.cost[steps], o.opening[cases], o.brink, o.trained)
-                for spec, o in self.opinions.items()
+                spec: StepScores(
+                    o.scores[steps],
+                    o.cost[steps],
+                    o.opening[cases],
+                    o.decision_threshold,
+                    o.trained,
+                )
+                for spec, o in self.step_scores.items()
             },
         )
 
 
-def ask(
+def score_steps(
     specs: Sequence[str],
     cases: Sequence[Case],
     *,
     progress: Progress = lambda done, total: None,
 ) -> Table:
-    """Ask methods of every step that has a label, one method after the other.
+    """Score every labelled step by several methods, one after the other.
 
     Args:
         specs: of methods, canonical.
@@ -102,50 +108,50 @@ def ask(
     last = np.cumsum(labelled) - 1
     fails = np.zeros(len(of), dtype=bool)
     fails[last] = [case.safe < len(case.layout) for case in cases]
-    opinions = {}
+    step_scores = {}
     for done, spec in enumerate(specs):
         progress(done, len(specs))
-        opinions[spec] = _asked(make_method(spec), cases, labelled)
+        step_scores[spec] = _scored(make_method(spec), cases, labelled)
     progress(len(specs), len(specs))
     lists = np.array([case.instance for case in cases], dtype=object)
-    return Table(of, fails, lists, opinions)
+    return Table(of, fails, lists, step_scores)
 
 
-def _asked(method: Method, cases: Sequence[Case], labelled: Sequence[int]) -> Opinions:
+def _scored(method: Method, cases: Sequence[Case], labelled: Sequence[int]) -> StepScores:
     method.prepare(max(len(case.layout) for case in cases))
-    risks, cost, opening = [], [], []
-    brink = math.nan
+    scores, cost, opening = [], [], []
+    decision_threshold = math.nan
     clock = time.process_time
     _steps_of(method, cases[0], labelled[0])  # what is only done once is no cost of a step
     for case, count in zip(cases, labelled, strict=True):
         began = clock()
         try:
-            judge = method.steps(case.layout, Stopwatch())
+            scorer = method.steps(case.layout, Stopwatch())
         except RefusedError:
             opening.append(clock() - began)
-            risks += [math.nan] * count
+            scores += [math.nan] * count
             cost += [0.0] * count
             continue
         opening.append(clock() - began)
-        brink = judge.brink
-        with closing(judge):
+        decision_threshold = scorer.decision_threshold
+        with closing(scorer):
             for step in range(count):
                 began = clock()
-                risks.append(judge.risk(step))
+                scores.append(scorer.step_score(step))
                 cost.append(clock() - began)
-    return Opinions(
-        np.array(risks),
+    return StepScores(
+        np.array(scores),
         1e3 * np.array(cost),
         1e3 * np.array(opening),
-        brink,
+        decision_threshold,
         bool(method.trained),
     )
 
 
 def _steps_of(method: Method, case: Case, count: int) -> None:
     try:
-        with closing(method.steps(case.layout, Stopwatch())) as judge:
+        with closing(method.steps(case.layout, Stopwatch())) as scorer:
             for step in range(count):
-                judge.risk(step)
+                scorer.step_score(step)
     except RefusedError:
         pass

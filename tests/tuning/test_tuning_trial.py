@@ -16,31 +16,31 @@ from steadyload.studies.tuning.history import CHEAPEST, DEAREST, hypervolume
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource, load_cases
 from steadyload.tuning.cost import TERMS, CostModel, calibrate
-from steadyload.tuning.judging import (
-    FitnessRace,
-    FrontRace,
-    JudgeUnit,
-    Sheet,
-    behind,
-    estimated,
-    fitness,
-    judge_unit,
-)
 from steadyload.tuning.ledger import Entry, GenerationEnd, Ledger
 from steadyload.tuning.search import pareto_front
 from steadyload.tuning.space import space_on
+from steadyload.tuning.trial import (
+    FitnessRace,
+    FrontRace,
+    TrialResult,
+    TrialUnit,
+    behind,
+    estimated,
+    fitness,
+    run_trial,
+)
 
 FREE = CostModel(dict.fromkeys(TERMS, 0.0) | {"layout": 1000.0})
 """Every layout costs 1 ms."""
 
 
-def sheet(right, cost=1.0):
+def trial(right, cost=1.0):
     marks = [mark == "+" for mark in right]
-    return Sheet(np.array(marks, dtype=bool), np.broadcast_to(float(cost), len(marks)).copy())
+    return TrialResult(np.array(marks, dtype=bool), np.broadcast_to(float(cost), len(marks)).copy())
 
 
 def entry(accuracy, cost, name=0):
-    return Entry((name,), 0, sheet("+" * round(100 * accuracy) + "-" * round(100 * (1 - accuracy)),
+    return Entry((name,), 0, trial("+" * round(100 * accuracy) + "-" * round(100 * (1 - accuracy)),
                                    cost))  # fmt: skip
 
 
@@ -50,24 +50,24 @@ def entry(accuracy, cost, name=0):
 def test_fitness_is_accuracy_and_speed():
     """0.85 * 3/4 + 0.15 * 2/5, and nothing gained below the goal."""
     goal = 2.0
-    judged = Sheet(np.array([True, True, False, True]), np.array([4.0, 6.0, 5.0, 5.0]))
+    judged = TrialResult(np.array([True, True, False, True]), np.array([4.0, 6.0, 5.0, 5.0]))
     assert fitness(judged, goal) == pytest.approx(0.85 * 0.75 + 0.15 * 2 / 5)
-    assert fitness(sheet("++-+", 2.0), goal) == pytest.approx(0.85 * 0.75 + 0.15)
-    assert fitness(sheet("++-+", 0.1), goal) == fitness(sheet("++-+", 2.0), goal)
+    assert fitness(trial("++-+", 2.0), goal) == pytest.approx(0.85 * 0.75 + 0.15)
+    assert fitness(trial("++-+", 0.1), goal) == fitness(trial("++-+", 2.0), goal)
 
 
 def test_how_far_behind_by_hand():
     """4 right against 5 on the first 6 of 10; the rival has 1 wrong among the last 4."""
-    rival = sheet("++++-+" + "++-+")
-    assert behind(sheet("+-+-++"), rival) == (pytest.approx(0.1), pytest.approx(0.1))
-    far = sheet("++++++" + "-" * 94)
+    rival = trial("++++-+" + "++-+")
+    assert behind(trial("+-+-++"), rival) == (pytest.approx(0.1), pytest.approx(0.1))
+    far = trial("++++++" + "-" * 94)
     # 3 behind; 2 sqrt(3 disagreements + 1) = 4 of 100, fewer than the 94 that the rival has wrong.
-    assert behind(sheet("+-+--+"), far) == (pytest.approx(0.03), pytest.approx(0.04))
+    assert behind(trial("+-+--+"), far) == (pytest.approx(0.03), pytest.approx(0.04))
 
 
 def completions(ours, length):
     for rest in itertools.product("+-", repeat=length - len(ours)):
-        yield sheet(ours + "".join(rest))
+        yield trial(ours + "".join(rest))
 
 
 @pytest.mark.parametrize("race", ["fitness", "front"])
@@ -78,40 +78,40 @@ def test_who_is_given_up_against_all_ways_it_could_end(race, strict):
     given_up = kept = 0
     for ours in map("".join, itertools.product("+-", repeat=5)):
         for rest in ("++++", "+++-", "-++-") if strict else ("----", "--+-"):
-            rival = sheet("++-++" + rest)
+            rival = trial("++-++" + rest)
             judge = FitnessRace(goal, rival) if race == "fitness" else FrontRace((rival,))
             ends = [end.accuracy - rival.accuracy for end in completions(ours, 9)]
             if all(end < -1e-9 for end in ends):
-                assert judge.lost(sheet(ours)), (ours, rest)
+                assert judge.lost(trial(ours)), (ours, rest)
             if strict and any(end > 1e-9 for end in ends):
                 # Two disagreements or fewer are within what is not sure, whatever was seen.
-                assert not judge.lost(sheet(ours)), (ours, rest)
-            lost = judge.lost(sheet(ours))
+                assert not judge.lost(trial(ours)), (ours, rest)
+            lost = judge.lost(trial(ours))
             given_up, kept = given_up + lost, kept + (not lost)
     assert given_up
     assert kept
 
 
 def test_being_cheaper_keeps_a_genotype_in_the_race():
-    rival, goal = sheet("+" * 200, 10.0), 1.0
+    rival, goal = trial("+" * 200, 10.0), 1.0
     worse = "+" * 54 + "-" * 6
-    assert FitnessRace(goal, rival).lost(sheet(worse, 10.0))
-    assert not FitnessRace(goal, rival).lost(sheet(worse, 1.0))
-    assert FrontRace((rival,)).lost(sheet(worse, 10.0))
-    assert not FrontRace((rival,)).lost(sheet(worse, 9.9))
-    assert FrontRace((sheet("+" * 200, 20.0), rival)).lost(sheet(worse, 10.0))
-    assert not FrontRace().lost(sheet("-" * 60))
+    assert FitnessRace(goal, rival).lost(trial(worse, 10.0))
+    assert not FitnessRace(goal, rival).lost(trial(worse, 1.0))
+    assert FrontRace((rival,)).lost(trial(worse, 10.0))
+    assert not FrontRace((rival,)).lost(trial(worse, 9.9))
+    assert FrontRace((trial("+" * 200, 20.0), rival)).lost(trial(worse, 10.0))
+    assert not FrontRace().lost(trial("-" * 60))
 
 
 def test_what_was_given_up_is_worth_its_extrapolation():
     """Behind by 2 of 8 and twice as dear: 0.85 * (7/8 - 2/8) + 0.15 * 1/4."""
-    rival = sheet("++++" + "+++-", 2.0)
-    worth, accuracy, cost = estimated(sheet("+--+", 4.0), rival, 1.0)
+    rival = trial("++++" + "+++-", 2.0)
+    worth, accuracy, cost = estimated(trial("+--+", 4.0), rival, 1.0)
     assert (accuracy, cost) == (pytest.approx(5 / 8), pytest.approx(4.0))
     assert worth == pytest.approx(0.85 * 5 / 8 + 0.15 / 4)
-    grown = estimated(sheet("+--+", 4.0), rival, 1.0, 1.5)
+    grown = estimated(trial("+--+", 4.0), rival, 1.0, 1.5)
     assert grown[1] == pytest.approx(7 / 8 - 1.5 * 2 / 8)
-    most = estimated(sheet("+--+", 4.0), rival, 1.0, 5.0)
+    most = estimated(trial("+--+", 4.0), rival, 1.0, 5.0)
     assert most[1] == pytest.approx(7 / 8 - 4 / 8), "as if the other four cases were like these"
 
 
@@ -121,7 +121,7 @@ def test_judging_ends_at_the_first_round_that_is_lost():
     cases = load_cases(source)
     space = space_on("mujoco", "table3")
     start = space.spec(space.start)
-    [whole] = judge_unit(JudgeUnit(start, source, FREE, FrontRace()))
+    [whole] = run_trial(TrialUnit(start, source, FREE, FrontRace()))
     assert len(whole) == len(cases) == 42
     method = make_method(start)
     said = [method.judge(case.layout) for case in cases]
@@ -129,10 +129,10 @@ def test_judging_ends_at_the_first_round_that_is_lost():
     assert whole.right.tolist() == [a == case.safe for a, case in zip(safe, cases, strict=True)]
     assert whole.cost.tolist() == [1.0] * 42
     poor = space.spec(space.with_values(space.start, {"eps_t": 1, "eps_r": 5, "t_max": 3.0}))
-    race = FrontRace((Sheet(np.ones(42, dtype=bool), np.ones(42)),))
-    [given_up] = judge_unit(JudgeUnit(poor, source, FREE, race))
+    race = FrontRace((TrialResult(np.ones(42, dtype=bool), np.ones(42)),))
+    [given_up] = run_trial(TrialUnit(poor, source, FREE, race))
     assert len(given_up) == 30
-    [refused] = judge_unit(JudgeUnit("simulation@mujoco:t_max=-1", source, FREE, race))
+    [refused] = run_trial(TrialUnit("simulation@mujoco:t_max=-1", source, FREE, race))
     assert (len(refused), refused.accuracy, refused.mean_cost) == (0, 0.0, math.inf)
     assert "t_max is -1" in refused.reason
 
@@ -156,13 +156,13 @@ def test_a_front_against_its_definition():
         for k, (a, c) in enumerate(random.integers(1, 30, (200, 2)))
     ]  # fmt: skip
     front = pareto_front(entries)
-    points = [(e.sheet.mean_cost, e.sheet.accuracy) for e in entries]
+    points = [(e.trial.mean_cost, e.trial.accuracy) for e in entries]
     best = {
         (cost, accuracy)
         for cost, accuracy in points
         if not any((c <= cost and a > accuracy) or (c < cost and a >= accuracy) for c, a in points)
     }
-    assert [(e.sheet.mean_cost, e.sheet.accuracy) for e in front] == sorted(best)
+    assert [(e.trial.mean_cost, e.trial.accuracy) for e in front] == sorted(best)
     assert pareto_front([]) == []
 
 
@@ -226,15 +226,17 @@ IDENTITY = {"engine": "mujoco", "seed": 3, "genes": {"eps_t": [1, 2]}}
 def ledger(tmp_path):
     ledger = Ledger(tmp_path, IDENTITY)
     ledger.state("goal", 1.5)
-    ledger.add(Entry((1, 2), 0, Sheet(np.arange(11) % 3 == 0, np.linspace(0.1, 9, 11), 0.5)))
-    ledger.add(Entry((0, 4), 0, Sheet(np.zeros(0, dtype=bool), np.zeros(0), reason="cannot be")))
+    ledger.add(Entry((1, 2), 0, TrialResult(np.arange(11) % 3 == 0, np.linspace(0.1, 9, 11), 0.5)))
+    ledger.add(
+        Entry((0, 4), 0, TrialResult(np.zeros(0, dtype=bool), np.zeros(0), reason="cannot be"))
+    )
     ledger.end(GenerationEnd(0, 4, 0.25, 1.5))
     return ledger
 
 
 def contents(ledger):
     entries = [
-        (e.genotype, e.generation, e.sheet.right.tolist(), e.sheet.cost.tolist(), e.sheet.reason)
+        (e.genotype, e.generation, e.trial.right.tolist(), e.trial.cost.tolist(), e.trial.reason)
         for e in ledger.entries.values()
     ]
     return ledger.facts, entries, ledger.ends

@@ -1,4 +1,4 @@
-"""Points and hulls in the horizontal plane (x, z), as plain numbers: quick for a few points."""
+"""Convex hulls in the horizontal plane (x, z), as plain numbers: fast for a few points."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ Point = tuple[float, float]
 
 
 def strictly_inside_hull(point: Point, corners: list[Point], least: float) -> bool:
-    """Whether a point lies strictly inside the convex hull of points in the plane.
+    """True if a point lies strictly inside the convex hull of points in the plane.
 
     Args:
         point: the point [cm].

@@ -1,4 +1,4 @@
-"""What a ladder of stages comes to on a table of opinions: verdicts, losses, cost."""
+"""Evaluation of a cascade's stages on a table of step scores: verdicts, losses, cost."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from steadyload.methods.thresholds import Stage
-from steadyload.tuning.cascade.opinions import BoolArray, FloatArray, Indices, Table
+from steadyload.tuning.cascade.step_scores import BoolArray, FloatArray, Indices, Table
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What became of N steps of M cases.
+class CascadeEvaluation:
+    """Decisions on N steps of M cases.
 
     A case is *lost* where the last method alone would be right and the ladder is wrong, *gained*
     the other way round.
@@ -45,34 +45,34 @@ class Outcome:
         return self.right & ~self.alone
 
 
-def outcome(table: Table, stages: tuple[Stage, ...], last: str) -> Outcome:
-    """What stages, and a last method that decides the rest, come to."""
+def evaluate(table: Table, stages: tuple[Stage, ...], last: str) -> CascadeEvaluation:
+    """Evaluate stages, and a last method that decides the rest."""
     count = len(table.of)
-    judge = table.opinions[last]
-    own = judge.risks > judge.brink
+    own_scores = table.step_scores[last]
+    own = own_scores.scores > own_scores.decision_threshold
     by, unstable = np.full(count, len(stages)), own.copy()
     open_ = np.ones(count, dtype=bool)
     for number, stage in enumerate(stages):
-        risks = table.opinions[stage.method].risks
+        scores = table.step_scores[stage.method].scores
         with np.errstate(invalid="ignore"):
-            low = np.zeros(count, bool) if stage.low is None else risks < stage.low
-            high = np.zeros(count, bool) if stage.high is None else risks > stage.high
+            low = np.zeros(count, bool) if stage.low is None else scores < stage.low
+            high = np.zeros(count, bool) if stage.high is None else scores > stage.high
         sure = open_ & (low | high)
         by[sure], unstable[sure] = number, high[sure] & ~low[sure]
         open_ &= ~sure
-    # Without an opinion even of the last there is no verdict, which is never right.
-    none = np.isnan(judge.risks)
+    # Without a step score even of the last method there is no verdict, which is never right.
+    none = np.isnan(own_scores.scores)
     right, asked, wrong = _read(table, unstable, none & open_)
     blamed = np.where(wrong < 0, -1, by[np.maximum(wrong, 0)])
     alone, *_ = _read(table, own, none)
     cost = _cost(table, stages, last, by, asked)
-    return Outcome(by, unstable, asked, right, alone, blamed, cost)
+    return CascadeEvaluation(by, unstable, asked, right, alone, blamed, cost)
 
 
 def _read(
     table: Table, unstable: BoolArray, none: BoolArray
 ) -> tuple[BoolArray, BoolArray, Indices]:
-    """Whether cases are right, which steps were reached, and the first wrong step, -1 for none."""
+    """Correctness of the cases, the steps reached, and the first wrong step, -1 for none."""
     count, starts = len(table.of), table.starts
     place = np.arange(count)
     wrong = (unstable != table.fails) | none
@@ -88,9 +88,9 @@ def _cost(
     cases = len(table.lists)
     total = np.zeros(cases)
     for number, spec in enumerate((*(stage.method for stage in stages), last)):
-        opinions = table.opinions[spec]
+        step_scores = table.step_scores[spec]
         here = asked & (by >= number)
-        spent = np.bincount(table.of, np.where(here, opinions.cost, 0.0), cases)
+        spent = np.bincount(table.of, np.where(here, step_scores.cost, 0.0), cases)
         opened = np.bincount(table.of, here, cases) > 0
-        total += spent + np.where(opened, opinions.opening, 0.0)
+        total += spent + np.where(opened, step_scores.opening, 0.0)
     return total

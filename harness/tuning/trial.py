@@ -1,4 +1,4 @@
-"""Judging genotypes: in rounds of ever more cases, given up once they can no longer win."""
+"""Trials of genotypes: in rounds of more and more cases, given up once they cannot win the race."""
 
 from __future__ import annotations
 
@@ -20,6 +20,9 @@ from steadyload.tuning.cost import CostModel
 BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
 
+VERSION = 1
+"""Of what a search gives up, and what it holds a genotype to be worth: raised when that changes."""
+
 ACCURACY_WEIGHT, SPEED_WEIGHT = 0.85, 0.15
 """Section 5.2 of the paper."""
 
@@ -27,7 +30,7 @@ ROUNDS = (30, 60, 120, 300)
 """Cases after which a genotype may be given up; all cases are the last round."""
 
 GROWTH = dict(zip(ROUNDS, (5.0, 2.5, 1.5, 1.3), strict=True))
-"""What a genotype that is given up after a round is behind by then grows by until all cases: about
+"""Factor by which the gap of a genotype that is given up after a round grows until all cases: about
 the median of 96 such genotypes on MuJoCo and Bullet, judged on all 900 cases of validation."""
 
 WORST_COST = 1e4
@@ -38,8 +41,8 @@ _SURE = 2.0
 
 
 @dataclass(frozen=True)
-class Sheet:
-    """What came out for a genotype, on the first cases.
+class TrialResult:
+    """Result of a trial: of one genotype, on the first cases.
 
     Attributes:
         right: whether it named the label's failing step, shape (n,).
@@ -66,12 +69,12 @@ class Sheet:
         """ms a layout; infinite without any."""
         return float(self.cost.mean()) if len(self) else math.inf
 
-    def first(self, count: int) -> Sheet:
-        """What was known after the first cases."""
-        return Sheet(self.right[:count], self.cost[:count], self.cpu, self.reason)
+    def first(self, count: int) -> TrialResult:
+        """The result after the first cases."""
+        return TrialResult(self.right[:count], self.cost[:count], self.cpu, self.reason)
 
 
-NOTHING = Sheet(np.zeros(0, dtype=bool), np.zeros(0))
+NOTHING = TrialResult(np.zeros(0, dtype=bool), np.zeros(0))
 
 
 def speed(cost: float, goal: float) -> float:
@@ -86,19 +89,19 @@ def speed(cost: float, goal: float) -> float:
     return min(1.0, goal / max(cost, 1e-9))
 
 
-def fitness(sheet: Sheet, goal: float) -> float:
+def fitness(trial: TrialResult, goal: float) -> float:
     """0.85 accuracy + 0.15 speed, of a genotype that was judged on all cases."""
-    return ACCURACY_WEIGHT * sheet.accuracy + SPEED_WEIGHT * speed(sheet.mean_cost, goal)
+    return ACCURACY_WEIGHT * trial.accuracy + SPEED_WEIGHT * speed(trial.mean_cost, goal)
 
 
-def behind(sheet: Sheet, rival: Sheet) -> tuple[float, float]:
-    """By how much a genotype will be behind a rival in accuracy on all cases, and how sure that is.
+def behind(trial: TrialResult, rival: TrialResult) -> tuple[float, float]:
+    """Gap in accuracy of a genotype to a rival on all cases, and the allowance for its error.
 
     The cases that are left are taken to come out alike: the first ones are those on which parameter
     sets differ.
 
     Args:
-        sheet: of a genotype, on the first cases.
+        trial: of a genotype, on the first cases.
         rival: on all cases.
 
     Returns:
@@ -106,8 +109,8 @@ def behind(sheet: Sheet, rival: Sheet) -> tuple[float, float]:
         what the rival has wrong among the cases that are left, whichever is less. One more
         disagreement is counted than was seen.
     """
-    whole, count = len(rival), len(sheet)
-    ours, theirs = sheet.right, rival.right[:count]
+    whole, count = len(rival), len(trial)
+    ours, theirs = trial.right, rival.right[:count]
     disagreements = int((ours != theirs).sum())
     left = int((~rival.right[count:]).sum())
     allowance = min(_SURE * math.sqrt(disagreements + 1.0), left)
@@ -115,33 +118,33 @@ def behind(sheet: Sheet, rival: Sheet) -> tuple[float, float]:
 
 
 def estimated(
-    sheet: Sheet, rival: Sheet, goal: float, growth: float = 1.0
+    trial: TrialResult, rival: TrialResult, goal: float, growth: float = 1.0
 ) -> tuple[float, float, float]:
     """Fitness, accuracy and cost [ms] that a genotype will have on all cases.
 
     Args:
-        sheet: of the genotype, on the first cases.
+        trial: of the genotype, on the first cases.
         rival: on all cases.
         goal: the cost [ms a layout] that counts as fast.
         growth: of what it is behind by now; at most as much as if the cases that are left were like
             the first.
     """
-    same = rival.first(len(sheet))
-    growth = min(growth, len(rival) / len(sheet))
-    accuracy = rival.accuracy - growth * behind(sheet, rival)[0]
-    cost = rival.mean_cost * sheet.mean_cost / same.mean_cost
+    same = rival.first(len(trial))
+    growth = min(growth, len(rival) / len(trial))
+    accuracy = rival.accuracy - growth * behind(trial, rival)[0]
+    cost = rival.mean_cost * trial.mean_cost / same.mean_cost
     return ACCURACY_WEIGHT * accuracy + SPEED_WEIGHT * speed(cost, goal), accuracy, cost
 
 
 class Race(Protocol):
-    """Says when a genotype can no longer win, from what is known of it so far."""
+    """Rule that decides, from its first cases, when a genotype can no longer win."""
 
-    def lost(self, sheet: Sheet) -> bool:
-        """Whether to give it up."""
+    def lost(self, trial: TrialResult) -> bool:
+        """True if the genotype can be given up."""
         ...
 
-    def ahead(self, sheet: Sheet) -> Sheet | None:
-        """Which of those it is held against is the furthest ahead of it; None for nobody."""
+    def ahead(self, trial: TrialResult) -> TrialResult | None:
+        """The rival that is furthest ahead of it; None without one."""
         ...
 
 
@@ -150,14 +153,14 @@ class FitnessRace:
     """Against the fittest genotype so far."""
 
     goal: float
-    rival: Sheet
+    rival: TrialResult
 
-    def lost(self, sheet: Sheet) -> bool:
+    def lost(self, trial: TrialResult) -> bool:
         """See :meth:`Race.lost`."""
-        gap = fitness(self.rival, self.goal) - estimated(sheet, self.rival, self.goal)[0]
-        return gap > ACCURACY_WEIGHT * behind(sheet, self.rival)[1]
+        gap = fitness(self.rival, self.goal) - estimated(trial, self.rival, self.goal)[0]
+        return gap > ACCURACY_WEIGHT * behind(trial, self.rival)[1]
 
-    def ahead(self, sheet: Sheet) -> Sheet:
+    def ahead(self, trial: TrialResult) -> TrialResult:
         """See :meth:`Race.ahead`."""
         return self.rival
 
@@ -166,28 +169,28 @@ class FitnessRace:
 class FrontRace:
     """Against all genotypes that no other one beats in both accuracy and cost."""
 
-    rivals: Sequence[Sheet] = ()
+    rivals: Sequence[TrialResult] = ()
 
-    def lost(self, sheet: Sheet) -> bool:
+    def lost(self, trial: TrialResult) -> bool:
         """See :meth:`Race.lost`: one that costs no more is clearly more accurate."""
-        found = (behind(sheet, rival) for rival in self._no_dearer(sheet))
+        found = (behind(trial, rival) for rival in self._no_dearer(trial))
         return any(gap > allowance for gap, allowance in found)
 
-    def ahead(self, sheet: Sheet) -> Sheet | None:
+    def ahead(self, trial: TrialResult) -> TrialResult | None:
         """See :meth:`Race.ahead`: of those that cost no more the one ahead in accuracy.
 
         Held against it, what has lost is told to be beaten in both. Held against one that is
         dearer, it would seem to be nearly as accurate at a lower cost, whatever it is.
         """
-        rivals = self._no_dearer(sheet)
-        return max(rivals, key=lambda rival: behind(sheet, rival)[0], default=None)
+        rivals = self._no_dearer(trial)
+        return max(rivals, key=lambda rival: behind(trial, rival)[0], default=None)
 
-    def _no_dearer(self, sheet: Sheet) -> list[Sheet]:
-        return [r for r in self.rivals if r.first(len(sheet)).mean_cost <= sheet.mean_cost]
+    def _no_dearer(self, trial: TrialResult) -> list[TrialResult]:
+        return [r for r in self.rivals if r.first(len(trial)).mean_cost <= trial.mean_cost]
 
 
 @dataclass(frozen=True)
-class JudgeUnit(SinglePart):
+class TrialUnit(SinglePart):
     """A unit of work: one genotype, by its spec, until it is through or given up."""
 
     spec: str
@@ -200,12 +203,12 @@ class JudgeUnit(SinglePart):
         return self.spec
 
 
-def judge_unit(unit: JudgeUnit) -> Iterator[Sheet]:
-    """Judge a genotype; one sheet."""
+def run_trial(unit: TrialUnit) -> Iterator[TrialResult]:
+    """Judge a genotype; one trial."""
     try:
         method = make_method(unit.spec)
     except SpecError as error:
-        yield Sheet(NOTHING.right, NOTHING.cost, reason=str(error))
+        yield TrialResult(NOTHING.right, NOTHING.cost, reason=str(error))
         return
     cases = load_cases(unit.source)
     method.prepare(max(len(case.layout) for case in cases))
@@ -224,12 +227,12 @@ def judge_unit(unit: JudgeUnit) -> Iterator[Sheet]:
             spent = unit.model.milliseconds(verdict.effort, method.parameters)
             cost.append(max(spent, WORST_COST) if failed else spent)
             cpu += verdict.cpu.total
-        sheet = Sheet(np.array(right, dtype=bool), np.round(cost, 4), cpu)
-        if end < len(cases) and unit.race.lost(sheet):
+        trial = TrialResult(np.array(right, dtype=bool), np.round(cost, 4), cpu)
+        if end < len(cases) and unit.race.lost(trial):
             break
-    yield sheet
+    yield trial
 
 
-def crashed_sheet(unit: JudgeUnit, part: int, reason: str) -> Sheet:
+def crashed_trial(unit: TrialUnit, part: int, reason: str) -> TrialResult:
     """Of a genotype that ends the process it is judged in."""
-    return Sheet(NOTHING.right, NOTHING.cost, reason=f"{unit.describe(part)}: {reason}")
+    return TrialResult(NOTHING.right, NOTHING.cost, reason=f"{unit.describe(part)}: {reason}")

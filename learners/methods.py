@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -17,7 +15,9 @@ import numpy as np
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Arrangement, Item, Layout, Pallet
+from steadyload.learners.features import VERSION as FEATURES
 from steadyload.learners.features import Array32, features
+from steadyload.learners.inference import VERSION as INFERENCE
 from steadyload.learners.inference import Memory
 from steadyload.learners.scoring import THRESHOLD
 from steadyload.learners.weights import Weights, load_weights
@@ -29,7 +29,7 @@ from steadyload.methods.method import (
     RefusedError,
     Seconds,
     Status,
-    StepJudge,
+    StepScorer,
     Stopwatch,
     Trait,
     Verdict,
@@ -37,7 +37,7 @@ from steadyload.methods.method import (
 
 
 class Outside(StrEnum):
-    """What becomes of a layout outside what the networks were trained on.
+    """Treatment of a layout outside the ranges that the networks were trained on.
 
     ``refuse``: it is not judged. ``accept``: it is, and the verdict says so.
     """
@@ -48,7 +48,7 @@ class Outside(StrEnum):
 
 @dataclass(frozen=True)
 class LearnedParameters:
-    """Parameters of a trained judge."""
+    """Parameters of a learned method."""
 
     weights: str = quantity("lstm_1", "name of shipped weights, or a folder of others")
     threshold: float = quantity(
@@ -60,23 +60,25 @@ class LearnedParameters:
 
 @dataclass(frozen=True)
 class EnsembleParameters(LearnedParameters):
-    """Parameters of trained judges that vote."""
+    """Parameters of an ensemble of networks."""
 
     weights: str = quantity("lstm_e", "name of shipped weights, or a folder of others")
 
 
-class LearnedJudge(Method):
-    """LSTM_1: a trained network says of every step how likely it is unstable (Section 4.3).
+class LearnedMethod(Method):
+    """LSTM_1: a trained network gives every step a probability of being unstable (Section 4.3).
 
     The failing step is the first one whose probability exceeds ``threshold``. Layouts whose items,
     weights or centres of mass lie outside what the network was trained on are refused: it would
-    give a number there, too, and nothing would say what it is worth.
+    give a number there, too, of unknown reliability.
     """
 
     title = "LSTM_1"
     Parameters: ClassVar[type[Any]] = LearnedParameters
+    built_on: ClassVar[Mapping[str, int]] = {"features": FEATURES, "inference": INFERENCE}
+    packages = ("numpy", "numba")
     members: ClassVar[int | None] = 1
-    """How many networks of the weights judge, the first ones; None for all."""
+    """Number of networks of the weights that judge, the first ones; None for all."""
 
     @property
     def traits(self) -> frozenset[Trait]:
@@ -85,7 +87,7 @@ class LearnedJudge(Method):
 
     @cached_property
     def weights(self) -> Weights:
-        """What judges.
+        """The trained weights.
 
         Raises:
             LearnerError: there are no such weights; says which command makes some.
@@ -99,11 +101,8 @@ class LearnedJudge(Method):
         return self.weights.digest
 
     def made_of(self) -> str:
-        """See :meth:`Method.made_of`: the weights, and the code between them and a verdict."""
-        digest = hashlib.sha256(self.trained.encode())
-        for name in ("features", "inference", "plane", "ranges", "scoring", "support"):
-            digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
-        return digest.hexdigest()
+        """See :meth:`Method.made_of`: the weights."""
+        return self.trained
 
     def prepare(self, item_count: int = 0) -> None:
         """Read the weights and compile.
@@ -119,12 +118,12 @@ class LearnedJudge(Method):
     def probabilities(self, layout: Layout) -> Array32:
         """That a step is unstable, for every step, shape (J,): the members' mean (Eq. 8).
 
-        Whether the layout is one that the networks know is not asked.
+        Whether the layout is inside the training ranges is not checked.
         """
         return self.go_on(layout, self.start())[0]
 
     def start(self) -> list[Memory]:
-        """What the members remember before the first step."""
+        """States of the members before the first step."""
         return [network.start() for network in self.weights.networks]
 
     def go_on(
@@ -137,7 +136,7 @@ class LearnedJudge(Method):
             memories: of the members; they stay as they are.
 
         Returns:
-            Probabilities of the other steps, and what the members remember then.
+            Probabilities of the other steps, and the members' states then.
         """
         rows = features(layout, self.weights.kind)
         found: list[Array32] = []
@@ -146,7 +145,7 @@ class LearnedJudge(Method):
             probabilities, remembered = network.go_on(rows, memory)
             found.append(probabilities)
             after.append(remembered)
-        # The mean over one network is what it says, but takes longer.
+        # The mean over one network is its own probability, but takes longer.
         mean: Array32 = found[0]
         if len(found) > 1:
             mean = np.mean(found, axis=0, dtype=np.float32)
@@ -203,10 +202,10 @@ class LearnedJudge(Method):
             for layout, finding in zip(given, findings, strict=True)
         ]
 
-    def steps(self, layout: Layout, watch: Stopwatch) -> StepJudge:
-        """See :meth:`Method.steps`: the risk is the probability that the step is unstable.
+    def steps(self, layout: Layout, watch: Stopwatch) -> StepScorer:
+        """See :meth:`Method.steps`: the score is the probability that the step is unstable.
 
-        There is no opinion of steps from the first item on that lies outside what the networks were
+        There is no step score from the first item on that lies outside what the networks were
         trained on.
         """
         known = len(layout)
@@ -215,16 +214,16 @@ class LearnedJudge(Method):
         return _LikelySteps(self.probabilities(layout)[:known], self.parameters.threshold)
 
     def begin(self, layout: GrowingLayout) -> Loader:
-        """A loader that carries what the networks remember; features are made anew."""
+        """A loader that carries the states of the networks; features are computed anew."""
         return _LearnedLoader(self, layout)
 
-    def judge_from(
+    def finding_from(
         self, layout: Arrangement, memories: Sequence[Memory]
     ) -> tuple[Finding, list[Memory]]:
         """The finding on the steps that the members have not seen; see :meth:`go_on`.
 
         Raises:
-            RefusedError: the layout is not one that the networks know.
+            RefusedError: the layout is outside the training ranges.
         """
         outside = self._outside(layout)
         if outside.status is not Status.DONE:
@@ -233,10 +232,10 @@ class LearnedJudge(Method):
         return self._finding(found, outside.reason, first=len(layout) - len(found)), after
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
-        return self.judge_from(layout, self.start())[0]
+        return self.finding_from(layout, self.start())[0]
 
     def _outside(self, layout: Arrangement) -> Finding:
-        """What is to be said of a layout before it is judged."""
+        """Finding on a layout from the training ranges alone, before it is judged."""
         sentence = self.weights.ranges.outside(layout)
         if not sentence:
             return STABLE
@@ -247,7 +246,7 @@ class LearnedJudge(Method):
         )
 
     def _finding(self, probabilities: Array32, said: str, first: int = 0) -> Finding:
-        """What probabilities of the steps from ``first`` on come to."""
+        """Finding that follows from the probabilities of the steps from ``first`` on."""
         if not np.isfinite(probabilities).all():
             # Not a number is above no threshold, and would pass for stable.
             reason = "the network says no number of a step: its weights are not fit to judge by"
@@ -262,15 +261,15 @@ class LearnedJudge(Method):
 
 
 class _LearnedLoader(Loader):
-    """Keeps what the networks remember after every placement."""
+    """Keeps the states of the networks after every placement."""
 
-    def __init__(self, method: LearnedJudge, layout: GrowingLayout) -> None:
+    def __init__(self, method: LearnedMethod, layout: GrowingLayout) -> None:
         super().__init__(layout)
         self._method = method
         self._memories = [method.start()]
 
     def place(self, watch: Stopwatch) -> Finding:
-        finding, memories = self._method.judge_from(self.layout, self._memories[-1])
+        finding, memories = self._method.finding_from(self.layout, self._memories[-1])
         self._memories.append(memories)
         return finding
 
@@ -283,16 +282,16 @@ class _LearnedLoader(Loader):
         return other
 
 
-class _LikelySteps(StepJudge):
+class _LikelySteps(StepScorer):
     def __init__(self, probabilities: Array32, threshold: float) -> None:
         self._risks: list[float] = probabilities.tolist()
-        self.brink = threshold
+        self.decision_threshold = threshold
 
-    def risk(self, step: int) -> float:
+    def step_score(self, step: int) -> float:
         return self._risks[step] if step < len(self._risks) else math.nan
 
 
-class LearnedEnsemble(LearnedJudge):
+class LearnedEnsemble(LearnedMethod):
     """LSTM_e: the mean of the probabilities of several trained networks (Eq. 8)."""
 
     title = "LSTM_e"

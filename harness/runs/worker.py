@@ -1,7 +1,6 @@
-"""One worker: a process of its own, the line to it, and how it ended.
+"""A worker process of the pool: it is sent units and reports part by part, until it is shut down.
 
-A worker is told what to do and answers part by part, so that whoever asked knows what it was at
-when it died.
+The pool therefore knows at which part of a unit a worker was when it died.
 """
 
 from __future__ import annotations
@@ -26,19 +25,28 @@ from typing import Any
 Work = Callable[[Any], Iterator[Any]]
 """Prepares for a unit of work, then answers its parts in turn."""
 
-_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+_ENVIRONMENT = {
+    "PYTHONSAFEPATH": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "OMP_NUM_THREADS": "1",
+    "MKL_NUM_THREADS": "1",
+}
+"""Variables of workers. A new interpreter imports nothing from the working directory; what this
+process can import it can, too, because multiprocessing hands it ``sys.path``. Linear algebra uses
+one thread: processes fill the cores already, and threads that wait for each other by spinning made
+small factorisations ten times as slow."""
 
-_RAISED_BY_LIBRARIES = frozenset(
+_FATAL_ERRORS = frozenset(
     {signal.SIGABRT, signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL}
 )
 """Signals that native code brings upon itself; others come from outside, as from a user or from a
 system that is out of memory."""
 
-_STARTING = threading.Lock()
+_START_LOCK = threading.Lock()
 """Held while a process is started, because the environment is changed for it."""
 
-_LAST_WORDS = 10.0
-"""Seconds for a worker that has hung up, or has nothing left to do, to end by itself."""
+_PATIENCE = 10.0
+"""Seconds for a worker whose connection was closed to end by itself."""
 
 
 class UnpicklableError(TypeError):
@@ -53,18 +61,37 @@ class RemoteTracebackError(Exception):
 
 
 class Event(Enum):
-    """What a worker says. Values travel beside: an answer, or an exception and its traceback."""
+    """Report of a worker. Values come with some: an answer, an exception and its traceback."""
 
     READY = "the process has started"
     PREPARED = "the unit's parts follow"
     ANSWER = "a part is done"
     DONE = "the unit is done"
     FAILED = "the work raised an exception"
-    ENDED = "the process has ended"
+    DIED = "the process has ended"
+    TIMEOUT = "there was no report in time"
+
+
+class State(Enum):
+    """What a worker is doing; for one that has died, what it was doing."""
+
+    STARTING = "starting"
+    IDLE = "idle"
+    PREPARING = "preparing for a unit"
+    ANSWERING = "answering a unit's parts"
+
+
+_AFTER = {
+    Event.READY: State.IDLE,
+    Event.PREPARED: State.ANSWERING,
+    Event.DONE: State.IDLE,
+    Event.FAILED: State.IDLE,
+}
+"""States that begin with an event."""
 
 
 @dataclass(frozen=True, slots=True)
-class Ending:
+class Exit:
     """How a process ended; ``code`` as of :attr:`multiprocessing.Process.exitcode`."""
 
     code: int
@@ -72,7 +99,7 @@ class Ending:
     @property
     def by_itself(self) -> bool:
         """Whether what ran in the process ended it, rather than something outside."""
-        return self.code >= 0 or -self.code in _RAISED_BY_LIBRARIES
+        return self.code >= 0 or -self.code in _FATAL_ERRORS
 
     def __str__(self) -> str:
         if self.code >= 0:
@@ -83,7 +110,7 @@ class Ending:
 
 
 class Worker:
-    """A started process and the line to it.
+    """A started process and the connection to it.
 
     Args:
         work: a module-level function.
@@ -93,72 +120,74 @@ class Worker:
     """
 
     def __init__(self, work: Work) -> None:
+        pickled(work)  # raises before there is a process
+        self.work, self.state = work, State.STARTING
         # spawn: engines must not inherit each other's native state.
         context = multiprocessing.get_context("spawn")
-        self.connection, theirs = context.Pipe()
+        self._connection, theirs = context.Pipe()
         self._process = context.Process(target=_serve, args=(theirs, work))
-        try:
-            with _STARTING, _one_thread(), interrupts_held_back():
-                self._process.start()
-        except (pickle.PicklingError, AttributeError, TypeError) as error:
-            self.connection.close()
-            raise _unpicklable(work, error) from error
-        finally:
-            theirs.close()
+        with theirs, _START_LOCK, worker_environment(), interrupts_blocked():
+            self._process.start()
 
-    def give(self, unit: Any) -> None:
-        """Hand over a unit of work, once the worker is ready for one.
+    def send(self, unit: Any) -> None:
+        """Send a unit to an idle worker.
 
         Raises:
             UnpicklableError: it cannot be sent.
         """
         message = pickled(unit)
-        with contextlib.suppress(OSError):  # one that has died says so when it is heard next
-            self.connection.send_bytes(message)
+        self.state = State.PREPARING
+        with contextlib.suppress(OSError):  # a worker that has died is found out by `receive`
+            self._connection.send_bytes(message)
 
-    def hear(self) -> tuple[Event, Any]:
-        """The next thing that it says, waiting for it; with ``ENDED`` comes an :class:`Ending`."""
+    def receive(self, seconds: float | None = None) -> tuple[Event, Any]:
+        """The next report, waiting for it; with ``DIED`` comes an :class:`Exit`.
+
+        Args:
+            seconds: wall time after which the event is ``TIMEOUT``; None for no limit.
+        """
+        if not self._connection.poll(seconds):
+            return Event.TIMEOUT, None
         try:
-            return self.connection.recv()
+            event, value = self._connection.recv()
         except (EOFError, OSError):
-            self._process.join(_LAST_WORDS)
+            self._process.join(_PATIENCE)
             self.kill()
-            return Event.ENDED, Ending(self._exit_code())
+            return Event.DIED, Exit(self._exit_code())
+        self.state = _AFTER.get(event, self.state)
+        return event, value
 
     def _exit_code(self) -> int:
-        """Another thread that starts a process asks after all there are, and may be told first."""
-        deadline = time.monotonic() + _LAST_WORDS
+        """Another thread that starts a process polls all of them, and may be told first."""
+        deadline = time.monotonic() + _PATIENCE
         while (code := self._process.exitcode) is None and time.monotonic() < deadline:
             time.sleep(0.001)
         assert code is not None, "somebody else waits for processes that are ours"
         return code
 
-    def dismiss(self) -> None:
-        """Let it go: it ends when it has nothing left to do. To be followed by :meth:`end`."""
-        self.connection.close()
-
-    def end(self) -> None:
-        """Wait for a worker that was dismissed."""
-        self._process.join(_LAST_WORDS)
+    def shut_down(self) -> None:
+        """Let an idle worker end by itself, and wait for it."""
+        self._connection.close()
+        self._process.join(_PATIENCE)
         self.kill()
 
-    def stop(self) -> None:
-        """End it now, whoever waits for what it says: that hears of its end."""
+    def signal_kill(self) -> None:
+        """Kill the process while another thread may wait in :meth:`receive`, which reports it."""
         self._process.kill()
 
     def kill(self) -> None:
-        """End it now; nobody else listens to it."""
+        """Kill the process and release its resources; nobody waits in :meth:`receive`."""
         self._process.kill()
         self._process.join()
-        self.connection.close()
+        self._connection.close()
 
 
 def _serve(connection: Connection, work: Work) -> None:
-    """What a worker does: units of work until there are no more."""
+    """Loop of a worker process: units of work until the connection is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     _end_with_parent()
-    with contextlib.suppress(BrokenPipeError, ConnectionResetError):  # nobody listens any more
+    with contextlib.suppress(BrokenPipeError, ConnectionResetError):  # the parent has gone
         connection.send((Event.READY, None))
         while True:
             try:
@@ -166,18 +195,18 @@ def _serve(connection: Connection, work: Work) -> None:
             except EOFError:
                 return
             try:
-                answers = work(pickle.loads(message))  # noqa: S301 - from the process above
+                answers = work(pickle.loads(message))  # noqa: S301 - from the parent process
                 connection.send((Event.PREPARED, None))
                 for answer in answers:
                     connection.send_bytes(pickled((Event.ANSWER, answer)))
                 connection.send((Event.DONE, None))
             except Exception as error:
-                told = (_picklable(error), traceback.format_exc())
-                connection.send((Event.FAILED, told))
+                report = (_picklable(error), traceback.format_exc())
+                connection.send((Event.FAILED, report))
 
 
 def _picklable(error: Exception) -> Exception:
-    """The exception, or one that says the same where it would not survive the journey."""
+    """The exception, or one with its text where it cannot be sent."""
     try:
         pickle.loads(pickle.dumps(error))  # noqa: S301 - what was dumped here
     except Exception:
@@ -194,42 +223,33 @@ def pickled(thing: object) -> bytes:
     try:
         return bytes(ForkingPickler.dumps(thing))
     except Exception as error:
-        raise _unpicklable(thing, error) from error
-
-
-def _unpicklable(thing: object, error: Exception) -> UnpicklableError:
-    return UnpicklableError(
-        f"{thing!r:.200} cannot be sent between processes ({error}); allowed: functions and "
-        "classes of a module, and what they hold"
-    )
+        raise UnpicklableError(
+            f"{thing!r:.200} cannot be sent between processes ({error}); allowed: functions and "
+            "classes of a module, and what they hold"
+        ) from error
 
 
 @contextmanager
-def _one_thread() -> Iterator[None]:
-    """Linear algebra in a worker uses one thread.
-
-    Processes fill the cores already; threads beside them wait for each other by spinning, which
-    made small factorisations ten times as slow. Libraries read these variables when they load.
-    """
-    before = {name: os.environ.get(name) for name in _THREADS}
-    os.environ.update({name: "1" for name, value in before.items() if value is None})
+def worker_environment() -> Iterator[None]:
+    """Processes that are started meanwhile have the variables of workers; a user's own stay."""
+    added = [name for name in _ENVIRONMENT if name not in os.environ]
+    os.environ.update({name: _ENVIRONMENT[name] for name in added})
     try:
         yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
+        for name in added:
+            os.environ.pop(name, None)
 
 
 @contextmanager
-def interrupts_held_back() -> Iterator[None]:
+def interrupts_blocked() -> Iterator[None]:
     """A process that this thread starts meanwhile gets no interrupts until it asks for them.
 
-    Ctrl-C reaches the whole process group, and only the parent answers. A worker says that it
-    ignores interrupts, but only once it has started. Threads that are started meanwhile hand it
-    on to all processes that they start.
+    Ctrl-C reaches the whole process group, and only the parent answers. A worker ignores
+    interrupts, but only once it has started. Threads that are started meanwhile hand the block on
+    to all processes that they start.
     """
-    resource_tracker.ensure_running()  # when it starts, it lets this thread have interrupts again
+    resource_tracker.ensure_running()  # when it starts, it unblocks interrupts in this thread
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -1,12 +1,14 @@
 """Units of work on the workers of a Dask cluster, in processes beside them.
 
-A Dask worker does not judge. It has seats, as the processes executor has here: what an engine does
-to its process is told apart by the same code, and what Dask sees of a crash is an answer. What is
-left to Dask is a worker that is lost with all on it: its units are worked on elsewhere.
+A Dask worker does not judge. It has a pool of worker processes, as the command has here: what
+becomes of a part whose process dies is decided by the same code, and what Dask sees of a crash is
+an answer. What is left to Dask is a Dask worker that is lost with all on it: its units are worked
+on elsewhere.
 """
 
 from __future__ import annotations
 
+import importlib
 import logging
 import multiprocessing
 import pickle
@@ -19,29 +21,36 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any, Self, TypeVar
 
-from distributed import Client, KilledWorker, LocalCluster, Worker, get_worker
+import dask
+from distributed import Client, KilledWorker, LocalCluster, Security, Worker, get_worker
 from distributed.comm import get_address_host_port
 from distributed.diagnostics.plugin import WorkerPlugin
 
-from steadyload.runs.executors import AHEAD, LOOK, ExecutorError, all_cores
-from steadyload.runs.seats import (
+from steadyload.runs.executors import POLL_SECONDS, ExecutorError
+from steadyload.runs.pool import (
+    UNITS_PER_WORKER,
     Answer,
-    Crashed,
     GivenUpError,
-    Seats,
+    Processes,
+    Task,
     Unit,
-    Work,
     WorkerDiedError,
     WorkUnit,
+    all_cores,
 )
-from steadyload.runs.workers import RemoteTracebackError, interrupts_held_back, pickled
+from steadyload.runs.worker import (
+    RemoteTracebackError,
+    interrupts_blocked,
+    pickled,
+    worker_environment,
+)
 
 _PATIENCE = 10.0
 """Seconds for a scheduler to answer."""
 
 _GONE = "the Dask scheduler is gone; what is finished is kept: run it again to go on"
 
-Told = TypeVar("Told")
+Result = TypeVar("Result")
 
 
 class Dask:
@@ -70,34 +79,36 @@ class Dask:
             raise ExecutorError(
                 f"workers is {workers}; allowed: none beside a scheduler, which has its own"
             )
-        self._seats = f"steadyload-{uuid.uuid4().hex}"
-        self._room, self._asked = AHEAD, -LOOK
+        self._pools = f"steadyload-{uuid.uuid4().hex}"
+        self._room, self._asked = UNITS_PER_WORKER, -POLL_SECONDS
         with ExitStack() as stack:
-            address = scheduler or stack.enter_context(_cluster_here(workers or all_cores()))
-            self._client = stack.enter_context(_connected(address, patience))
-            stack.enter_context(_with_seats(self._client, self._seats))
+            if scheduler is None:
+                cluster = stack.enter_context(_local_cluster(workers or all_cores()))
+                client = _connected(cluster.scheduler_address, patience, cluster.security)
+            else:
+                client = _connected(scheduler, patience)
+            self._client = stack.enter_context(client)
+            stack.enter_context(_with_pools(self._client, self._pools))
             self._executor = self._client.get_executor(pure=False)
             self._stack = stack.pop_all()
 
     @property
     def room(self) -> int:
         """See :attr:`steadyload.runs.executors.Executor.room`."""
-        if time.monotonic() - self._asked >= LOOK:
+        if time.monotonic() - self._asked >= POLL_SECONDS:
             with suppress(OSError, TimeoutError):  # what is in flight hears of a lost scheduler
                 threads = self._client.scheduler_info(n_workers=0)["total_threads"]
-                self._room = AHEAD * max(1, threads)
+                self._room = UNITS_PER_WORKER * max(1, threads)
             self._asked = time.monotonic()
         return self._room
 
-    def submit(
-        self, work: Work[Unit, Answer], unit: Unit, crashed: Crashed[Unit, Answer]
-    ) -> Future[list[Answer]]:
+    def submit(self, task: Task[Unit, Answer]) -> Future[list[Answer]]:
         """See :meth:`steadyload.runs.executors.Executor.submit`."""
         if self._client.status == "closed":
             raise WorkerDiedError(_GONE)
         # As bytes, because what they stand for concerns neither the scheduler nor its memory.
-        future = self._executor.submit(_answers, self._seats, pickled((work, unit, crashed)))
-        return _translated(future, lambda: _outcome(future, unit))
+        future = self._executor.submit(_answers, self._pools, pickled(task))
+        return _translated(future, lambda: _outcome(future, task.unit))
 
     def __enter__(self) -> Self:
         return self
@@ -106,18 +117,18 @@ class Dask:
         self._stack.close()
 
 
-class _WorkerSeats(WorkerPlugin):
-    """What a Dask worker has for one executor: a seat for each of its threads."""
+class _WorkerPool(WorkerPlugin):
+    """The pool of a Dask worker for one executor: a process for each of its threads."""
 
     def setup(self, worker: Worker) -> None:
         """Called by Dask on every worker, also on those that come later."""
-        # Dask marks workers as daemons, which may have no processes. A seat's ends with its own.
+        # Dask marks workers as daemons, which may have no processes. Those of the pool end with it.
         multiprocessing.current_process().daemon = False
-        self.seats = Seats(worker.state.nthreads)
+        self.pool = Processes(worker.state.nthreads)
 
     def teardown(self, worker: Worker) -> None:
         """Called by Dask when the executor or the worker is closed."""
-        self.seats.close()
+        self.pool.close()
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,13 +140,13 @@ class _Failed:
     traceback: str
 
 
-def _answers(seats: str, asked: bytes) -> list[Any] | _Failed:
+def _answers(pools: str, task: bytes) -> list[Any] | _Failed:
     """What a task does on a Dask worker."""
     worker = get_worker()
-    mine = worker.plugins[seats]
-    assert isinstance(mine, _WorkerSeats)
+    plugin = worker.plugins[pools]
+    assert isinstance(plugin, _WorkerPool)
     try:
-        return mine.seats.answers(*pickle.loads(asked))  # noqa: S301 - from the executor
+        return plugin.pool.answers(pickle.loads(task))  # noqa: S301 - from the executor
     except Exception as error:
         return _Failed(error, worker.address, traceback.format_exc())
 
@@ -145,7 +156,7 @@ def _here() -> None:
 
 
 def _outcome(done: Future[list[Any] | _Failed], unit: WorkUnit) -> list[Any]:
-    """What has become of a task, in the terms of seats."""
+    """What has become of a task, in the terms of the pool."""
     try:
         found = done.result()
     except KilledWorker:
@@ -161,42 +172,62 @@ def _outcome(done: Future[list[Any] | _Failed], unit: WorkUnit) -> list[Any]:
     return found
 
 
-def _translated(future: Future[Any], outcome: Callable[[], Told]) -> Future[Told]:
+def _translated(future: Future[Any], outcome: Callable[[], Result]) -> Future[Result]:
     """A future of what becomes of another one; cancelling it cancels that."""
-    told: Future[Told] = Future()
+    translated: Future[Result] = Future()
 
-    def tell(_: object) -> None:
-        if not told.set_running_or_notify_cancel():
+    def translate(_: object) -> None:
+        if not translated.set_running_or_notify_cancel():
             return
         try:
-            told.set_result(outcome())
+            translated.set_result(outcome())
         except Exception as error:
-            told.set_exception(error)
+            translated.set_exception(error)
 
-    future.add_done_callback(tell)
-    told.add_done_callback(lambda told: told.cancelled() and future.cancel())
-    return told
+    future.add_done_callback(translate)
+    translated.add_done_callback(lambda other: other.cancelled() and future.cancel())
+    return translated
 
 
-@contextmanager
-def _cluster_here(workers: int) -> Iterator[str]:
-    """A cluster on this machine; its address."""
-    with interrupts_held_back():  # by threads started here, and so by all that they start
-        cluster = LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            dashboard_address="127.0.0.1:0",  # without one it takes the port that all others take
-            silence_logs=logging.CRITICAL,
-        )
-    with cluster:
-        yield cluster.scheduler_address
+_NO_HTTP: dict[str, list[str]] = {
+    "distributed.scheduler.http.routes": [],
+    "distributed.worker.http.routes": [],
+}
+"""Dask's configuration of a cluster whose HTTP servers answer nothing."""
 
 
 @contextmanager
-def _connected(scheduler: str, patience: float) -> Iterator[Client]:
+def _local_cluster(workers: int) -> Iterator[LocalCluster]:
+    """A cluster on this machine that talks to nobody without its certificate.
+
+    The certificate is made for this cluster and is never written to a file, so that other users of
+    the machine can reach its ports, but not make it run anything.
+
+    Raises:
+        ModuleNotFoundError: the package is missing that makes the certificate.
+    """
+    importlib.import_module("cryptography")  # named by its own error when it is missing
+    with worker_environment(), dask.config.set(_NO_HTTP):
+        with interrupts_blocked():  # by threads started here, and so by all that they start
+            cluster = LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                security=Security.temporary(),
+                dashboard_address="127.0.0.1:0",  # otherwise the port that all others take
+                scheduler_kwargs={"dashboard": False},
+                silence_logs=logging.CRITICAL,
+            )
+        with cluster:
+            yield cluster
+
+
+@contextmanager
+def _connected(
+    scheduler: str, patience: float, security: Security | None = None
+) -> Iterator[Client]:
     try:
         get_address_host_port(scheduler)  # a client that is told no address leaves a thread behind
-        client = Client(scheduler, timeout=patience, set_as_default=False)
+        client = Client(scheduler, timeout=patience, set_as_default=False, security=security)
     except (OSError, ValueError) as error:
         raise ExecutorError(
             f"scheduler {scheduler!r}: {error}; allowed: the address of a Dask scheduler that "
@@ -210,10 +241,10 @@ def _connected(scheduler: str, patience: float) -> Iterator[Client]:
 
 
 @contextmanager
-def _with_seats(client: Client, name: str) -> Iterator[None]:
+def _with_pools(client: Client, name: str) -> Iterator[None]:
     try:
         client.run_on_scheduler(_here)
-        client.register_plugin(_WorkerSeats(), name=name)
+        client.register_plugin(_WorkerPool(), name=name)
     except Exception as error:  # of which kind depends on where it was
         raise ExecutorError(
             f"the Dask scheduler or a worker cannot import what is to run there ({error}); "

@@ -1,11 +1,11 @@
-"""Which verdicts are clear: those that no rounding, and no engine worth its name, should change."""
+"""Margin filter: selects the verdicts that neither rounding nor any sound engine should change."""
 
 from __future__ import annotations
 
 from steadyload.layouts.model import Layout
 from steadyload.methods.margins import margins
 from steadyload.methods.method import Trait, Verdict
-from steadyload.properties.property import Subject
+from steadyload.properties.property import MethodUnderTest
 
 CLEARANCE = 0.3
 """A balance kept or lost by this much is clear [cm]: every contact patch could be narrower, or
@@ -27,14 +27,14 @@ def balance_lost(layout: Layout) -> tuple[int, bool] | None:
     return None
 
 
-def is_clear(subject: Subject, layout: Layout, verdict: Verdict) -> bool:
-    """Whether a verdict stands clear of every limit.
+def is_clear(tested: MethodUnderTest, layout: Layout, verdict: Verdict) -> bool:
+    """True if a verdict is beyond every limit by a clear margin.
 
     A method of exact geometry, which asks for no movement, is always clear. Otherwise the layout
     has to balance clearly at every step; or up to one that is out of balance clearly, and what
     moves by then to be far beyond a threshold. Whether the verdict is right plays no part.
     """
-    if not subject.has(Trait.MOVEMENT):
+    if not tested.has(Trait.MOVEMENT):
         return True
     lost = balance_lost(layout)
     if lost is None:
@@ -44,6 +44,6 @@ def is_clear(subject: Subject, layout: Layout, verdict: Verdict) -> bool:
         return False
     assert verdict.displacement is not None
     assert verdict.rotation is not None
-    parameters = subject.method.parameters
+    parameters = tested.method.parameters
     far = verdict.displacement >= _FAR * parameters.eps_t
     return far or verdict.rotation >= _FAR * parameters.eps_r

@@ -1,0 +1,64 @@
+"""What is said of the suite itself: deep tests are listed, and skips need an allowed reason."""
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+TESTS = Path(__file__).parent
+PAGE = TESTS.parent / "docs" / "testing.md"
+
+
+def test_the_page_lists_deep_tests_with_their_reasons(request):
+    """Both ways, where all tests were collected; one sentence there covers optional engines."""
+    rows = re.findall(r"^\| `(tests/\S+)` \| (.+?) \|$", PAGE.read_text(), re.MULTILINE)
+    deep = {
+        test: reason
+        for test, reason in request.config.deep.items()
+        if not reason.startswith("needs the extra ")
+    }
+    listed = dict(rows)
+    assert {test: listed.get(test) for test in deep} == deep
+    if request.config.files == set(TESTS.rglob("test_*.py")):
+        assert listed == deep
+
+
+SKIPPING = """
+import pytest
+
+def test_allowed():
+    pytest.skip("there is a GPU")
+
+def test_other():
+    pytest.skip("nobody is here")
+"""
+
+
+@pytest.mark.parametrize(
+    ("chosen", "options", "code", "said"),
+    [
+        ("", ["--strict-skips"], 1, "1 nobody is here (NOT ALLOWED)"),
+        ("", [], 0, "1 nobody is here (NOT ALLOWED)"),
+        ("", ["--strict-skips", "--may-skip", "nobody"], 0, "1 nobody is here"),
+        ("::test_allowed", ["--strict-skips"], 0, "1 there is a GPU"),
+    ],
+)
+def test_a_strict_run_fails_by_a_skip_without_an_allowed_reason(
+    pytester, chosen, options, code, said
+):
+    for name in ("conftest.py", "allowed_skips.toml"):
+        shutil.copy(TESTS / name, pytester.path)
+    file = pytester.makepyfile(SKIPPING)
+    result = pytester.runpytest_inprocess(f"{file}{chosen}", *options)
+    assert result.ret == code
+    result.stdout.fnmatch_lines([f"*{said.replace('[', '[[]')}"])
+
+
+def test_a_deep_test_without_a_reason_is_refused(pytester):
+    for name in ("conftest.py", "allowed_skips.toml"):
+        shutil.copy(TESTS / name, pytester.path)
+    file = pytester.makepyfile("import pytest\n@pytest.mark.deep\ndef test_it(): pass\n")
+    result = pytester.runpytest_inprocess(file)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["*::test_it: deep takes one reason"])
