@@ -11,6 +11,8 @@ from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import PROFILES, search
 from steadyload.studies.properties.study import methods_on
 
+FEWEST = 8
+"""Examples of every pair where it must be quick."""
 EXAMPLES = PROFILES[os.environ.get("STEADYLOAD_PROFILE", "quick")]
 TESTED = {spec: MethodUnderTest(spec) for spec in methods_on(None)}
 PAIRS = [
@@ -23,6 +25,16 @@ PAIRS = [
 
 @pytest.mark.parametrize(("name", "spec"), PAIRS)
 def test_a_property_holds_or_is_a_declared_finding(name, spec):
+    ask(name, spec, FEWEST)
+
+
+@pytest.mark.deep("every property of every method, on 20 layouts or as many as asked for: 50 s")
+@pytest.mark.parametrize(("name", "spec"), PAIRS)
+def test_a_property_holds_on_more_layouts(name, spec):
+    ask(name, spec, EXAMPLES)
+
+
+def ask(name, spec, examples):
     tested = TESTED[spec]
     tested.method.prepare()
     known = finding(name, spec)
@@ -31,7 +43,7 @@ def test_a_property_holds_or_is_a_declared_finding(name, spec):
         with pytest.raises(Violation):
             PROPERTIES[name].check(tested, known.case)
         return
-    outcome = search(PROPERTIES[name], tested, examples=EXAMPLES, seed=1)
+    outcome = search(PROPERTIES[name], tested, examples=examples, seed=1)
     assert outcome.counterexample is None, outcome.counterexample
     assert outcome.asked > 0
 

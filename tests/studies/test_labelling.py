@@ -41,17 +41,30 @@ JUDGES = (
 )
 
 
-@pytest.fixture
-def folder(tmp_path):
-    """Unlabelled: 24 layouts of at most six items, two an item list, with sizes of splits."""
+@pytest.fixture(scope="module")
+def unlabelled(tmp_path_factory):
+    """24 layouts of at most six items, two an item list, with sizes of splits."""
     layouts = [lay.first(6) for lay in random_layouts(24, seed=5, scenario=Scenario.S1)]
     rows = [
         row_of(lay, f"Class_1_Instance_{k // 2}", 1, (lay.name,)) for k, lay in enumerate(layouts)
     ]
     cases = [("S1", lay) for lay in layouts]
     manifest = {"seed": 1, "splits": dataclasses.asdict(SIZES)}
-    write_unlabelled(tmp_path / "set", pd.DataFrame(rows), cases, manifest)
-    return tmp_path / "set"
+    folder = tmp_path_factory.mktemp("labelling") / "set"
+    write_unlabelled(folder, pd.DataFrame(rows), cases, manifest)
+    return folder
+
+
+@pytest.fixture
+def folder(unlabelled, tmp_path):
+    """A copy of the unlabelled set, to be changed."""
+    return shutil.copytree(unlabelled, tmp_path / "set")
+
+
+@pytest.fixture(scope="module")
+def labelled(unlabelled, tmp_path_factory):
+    """The set with labels by the reference and its limits alone, to be read."""
+    return label(shutil.copytree(unlabelled, tmp_path_factory.mktemp("labelled") / "set"), ())
 
 
 def label(folder, judges=JUDGES, **options):
@@ -59,8 +72,8 @@ def label(folder, judges=JUDGES, **options):
     return load_benchmark(folder)
 
 
-def test_labels_are_those_of_an_ordinary_judgement(folder):
-    found, method = label(folder, judges=()), make_method(LABEL)
+def test_labels_are_those_of_an_ordinary_judgement(labelled):
+    found, method = labelled, make_method(LABEL)
     assert set(found.cases["failing_step"].isna()) == {True, False}
     for row in found.cases.itertuples():
         verdict = method.judge(found.layout(row.layout, row.scenario))
@@ -92,8 +105,8 @@ def test_further_judges_are_asked_of_validation_and_test_alone(folder):
     assert limits["judge"].nunique() == 4
 
 
-def test_limits_are_those_of_an_ordinary_judgement(folder):
-    found = label(folder, judges=())
+def test_limits_are_those_of_an_ordinary_judgement(labelled):
+    found = labelled
     for row in found.opinions.itertuples():
         verdict = make_method(row.judge).judge(found.layout(row.layout, row.scenario))
         step = None if pd.isna(row.failing_step) else int(row.failing_step)
@@ -114,7 +127,8 @@ def test_an_interrupted_run_goes_on(folder, monkeypatch):
     pd.testing.assert_frame_equal(first.cases, again.cases)
 
 
-def test_killed_workers_change_no_label(folder, monkeypatch):
+@pytest.mark.deep("two workers killed one after the other: 9 s")
+def test_killed_workers_change_no_label(folder, labelled, monkeypatch):
     monkeypatch.setattr(labelling, "_SHARD", 4)
     killed = set()
 
@@ -126,9 +140,7 @@ def test_killed_workers_change_no_label(folder, monkeypatch):
 
     disturbed = label(folder, judges=(), workers=2, progress=kill)
     assert killed
-    shutil.rmtree(folder / "traces")
-    calm = label(folder, judges=())
-    pd.testing.assert_frame_equal(disturbed.cases, calm.cases)
+    pd.testing.assert_frame_equal(disturbed.cases, labelled.cases)
 
 
 def test_sizes_of_splits_are_those_asked_for_then_those_of_the_manifest(folder):
@@ -175,9 +187,9 @@ def test_what_is_stored_is_what_is_judged(tmp_path):
     assert len(set(hashes)) == len(hashes) == len(layouts)
 
 
-def test_labels_follow_the_criterion(folder):
+def test_labels_follow_the_criterion(labelled):
     """The other criterion looks at centres, at any sample."""
-    found = label(folder, judges=())
+    found = labelled
     method = make_method(f"{LABEL}:criterion=paper,early_exit=0")
     for row in found.cases.itertuples():
         step = method.judge(found.layout(row.layout, row.scenario)).failing_step
