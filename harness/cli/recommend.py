@@ -34,10 +34,10 @@ class Recommend:
         from steadyload.studies.table5.front import (
             FrontError,
             best,
+            described,
             load_front,
             measured_in,
             recommend,
-            told,
             write_front,
         )
 
@@ -48,7 +48,7 @@ class Recommend:
             print(write_front(front))
             return
         chosen = recommend(front, budget=self.budget, accuracy=self.accuracy, engine=self.engine)
-        print(told(chosen) + "\n")
+        print(described(chosen) + "\n")
         print_table(
             ("", "method", "accuracy %", "95 % interval", "CPU ms"),
             [

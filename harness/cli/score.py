@@ -90,7 +90,7 @@ class Score(Snap):
         """
         from steadyload.methods.spec import SpecError, bind
         from steadyload.methods.uncertainty import parse_uncertainty
-        from steadyload.runs.outlook import Sampling
+        from steadyload.runs.verdict_reliability import Sampling
 
         given = {"half_width": self.half_width, "decide": self.decide, "most": self.samples}
         values = {key: value for key, value in given.items() if value is not None}

@@ -36,7 +36,7 @@ class Table5(Table5Config):
         from steadyload.studies.table5.views import with_views
 
         config = configuration(Table5Config, self)
-        asked = config.questions()
+        asked = config.options()
         if self.views:
             three_js()  # what is missing is better known before hours of work
         for spec, why in asked.left_out.items():

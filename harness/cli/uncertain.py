@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from steadyload.runs.outlook import Ending
+from steadyload.runs.verdict_reliability import Ending
 
 _SHOWN = 3
 """Failing steps in a cell, the most probable first."""

@@ -15,7 +15,7 @@ from steadyload.methods.method import Method, Status, Verdict, judge
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import Uncertainty
 from steadyload.runs.definition import case
-from steadyload.runs.outlook import Outlook, Sampling, outlook
+from steadyload.runs.verdict_reliability import Sampling, VerdictReliability, verdict_reliability
 
 Record = dict[str, Any]
 
@@ -76,7 +76,7 @@ def score_layouts(
         for method in judges:
             found = None
             if uncertainty is not None and isinstance(entry, Layout):
-                found = outlook(method, entry, uncertainty, sampling, timeout=timeout)
+                found = verdict_reliability(method, entry, uncertainty, sampling, timeout=timeout)
             record = _record(file, entry, method, scenario, timeout, found)
             if uncertainty is not None:
                 record["uncertain"] = found and uncertain_record(found)
@@ -85,8 +85,8 @@ def score_layouts(
     return records
 
 
-def uncertain_record(found: Outlook) -> Record:
-    """An outlook as JSON can hold it.
+def uncertain_record(found: VerdictReliability) -> Record:
+    """The reliability of a verdict as values that JSON can hold.
 
     Returns:
         ``stands``, the probability that the whole load stands, with the ``interval`` that holds it
@@ -94,7 +94,7 @@ def uncertain_record(found: Outlook) -> Record:
         ``likeliest_step`` with ``likeliest_share``, null for none; ``expected_score``; ``samples``
         and those ``without_verdict`` by status, ``why`` the first of these; ``ending``,
         ``without_effect``; ``seconds`` and ``cpu_seconds`` for everything. See
-        :class:`steadyload.runs.outlook.Outlook`.
+        :class:`steadyload.runs.verdict_reliability.VerdictReliability`.
     """
     shares = found.shares
     likeliest = found.likeliest if shares else None
@@ -135,7 +135,7 @@ def _record(
     method: Method,
     scenario: Scenario | None,
     timeout: float | None,
-    found: Outlook | None,
+    found: VerdictReliability | None,
 ) -> Record:
     if isinstance(entry, Layout):
         verdict = judge(method, entry, timeout) if found is None else found.nominal

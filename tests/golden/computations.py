@@ -15,7 +15,7 @@ from steadyload.learners.features import FeatureKind, features
 from steadyload.properties.property import Subject
 from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import search
-from steadyload.runs.outlook import Sampling
+from steadyload.runs.verdict_reliability import Sampling
 from steadyload.studies.benchmark.label_rows import trace_row
 from steadyload.studies.closed_forms.measuring import Stage, fall, tipping_offset
 from steadyload.studies.extremes.sweeps import measure_cell

@@ -27,7 +27,7 @@ from steadyload.studies.benchmark.label_rows import (
     crashed_row,
 )
 from steadyload.studies.benchmark.labelling import (
-    Judge,
+    FurtherMethod,
     build_set,
     label_set,
     split_sizes,
@@ -36,8 +36,8 @@ from steadyload.studies.benchmark.labelling import (
 
 SIZES = SplitSizes(test=4, validation=2, test_lists=2, validation_lists=1)
 JUDGES = (
-    Judge(Reason.ENGINE, "label@mujoco:frequency=240"),
-    Judge(Reason.MODEL, "label@mujoco:friction=0.4,frequency=240"),
+    FurtherMethod(Reason.ENGINE, "label@mujoco:frequency=240"),
+    FurtherMethod(Reason.MODEL, "label@mujoco:friction=0.4,frequency=240"),
 )
 
 

@@ -24,10 +24,10 @@ from steadyload.studies.learned.records import (
     BatchTimes,
     Foreign,
     ForeignRow,
-    JudgeCalibration,
-    JudgeTable,
     LeakRow,
     Learned,
+    MethodCalibration,
+    MethodTable,
     ProvenanceRow,
     SizeCurve,
     TrainedRow,
@@ -77,7 +77,7 @@ def trained(title, accuracy, *, cases=900, lists=30, difference=None):
 
 LSTM = judge("LSTM_e", (0.85, 0.98, 0.79, 0.77))
 RULE = judge("SME", (0.80, 0.86, 0.80, 0.74), (0.05, 0.12, 0.0, 0.03))
-TABLE = JudgeTable(
+TABLE = MethodTable(
     LSTM[0].method,
     {part: rows for part, *rows in zip(PARTS, RULE, LSTM, strict=True)},
     {"lstm_e": next(row for row in paper().rows if row.title == "LSTM_e")},
@@ -92,7 +92,7 @@ RELIABLE = Reliability(
     (ReliabilityBin(0.0, 0.1, 0.04, about(0.07, n=600)),
      ReliabilityBin(0.9, 1.0, 0.97, about(0.93, n=300))),
 )  # fmt: skip
-CALIBRATED = JudgeCalibration(
+CALIBRATED = MethodCalibration(
     "lstm_e", RELIABLE, RELIABLE,
     Abstention(
         0.64, about(0.85), about(0.90, n=810), about(0.40, n=90), ((0.5, 0.02), (1.0, 0.15))

@@ -27,7 +27,7 @@ from steadyload.studies.table5.accuracy_sections import time_a_layout, what_rows
 from steadyload.studies.table5.front import measured_in
 from steadyload.studies.table5.paper import paper
 from steadyload.studies.table5.records import JudgedSet
-from steadyload.studies.table5.study import Questions, judge_table5, time_table5
+from steadyload.studies.table5.study import Table5Options, judge_table5, time_table5
 from steadyload.studies.table5.summary import (
     pair_tests,
     same_order,
@@ -150,7 +150,7 @@ def test_the_folder_of_another_study_is_left_alone(capsys, tmp_path):
 
 def test_a_method_that_cannot_judge_is_left_out_where_nobody_named_it(monkeypatch):
     monkeypatch.setattr(table5, "standard_methods", lambda: ("sme", "cascade@dart"))
-    asked = Questions()
+    asked = Table5Options()
     assert asked.spatial == ("sme",)
     assert "steadyload cascade fit --engine dart" in asked.left_out["cascade@dart"]
 
@@ -180,7 +180,7 @@ def test_a_few_refused_cases_cost_no_method_its_times(
     names = [*dict.fromkeys(load_benchmark().select("test", limit=4)["layout"])]
     assert len(names) == 12  # a layout a case
     monkeypatch.setattr(choosy, "refuses", tuple(names[:refused]))
-    asked = Questions(methods=("fbs", "choosy"), limit=4, timed=4, repeats=1)
+    asked = Table5Options(methods=("fbs", "choosy"), limit=4, timed=4, repeats=1)
     judge_table5(asked, tmp_path, workers=0)
     spatial, _ = time_table5(asked, tmp_path, workers=0)
     text = time_a_layout(summarise(asked, spatial, None).spatial).text
@@ -199,7 +199,7 @@ def test_a_few_refused_cases_cost_no_method_its_times(
 def test_a_page_whose_methods_all_refuse_says_that_nothing_was_timed(choosy, monkeypatch, tmp_path):
     names = load_benchmark().select("test", limit=2)["layout"]
     monkeypatch.setattr(choosy, "refuses", tuple(names))
-    asked = Questions(methods=("choosy",), limit=2, timed=1, repeats=1)
+    asked = Table5Options(methods=("choosy",), limit=2, timed=1, repeats=1)
     judge_table5(asked, tmp_path, workers=0)
     spatial, _ = time_table5(asked, tmp_path, workers=0)
     assert spatial.times.cpu == {}

@@ -12,10 +12,10 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.methods.registry import make_method
 from steadyload.reports.page import write_page
-from steadyload.runs.outlook import Sampling
+from steadyload.runs.verdict_reliability import Sampling
 from steadyload.studies.uncertain.cases import Unit, sample_unit
 from steadyload.studies.uncertain.page import uncertain_page
-from steadyload.studies.uncertain.study import Questions, Sampled, run_uncertain
+from steadyload.studies.uncertain.study import Sampled, UncertainOptions, run_uncertain
 from steadyload.studies.uncertain.summary import summarise
 
 
@@ -103,7 +103,7 @@ def test_random_samples_of_a_case_agree(benchmark):
 
 def asked(**changes):
     few = {"cases": 4, "engine_cases": 1, "alone": ("com=5mm",), "checked": 1, "check_cases": 1}
-    return Questions(methods=("sme", "ps3@chipmunk"), random=64, **few | changes)
+    return UncertainOptions(methods=("sme", "ps3@chipmunk"), random=64, **few | changes)
 
 
 def test_a_run_goes_on_and_its_page_has_the_accuracy_of_the_plans(tmp_path, benchmark):
@@ -162,7 +162,7 @@ def test_a_pages_numbers_follow_from_its_samples(benchmark):
             case(whole, 0, [(0, 16), (whole.item_count, 48)], low=0.7, high=0.8, random=0.6),
         ]
     )
-    found = summarise(Questions(), Sampled({"sme": table}, {}, check))
+    found = summarise(UncertainOptions(), Sampled({"sme": table}, {}, check))
     (row,) = found.rows
     right = pytest.approx(2 / 3)
     assert (row.plan.value, row.likeliest.value, row.unjudged, row.lost) == (right, right, 1, 64)

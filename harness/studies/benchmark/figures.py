@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from steadyload.studies.benchmark.records import JudgeAgreement
+from steadyload.studies.benchmark.records import MethodAgreement
 
 _INK = "#08519c"
 _SCENARIO_COLOURS = ("#9ecae1", "#4292c6", "#08519c", "#7f7f7f")
@@ -53,7 +53,7 @@ def plot_scores(scores: Mapping[str, tuple[int, ...]]) -> Figure:
     return figure
 
 
-def plot_judges(judges: tuple[JudgeAgreement, ...]) -> Figure:
+def plot_agreement(judges: tuple[MethodAgreement, ...]) -> Figure:
     """Agreement of every further judge with the labels, coloured by the reason of doubt."""
     figure = Figure(figsize=(7.0, 0.32 * len(judges) + 0.9), layout="constrained")
     axes = figure.subplots()

@@ -55,25 +55,25 @@ _SHARD = 48
 
 
 @dataclass(frozen=True, slots=True)
-class Judge:
+class FurtherMethod:
     """A further judge of validation and test, and why it could disagree with the label."""
 
     reason: Reason
     spec: str
 
 
-JUDGES: tuple[Judge, ...] = (
-    Judge(Reason.NUMERICAL, f"{LABEL}:tolerance=1e-6"),
-    Judge(Reason.NUMERICAL, f"{LABEL}:jitter=1e-5"),
-    Judge(Reason.NUMERICAL, f"{LABEL}:jitter=1e-4"),
+JUDGES: tuple[FurtherMethod, ...] = (
+    FurtherMethod(Reason.NUMERICAL, f"{LABEL}:tolerance=1e-6"),
+    FurtherMethod(Reason.NUMERICAL, f"{LABEL}:jitter=1e-5"),
+    FurtherMethod(Reason.NUMERICAL, f"{LABEL}:jitter=1e-4"),
     # A hundredth of the stiffness: the limit that light items' contacts keep is a rate, its root.
-    Judge(Reason.MODEL, f"{LABEL}:stiffness=1e7,most_rate=3e3"),
-    Judge(Reason.MODEL, f"{LABEL}:friction=0.4"),
-    Judge(Reason.MODEL, f"{LABEL}:friction=0.6"),
-    Judge(Reason.MODEL, f"{LABEL}:damping_time=3e-4"),
-    Judge(Reason.LOADING, f"{LABEL}:between_steps=carry"),
-    Judge(Reason.ENGINE, "label@mujoco:frequency=1000"),
-    Judge(Reason.ENGINE, "label@bullet:frequency=480"),
+    FurtherMethod(Reason.MODEL, f"{LABEL}:stiffness=1e7,most_rate=3e3"),
+    FurtherMethod(Reason.MODEL, f"{LABEL}:friction=0.4"),
+    FurtherMethod(Reason.MODEL, f"{LABEL}:friction=0.6"),
+    FurtherMethod(Reason.MODEL, f"{LABEL}:damping_time=3e-4"),
+    FurtherMethod(Reason.LOADING, f"{LABEL}:between_steps=carry"),
+    FurtherMethod(Reason.ENGINE, "label@mujoco:frequency=1000"),
+    FurtherMethod(Reason.ENGINE, "label@bullet:frequency=480"),
 )
 """Those that simulate anew; thresholds and times (``limits``) are read off the traces."""
 
@@ -85,7 +85,7 @@ FEW_JUDGES = tuple(
 """One numerical judge and two of the model, for minutes instead of hours, and a weaker ``robust``:
 jitter opens and closes every contact, which costs the reference ten times as much."""
 
-PANELS: Mapping[str, tuple[Judge, ...]] = {"all": JUDGES, "few": FEW_JUDGES, "none": ()}
+PANELS: Mapping[str, tuple[FurtherMethod, ...]] = {"all": JUDGES, "few": FEW_JUDGES, "none": ()}
 """Further judges by the name of their panel."""
 
 
@@ -144,14 +144,14 @@ def write_unlabelled(
         for scenario, layout in cases
     ]
     frame = pd.DataFrame(rows).reindex(columns=CASES.names)
-    write_tables(directory, layouts, frame, _no_opinions(), manifest)
+    write_tables(directory, layouts, frame, _no_verdicts(), manifest)
 
 
 def label_set(
     directory: Path,
     *,
     sizes: SplitSizes | None = None,
-    judges: Sequence[Judge] = JUDGES,
+    judges: Sequence[FurtherMethod] = JUDGES,
     workers: int = IN_THIS_PROCESS,
     progress: Callable[[str, int, int], None] = lambda what, done, total: None,
 ) -> None:
@@ -195,7 +195,7 @@ def split_sizes(manifest: Mapping[str, Any]) -> SplitSizes:
 def _label(
     directory: Path,
     sizes: SplitSizes,
-    judges: Sequence[Judge],
+    judges: Sequence[FurtherMethod],
     workers: int,
     progress: Callable[[str, int, int], None],
 ) -> None:
@@ -276,14 +276,14 @@ def _limits(cases: pd.DataFrame) -> pd.DataFrame:
 def _asked(
     directory: Path,
     part: str,
-    judges: Sequence[Judge],
+    judges: Sequence[FurtherMethod],
     workers: int,
     progress: Callable[[str, int, int], None],
 ) -> pd.DataFrame:
     """What the judges say of a part."""
     reasons = {str(make_method(j.spec).spec): str(j.reason) for j in judges}
     if not reasons:
-        return _no_opinions()
+        return _no_verdicts()
     study = StudyDefinition(
         name=f"opinions on {part}",
         methods=tuple(reasons),
@@ -309,5 +309,5 @@ def _asked(
     )
 
 
-def _no_opinions() -> pd.DataFrame:
+def _no_verdicts() -> pd.DataFrame:
     return pd.DataFrame({f.name: pd.Series(dtype=object) for f in OPINIONS})

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import MISSING, markdown_table, percent
 from steadyload.studies.benchmark.figures import (
+    plot_agreement,
     plot_item_counts,
-    plot_judges,
     plot_scores,
 )
 from steadyload.studies.benchmark.records import BenchmarkSummary, RobustDispute
@@ -27,7 +27,7 @@ def benchmark_page(found: BenchmarkSummary, manifest: Mapping[str, str], notes: 
     if found.firmness:
         sections.append(_firmness(found))
     if found.judges:
-        sections += [_judges(found), _disputes(found, notes)]
+        sections += [_agreement(found), _disputes(found, notes)]
     return Page(
         "The labelled set",
         f"{found.layouts} distinct geometries from {found.instances} item lists, each with the "
@@ -164,7 +164,7 @@ def _firmness(found: BenchmarkSummary) -> Section:
     )
 
 
-def _judges(found: BenchmarkSummary) -> Section:
+def _agreement(found: BenchmarkSummary) -> Section:
     scenarios = list(found.judges[0].by_scenario)
     rows = [
         (
@@ -192,7 +192,7 @@ def _judges(found: BenchmarkSummary) -> Section:
         [
             Picture(
                 "judges",
-                plot_judges(found.judges),
+                plot_agreement(found.judges),
                 "Agreement with the labels of the test split, all scenarios.",
             )
         ],

@@ -70,7 +70,7 @@ class Firmness:
 
 
 @dataclass(frozen=True, slots=True)
-class JudgeAgreement:
+class MethodAgreement:
     """Agreement of one further judge with the labels of the test split, by scenario and pooled.
 
     ``robust`` counts robust labels alone, None for the ensemble that defines them.
@@ -124,5 +124,5 @@ class BenchmarkSummary:
     scores: Mapping[str, tuple[int, ...]]
     reasons: tuple[FailureReason, ...]
     firmness: tuple[Firmness, ...]
-    judges: tuple[JudgeAgreement, ...]
+    judges: tuple[MethodAgreement, ...]
     disputes: tuple[RobustDispute, ...]

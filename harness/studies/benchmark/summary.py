@@ -20,7 +20,7 @@ from steadyload.studies.benchmark.records import (
     ClassCount,
     FailureReason,
     Firmness,
-    JudgeAgreement,
+    MethodAgreement,
     NaturalStable,
     RobustDispute,
     SplitCount,
@@ -64,7 +64,7 @@ def summarise(benchmark: Benchmark) -> BenchmarkSummary:
     scenarios = [str(s) for s in Scenario if (done["scenario"] == str(s)).any()]
     counts = benchmark.layouts["sizes"].map(len) // 3
     sizes = counts.value_counts().sort_index()
-    said = _test_opinions(benchmark)
+    said = _test_verdicts(benchmark)
     return BenchmarkSummary(
         layouts=len(benchmark.layouts),
         cases=len(cases),
@@ -77,7 +77,7 @@ def summarise(benchmark: Benchmark) -> BenchmarkSummary:
         scores={s: _scores(done[done["scenario"] == s]) for s in scenarios},
         reasons=tuple(_reasons(done, scenarios)),
         firmness=tuple(_firmness(benchmark, done, scenarios)),
-        judges=tuple(_judges(said, scenarios)),
+        judges=tuple(_agreement(said, scenarios)),
         disputes=tuple(_disputes(benchmark, said)),
     )
 
@@ -196,7 +196,7 @@ def _firmness(benchmark: Benchmark, done: pd.DataFrame, scenarios: list[str]) ->
     return rows
 
 
-def _test_opinions(benchmark: Benchmark) -> pd.DataFrame:
+def _test_verdicts(benchmark: Benchmark) -> pd.DataFrame:
     """Opinions on the test split, with label, instance, robustness and agreement."""
     test = benchmark.cases[benchmark.cases["split"] == "test"]
     columns = [*KEYS, "instance", "item_count", "failing_step"]
@@ -208,8 +208,8 @@ def _test_opinions(benchmark: Benchmark) -> pd.DataFrame:
     return said.assign(agrees=agrees(benchmark.cases, said).to_numpy())
 
 
-def _judges(said: pd.DataFrame, scenarios: list[str]) -> list[JudgeAgreement]:
-    """Agreement of every judge, from what :func:`_test_opinions` gives."""
+def _agreement(said: pd.DataFrame, scenarios: list[str]) -> list[MethodAgreement]:
+    """Agreement of every judge, from what :func:`_test_verdicts` gives."""
     order = [str(r) for r in Reason]
     rows = []
     for reason in order:
@@ -221,7 +221,7 @@ def _judges(said: pd.DataFrame, scenarios: list[str]) -> list[JudgeAgreement]:
             label = answered["label"].fillna(answered["item_count"]).astype(int)
             step = answered["failing_step"].fillna(answered["item_count"]).astype(int)
             rows.append(
-                JudgeAgreement(
+                MethodAgreement(
                     reason=reason,
                     judge=str(judge),
                     by_scenario={

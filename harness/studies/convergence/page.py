@@ -29,7 +29,7 @@ def convergence_page(found: Convergence, manifest: Mapping[str, str]) -> Page:
     """Compose the page; judges that were not asked are left out."""
     sections = [_reference(found), _variants(found), _engines(found.engines)]
     if found.opinions:
-        sections.append(_opinions(found.opinions))
+        sections.append(_slow_methods(found.opinions))
     sections.append(_disputes(found))
     return Page(
         "Are the reference's labels converged?",
@@ -114,7 +114,7 @@ _ABOUT = {
 """What a slow judge is, by a part of its name."""
 
 
-def _opinions(rows: Sequence[ConvergenceRow]) -> Section:
+def _slow_methods(rows: Sequence[ConvergenceRow]) -> Section:
     asked = [
         f"`{part}`: {what}"
         for part, what in _ABOUT.items()

@@ -11,12 +11,12 @@ from steadyload.learners.features import Array32
 from steadyload.learners.scoring import items_safe
 from steadyload.learners.sequences import Sequences
 from steadyload.statistics.reliability import abstention, reliability
-from steadyload.studies.learned.records import JudgeCalibration
+from steadyload.studies.learned.records import MethodCalibration
 
 Floats = NDArray[np.float64]
 
 
-def calibration(title: str, probabilities: Array32, data: Sequences) -> JudgeCalibration:
+def calibration(title: str, probabilities: Array32, data: Sequences) -> MethodCalibration:
     """How a judge's probabilities keep what they say, of steps and of scores.
 
     Args:
@@ -30,7 +30,7 @@ def calibration(title: str, probabilities: Array32, data: Sequences) -> JudgeCal
     together = np.broadcast_to(data.instances[:, None], told.shape)
     sure = sureness(probabilities, data.counts)
     right = items_safe(probabilities, data.counts) == data.safe
-    return JudgeCalibration(
+    return MethodCalibration(
         title,
         reliability(probabilities[told], unstable[told], together[told]),
         reliability(sure, right, data.instances),

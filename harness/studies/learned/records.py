@@ -34,7 +34,7 @@ class BatchTimes:
 
 
 @dataclass(frozen=True, slots=True)
-class JudgeTable:
+class MethodTable:
     """Learners beside other methods.
 
     ``rows``: by group, a row a method, compared with the method ``held``. ``paper``: by spec, the
@@ -86,7 +86,7 @@ class SizeCurve:
 
 
 @dataclass(frozen=True, slots=True)
-class JudgeCalibration:
+class MethodCalibration:
     """One judge's probabilities: of steps, and how sure it is of a layout's score."""
 
     title: str
@@ -173,12 +173,12 @@ class Learned:
     cases: int
     item_lists: int
     scenarios: tuple[str, ...]
-    table: JudgeTable | None = None
+    table: MethodTable | None = None
     size: tuple[SizeCurve, ...] = ()
     sources: tuple[TrainedRow, ...] = ()
     agreement: Mapping[str, Estimate] | None = None
     remedies: tuple[TrainedRow, ...] = ()
-    calibration: tuple[JudgeCalibration, ...] = ()
+    calibration: tuple[MethodCalibration, ...] = ()
     leak: tuple[LeakRow, ...] = ()
     foreign: Foreign | None = None
     trainings: tuple[ProvenanceRow, ...] = ()

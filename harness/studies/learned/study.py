@@ -19,9 +19,9 @@ from steadyload.studies.learned.foreign import foreign_layouts
 from steadyload.studies.learned.judged import JudgedPart, provenance_row
 from steadyload.studies.learned.plan import Plan, Section
 from steadyload.studies.learned.records import (
-    JudgeCalibration,
     LeakRow,
     Learned,
+    MethodCalibration,
     ProvenanceRow,
     SizeCurve,
     TrainedRow,
@@ -149,7 +149,7 @@ class _Study:
             for name in pair.trainings
         )
 
-    def _calibration(self) -> tuple[JudgeCalibration, ...]:
+    def _calibration(self) -> tuple[MethodCalibration, ...]:
         assert self._plan.calibration is not None
         found = []
         for name in self._plan.calibration.judges:

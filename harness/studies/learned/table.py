@@ -18,7 +18,7 @@ from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import evaluate
 from steadyload.runs.runner import run_study
 from steadyload.studies.learned.plan import Plan, TablePlan
-from steadyload.studies.learned.records import BatchTimes, JudgeTable
+from steadyload.studies.learned.records import BatchTimes, MethodTable
 from steadyload.studies.learned.timing import timed
 from steadyload.studies.learned.trainings import Workshop
 from steadyload.studies.table5.paper import paper
@@ -46,7 +46,7 @@ def judge_table(
     limit: int | None,
     workers: int,
     progress: Callable[[int, int], None] = lambda done, total: None,
-) -> JudgeTable:
+) -> MethodTable:
     """Judge the part by all methods of the table, then time them in turns.
 
     Args:
@@ -84,7 +84,7 @@ def judge_table(
     )
     held = str(make_method(specs[table.held]).spec)
     printed = {row.title: row for row in paper().rows}
-    return JudgeTable(
+    return MethodTable(
         held=keys[held],
         rows={
             group: tuple(

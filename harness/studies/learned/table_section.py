@@ -15,7 +15,7 @@ from steadyload.reports.table import (
 )
 from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.learned.records import BatchTimes, JudgeTable
+from steadyload.studies.learned.records import BatchTimes, MethodTable
 
 _MOST_WALL = 0.4
 """ms a layout that a learned judge may take, one at a time."""
@@ -24,7 +24,7 @@ _LEAST_RATE = 10_000.0
 """Layouts a second that it is to judge, many at a time."""
 
 
-def judge_table(table: JudgeTable, scenarios: Sequence[str]) -> Section:
+def judge_table(table: MethodTable, scenarios: Sequence[str]) -> Section:
     """What methods say, scenario by scenario, and what they cost."""
     parts = [ALL, *scenarios]
     tables = [f"**{_part_title(part)}**\n\n{_accuracies(table, part)}" for part in parts]
@@ -47,7 +47,7 @@ def _part_title(part: str) -> str:
     return "All scenarios" if part == ALL else f"Scenario {part}"
 
 
-def _accuracies(table: JudgeTable, part: str) -> str:
+def _accuracies(table: MethodTable, part: str) -> str:
     header = (
         "method", "n", "accuracy %", "paper %", "overestimated %", "underestimated %",
         f"{table.held.title} minus it", *(("no verdict",) if part == ALL else ()),
@@ -70,7 +70,7 @@ def _accuracies(table: JudgeTable, part: str) -> str:
     )
 
 
-def _printed(table: JudgeTable, row: MethodEvaluation, part: str) -> str:
+def _printed(table: MethodTable, row: MethodEvaluation, part: str) -> str:
     """The accuracy that the paper prints of the method of that name."""
     printed = table.paper.get(row.method.spec)
     if printed is None or part not in printed.accuracy:
@@ -82,7 +82,7 @@ def _without(row: MethodEvaluation) -> str:
     return names(f"{count} {status}" for status, count in row.without_verdict.items())
 
 
-def _times(table: JudgeTable) -> str:
+def _times(table: MethodTable) -> str:
     header = (
         "method", "n", "repeats", "CPU ms", "wall ms", "paper wall ms",
         "layouts/s one by one", "best batch", "layouts/s at that", "layouts per CPU s",
@@ -112,7 +112,7 @@ def _of_paper(wall: float | None) -> str:
     return MISSING if wall is None else f"{wall:g}"
 
 
-def _rates(table: JudgeTable) -> str:
+def _rates(table: MethodTable) -> str:
     shown = [row for row in table.times if row.batched]
     sizes = sorted({size for row in shown for size in row.batched})
     return markdown_table(
@@ -140,7 +140,7 @@ def _best(row: BatchTimes) -> tuple[int, float, float]:
     return size, 1e3 / wall, 1e3 / cpu
 
 
-def _held_bars(table: JudgeTable, scenarios: Sequence[str]) -> list[str]:
+def _held_bars(table: MethodTable, scenarios: Sequence[str]) -> list[str]:
     """Whether the method that all are held against is as good as the paper's of that name."""
     held = table.held
     if held.spec not in table.paper:
@@ -178,7 +178,7 @@ def _time_bars(times: Sequence[BatchTimes]) -> list[str]:
     return said
 
 
-def _how_timed(table: JudgeTable) -> str:
+def _how_timed(table: MethodTable) -> str:
     if not table.times:
         return ""
     return (
@@ -187,7 +187,7 @@ def _how_timed(table: JudgeTable) -> str:
     )
 
 
-def _pictures(table: JudgeTable) -> list[Picture]:
+def _pictures(table: MethodTable) -> list[Picture]:
     times = {row.method.spec: row for row in table.times}
     points = [
         CostPoint(row.method, row.accuracy, _point(times[row.method.spec]))

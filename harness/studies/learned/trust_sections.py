@@ -12,10 +12,10 @@ from steadyload.reports.reliability_tables import (
     errors_table,
 )
 from steadyload.reports.table import markdown_table, percent
-from steadyload.studies.learned.records import Foreign, ForeignRow, JudgeCalibration
+from steadyload.studies.learned.records import Foreign, ForeignRow, MethodCalibration
 
 
-def calibration(judges: Sequence[JudgeCalibration]) -> Section:
+def calibration(judges: Sequence[MethodCalibration]) -> Section:
     """Whether probabilities keep what they say, and what abstaining gives."""
     kinds = {
         "a step is unstable": {judge.title: judge.steps for judge in judges},
@@ -57,7 +57,7 @@ def calibration(judges: Sequence[JudgeCalibration]) -> Section:
     )
 
 
-def _won(judge: JudgeCalibration) -> str:
+def _won(judge: MethodCalibration) -> str:
     found = judge.abstention
     return (
         f"- {judge.title}: {100 * found.every.value:.1f} % accurate on all, "

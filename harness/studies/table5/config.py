@@ -10,7 +10,7 @@ from steadyload.studies.options import option
 from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
 if TYPE_CHECKING:
-    from steadyload.studies.table5.study import Questions
+    from steadyload.studies.table5.study import Table5Options
 
 
 @dataclass(frozen=True)
@@ -27,11 +27,11 @@ class Table5Config:
     )
     repeats: int = option(3, "how often they are timed (default: 3)", least=1)
 
-    def questions(self) -> Questions:
+    def options(self) -> Table5Options:
         """The same with the methods that can judge, and why others cannot."""
-        from steadyload.studies.table5.study import Questions
+        from steadyload.studies.table5.study import Table5Options
 
-        return Questions(self.methods, self.limit, self.timed, self.repeats)
+        return Table5Options(self.methods, self.limit, self.timed, self.repeats)
 
 
 class Table5(Study[Table5Config, Any]):
@@ -52,7 +52,7 @@ class Table5(Study[Table5Config, Any]):
         from steadyload.studies.table5.study import judge_table5, time_table5
         from steadyload.studies.table5.summary import summarise
 
-        asked = config.questions()
+        asked = config.options()
         judge_table5(asked, work, workers=workers, progress=lambda *of: progress("judging", *of))
         spatial, planar = time_table5(asked, work, progress=lambda *of: progress("timing", *of))
         found = summarise(asked, spatial, planar)

@@ -199,19 +199,19 @@ def recommend(
     cheap = [m for m in asked if budget is None or m.cpu.value <= budget]
     if not cheap:
         raise FrontError(
-            f"budget is {budget:g} ms a layout; the cheapest measured: {told(asked[0])}"
+            f"budget is {budget:g} ms a layout; the cheapest measured: {described(asked[0])}"
         )
     fit = [m for m in cheap if accuracy is None or m.accuracy.value >= accuracy]
     if not fit:
         within = "" if budget is None else f" within {budget:g} ms"
         raise FrontError(
             f"accuracy is {100 * (accuracy or 0.0):g} %; the most accurate measured{within}: "
-            f"{told(cheap[-1])}"
+            f"{described(cheap[-1])}"
         )
     return fit[-1] if budget is not None or accuracy is None else fit[0]
 
 
-def told(entry: Measured) -> str:
+def described(entry: Measured) -> str:
     """What a method reaches and costs, in words."""
     share = entry.accuracy
     return (

@@ -27,8 +27,8 @@ from steadyload.studies.table5.detail_sections import (
 from steadyload.studies.table5.records import JudgedSet, Table5
 from steadyload.studies.table5.test_sections import (
     best_of,
+    significantly_different,
     simulation_pairs,
-    told_apart,
     what_the_engine_changes,
 )
 
@@ -58,7 +58,11 @@ def table5_page(found: Table5) -> Page:
         [
             _found(found),
             accuracy_and_cost(found),
-            *([told_apart(own), what_the_engine_changes(own)] if own.tests[ALL].pairs else []),
+            *(
+                [significantly_different(own), what_the_engine_changes(own)]
+                if own.tests[ALL].pairs
+                else []
+            ),
             *([noise_of_labels(found)] if found.ceiling is not None else []),
             time_a_layout(own),
             beside_the_paper(found),

@@ -68,7 +68,7 @@ Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
-class Questions:
+class Table5Options:
     """What is asked.
 
     Attributes:
@@ -172,7 +172,7 @@ class Ran:
 
 
 def judge_table5(
-    asked: Questions,
+    asked: Table5Options,
     work: Path,
     *,
     workers: int | Executor,
@@ -198,7 +198,7 @@ def judge_table5(
 
 
 def time_table5(
-    asked: Questions,
+    asked: Table5Options,
     work: Path,
     *,
     workers: int = 1,
@@ -226,13 +226,15 @@ def time_table5(
     return found[0], found[1] if len(found) > 1 else None
 
 
-def _folders(asked: Questions, work: Path) -> dict[bool, Path]:
+def _folders(asked: Table5Options, work: Path) -> dict[bool, Path]:
     """Run folders, by whether they hold planar layouts."""
     folders = {False: work / SPATIAL}
     return folders | {True: work / PLANAR} if asked.planar else folders
 
 
-def _timed(asked: Questions, planar: bool, folder: Path, workers: int, progress: Progress) -> Ran:
+def _timed(
+    asked: Table5Options, planar: bool, folder: Path, workers: int, progress: Progress
+) -> Ran:
     study = asked.study(planar=planar)
     fewer = StudyDefinition(
         name=study.name,

@@ -45,12 +45,12 @@ from steadyload.studies.table5.records import (
     Timing,
     Watch,
 )
-from steadyload.studies.table5.study import YARDSTICK, Questions, Ran
+from steadyload.studies.table5.study import YARDSTICK, Ran, Table5Options
 
 _WATCHED = 8
 
 
-def summarise(asked: Questions, spatial: Ran, planar: Ran | None) -> Table5:
+def summarise(asked: Table5Options, spatial: Ran, planar: Ran | None) -> Table5:
     """All that the page shows.
 
     Raises:
@@ -103,7 +103,7 @@ def same_order(printed: Paper, methods: Sequence[MethodEvaluation]) -> tuple[int
 
 
 def _judged_set(
-    asked: Questions, ran: Ran, benchmark: Benchmark, *, all_pairs: bool
+    asked: Table5Options, ran: Ran, benchmark: Benchmark, *, all_pairs: bool
 ) -> tuple[JudgedSet, Mapping[str, str]]:
     judged = load_judged(ran.directory)
     timed = pd.MultiIndex.from_tuples(ran.cases, names=KEYS)
@@ -193,7 +193,7 @@ def tunings(specs: Iterable[str]) -> dict[str, str]:
     }
 
 
-def _timing(asked: Questions, ran: Ran, evaluation: Evaluation, timed: pd.MultiIndex) -> Timing:
+def _timing(asked: Table5Options, ran: Ran, evaluation: Evaluation, timed: pd.MultiIndex) -> Timing:
     yardstick = evaluation.judged.keys.get(YARDSTICK) if YARDSTICK in ran.times.cpu else None
     others = [spec for spec in ran.times.cpu if yardstick is not None and spec != YARDSTICK]
     by_repeat = {spec: cpu.mean(axis=1) for spec, cpu in ran.times.cpu.items()}

@@ -15,7 +15,7 @@ def best_of(judged: JudgedSet) -> MethodEvaluation:
     return max(judged.evaluation.methods, key=lambda m: m.accuracy.value)
 
 
-def told_apart(own: JudgedSet) -> Section:
+def significantly_different(own: JudgedSet) -> Section:
     """The test, all methods against the yardstick and the best one, and all pairs."""
     tests = own.tests[ALL]
     best = best_of(own)

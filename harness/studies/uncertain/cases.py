@@ -17,7 +17,11 @@ from steadyload.methods.uncertainty import (
     judge_deviated,
     parse_uncertainty,
 )
-from steadyload.runs.outlook import Sampling, outlook, variance_by_scramblings
+from steadyload.runs.verdict_reliability import (
+    Sampling,
+    variance_by_scramblings,
+    verdict_reliability,
+)
 
 VERSION = 1
 """Of what is sampled of a case: raised when a row holds something else."""
@@ -72,7 +76,7 @@ def _rows(method: Method, unit: Unit) -> Iterator[Row]:
 
 def _row(method: Method, unit: Unit, part: int) -> Row:
     scenario, layout = unit.cases[part]
-    found = outlook(method, layout, parse_uncertainty(unit.uncertainty), unit.sampling)
+    found = verdict_reliability(method, layout, parse_uncertainty(unit.uncertainty), unit.sampling)
     stands = [safe == len(layout) for safe in found.said]
     return {
         "layout": layout.name,

@@ -45,7 +45,7 @@ class Uncertain(Study[UncertainConfig, Any]):
     ) -> Any:
         """Summary of the samples, and provenance."""
         from steadyload.runs.provenance import provenance_lines
-        from steadyload.studies.uncertain.study import Questions, run_uncertain
+        from steadyload.studies.uncertain.study import UncertainOptions, run_uncertain
         from steadyload.studies.uncertain.summary import summarise
 
         made_with = provenance_lines()  # of the code that samples
@@ -56,7 +56,9 @@ class Uncertain(Study[UncertainConfig, Any]):
             "engine_cases": config.engine_cases,
             "checked": config.checked,
         }
-        asked = Questions(**{key: value for key, value in given.items() if value is not None})
+        asked = UncertainOptions(
+            **{key: value for key, value in given.items() if value is not None}
+        )
         sampled = run_uncertain(
             asked, work, workers=workers, progress=lambda *of: progress("sampling", *of)
         )

@@ -17,11 +17,11 @@ from steadyload.layouts.benchmark import Benchmark, Part, load_benchmark
 from steadyload.layouts.model import Layout
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import parse_uncertainty
-from steadyload.runs import outlook
+from steadyload.runs import verdict_reliability
 from steadyload.runs.executors import IN_THIS_PROCESS
-from steadyload.runs.outlook import FIRST_LOOK, Sampling
 from steadyload.runs.provenance import key_of, made_by, package_versions
 from steadyload.runs.store import JSON, Progress, Store, locked
+from steadyload.runs.verdict_reliability import FIRST_LOOK, Sampling
 from steadyload.studies.uncertain import cases as uncertain_cases
 from steadyload.studies.uncertain.cases import Row, Unit, crashed_row, sample_unit
 
@@ -32,7 +32,7 @@ _SHARD = 10
 
 
 @dataclass(frozen=True, slots=True)
-class Questions:
+class UncertainOptions:
     """What is asked of which cases.
 
     Attributes:
@@ -75,7 +75,7 @@ class Sampled:
 
 
 def run_uncertain(
-    asked: Questions,
+    asked: UncertainOptions,
     directory: Path,
     *,
     workers: int = IN_THIS_PROCESS,
@@ -131,7 +131,7 @@ class _Question:
 
 class _Run:
     def __init__(
-        self, asked: Questions, benchmark: Benchmark, store: Store[Row, list[Row]]
+        self, asked: UncertainOptions, benchmark: Benchmark, store: Store[Row, list[Row]]
     ) -> None:
         self._asked, self._benchmark, self._store = asked, benchmark, store
         specs = dict.fromkeys((*asked.methods, asked.alone_method, CHECK))
@@ -210,6 +210,6 @@ def _made_by(spec: str) -> dict[str, str]:
     return {
         **made_by(make_method(spec)),
         **package_versions(("numpy", "scipy")),
-        "version of sampling": str(outlook.VERSION),
+        "version of sampling": str(verdict_reliability.VERSION),
         "version of rows": str(uncertain_cases.VERSION),
     }

@@ -23,7 +23,7 @@ from steadyload.studies.uncertain.records import (
     Uncertain,
     UncertainRow,
 )
-from steadyload.studies.uncertain.study import CHECK, Questions, Sampled
+from steadyload.studies.uncertain.study import CHECK, Sampled, UncertainOptions
 
 UNSURE = (0.05, 0.95)
 """Probabilities from the one to the other are neither stable nor unstable for sure."""
@@ -32,7 +32,7 @@ _BINS = (0.0, UNSURE[0], 0.35, 0.65, UNSURE[1], 1.0)
 """Few cases are unsure, so that bins of equal width would be all but empty."""
 
 
-def summarise(asked: Questions, sampled: Sampled) -> Uncertain:
+def summarise(asked: UncertainOptions, sampled: Sampled) -> Uncertain:
     """The records of a run, against the labels of the set that comes with the package."""
     benchmark = load_benchmark()
     labels = benchmark.cases.set_index(KEYS)[["instance", "failing_step", "item_count"]]
@@ -143,7 +143,7 @@ def _alone(what: str, cases: _Cases) -> Alone:
     return Alone(what, mean(cases.changed[judged], lists), share(cases.unsure()[judged], lists))
 
 
-def _check(asked: Questions, cases: _Cases) -> Check:
+def _check(asked: UncertainOptions, cases: _Cases) -> Check:
     table = cases.table
     rows = tuple(
         Checked(r.layout, r.scenario, float(s), r.low, r.high, r.samples, r.random)

@@ -87,7 +87,7 @@ class Sampling:
 
 
 @dataclass(frozen=True, slots=True)
-class Outlook:
+class VerdictReliability:
     """What becomes of a layout.
 
     Attributes:
@@ -151,14 +151,14 @@ class Outlook:
         return float(np.mean(scores)) if scores else None
 
 
-def outlook(
+def verdict_reliability(
     method: Method,
     layout: Layout,
     uncertainty: Uncertainty,
     sampling: Sampling | None = None,
     *,
     timeout: float | None = None,
-) -> Outlook:
+) -> VerdictReliability:
     """Sample until the probability that the whole load stands is known well enough.
 
     Args:
@@ -185,7 +185,7 @@ def outlook(
             break
     cpu, wall = (clock() - begun for clock, begun in zip(clocks, start, strict=True))
     statuses = Counter(str(v.status) for v in verdicts if v.status is not Status.DONE)
-    return Outlook(
+    return VerdictReliability(
         item_count=len(layout),
         nominal=nominal,
         said=tuple(map(_safe, verdicts)),

@@ -18,14 +18,14 @@ from steadyload.methods.uncertainty import (
     judge_deviated,
     parse_uncertainty,
 )
-from steadyload.runs.outlook import (
+from steadyload.runs.verdict_reliability import (
     REPLICATES,
     Ending,
-    Outlook,
     Sampling,
-    outlook,
+    VerdictReliability,
     standing_interval,
     variance_by_scramblings,
+    verdict_reliability,
 )
 
 BALANCE = make_method("equilibrium")
@@ -61,7 +61,9 @@ def test_fifty_probabilities_lie_in_their_intervals():
     for _ in range(50):
         overhangs = random.uniform(3.8, 5.4, 2)
         truth = math.prod(stands_by_centres(each, 0.5) for each in overhangs)
-        found = outlook(BALANCE, towers(*overhangs), Uncertainty(com=0.5), Sampling(0.07))
+        found = verdict_reliability(
+            BALANCE, towers(*overhangs), Uncertainty(com=0.5), Sampling(0.07)
+        )
         inside += found.low <= truth <= found.high
         narrow += found.high - found.low <= 0.14
         assert found.stands == pytest.approx(truth, abs=0.08)
@@ -73,7 +75,7 @@ def test_random_samples_agree_with_the_interval():
     benchmark, spread = load_benchmark(), parse_uncertainty("com=5mm,position=3mm")
     for name, scenario in UNSURE:
         layout = benchmark.layout(name, scenario)
-        found = outlook(BALANCE, layout, spread)
+        found = verdict_reliability(BALANCE, layout, spread)
         assert 0.05 < found.stands < 0.95
         uniforms = np.random.default_rng(5).random((500, dimensions(len(layout))))
         verdicts = judge_deviated(BALANCE, layout, spread, uniforms)
@@ -85,7 +87,9 @@ def test_random_samples_agree_with_the_interval():
 def test_every_failing_step_has_its_probability():
     overhangs = 4.8, 4.6, 4.7
     each = [stands_by_centres(overhang, 0.5) for overhang in overhangs]
-    found = outlook(BALANCE, towers(*overhangs), Uncertainty(com=0.5), Sampling(half_width=0.02))
+    found = verdict_reliability(
+        BALANCE, towers(*overhangs), Uncertainty(com=0.5), Sampling(half_width=0.02)
+    )
     expected = {
         1: 1 - each[0],
         3: each[0] * (1 - each[1]),
@@ -101,7 +105,9 @@ def test_every_failing_step_has_its_probability():
 
 def test_places_of_two_cubes_deviate_apart():
     # Both are put down 0.3 cm off, independently: the overhang is so by sqrt(2) times that.
-    found = outlook(BALANCE, towers(4.7), Uncertainty(position=0.3), Sampling(half_width=0.03))
+    found = verdict_reliability(
+        BALANCE, towers(4.7), Uncertainty(position=0.3), Sampling(half_width=0.03)
+    )
     assert found.low <= norm.cdf(0.3 / (0.3 * math.sqrt(2.0))) <= found.high
 
 
@@ -118,11 +124,13 @@ def test_friction_deviates_where_a_method_has_some():
         ),
     )
     method = make_method("equilibrium:sides=friction,friction=0.55")
-    found = outlook(method, clamped, Uncertainty(friction=0.1), Sampling(half_width=0.04))
+    found = verdict_reliability(
+        method, clamped, Uncertainty(friction=0.1), Sampling(half_width=0.04)
+    )
     assert found.nominal.stable
     assert found.low <= norm.cdf(0.5) <= found.high
     assert found.without_effect == ()
-    rule = outlook(make_method("sme"), clamped, Uncertainty(friction=0.1))
+    rule = verdict_reliability(make_method("sme"), clamped, Uncertainty(friction=0.1))
     assert rule.without_effect == ("friction",)
     assert rule.shares == {2: 1.0}
 
@@ -168,7 +176,7 @@ def test_even_samples_narrow_the_interval():
 
 def test_scramblings_lie_closer_together_than_random_samples():
     # One number decides, and each scrambling has one of its 16 points in every sixteenth of it.
-    found = outlook(
+    found = verdict_reliability(
         BALANCE, towers(4.8), Uncertainty(com=0.5), Sampling(half_width=0.001, most=256)
     )
     stands = np.array(found.said) == 2
@@ -182,7 +190,7 @@ def test_a_sample_is_the_same_for_every_method_layout_and_length():
     near, far = towers(4.8), towers(4.8, 0.0)
     spread = Uncertainty(com=0.5, position=0.3)
     said = [
-        outlook(method, layout, spread, Sampling(half_width=0.001, most=most)).said
+        verdict_reliability(method, layout, spread, Sampling(half_width=0.001, most=most)).said
         for method, layout, most in (
             (BALANCE, near, 64), (BALANCE, near, 128), (make_method("sme"), near, 64),
             (BALANCE, far, 64),
@@ -193,26 +201,26 @@ def test_a_sample_is_the_same_for_every_method_layout_and_length():
     assert (falls[1][:64] == falls[0]).all()
     assert (falls[2] == falls[0]).all()
     assert (falls[3] == falls[0]).all()
-    other = outlook(BALANCE, near, spread, Sampling(seed=1)).said
+    other = verdict_reliability(BALANCE, near, spread, Sampling(seed=1)).said
     assert other[:64] != said[0]
 
 
 def test_sampling_ends_when_enough_is_known():
-    sure = outlook(BALANCE, towers(0.0), Uncertainty(com=0.5))
+    sure = verdict_reliability(BALANCE, towers(0.0), Uncertainty(com=0.5))
     assert (sure.samples, sure.ending, sure.stands) == (64, Ending.NARROW, 1.0)
     evenly = towers(5.0), Uncertainty(com=0.5)
-    unsure = outlook(BALANCE, *evenly)
+    unsure = verdict_reliability(BALANCE, *evenly)
     assert (unsure.ending, unsure.samples > 64) == (Ending.NARROW, True)
-    decided = outlook(BALANCE, *evenly, Sampling(decide=0.9))
+    decided = verdict_reliability(BALANCE, *evenly, Sampling(decide=0.9))
     assert (decided.ending, decided.samples) == (Ending.DECIDED, 64)
-    spent = outlook(BALANCE, *evenly, Sampling(half_width=0.01, most=200))
+    spent = verdict_reliability(BALANCE, *evenly, Sampling(half_width=0.01, most=200))
     assert (spent.ending, spent.samples) == (Ending.SPENT, 128)
     assert spent.high - spent.low > 0.02
 
 
 def test_samples_without_a_verdict_count_for_neither_side():
     method = make_method("label@mujoco")
-    none = outlook(method, towers(0.0), Uncertainty(com=0.5), timeout=1e-9)
+    none = verdict_reliability(method, towers(0.0), Uncertainty(com=0.5), timeout=1e-9)
     assert none.nominal.status is Status.TIMEOUT
     assert (none.without_verdict, none.ending) == ({"timeout": 64}, Ending.NO_VERDICT)
     assert (none.stands, none.expected_score, none.low, none.high) == (None, None, 0.0, 1.0)
@@ -224,20 +232,20 @@ def test_samples_without_a_verdict_count_for_neither_side():
 
 
 def test_a_plan_that_is_refused_is_not_sampled():
-    found = outlook(make_method("ps3@chipmunk"), towers(1.0, 1.0), Uncertainty(com=0.5))
+    found = verdict_reliability(make_method("ps3@chipmunk"), towers(1.0, 1.0), Uncertainty(com=0.5))
     assert found.nominal.status is Status.DONE  # planar: all are as deep, one behind the other
     odd = Layout("odd", Pallet(50.0, 50.0, 50.0), (
         Item(0, (0.0, 0.0, 0.0), (10.0, 10.0, 10.0), 1.0),
         Item(1, (20.0, 0.0, 5.0), (10.0, 10.0, 8.0), 1.0),
     ))  # fmt: skip
-    refused = outlook(make_method("ps3@chipmunk"), odd, Uncertainty(com=0.5))
+    refused = verdict_reliability(make_method("ps3@chipmunk"), odd, Uncertainty(com=0.5))
     assert (refused.samples, refused.ending) == (0, Ending.REFUSED)
     assert "planar" in refused.nominal.reason
 
 
 def test_a_planar_layout_deviates_in_its_plane_where_the_engine_has_no_other():
     spread = Uncertainty(com=0.5, position=0.3)
-    found = outlook(make_method("ps3@chipmunk"), towers(4.5), spread, Sampling(most=64))
+    found = verdict_reliability(make_method("ps3@chipmunk"), towers(4.5), spread, Sampling(most=64))
     assert (found.without_verdict, found.samples) == ({}, 64)
     assert 0.0 < found.stands < 1.0
 
@@ -246,12 +254,12 @@ def test_batches_say_what_single_judgements_say():
     method = make_method("lstm_1:outside=accept")
     layout = random_layouts(9, seed=2)[8]
     spread = Uncertainty(com=1.0, position=0.5)
-    found = outlook(method, layout, spread, Sampling(most=64))
+    found = verdict_reliability(method, layout, spread, Sampling(most=64))
     uniforms = np.random.default_rng(0).random((40, dimensions(len(layout))))
     batched = judge_deviated(method, layout, spread, uniforms)
     single = [judge_deviated(method, layout, spread, row[None])[0] for row in uniforms]
     assert [v.failing_step for v in batched] == [v.failing_step for v in single]
-    assert isinstance(found, Outlook)
+    assert isinstance(found, VerdictReliability)
 
 
 @pytest.mark.parametrize(
