@@ -1,4 +1,4 @@
-"""How often verdicts are right: failing steps against labels, case by case and as shares."""
+"""Accuracy of verdicts: failing steps compared with labels, case by case and as shares."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BoolArray = NDArray[np.bool_]
 
 
 def verdicts_against_labels(said: pd.Series, labels: pd.DataFrame) -> pd.DataFrame:
-    """How one method's verdicts compare with the labels, case by case.
+    """Comparison of one method's verdicts with the labels, case by case.
 
     Args:
         said: items placed safely, all of them for a stable layout, missing without a verdict; as a

@@ -1,4 +1,4 @@
-"""What judging cost by method and case, and where these times come from."""
+"""Cost of judging by method and case, and the source of these times."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.runs.timing import Times
 
 BUSY = 1.5
-"""Beyond this load a machine had more to do than to take times: one process is ours."""
+"""Load above which other processes disturbed the timing; one process is the measured one."""
 
 CPU, WALL = "cpu_total", "wall_total"
 PHASES = ("cpu_build", "cpu_step", "cpu_read")
 
 
 class CostKind(StrEnum):
-    """How times were taken."""
+    """The way in which times were taken."""
 
     TIMED = "timed"
     IN_TURNS = "in turns"
@@ -42,7 +42,7 @@ _EXPLAINED: Mapping[CostKind, str] = {
 
 @dataclass(frozen=True, slots=True)
 class CostSource:
-    """Where the costs of an evaluation come from.
+    """Source of the costs of an evaluation.
 
     ``cases``: how many were timed, None for all. ``load``: the most processes that wanted to run
     while times were taken, one of them ours; None where it is not known.
@@ -53,13 +53,13 @@ class CostSource:
     load: float | None = None
 
     def explained(self) -> str:
-        """The sentence that stands beside costs on every page."""
+        """The sentence that explains costs on every page."""
         cases = "" if self.cases is None else f", on {self.cases} of the cases"
         return _EXPLAINED[self.kind].format(cases=cases) + load_explained(self.load)
 
 
 def load_explained(load: float | None) -> str:
-    """How busy the machine was, as the end of a paragraph; empty where it is not known."""
+    """Sentence on the load of the machine, to end a paragraph; empty where it is not known."""
     if load is None:
         return ""
     told = f" While times were taken, {load:.1f} processes wanted to run, one of them ours."

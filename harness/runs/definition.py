@@ -1,4 +1,4 @@
-"""A study's definition: one TOML file, validated at the edge."""
+"""A study's definition: one TOML file, validated when it is read."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class StudyError(UserError):
 
 @dataclass(frozen=True, slots=True)
 class StudyDefinition:
-    """What a study compares.
+    """The methods and cases that a study compares.
 
     Attributes:
         name: for people.
@@ -60,7 +60,7 @@ class StudyDefinition:
 
     Raises:
         SpecError: no such method, engine or parameter.
-        StudyError: no such part, or something that cannot stand beside a labelled set.
+        StudyError: no such part, or an option that cannot be combined with a labelled set.
     """
 
     name: str
@@ -107,7 +107,7 @@ class StudyDefinition:
         Those of a labelled set come from :func:`steadyload.runs.labels.labelled_material`.
 
         Raises:
-            LayoutError: a file is invalid, or a name stands in two files.
+            LayoutError: a file is invalid, or two files hold a layout of the same name.
             StudyError: two layouts have the same name, or a file cannot be read.
         """
         names: set[str] = set()

@@ -1,4 +1,4 @@
-"""Which cases a study or a score asks of an engine beyond what that was measured to hold."""
+"""Cases of a study or a score that lie beyond the envelope of an engine."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class EnvelopeCount:
 
     @property
     def use(self) -> EnvelopeUse:
-        """What a manifest says of envelopes."""
+        """The entry of a manifest on envelopes."""
         return {
             spec: {"measured": False} if held is None else self._use(spec)
             for spec, held in self._held.items()
@@ -65,7 +65,7 @@ class EnvelopeCount:
 
 
 def study_warnings(use: EnvelopeUse) -> list[str]:
-    """A sentence for each method that is asked beyond its envelope."""
+    """A warning for each method that judges cases beyond the envelope of its engine."""
     return [
         _warning(spec, entry["cases"], entry["of"], first["example"], first["sentence"])
         for spec, entry in use.items()
@@ -74,7 +74,7 @@ def study_warnings(use: EnvelopeUse) -> list[str]:
 
 
 def score_warnings(records: Iterable[Mapping[str, Any]]) -> list[str]:
-    """The same of the records that :func:`steadyload.runs.scoring.score_layouts` returns."""
+    """The same warnings for the records of :func:`steadyload.runs.scoring.score_layouts`."""
     by_method: dict[str, list[Mapping[str, Any]]] = {}
     for record in records:
         by_method.setdefault(record["method"], []).append(record)

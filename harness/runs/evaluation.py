@@ -1,6 +1,6 @@
-"""The one table of methods: how good each is, at what cost, on the cases of a run.
+"""The one table of methods: accuracy and cost of each on the cases of a run.
 
-Every page that says how accurate or how dear a method is reads this table. Numbers of items placed
+Every page that shows the accuracy or cost of a method reads this table. Numbers of items placed
 safely are compared with labels, which are the failing step, and all items for a stable layout. All
 intervals are clustered by item list where lists are known, else by layout.
 """
@@ -41,7 +41,7 @@ class PhaseTimes:
 
 @dataclass(frozen=True, slots=True)
 class MethodEvaluation:
-    """One method on a group of cases. Estimates that no case speaks of have n = 0.
+    """Results of one method on a group of cases. Estimates without any case have n = 0.
 
     Attributes:
         method: its name and spec.
@@ -93,8 +93,9 @@ class MethodEvaluation:
 class LabelledPart:
     """The labels of the cases.
 
-    ``stable``, ``robust``, ``fragile``: cases whose label is so; what is neither robust nor fragile
-    was not asked. ``natural_stable``: share of stable layouts by scenario in the whole set.
+    ``stable``, ``robust``, ``fragile``: cases whose label is so; labels that are neither robust nor
+    fragile have no ensemble. ``natural_stable``: share of stable layouts by scenario in the whole
+    set.
     """
 
     part: str
@@ -129,7 +130,7 @@ class Evaluation:
 
     @property
     def cost_source(self) -> CostSource:
-        """Where CPU and wall times come from."""
+        """Source of CPU and wall times."""
         return self.costs.source
 
     @property
@@ -232,7 +233,7 @@ def _natural_stable(judged: JudgedCases) -> dict[str, float]:
 
 
 def in_group(judged: JudgedCases, group: str) -> BoolArray:
-    """Which cases are of a group, in the order of the verdicts."""
+    """Mask of the cases of a group, in the order of the verdicts, shape (cases,)."""
     scenarios = judged.said.index.get_level_values("scenario")
     return np.ones(len(scenarios), bool) if group == ALL else np.asarray(scenarios == group)
 
@@ -252,7 +253,7 @@ def _rows(judged: JudgedCases, costs: Costs, group: str) -> tuple[MethodEvaluati
 
 
 def _accuracies(judged: JudgedCases, here: BoolArray) -> dict[str, dict[str, Any]]:
-    """By spec, what the labels say of a method; empty without labels."""
+    """Accuracies of every method by spec, as fields of a row; empty without labels."""
     if judged.labels is None:
         return {}
     labels, natural = judged.labels[here], _natural_stable(judged)
@@ -315,7 +316,7 @@ def _costs(judged: JudgedCases, costs: Costs, spec: str, group: str) -> dict[str
 
 
 def names_the_label(judged: JudgedCases, spec: str) -> BoolArray:
-    """Whether a method names the label's failing step, case by case."""
+    """Mask of the cases on which a method's failing step is the label's, shape (cases,)."""
     assert judged.labels is not None, "the run is on a labelled set"
     verdicts = verdicts_against_labels(judged.said[spec], judged.labels)
     found: BoolArray = verdicts["right"].to_numpy(bool)

@@ -1,4 +1,4 @@
-"""Where units of work run: in this process, in a worker pool, or on a cluster. Equal answers."""
+"""Executors of units of work: this process, a worker pool, or a cluster, with equal results."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ from steadyload.runs.pool import (
 )
 
 IN_THIS_PROCESS = 0
-"""Number of workers that means none: for debugging, and where starting processes takes too long.
-What kills a worker then kills the caller."""
+"""Number of workers for work in the calling process: for debugging, and where starting processes
+takes too long. A crash of an engine then ends the caller."""
 
 POLL_SECONDS = 1.0
-"""Seconds after which an executor is asked again how many units it takes: clusters grow."""
+"""Interval [s] at which the number of units that an executor takes is read: clusters grow."""
 
 
 class ExecutorError(UserError):
-    """An executor that there is not, or that cannot work; says what is allowed."""
+    """An unknown executor, or one that cannot work; the message says what is allowed."""
 
 
 class SinglePart:
-    """Base of units with one part: there is never anything to leave out."""
+    """Base of units of work with one part, which is never left out."""
 
     __slots__ = ()
 
@@ -49,18 +49,18 @@ class SinglePart:
 
 
 class Executor(Protocol):
-    """Works on tasks; of the shape of :class:`concurrent.futures.Executor`.
+    """Protocol of executors, with the interface of :class:`concurrent.futures.Executor`.
 
-    It is used in a ``with`` block, whose end ends what is still in flight.
+    It is used in a ``with`` block; leaving the block ends the tasks that are still running.
     """
 
     @property
     def room(self) -> int:
-        """Tasks that it takes at a time, 1 or more."""
+        """Number of tasks that it takes at a time, 1 or more."""
         ...
 
     def submit(self, task: Task[Unit, Answer]) -> Future[list[Answer]]:
-        """The answers to a unit's parts, once they are there.
+        """Future of the results of a unit's parts.
 
         The future's exceptions are those of :meth:`steadyload.runs.pool.Processes.answers`.
         """
@@ -72,12 +72,12 @@ class Executor(Protocol):
 
 
 class Serial:
-    """Works in this process; the reference for all others. It cannot enforce a hard limit."""
+    """Executor in this process; the reference for all others. It cannot enforce a hard limit."""
 
     room = 1
 
     def submit(self, task: Task[Unit, Answer]) -> Future[list[Answer]]:
-        """See :meth:`Executor.submit`; what the work raises is raised here."""
+        """See :meth:`Executor.submit`; exceptions of the work are raised here."""
         future: Future[list[Answer]] = Future()
         future.set_result(list(task.work(task.unit)))
         return future
@@ -91,7 +91,7 @@ class Serial:
 
 @dataclass(frozen=True, slots=True)
 class ExecutorEntry:
-    """Where an executor lives ("module:Class"), and what options it has.
+    """Import path of an executor ("module:Class") and its options.
 
     ``extra`` names the optional dependencies of this distribution that it needs.
     """
@@ -147,24 +147,23 @@ def run_units(
     crashed: NoAnswer[Unit, Answer],
     limit: PartLimit[Unit, Answer] | None = None,
 ) -> Iterator[tuple[Unit, list[Answer]]]:
-    """Every unit with the answers to its parts, in the order in which units are finished.
+    """Every unit with the results of its parts, in the order in which units are finished.
 
     Args:
-        work: prepares for a unit, then answers its parts in turn. Unless it works here, it is a
+        work: prepares for a unit, then yields a result for each part. Unless it works here, it is a
             module-level function, and it, units and answers are pickled.
-        units: what to work on; asked for as there is room, so that neither units nor answers pile
-            up.
+        units: the units of work; taken from the iterable as there is room, so that neither units
+            nor results pile up.
         workers: number of processes beside this one, 0 (:data:`IN_THIS_PROCESS`) to work here; or
             an executor, which is left as it is.
-        crashed: the answer to a part that ends the process it is worked on in; the reason names the
-            signal.
+        crashed: makes the result of a part that ends its process; the reason names the signal.
         limit: hard limit on the time of a part; not enforced in this process.
 
     Raises:
         ValueError: fewer than 0 workers.
-        WorkerDiedError: a worker could not start, or died time and again from outside or before it
-            came to a part. In the latter case all other units have been worked on.
-        UnpicklableError: the work, a unit or an answer cannot be sent between processes.
+        WorkerDiedError: a worker could not start, or was killed repeatedly from outside or before
+            it began a part. In the latter case all other units have been worked on.
+        UnpicklableError: the work, a unit or a result cannot be sent between processes.
     """
     tasks = (Task(work, unit, crashed, limit) for unit in units)
     with nullcontext(workers) if not isinstance(workers, int) else _local(workers) as executor:

@@ -23,7 +23,7 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class JudgedCases:
-    """The cases of a run that every method has judged: methods are compared on equal terms.
+    """The cases of a run that every method has judged, so that all have the same cases.
 
     Attributes:
         manifest: of the run folder.
@@ -33,7 +33,7 @@ class JudgedCases:
         said: cases x specs, as :func:`steadyload.statistics.metrics.outcomes` gives it.
         labels: of the same cases in the same order, :data:`steadyload.runs.labels.LABELS`; None
             without labels.
-        clusters: by case, what intervals stand on: the item list where it is known, else the
+        clusters: by case, the cluster for intervals: the item list where it is known, else the
             layout.
     """
 
@@ -54,7 +54,7 @@ class JudgedCases:
 
 
 def load_judged(directory: str | Path) -> JudgedCases:
-    """What a run folder holds of its cases.
+    """The cases and verdicts that a run folder holds.
 
     Raises:
         ResultsError: not a run folder, or no case in it has been judged by all methods yet.
@@ -69,7 +69,7 @@ def load_judged(directory: str | Path) -> JudgedCases:
     first = results.drop_duplicates("method").set_index("method")
     said = outcomes(results)[order]
     labels = _labels(directory, said) if "labels" in manifest else None
-    # Layouts packed from one item list are alike: where lists are known, intervals stand on them.
+    # Layouts packed from one item list are alike: where lists are known, they are the clusters.
     layouts = said.index.get_level_values("layout")
     clusters = pd.Series(layouts if labels is None else labels["instance"].to_numpy(), said.index)
     keys = {m: _key(m, first.loc[m]) for m in order}

@@ -1,4 +1,4 @@
-"""What a study judges, and the labels that go with it when it runs on a labelled set.
+"""The layouts and cases of a study, with their labels when it runs on a labelled set.
 
 A run folder with labels holds ``labels.parquet`` beside ``layouts.json``: a page needs nothing of
 the labelled set itself.
@@ -38,7 +38,7 @@ LABELS = pa.schema(
 )
 """A row a case. ``instance``: the item list that the layout was packed from. ``failing_step``: the
 label, counted from 0, null for a stable layout. ``confidence``, ``robust``: see
-:func:`steadyload.layouts.benchmark.confidence.confidence`; null where no further judge was asked.
+:func:`steadyload.layouts.benchmark.confidence.confidence`; null where there is no ensemble.
 ``offsets``: centre of mass minus geometric centre [cm], x, y, z of item 0, then of item 1, ...;
 null when all are zero."""
 
@@ -51,13 +51,13 @@ Case = tuple[str, Layout]
 
 @dataclass(frozen=True)
 class Material:
-    """What a study judges. Layouts and cases come in turn, so that there may be any number.
+    """The layouts and cases of a study. Both are iterated, so that there may be any number.
 
     Attributes:
-        layouts: as the run folder keeps them, without scenarios; to be gone through once.
-        cases: all cases, from the file that the layouts were written to; each call begins anew.
+        layouts: as the run folder keeps them, without scenarios; can be iterated once.
+        cases: all cases, from the file that the layouts were written to; each call starts anew.
         labels: a row a case, :data:`LABELS`; None without labels.
-        about: what a manifest says of the labels; None without labels.
+        about: the manifest's entry on the labels; None without labels.
     """
 
     layouts: Iterable[Layout]
@@ -67,17 +67,17 @@ class Material:
 
 
 def own_material(study: StudyDefinition) -> Material:
-    """What a study without labels judges.
+    """The material of a study without labels.
 
     Raises:
-        LayoutError, StudyError: when its layouts are asked for, see
+        LayoutError, StudyError: when its layouts are read, see
             :meth:`StudyDefinition.layouts`.
     """
     return Material(study.layouts(), lambda kept: study.cases(read_written(kept)))
 
 
 def labelled_material(study: StudyDefinition) -> Material:
-    """What a study on a part of a labelled set judges, and the labels.
+    """The material of a study on a part of a labelled set, with the labels.
 
     Raises:
         BenchmarkError: not a labelled set, a damaged one, or it holds no such case.

@@ -1,15 +1,15 @@
-"""A pool of worker processes, and what becomes of a part whose worker dies.
+"""A pool of worker processes that recovers when a worker dies.
 
-A unit has parts, and every part has one answer. A worker sends each answer as soon as it has it, so
-that a worker that dies costs the part in flight, and a fresh worker goes on with the unit. What
-becomes of that part depends on how the process ended:
+A unit has parts, and every part has one result. A worker sends each result as soon as it is known,
+so that the death of a worker costs only the current part, and a fresh worker continues the unit.
+The treatment of that part depends on how the process ended:
 
 * By itself: an engine aborted, made an invalid access, or called ``exit``. The part is tried once
   more, as the first in a fresh process, and counts as crashed when that ends by itself, too. A
-  single crash proves nothing: it may be the late effect of a part before it, or a signal that
+  single crash proves nothing: it may be the late effect of an earlier part, or a signal that
   somebody sent.
-* It was killed from outside, by somebody or for want of memory. That says nothing of the part,
-  which is tried again. After a few retries its unit is given up, and the others go on.
+* It was killed from outside, by a user or for lack of memory. That is no property of the part,
+  which is tried again. After a few retries its unit is given up, and the others continue.
 * The pool killed it because the part took longer than its hard limit: the part has timed out.
 """
 
@@ -26,16 +26,16 @@ from steadyload.errors import FailedError
 from steadyload.runs.worker import Event, Exit, RemoteTracebackError, State, Worker
 
 UNITS_PER_WORKER = 2
-"""Units an executor takes for each worker: one that is worked on, one that waits."""
+"""Units that an executor takes for each worker: one in work, one waiting."""
 
 _CRASHES = 2
-"""Processes in a row that must end by themselves on a part for it to count as crashed."""
+"""Number of consecutive processes that must end by themselves on a part that counts as crashed."""
 
 _RETRIES = 3
-"""How often a part is tried again after its worker was killed from outside."""
+"""Number of retries of a part whose worker was killed from outside."""
 
 _FAILED_STARTS = 10
-"""How many processes in a row may be killed before they have started: no unit is the cause."""
+"""Number of consecutive processes that may be killed before they have started."""
 
 
 class WorkUnit(Protocol):
@@ -46,50 +46,50 @@ class WorkUnit(Protocol):
         ...
 
     def without(self, done: int) -> Self:
-        """What is left when the first ``done`` parts are done."""
+        """The unit of the parts after the first ``done`` ones."""
         ...
 
     def describe(self, part: int) -> str:
-        """A part for people, such as ``sme on layout "A"``."""
+        """Description of a part for messages, such as ``sme on layout "A"``."""
         ...
 
 
 Unit = TypeVar("Unit", bound=WorkUnit)
 Answer = TypeVar("Answer")
 Work = Callable[[Unit], Iterator[Answer]]
-"""Prepares for a unit, then answers its parts in turn."""
+"""Prepares for a unit, then yields a result for each of its parts."""
 NoAnswer = Callable[[Unit, int, str], Answer]
-"""The answer to a part that the work cannot answer itself; is given the unit, the part counted from
-0, and the reason."""
+"""Result of a part for which the work gives none; called with the unit, the part counted from 0,
+and the reason."""
 
 
 class WorkerDiedError(FailedError):
-    """Workers died where nothing can be said of the work; what was finished before is kept."""
+    """Workers died for a reason outside the work; finished results are kept."""
 
 
 class GivenUpError(WorkerDiedError):
-    """A unit is left out; the others can be worked on."""
+    """A unit was given up; the others can be worked on."""
 
 
 class _PoolClosedError(RuntimeError):
-    """The pool was closed during a task: nobody waits for the answers any more."""
+    """The pool was closed during a task, whose results are no longer needed."""
 
 
 def all_cores() -> int:
-    """How many workers fill this machine."""
+    """Number of workers that fill this machine."""
     return os.cpu_count() or 1
 
 
 @dataclass(frozen=True, slots=True)
 class PartLimit(Generic[Unit, Answer]):
-    """Hard limit on the time of a part: its worker is killed, whatever native call it is in.
+    """Hard limit on the time of a part: its worker is killed, even during a native call.
 
-    The time of a part begins with the answer to the part before it; that of the first one, when the
+    The time of a part begins with the result of the part before it; that of the first one, when the
     work has prepared for the unit.
 
     Args:
         seconds: wall time that a part may take.
-        timed_out: the answer to a part that takes longer.
+        timed_out: makes the result of a part that takes longer.
     """
 
     seconds: float
@@ -98,7 +98,7 @@ class PartLimit(Generic[Unit, Answer]):
 
 @dataclass(frozen=True, slots=True)
 class Task(Generic[Unit, Answer]):
-    """A unit and what is to be done with it; see :func:`steadyload.runs.executors.run_units`."""
+    """A unit with the work to be done on it; see :func:`steadyload.runs.executors.run_units`."""
 
     work: Work[Unit, Answer]
     unit: Unit
@@ -107,7 +107,7 @@ class Task(Generic[Unit, Answer]):
 
 
 class _Progress(Generic[Unit, Answer]):
-    """The answers to a task so far, and the workers that died on the part in flight."""
+    """The results of a task so far, and the workers that died on the current part."""
 
     def __init__(self, task: Task[Unit, Answer]) -> None:
         self._task = task
@@ -116,30 +116,30 @@ class _Progress(Generic[Unit, Answer]):
 
     @property
     def is_complete(self) -> bool:
-        """Every part has its answer."""
+        """Whether every part has its result."""
         return len(self.answers) == len(self._task.unit)
 
     def remaining(self) -> Unit:
-        """The parts without an answer."""
+        """The unit of the parts without a result."""
         return self._task.unit.without(len(self.answers))
 
     def add(self, answer: Answer) -> None:
-        """Record the answer to the part in flight."""
+        """Record the result of the current part."""
         assert not self.is_complete, f"more than the {len(self._task.unit)} answers asked for"
         self.answers.append(answer)
         self._crashes = self._kills = 0
 
     def add_timed_out(self, limit: PartLimit[Unit, Answer]) -> None:
-        """Record that the part in flight took longer than it may."""
+        """Record that the current part exceeded its time limit."""
         if not self.is_complete:
             reason = f"no answer within {limit.seconds:g} s; its process was killed"
             self.add(limit.timed_out(self._task.unit, len(self.answers), reason))
 
     def add_death(self, state: State, how: Exit) -> None:
-        """Record that a worker has died in a state: to be tried again, crashed, or given up.
+        """Record that a worker died in a state: the part is tried again, crashed, or given up.
 
         Raises:
-            GivenUpError: it was killed from outside once too often.
+            GivenUpError: it was killed from outside too often.
             WorkerDiedError: it could not start.
         """
         if state is State.STARTING:
@@ -169,10 +169,10 @@ class _Progress(Generic[Unit, Answer]):
 
 
 class Processes:
-    """Pool of worker processes beside this one, which stay for as long as the work is the same.
+    """Pool of worker processes, which are kept as long as the work is the same.
 
     Args:
-        workers: how many, 1 or more; None for one a core. They are started as they are needed.
+        workers: number of processes, 1 or more; None for one a core. They are started as needed.
     """
 
     def __init__(self, workers: int | None = None) -> None:
@@ -193,12 +193,12 @@ class Processes:
         return self._threads.submit(self.answers, task)
 
     def answers(self, task: Task[Unit, Answer]) -> list[Answer]:
-        """The answers to a unit's parts, by the worker of this thread and those that replace it.
+        """The results of a unit's parts, by the worker of this thread and its replacements.
 
         Raises:
-            GivenUpError: workers were killed from outside time and again.
+            GivenUpError: workers were repeatedly killed from outside.
             WorkerDiedError: a worker could not start.
-            UnpicklableError: the work, the unit or an answer cannot be sent between processes.
+            UnpicklableError: the work, the unit or a result cannot be sent between processes.
             Exception: what the work raised.
         """
         progress, thread = _Progress(task), threading.get_ident()

@@ -1,9 +1,9 @@
-"""What a run was made with: what makes its rows stale, and what is told of it on pages.
+"""Provenance of a run: the versions on which its rows depend, and further facts for pages.
 
-Rows are kept by a key of all that they hang on (:func:`key_of`). Code takes part in it by versions
-of parts that are raised by hand (:func:`made_by`), never by its text: what is moved, renamed or
-made faster stays valid. Source revision, Python and machine (:func:`provenance`) are told and
-nothing more.
+Rows are stored under a key of everything that they depend on (:func:`key_of`). Code enters it by
+versions of parts that are raised by hand (:func:`made_by`), never by its text: moving, renaming or
+speeding up code keeps rows valid. Source revision, Python and machine (:func:`provenance`) are
+reported and do not enter keys.
 """
 
 from __future__ import annotations
@@ -30,21 +30,21 @@ _ENTRY_POINTS = ("steadyload.methods", "steadyload.engines")
 
 
 def key_of(parts: Mapping[str, Any] | Sequence[Any]) -> str:
-    """Key of all that some rows hang on: a hash of canonical JSON, 20 hexadecimal digits.
+    """Key of everything that rows depend on: a hash of canonical JSON, 20 hexadecimal digits.
 
     Args:
-        parts: what JSON can hold; in which order a mapping names things does not matter.
+        parts: values that JSON can hold; the order of the keys of a mapping does not matter.
     """
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()[:20]
 
 
 def made_by(method: Method) -> dict[str, str]:
-    """What a method's verdicts come from, besides what it is asked, by name.
+    """Everything besides its input on which a method's verdicts depend, by name.
 
-    These are its parameters in full (a preset that is tuned anew keeps its spec), versions of its
+    These are its full parameters (a preset that is tuned anew keeps its spec), versions of its
     parts and of the packages that they declare, digests of weights and thresholds, and, where a
-    class is from another distribution, that one's version and a hash of its source.
+    class is from another distribution, the version of that and a hash of the source of the class.
     """
     made = {"parameters": key_of(as_plain(method.parameters))}
     made |= {f"version of {part}": str(number) for part, number in method.parts().items()}
@@ -57,7 +57,7 @@ def made_by(method: Method) -> dict[str, str]:
 
 
 def made_on(engine: str) -> dict[str, str]:
-    """What comes of an engine without a method: its version, that of all adapters, and packages."""
+    """Versions on which results of an engine alone depend: its own, all adapters', packages'."""
     world = world_class(engine)
     parts = {"world": WORLD, "engine": world.capabilities.version}
     made = {f"version of {part}": str(number) for part, number in parts.items()}
@@ -65,9 +65,9 @@ def made_on(engine: str) -> dict[str, str]:
 
 
 def raised(version: int) -> dict[str, int]:
-    """The version of a computation as a part of what names it, once it was raised.
+    """The version of a computation as an entry of a key, once it was raised above 1.
 
-    The first one goes unsaid where folders have been named without: they stay valid.
+    Version 1 has no entry, so that keys made before versions were introduced stay valid.
     """
     return {} if version == 1 else {"version": version}
 
@@ -78,7 +78,7 @@ def package_versions(names: Iterable[str]) -> dict[str, str]:
 
 
 def _from_outside(cls: type) -> dict[str, str]:
-    """What stands for the code of a class that has no versions of parts."""
+    """Entries of a key that identify the code of a class without versions of parts."""
     if cls.__module__.partition(".")[0] == OWN:
         return {}
     source = Path(inspect.getsourcefile(cls) or "")
@@ -109,7 +109,7 @@ def provenance_lines(made: Mapping[str, Any] | None = None) -> dict[str, str]:
     """A provenance as a page shows it.
 
     Args:
-        made: the manifest of a run folder; None for what would be computed now.
+        made: the manifest of a run folder; None for a run with the present code and machine.
     """
     made = provenance() if made is None else made
     return {

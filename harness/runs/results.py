@@ -125,8 +125,8 @@ def load_results(directory: str | Path, columns: Sequence[str] | None = None) ->
 
     Args:
         directory: the run folder.
-        columns: those wanted, in this order; None for all. Where rows are many, leave out what is
-            not needed: ``ignored`` and ``emulated`` take as much memory as all other columns.
+        columns: those to read, in this order; None for all. For many rows, leave out columns that
+            are not needed: ``ignored`` and ``emulated`` take as much memory as all others.
 
     Raises:
         ResultsError: not a run folder, one of another schema version, or a damaged one.
@@ -155,7 +155,7 @@ def each_shard(
 
 
 def _shards(directory: Path) -> Iterator[bytes]:
-    """The shards of a run that are there, one after the other."""
+    """The contents of the existing shards of a run, one after the other."""
     manifest = load_manifest(directory)
     found = manifest["schema_version"]
     if found != SCHEMA_VERSION:
@@ -191,7 +191,7 @@ def _frame(table: pa.Table) -> pd.DataFrame:
 
 
 def load_manifest(directory: str | Path) -> dict[str, Any]:
-    """What a run folder says of its own making.
+    """The manifest of a run folder.
 
     Raises:
         ResultsError: not a run folder.

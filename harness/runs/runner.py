@@ -1,7 +1,7 @@
-"""Methods x layouts -> results: split into units, judged wherever, resumable.
+"""Methods x layouts -> results: split into units, judged by any executor, resumable.
 
-Nothing here holds all layouts, units or rows: they come in turn, so that a study may have any
-number. What grows with it are the names of shards and of layouts.
+Layouts, units and rows are iterated and never held all at once, so that a study may have any
+number of them. Only the names of shards and of layouts grow with it.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from steadyload.runs.store import (
 from steadyload.runs.units import crashed_row, hard_limit, judge_unit, made_now, study_units
 
 _FRESH = f".{LAYOUTS_FILE}"
-"""Layouts before they are put in their place."""
+"""Name of the file of layouts until it is complete."""
 
 _SINGLE_FILES = (_FRESH, "manifest.json", LABELS_FILE)
 
@@ -57,21 +57,21 @@ def run_study(
     resume: bool = False,
     progress: Progress = lambda done, total: None,
 ) -> int:
-    """Run what is missing of a study; returns the number of rows computed now.
+    """Compute the missing rows of a study; returns the number of rows computed now.
 
-    Shards that are already there are kept when they were made by the same method, layouts, code
-    and engine versions; everything else counts as missing. Shards of other runs stay where they
-    are and are not read.
+    Existing shards are kept when they were made by the same method, layouts, code and engine
+    versions; everything else counts as missing. Shards of other runs stay in the folder and are
+    not read.
 
     Args:
-        study: what to compare.
+        study: the definition of the study.
         directory: the run folder; made when it does not exist.
         workers: processes beside this one, or an executor, in which an engine may crash: that costs
             one row of status ``crashed``, and a judgement that hangs beyond the study's timeout one
             of status ``timeout``. 0 judges in this process, and a crash ends it.
         rerun: compute everything anew.
-        resume: there must be a run to go on with; without it, one is begun where there is none.
-        progress: called with rows done and rows in all, first with what is already there.
+        resume: require an existing run; without it, a new one is begun where there is none.
+        progress: called with rows done and rows in all, first with the existing ones.
 
     Raises:
         ResultsError: the folder holds another study or something else, or another run is at work
@@ -140,17 +140,17 @@ def _run(
 
 @dataclass
 class _Passing:
-    """What is to be known of a study's layouts before it begins, from going through them once."""
+    """Facts on a study's layouts that are collected in one pass before it begins."""
 
     envelope: EnvelopeCount
     of_cases: bool
-    """Whether the hash of the data is one of cases, rather than of layouts: scenarios follow from a
+    """Whether the hash of the data covers cases rather than layouts: scenarios follow from a
     study's own layouts, but a labelled set has its own cases."""
     layouts: int = 0
     digest: Any = field(default_factory=hashlib.sha256)
 
     def kept(self, layouts: Iterable[Layout]) -> Iterator[Layout]:
-        """The layouts, while they go by."""
+        """The same layouts, recorded as they are iterated."""
         for layout in layouts:
             self.layouts += 1
             if not self.of_cases:
@@ -158,7 +158,7 @@ class _Passing:
             yield layout
 
     def judged(self, cases: Iterable[Case]) -> Iterator[Case]:
-        """The cases, while they go by."""
+        """The same cases, recorded as they are iterated."""
         for scenario, layout in cases:
             self.envelope.add(layout)
             if self.of_cases:
@@ -167,7 +167,7 @@ class _Passing:
 
 
 def _claim(directory: Path, study: StudyDefinition) -> None:
-    """Make the folder, or refuse one that is not this study's."""
+    """Make the folder, or refuse one that belongs to something else."""
     if directory.exists() and not directory.is_dir():
         raise ResultsError(f"{directory}: is not a folder")
     if (directory / "manifest.json").exists():
@@ -180,7 +180,7 @@ def _claim(directory: Path, study: StudyDefinition) -> None:
 
 
 def _is_foreign(found: Path) -> bool:
-    """Not what an interrupted beginning leaves."""
+    """Whether a file is not one that an interrupted start leaves behind."""
     begun = (_FRESH, *(f".{name}." for name in _SINGLE_FILES))
     return found.name not in ("results", ".lock") and not found.name.startswith(begun)
 

@@ -47,15 +47,15 @@ def score_layouts(
         snap_gap: close vertical gaps up to this when reading [cm]; 0 closes none.
         skip_invalid: make an invalid layout a record with status ``refused`` instead of an error.
         timeout: wall seconds a judgement may take.
-        uncertainty: what deviates from the plans; None judges the plans alone.
-        sampling: how long to sample what may become of a plan; None for the defaults.
+        uncertainty: the quantities that deviate from the plans; None judges the plans alone.
+        sampling: the rule by which sampling of deviations ends; None for the defaults.
         progress: called with the number of finished judgements and of all.
 
     Returns:
         Records with the keys ``layout, file, method, items, scenario, score, failing_step, status,
         moved_item, displacement, rotation, reason, ignored, emulated, outside, seconds,
-        cpu_seconds``; times are wall and CPU seconds of the whole judgement, ``outside`` says in
-        which ways the layout leaves what the method's engine was measured to hold.
+        cpu_seconds``; times are wall and CPU seconds of the whole judgement, ``outside`` lists in
+        which quantities the layout leaves the envelope of the method's engine.
 
     Raises:
         LayoutError: a file or layout is invalid (not with ``skip_invalid``, which still refuses a

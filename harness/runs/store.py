@@ -1,9 +1,9 @@
 """Shards of a run folder: found, judged where they are missing, written whole, verified, locked.
 
-A shard holds the answers to one unit of work, under a key that is a hash of all that they depend
-on. Its file is ``KEY.CHECKSUM.SUFFIX`` and is renamed into place: it is whole or not there, and one
-that was changed since is noticed whenever it is read. :meth:`Store.complete` is the one loop that
-fills run folders.
+A shard holds the results of one unit of work, under a key that is a hash of everything that they
+depend on. Its file is ``KEY.CHECKSUM.SUFFIX`` and is renamed into place: it is complete or absent,
+and a later change is noticed whenever it is read. :meth:`Store.complete` is the one loop that fills
+run folders.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from steadyload.runs.executors import IN_THIS_PROCESS, Executor, run_units
 from steadyload.runs.pool import PartLimit
 
 _DIGITS = 16
-"""Of a checksum."""
+"""Number of digits of a checksum."""
 
 Progress = Callable[[int, int], None]
 
@@ -44,14 +44,14 @@ class ResultsError(UserError):
 
 
 class DamagedError(ResultsError):
-    """A file that is not what was written."""
+    """A file whose content is no longer what was written."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(f"{path}: cannot be read, it is damaged; run the study again to mend it")
 
 
 class KeyedUnit(Protocol):
-    """A unit of work whose answers are a shard."""
+    """A unit of work whose results are a shard."""
 
     @property
     def key(self) -> str:
@@ -65,7 +65,7 @@ class KeyedUnit(Protocol):
         ...
 
     def describe(self, part: int) -> str:
-        """A part for people."""
+        """Description of a part for messages."""
         ...
 
 
@@ -76,12 +76,12 @@ Stored = TypeVar("Stored")
 
 @dataclass(frozen=True, slots=True)
 class Codec(Generic[Answer, Stored]):
-    """How the answers to a unit become the bytes of a file, and what is read of them.
+    """Conversion of the results of a unit to the bytes of a file and back.
 
     Attributes:
         suffix: of the file, with its dot.
-        encode: equal answers give equal bytes.
-        decode: of what :attr:`encode` has written.
+        encode: results to bytes; equal results give equal bytes.
+        decode: the bytes of :attr:`encode` to what :meth:`Store.read` returns.
     """
 
     suffix: str
@@ -94,11 +94,11 @@ def _as_json(answers: Sequence[Any]) -> bytes:
 
 
 JSON: Codec[Any, list[Any]] = Codec(".json", _as_json, json.loads)
-"""Answers that JSON can say."""
+"""Codec of results that JSON can hold."""
 
 
 def parquet(schema: pa.Schema) -> Codec[dict[str, Any], pd.DataFrame]:
-    """Rows of a schema; what a row does not say is null."""
+    """Codec of rows of a schema; keys that a row lacks are null."""
 
     def encode(rows: Sequence[dict[str, Any]]) -> bytes:
         return as_parquet(pd.DataFrame(list(rows)).reindex(columns=schema.names), schema)
@@ -121,7 +121,7 @@ def checksum_of(path: Path) -> str:
 
 
 def is_whole(path: Path, expected: str) -> bool:
-    """Whether a file is there as it was written; one that is damaged is named to the user."""
+    """Whether a file exists as it was written; a warning names one that is damaged."""
     found = checksum_of(path)
     if found and found != expected:
         _log.warning("%s: is damaged; it is thrown away and made again", path)
@@ -130,7 +130,7 @@ def is_whole(path: Path, expected: str) -> bool:
 
 @contextmanager
 def locked(directory: Path) -> Iterator[None]:
-    """One run a folder at a time; the lock goes with the process, however that ends.
+    """Lock that allows one run a folder at a time; it ends with the process in every case.
 
     Args:
         directory: made when it does not exist.
@@ -158,13 +158,13 @@ def locked(directory: Path) -> Iterator[None]:
 
 @dataclass(slots=True)
 class Survey:
-    """What is there of some units.
+    """Which shards of some units exist.
 
     Attributes:
         keys: of all units, in their order.
-        missing: of those that are to be judged.
-        parts: of all units.
-        present: parts that need no judging.
+        missing: keys of the units that are to be judged.
+        parts: number of parts of all units.
+        present: number of parts that need no judging.
     """
 
     keys: dict[str, None] = field(default_factory=dict)
@@ -175,7 +175,7 @@ class Survey:
 
 @dataclass(frozen=True, slots=True)
 class _Lost:
-    """The answer to a part that ended its process, where that is no answer."""
+    """Placeholder for a part that ended its process, where a crash is no result."""
 
     reason: str
 
@@ -188,7 +188,7 @@ def _refuse(unit: KeyedUnit, reason: str) -> NoReturn:
 
 
 class Store(Generic[Answer, Stored]):
-    """The shards of one folder. Whoever writes holds the lock of the run folder.
+    """The shards of one folder. The lock of the run folder must be held to write.
 
     Args:
         folder: of the shards; made when the first one is written.
@@ -200,7 +200,7 @@ class Store(Generic[Answer, Stored]):
         self._sums = self._listed()
 
     def __contains__(self, key: str) -> bool:
-        """There is a shard of this key, whole or damaged."""
+        """Whether a shard of this key exists, intact or damaged."""
         return key in self._sums
 
     def keys(self) -> list[str]:
@@ -224,11 +224,11 @@ class Store(Generic[Answer, Stored]):
         return found
 
     def read(self, key: str) -> Stored:
-        """What a shard holds; raises as :meth:`content`."""
+        """The decoded content of a shard; raises as :meth:`content`."""
         return self._codec.decode(self.content(key))
 
     def write(self, key: str, answers: Sequence[Answer]) -> None:
-        """Put a shard in its place, whole or not at all."""
+        """Write a shard, completely or not at all."""
         content = self._codec.encode(answers)
         self.drop(key)
         self._folder.mkdir(parents=True, exist_ok=True)
@@ -236,21 +236,21 @@ class Store(Generic[Answer, Stored]):
         write_atomically(self._path(key), content)
 
     def drop(self, key: str) -> None:
-        """Remove a shard if it is there."""
+        """Remove a shard if it exists."""
         if key in self._sums:
             self._path(key).unlink(missing_ok=True)
             del self._sums[key]
 
     def missing(self, keys: Iterable[str]) -> set[str]:
-        """Those that have no whole shard; a damaged one is named, and removed."""
+        """The keys without an intact shard; a warning names a damaged one, which is removed."""
         return {key for key in keys if not self._is_whole(key)}
 
     def survey(self, units: Iterable[KeyedUnit], *, rerun: bool = False) -> Survey:
-        """What of some units is there; what earlier runs left half-written is removed.
+        """Find which shards of some units exist; half-written files of earlier runs are removed.
 
         Args:
-            units: gone through once, so that there may be any number.
-            rerun: take everything for missing.
+            units: iterated once, so that there may be any number.
+            rerun: count every shard as missing.
         """
         clear_unfinished(self._folder, f"*{self._codec.suffix}")
         self._sums, found = self._listed(), Survey()
@@ -277,25 +277,25 @@ class Store(Generic[Answer, Stored]):
         progress: Progress = lambda done, total: None,
         survey: Survey | None = None,
     ) -> int:
-        """Judge what is missing, and write every shard as soon as it is known.
+        """Judge the missing units, and write every shard as soon as it is complete.
 
         Args:
-            units: what is to be there in the end; of units with the same key the first counts.
+            units: all units whose shards are wanted; of units with the same key the first counts.
             work: see :func:`steadyload.runs.executors.run_units`, as for workers.
-            crashed: the answer to a part that ends its process. None: that is no answer, the unit
-                stays missing.
-            lost: told of such a unit and why; by default it is an error.
-            limit: wall time that a part may take, and the answer to one that takes longer.
-            workers: who judges.
-            progress: called with parts done and parts in all, first with what is there.
-            survey: what is there, from :meth:`survey`; units are then asked for in turn. None finds
-                out, and holds all units.
+            crashed: makes the result of a part that ends its process. None: there is no result, and
+                the unit stays missing.
+            lost: called with such a unit and the reason; by default it is an error.
+            limit: wall time that a part may take, and the result of one that takes longer.
+            workers: number of processes, or an executor.
+            progress: called with parts done and parts in all, first with the existing ones.
+            survey: the result of :meth:`survey`; units are then iterated once. None makes the
+                survey here, and holds all units.
 
         Returns:
             The number of parts that were judged now.
 
         Raises:
-            ResultsError: a unit ended its process, and nobody says what that means.
+            ResultsError: a unit ended its process, and neither ``crashed`` nor ``lost`` was given.
             WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
         """
         if survey is None:
@@ -328,7 +328,7 @@ class Store(Generic[Answer, Stored]):
         return self._folder / f"{key}.{self._sums[key]}{self._codec.suffix}"
 
     def _listed(self) -> dict[str, str]:
-        """The checksums of what is there, by key; a name without one is no shard's."""
+        """The checksums of existing shards, by key; a file name without one is not a shard's."""
         name = re.compile(rf"([^.].*)\.([0-9a-f]{{{_DIGITS}}}){re.escape(self._codec.suffix)}")
         files = self._folder.iterdir() if self._folder.is_dir() else ()
         return {m[1]: m[2] for file in files if (m := name.fullmatch(file.name))}

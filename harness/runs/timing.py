@@ -1,8 +1,8 @@
-"""What judging costs, under control: one process, one thread, methods in turns on equal layouts.
+"""Controlled timing pass: one process, one thread, methods in turns on equal layouts.
 
-Times of a study over several processes are good for ratios at best. Here every method judges a
-block of layouts before it is the next one's turn, so that a slow minute is slow for all of them;
-which one comes first changes from block to block; and all is repeated.
+Times of a study over several processes allow ratios at best. Here every method judges a block of
+layouts before it is the next one's turn, so that a disturbance of the machine affects all of them;
+the first method changes from block to block; and everything is repeated.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from steadyload.runs.store import JSON, Progress, Store, locked
 from steadyload.runs.units import made_now
 
 VERSION = 1
-"""Of how times are taken: raised when they would mean something else."""
+"""Version of how times are taken: raised when their meaning changes."""
 
 BLOCK = 50
-"""Layouts that a method judges in a turn. Whoever has just judged something else pays for it."""
+"""Layouts that a method judges in a turn; long turns, because a switch of methods costs time."""
 
 
 def taken(work: Callable[[], object]) -> tuple[float, float]:
-    """CPU time of this process and wall time that some work takes [ms]."""
+    """CPU time of this process and wall time of some work [ms]."""
     cpu, wall = time.process_time(), time.perf_counter()
     work()
     cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
@@ -42,7 +42,7 @@ def taken(work: Callable[[], object]) -> tuple[float, float]:
 
 
 def machine_load() -> float | None:
-    """Processes that wanted to run in the last minute; None where the system does not tell."""
+    """Mean number of runnable processes in the last minute; None where the system has none."""
     return os.getloadavg()[0] if hasattr(os, "getloadavg") else None
 
 
@@ -54,7 +54,7 @@ class Turn(SinglePart):
         methods: spec strings.
         layouts: that every method judges, one at a time.
         block: layouts before it is the next method's turn.
-        repeat: which one this is, counted from 0.
+        repeat: number of this repetition, counted from 0.
     """
 
     methods: tuple[str, ...]
@@ -63,7 +63,7 @@ class Turn(SinglePart):
     repeat: int
 
     def describe(self, part: int) -> str:
-        """The unit for people."""
+        """Description of the unit for messages."""
         return (
             f"timing {len(self.methods)} methods on {len(self.layouts)} layouts, "
             f"repeat {self.repeat}"
@@ -71,7 +71,7 @@ class Turn(SinglePart):
 
     @cached_property
     def key(self) -> str:
-        """Hash of all that times are of."""
+        """Hash of everything that the times depend on."""
         identity = {
             "question": "times in turns",
             "version": VERSION,
@@ -85,7 +85,7 @@ class Turn(SinglePart):
 
 @dataclass(frozen=True)
 class Times:
-    """What was measured.
+    """Measured times of methods.
 
     Attributes:
         cpu, wall: by method [ms], shape (repeats, layouts).
@@ -108,7 +108,7 @@ def timed(
     workers: int = 1,
     progress: Progress = lambda done, total: None,
 ) -> Times:
-    """Times of methods on the same layouts; every repeat is kept, and not taken again.
+    """Times of methods on the same layouts; every repeat is stored, and not taken again.
 
     A repeat counts as taken when methods, their versions, layouts and packages were the same.
 
@@ -116,7 +116,7 @@ def timed(
         methods: spec strings; without any there is nothing to time.
         layouts: that every method judges.
         folder: where times are kept; made when it does not exist.
-        repeats: how often every layout is judged.
+        repeats: number of times that every layout is judged.
         block: layouts that a method judges in a turn.
         workers: 0 times in this process, any other number in one beside it, with a single thread.
         progress: called with repeats done and repeats in all.
@@ -158,7 +158,9 @@ def _times(turn: Turn) -> dict[str, Any]:
         first = (number + turn.repeat * len(blocks)) % len(methods)
         for spec in [*turn.methods[first:], *turn.methods[:first]]:
             method = methods[spec]
-            judge(method, block[0])  # what the one before left in the caches is not its fault
+            judge(
+                method, block[0]
+            )  # the state of the caches after the previous method is not to count
             found[spec] += [taken(partial(judge, method, layout)) for layout in block]
     after = machine_load()
     return {

@@ -21,16 +21,16 @@ Row = dict[str, Any]
 """A row of :data:`steadyload.runs.results.SCHEMA`."""
 
 MadeBy = Mapping[str, str]
-"""What a method's rows come from: see :func:`steadyload.runs.provenance.made_by`."""
+"""Everything that a method's rows depend on: see :func:`steadyload.runs.provenance.made_by`."""
 
 
 class OtherCodeError(ResultsError):
-    """A process that is to judge has other code, or other packages, than the one that asks it."""
+    """A worker process has other code, or other packages, than the process that started it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A unit of work: one method, what it is to judge, and the key of its shard.
+    """A unit of work: one method, the cases that it judges, and the key of its shard.
 
     A judgement is a repetition, a scenario and a layout; a row each.
     """
@@ -49,34 +49,34 @@ class Unit:
         return replace(self, judgements=self.judgements[done:])
 
     def describe(self, part: int) -> str:
-        """A judgement for people."""
+        """Description of a judgement for messages."""
         _, scenario, layout = self.judgements[part]
         return f"{self.method} on layout {layout.name!r} ({scenario})"
 
 
 def made_now(methods: Iterable[str]) -> dict[str, MadeBy]:
-    """What rows of methods would come from, by method, as code and packages are now."""
+    """Everything that rows of methods depend on, by method, with the present code and packages."""
     _made_here.cache_clear()
     return {spec: _made_here(spec) for spec in methods}
 
 
 @cache
 def _made_here(spec: str) -> MadeBy:
-    """What a method's rows come from in this process."""
+    """Everything that a method's rows depend on in this process."""
     return made_by(make_method(spec))
 
 
 def study_units(
     study: StudyDefinition, cases: Iterable[Case], made_by: Mapping[str, MadeBy]
 ) -> Iterator[Unit]:
-    """The study in parts, as they are asked for: every method on the first cases, then the next.
+    """The units of a study, made lazily: every method on the first cases, then on the next.
 
     A unit's key is a hash of all that its rows depend on.
 
     Args:
-        study: what to compare.
-        cases: what is judged, in turn.
-        made_by: what a method's rows come from, by method.
+        study: the definition of the study.
+        cases: all cases, iterated once.
+        made_by: everything that a method's rows depend on, by method.
     """
     ahead = iter(cases)
     while part := tuple(islice(ahead, study.shard_size)):
@@ -108,7 +108,7 @@ def judge_unit(unit: Unit) -> Iterator[Row]:
     or first connections.
 
     Raises:
-        OtherCodeError: the rows would not come from what the unit says.
+        OtherCodeError: the code or packages here are not those that the unit states.
     """
     _check(unit)
     method = make_method(unit.method)

@@ -1,9 +1,9 @@
-"""How sure a verdict is: what becomes of it when the loading deviates from its plan.
+"""Reliability of a verdict: the probabilities of verdicts when the loading deviates from its plan.
 
-A plan is judged again and again, each time with other deviations, until it is known well enough how
-probable it is that the whole load stands. The numbers behind the deviations are quasi-random, and
-the same for every method and layout: two answers that differ do so for what was asked, not for the
-luck of the draw.
+A plan is judged repeatedly, each time with other deviations, until the interval of the probability
+that the whole load stands is narrow enough. The numbers behind the deviations are quasi-random and
+the same for every method and layout: results of two methods differ because of the methods, not
+because of the draw.
 """
 
 from __future__ import annotations
@@ -25,28 +25,28 @@ from steadyload.methods.method import Method, Status, Verdict, judge
 from steadyload.methods.uncertainty import Uncertainty, dimensions, judge_deviated
 
 VERSION = 1
-"""Of deviations, samples and intervals: raised when the same question has another answer."""
+"""Version of deviations, samples and intervals: raised when the same call gives another result."""
 
 REPLICATES = 16
-"""Independent scramblings of the points; their answers show how far off the mean of all may be."""
+"""Independent scramblings of the points; the spread of their means gives the error of the mean."""
 
 FIRST_LOOK = 64
-"""Samples before the first look at the interval; every further look has twice as many."""
+"""Samples before the interval is first computed; they are doubled before each further time."""
 
 _ERROR = 0.05
-"""The chance that the interval misses, over all looks together."""
+"""Probability that the interval misses the true value, over all times it is computed together."""
 
 _MOST_GAIN = 4.0
-"""A sample never counts for more than so many random ones."""
+"""Upper limit of the number of random samples that one sample counts for."""
 
 
 class Ending(StrEnum):
-    """Why sampling ended.
+    """Reason for which sampling ended.
 
-    ``narrow``: the interval is as narrow as asked for. ``decided``: it lies on one side of the
-    probability asked for. ``spent``: there were as many samples as there may be. ``refused``: the
-    method does not judge the plan itself. ``no verdict``: so many samples have none that the
-    interval stays wider than asked for, however many more there are.
+    ``narrow``: the interval is as narrow as required. ``decided``: it lies on one side of the
+    required probability. ``spent``: the largest number of samples was reached. ``refused``: the
+    method does not judge the plan itself. ``no verdict``: so many samples have no verdict that the
+    interval stays wider than required, however many more there are.
     """
 
     NARROW = "narrow"
@@ -58,7 +58,7 @@ class Ending(StrEnum):
 
 @dataclass(frozen=True)
 class Sampling:
-    """How long to sample.
+    """Rule by which sampling ends.
 
     Raises:
         ValueError: a number is out of its range.
@@ -81,14 +81,14 @@ class Sampling:
 
     @property
     def looks(self) -> tuple[int, ...]:
-        """Numbers of samples at which the interval is looked at."""
+        """Numbers of samples at which the interval is computed."""
         doublings = (self.most // FIRST_LOOK).bit_length()
         return tuple(FIRST_LOOK << k for k in range(doublings))
 
 
 @dataclass(frozen=True, slots=True)
 class VerdictReliability:
-    """What becomes of a layout.
+    """Verdicts on a layout under deviations, and the probability that the whole load stands.
 
     Attributes:
         item_count: J, the number of items in the layout.
@@ -99,8 +99,8 @@ class VerdictReliability:
         why: the reason that the first sample without a verdict has none; empty where all have one.
         low, high: of the probability that the whole load stands, 95 %; samples without a verdict
             count as falling for the one, as standing for the other.
-        ending: why there are not more samples.
-        without_effect: what is uncertain and means nothing to the method.
+        ending: the reason for which sampling ended.
+        without_effect: uncertain quantities that have no effect on the method.
         cpu, wall: seconds for everything.
     """
 
@@ -118,12 +118,12 @@ class VerdictReliability:
 
     @property
     def samples(self) -> int:
-        """How many, those without a verdict too."""
+        """Number of samples, including those without a verdict."""
         return len(self.said)
 
     @property
     def shares(self) -> dict[int | None, float]:
-        """How probable every failing step is, None for none; in order, of what has a verdict."""
+        """Probability of each failing step, None for none, in order; of samples with a verdict."""
         counts = Counter(safe for safe in self.said if safe is not None)
         return {
             None if safe == self.item_count else safe: counts[safe] / counts.total()
@@ -132,12 +132,12 @@ class VerdictReliability:
 
     @property
     def stands(self) -> float | None:
-        """How probable it is that the whole load stands; None where no sample has a verdict."""
+        """Probability that the whole load stands; None where no sample has a verdict."""
         return self.shares.get(None, 0.0) if self.shares else None
 
     @property
     def likeliest(self) -> int | None:
-        """The most probable failing step, None for none; of equals the first.
+        """The most probable failing step, None for none; the first of equally probable ones.
 
         Raises:
             ValueError: no sample has a verdict.
@@ -159,13 +159,13 @@ def verdict_reliability(
     *,
     timeout: float | None = None,
 ) -> VerdictReliability:
-    """Sample until the probability that the whole load stands is known well enough.
+    """Sample until the probability that the whole load stands is known precisely enough.
 
     Args:
         method: any; prepared.
         layout: the plan.
-        uncertainty: what deviates from it.
-        sampling: when enough is known; None for the defaults.
+        uncertainty: the quantities that deviate from it.
+        sampling: the rule by which sampling ends; None for the defaults.
         timeout: wall seconds a judgement may take; each sample is one.
     """
     sampling = sampling or Sampling()
@@ -214,7 +214,7 @@ def standing_interval(
         stands: whether the whole load stood, sample by sample, scramblings in turn; as many of
             every one.
         lost: whether there was no verdict.
-        error: the chance that it misses.
+        error: the probability that it misses.
 
     Returns:
         Lower and upper end; samples without a verdict count as falling for the one, as standing
@@ -237,7 +237,7 @@ def standing_interval(
 
 
 def variance_by_scramblings(stands: ArrayLike) -> float:
-    """Variance of the mean of all samples, from how the scramblings differ from one another.
+    """Variance of the mean of all samples, from the differences between the scramblings.
 
     Args:
         stands: as :func:`standing_interval`.
@@ -254,7 +254,7 @@ def _points(first: int, last: int, coordinates: int, seed: int) -> FloatArray:
 
 
 def _safe(verdict: Verdict) -> int | None:
-    """Items placed safely."""
+    """Number of items placed safely; None without a verdict."""
     if verdict.status is not Status.DONE:
         return None
     return verdict.item_count if verdict.failing_step is None else verdict.failing_step

@@ -1,9 +1,8 @@
 """Units of work on the workers of a Dask cluster, in processes beside them.
 
-A Dask worker does not judge. It has a pool of worker processes, as the command has here: what
-becomes of a part whose process dies is decided by the same code, and what Dask sees of a crash is
-an answer. What is left to Dask is a Dask worker that is lost with all on it: its units are worked
-on elsewhere.
+A Dask worker does not judge. It has a pool of worker processes, as the command has here: a part
+whose process dies is treated by the same code, and Dask sees a crash as an ordinary result. Dask
+itself handles only the loss of a whole Dask worker: its units are worked on elsewhere.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ from steadyload.runs.worker import (
 )
 
 _PATIENCE = 10.0
-"""Seconds for a scheduler to answer."""
+"""Time within which a scheduler must answer [s]."""
 
 _GONE = "the Dask scheduler is gone; what is finished is kept: run it again to go on"
 
@@ -54,11 +53,11 @@ Result = TypeVar("Result")
 
 
 class Dask:
-    """Works on a Dask cluster.
+    """Executor on a Dask cluster.
 
     Args:
-        workers: how many, of a cluster on this machine that ends with the executor; None for one a
-            core.
+        workers: number of workers of a cluster on this machine that ends with the executor; None
+            for one a core.
         scheduler: address of the scheduler of another cluster, such as ``tcp://10.0.0.1:8786``. Its
             workers may come and go; all must have this package.
         patience: seconds for the scheduler to answer.
@@ -96,7 +95,9 @@ class Dask:
     def room(self) -> int:
         """See :attr:`steadyload.runs.executors.Executor.room`."""
         if time.monotonic() - self._asked >= POLL_SECONDS:
-            with suppress(OSError, TimeoutError):  # what is in flight hears of a lost scheduler
+            with suppress(
+                OSError, TimeoutError
+            ):  # tasks that are running notice the loss of a scheduler
                 threads = self._client.scheduler_info(n_workers=0)["total_threads"]
                 self._room = UNITS_PER_WORKER * max(1, threads)
             self._asked = time.monotonic()
@@ -106,7 +107,7 @@ class Dask:
         """See :meth:`steadyload.runs.executors.Executor.submit`."""
         if self._client.status == "closed":
             raise WorkerDiedError(_GONE)
-        # As bytes, because what they stand for concerns neither the scheduler nor its memory.
+        # As bytes, because the scheduler need not unpickle or hold the objects.
         future = self._executor.submit(_answers, self._pools, pickled(task))
         return _translated(future, lambda: _outcome(future, task.unit))
 
@@ -133,7 +134,7 @@ class _WorkerPool(WorkerPlugin):
 
 @dataclass(frozen=True, slots=True)
 class _Failed:
-    """What a task answers instead of raising, which would lose the cause on its way."""
+    """Result of a failed task; raising instead would lose the cause of the exception."""
 
     error: Exception
     worker: str
@@ -141,7 +142,7 @@ class _Failed:
 
 
 def _answers(pools: str, task: bytes) -> list[Any] | _Failed:
-    """What a task does on a Dask worker."""
+    """Results of a task; runs on a Dask worker."""
     worker = get_worker()
     plugin = worker.plugins[pools]
     assert isinstance(plugin, _WorkerPool)
@@ -152,11 +153,11 @@ def _answers(pools: str, task: bytes) -> list[Any] | _Failed:
 
 
 def _here() -> None:
-    """That this module can be imported where this is called."""
+    """Do nothing; calling it shows that this module can be imported there."""
 
 
 def _outcome(done: Future[list[Any] | _Failed], unit: WorkUnit) -> list[Any]:
-    """What has become of a task, in the terms of the pool."""
+    """The results of a finished task; its failures are raised as exceptions of the pool."""
     try:
         found = done.result()
     except KilledWorker:
@@ -173,7 +174,7 @@ def _outcome(done: Future[list[Any] | _Failed], unit: WorkUnit) -> list[Any]:
 
 
 def _translated(future: Future[Any], outcome: Callable[[], Result]) -> Future[Result]:
-    """A future of what becomes of another one; cancelling it cancels that."""
+    """A future of the outcome of another one; cancelling it cancels that."""
     translated: Future[Result] = Future()
 
     def translate(_: object) -> None:
@@ -193,15 +194,15 @@ _NO_HTTP: dict[str, list[str]] = {
     "distributed.scheduler.http.routes": [],
     "distributed.worker.http.routes": [],
 }
-"""Dask's configuration of a cluster whose HTTP servers answer nothing."""
+"""Dask's configuration of a cluster whose HTTP servers have no routes."""
 
 
 @contextmanager
 def _local_cluster(workers: int) -> Iterator[LocalCluster]:
-    """A cluster on this machine that talks to nobody without its certificate.
+    """A cluster on this machine that refuses connections without its certificate.
 
     The certificate is made for this cluster and is never written to a file, so that other users of
-    the machine can reach its ports, but not make it run anything.
+    the machine can reach its ports, but cannot run anything on it.
 
     Raises:
         ModuleNotFoundError: the package is missing that makes the certificate.
@@ -226,7 +227,7 @@ def _connected(
     scheduler: str, patience: float, security: Security | None = None
 ) -> Iterator[Client]:
     try:
-        get_address_host_port(scheduler)  # a client that is told no address leaves a thread behind
+        get_address_host_port(scheduler)  # a client without an address leaves a thread behind
         client = Client(scheduler, timeout=patience, set_as_default=False, security=security)
     except (OSError, ValueError) as error:
         raise ExecutorError(

@@ -1,6 +1,6 @@
-"""A worker process of the pool: it is sent units and reports part by part, until it is shut down.
+"""A worker process of the pool: it receives units and reports part by part, until it is shut down.
 
-The pool therefore knows at which part of a unit a worker was when it died.
+The pool therefore knows the part at which a worker died.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from multiprocessing.reduction import ForkingPickler
 from typing import Any
 
 Work = Callable[[Any], Iterator[Any]]
-"""Prepares for a unit of work, then answers its parts in turn."""
+"""Prepares for a unit of work, then yields a result for each of its parts."""
 
 _ENVIRONMENT = {
     "PYTHONSAFEPATH": "1",
@@ -39,18 +39,18 @@ small factorisations ten times as slow."""
 _FATAL_ERRORS = frozenset(
     {signal.SIGABRT, signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL}
 )
-"""Signals that native code brings upon itself; others come from outside, as from a user or from a
-system that is out of memory."""
+"""Signals that native code raises in its own process; others come from outside, as from a user or
+from a system that is out of memory."""
 
 _START_LOCK = threading.Lock()
 """Held while a process is started, because the environment is changed for it."""
 
 _PATIENCE = 10.0
-"""Seconds for a worker whose connection was closed to end by itself."""
+"""Time within which a worker must end after its connection was closed [s]."""
 
 
 class UnpicklableError(TypeError):
-    """Something cannot be sent to a worker process or back."""
+    """An object cannot be sent to a worker process or back."""
 
 
 class RemoteTracebackError(Exception):
@@ -61,7 +61,7 @@ class RemoteTracebackError(Exception):
 
 
 class Event(Enum):
-    """Report of a worker. Values come with some: an answer, an exception and its traceback."""
+    """Report of a worker. Some have values: a result, or an exception with its traceback."""
 
     READY = "the process has started"
     PREPARED = "the unit's parts follow"
@@ -73,7 +73,7 @@ class Event(Enum):
 
 
 class State(Enum):
-    """What a worker is doing; for one that has died, what it was doing."""
+    """State of a worker; for one that has died, its last state."""
 
     STARTING = "starting"
     IDLE = "idle"
@@ -92,13 +92,13 @@ _AFTER = {
 
 @dataclass(frozen=True, slots=True)
 class Exit:
-    """How a process ended; ``code`` as of :attr:`multiprocessing.Process.exitcode`."""
+    """End of a process; ``code`` as of :attr:`multiprocessing.Process.exitcode`."""
 
     code: int
 
     @property
     def by_itself(self) -> bool:
-        """Whether what ran in the process ended it, rather than something outside."""
+        """Whether code in the process ended it, rather than something outside."""
         return self.code >= 0 or -self.code in _FATAL_ERRORS
 
     def __str__(self) -> str:
@@ -137,7 +137,7 @@ class Worker:
         """
         message = pickled(unit)
         self.state = State.PREPARING
-        with contextlib.suppress(OSError):  # a worker that has died is found out by `receive`
+        with contextlib.suppress(OSError):  # `receive` reports a worker that has died
             self._connection.send_bytes(message)
 
     def receive(self, seconds: float | None = None) -> tuple[Event, Any]:
@@ -158,7 +158,7 @@ class Worker:
         return event, value
 
     def _exit_code(self) -> int:
-        """Another thread that starts a process polls all of them, and may be told first."""
+        """Exit code; another thread that starts a process polls all, and may read it first."""
         deadline = time.monotonic() + _PATIENCE
         while (code := self._process.exitcode) is None and time.monotonic() < deadline:
             time.sleep(0.001)
@@ -172,11 +172,11 @@ class Worker:
         self.kill()
 
     def signal_kill(self) -> None:
-        """Kill the process while another thread may wait in :meth:`receive`, which reports it."""
+        """Kill the process; another thread may wait in :meth:`receive`, which reports it."""
         self._process.kill()
 
     def kill(self) -> None:
-        """Kill the process and release its resources; nobody waits in :meth:`receive`."""
+        """Kill the process and release its resources; no thread may wait in :meth:`receive`."""
         self._process.kill()
         self._process.join()
         self._connection.close()
@@ -215,7 +215,7 @@ def _picklable(error: Exception) -> Exception:
 
 
 def pickled(thing: object) -> bytes:
-    """A thing as it is sent to another process.
+    """An object as bytes that are sent to another process.
 
     Raises:
         UnpicklableError: it cannot be sent.
@@ -231,7 +231,7 @@ def pickled(thing: object) -> bytes:
 
 @contextmanager
 def worker_environment() -> Iterator[None]:
-    """Processes that are started meanwhile have the variables of workers; a user's own stay."""
+    """Context in which new processes get the variables of workers; those of the user stay."""
     added = [name for name in _ENVIRONMENT if name not in os.environ]
     os.environ.update({name: _ENVIRONMENT[name] for name in added})
     try:
@@ -243,10 +243,10 @@ def worker_environment() -> Iterator[None]:
 
 @contextmanager
 def interrupts_blocked() -> Iterator[None]:
-    """A process that this thread starts meanwhile gets no interrupts until it asks for them.
+    """Context in which processes that this thread starts have interrupts blocked at first.
 
-    Ctrl-C reaches the whole process group, and only the parent answers. A worker ignores
-    interrupts, but only once it has started. Threads that are started meanwhile hand the block on
+    Ctrl-C reaches the whole process group, and only the parent reacts. A worker ignores
+    interrupts, but only once it has started. Threads that are started meanwhile pass the block on
     to all processes that they start.
     """
     resource_tracker.ensure_running()  # when it starts, it unblocks interrupts in this thread
