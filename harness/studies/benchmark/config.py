@@ -36,7 +36,7 @@ class BenchmarkStudy(Study[BenchmarkConfig, Any]):
     def run(
         self, config: BenchmarkConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
-        """Counts, and what the set was made with."""
+        """The summary of the set and its provenance."""
         from steadyload.layouts.benchmark import load_benchmark
         from steadyload.studies.benchmark.summary import made_with, summarise
 
@@ -44,7 +44,7 @@ class BenchmarkStudy(Study[BenchmarkConfig, Any]):
         return summarise(found), made_with(found), found.notes
 
     def page(self, result: Any) -> Any:
-        """Cases, splits, judges and labels."""
+        """The page of cases, splits, labels and their confidence."""
         from steadyload.studies.benchmark.page import benchmark_page
 
         return benchmark_page(*result)

@@ -1,4 +1,4 @@
-"""Pictures of a labelled set: how large its layouts are, how far they can be loaded."""
+"""Figures of a labelled set: item counts and scores of its layouts, agreement of labels."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def plot_item_counts(counts: Mapping[int, int]) -> Figure:
 
 
 def plot_scores(scores: Mapping[str, tuple[int, ...]]) -> Figure:
-    """Share of cases by loading stability, a bar a scenario; stable layouts stand apart."""
+    """Share of cases by loading stability, a bar a scenario; stable layouts have their own bin."""
     figure = Figure(figsize=(7.0, 3.2), layout="constrained")
     axes = figure.subplots()
     bins = len(next(iter(scores.values()))) - 1
@@ -54,7 +54,7 @@ def plot_scores(scores: Mapping[str, tuple[int, ...]]) -> Figure:
 
 
 def plot_agreement(judges: tuple[MethodAgreement, ...]) -> Figure:
-    """Agreement of every further judge with the labels, coloured by the reason of doubt."""
+    """Agreement of every further method with the labels, coloured by the reason of doubt."""
     figure = Figure(figsize=(7.0, 0.32 * len(judges) + 0.9), layout="constrained")
     axes = figure.subplots()
     for place, judge in enumerate(judges):

@@ -19,15 +19,15 @@ from steadyload.methods.simulation import Simulation
 from steadyload.methods.trace import Trace, UndecidedError, trace_loading
 
 VERSION = 1
-"""Of what is read off a trace, margins included: raised when a row holds something else."""
+"""Version of the values read from a trace, margins included: raised when rows change."""
 
 LABEL = "label@reference"
 
 T_MAX, SAMPLES = 0.33, 11
-"""Of a trace: one sample, of 0.03 s, more than the label asks for."""
+"""Length [s] and samples of a trace: one sample, of 0.03 s, more than the label needs."""
 
 DECISIVE = 10
-"""Samples of a placement by which the label is decided: 0.3 s."""
+"""Number of samples of a placement that decide the label: 0.3 s."""
 
 PAPER = f"{LABEL}:criterion=paper,early_exit=0"
 LIMITS = (
@@ -36,10 +36,10 @@ LIMITS = (
     f"{LABEL}:t_max=0.27,samples=9",
     f"{LABEL}:t_max=0.33,samples=11",
 )
-"""Judges that a trace answers for: other thresholds, other times."""
+"""Further methods whose verdicts a trace gives: other thresholds, other times."""
 
 _DIGITS = 3
-"""Decimals [cm, degrees] that are kept of a trace."""
+"""Decimals of stored trace values [cm, degrees]."""
 
 TRACES = pa.schema(
     [f for f in CASES if f.name not in ("offsets", "split", "rank")]
@@ -65,7 +65,7 @@ class TraceUnit:
         return replace(self, cases=self.cases[done:])
 
     def describe(self, part: int) -> str:
-        """A case for people."""
+        """Description of a case for messages."""
         scenario, layout = self.cases[part]
         return f"{LABEL} on layout {layout.name!r} ({scenario})"
 
@@ -89,7 +89,7 @@ def crashed_row(unit: TraceUnit, part: int, reason: str) -> dict[str, Any]:
 
 
 def trace_row(scenario: str, layout: Layout) -> dict[str, Any]:
-    """A case's label, its trace, and what other limits make of it; a row of :data:`TRACES`."""
+    """A row of :data:`TRACES`: a case's label, trace, and failing steps under other limits."""
     method = make_method(LABEL)
     assert isinstance(method, Simulation)
     trace = trace_loading(layout, method, t_max=T_MAX, samples=SAMPLES, ending=DECISIVE)
@@ -119,7 +119,7 @@ def trace_row(scenario: str, layout: Layout) -> dict[str, Any]:
 
 
 def _failing_step(spec: str, trace: Trace, layout: Layout) -> int | None:
-    """What a judge of the trace says; where the trace was cut off too early, it simulates."""
+    """Failing step of a further method, from the trace, or simulated where that is too short."""
     method = make_method(spec)
     p = method.parameters
     try:

@@ -1,7 +1,7 @@
-"""Labels for a set of layouts: traces by the reference, splits, and what other judges say.
+"""Labels for a set of layouts: traces by the reference, splits, and verdicts of further methods.
 
-A folder is worked on in place. ``traces/`` and ``opinions/`` in it hold what is computed, in shards
-of a :class:`steadyload.runs.store.Store`: an interrupted run goes on where it was.
+A folder is worked on in place. ``traces/`` and ``opinions/`` in it hold the results, in shards of a
+:class:`steadyload.runs.store.Store`: an interrupted run is resumed.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ _SHARD = 48
 
 @dataclass(frozen=True, slots=True)
 class FurtherMethod:
-    """A further judge of validation and test, and why it could disagree with the label."""
+    """A further method that judges validation and test, and the reason it may disagree."""
 
     reason: Reason
     spec: str
@@ -75,18 +75,18 @@ JUDGES: tuple[FurtherMethod, ...] = (
     FurtherMethod(Reason.ENGINE, "label@mujoco:frequency=1000"),
     FurtherMethod(Reason.ENGINE, "label@bullet:frequency=480"),
 )
-"""Those that simulate anew; thresholds and times (``limits``) are read off the traces."""
+"""Further methods that simulate anew; thresholds and times (``limits``) are read off the traces."""
 
 FEW_JUDGES = tuple(
     judge
     for judge in JUDGES
     if judge.spec in (f"{LABEL}:tolerance=1e-6", f"{LABEL}:friction=0.4", f"{LABEL}:friction=0.6")
 )
-"""One numerical judge and two of the model, for minutes instead of hours, and a weaker ``robust``:
+"""One numerical change and two of the model, for minutes instead of hours, and a weaker ``robust``:
 jitter opens and closes every contact, which costs the reference ten times as much."""
 
 PANELS: Mapping[str, tuple[FurtherMethod, ...]] = {"all": JUDGES, "few": FEW_JUDGES, "none": ()}
-"""Further judges by the name of their panel."""
+"""Further methods by the name of their panel."""
 
 
 def build_set(
@@ -97,7 +97,7 @@ def build_set(
     """Write the layouts and unlabelled cases to ``directory``; returns the number of cases.
 
     Raises:
-        PackingError: an option that cannot be.
+        PackingError: an option that is not allowed.
         BenchmarkError: the folder already holds a set.
     """
     if (directory / "manifest.json").exists():
@@ -125,13 +125,13 @@ def write_unlabelled(
     cases: Sequence[tuple[str, Layout]],
     manifest: dict[str, Any],
 ) -> None:
-    """Write a set that nobody has judged yet.
+    """Write a set without labels.
 
     Args:
         directory: made when it does not exist.
         layouts: a row a geometry, :data:`steadyload.layouts.benchmark.tables.LAYOUTS`.
         cases: scenario and layout with its centres of mass; names as in ``layouts``.
-        manifest: says at least the ``seed`` of the splits.
+        manifest: holds at least the ``seed`` of the splits.
     """
     rows = [
         {
@@ -155,20 +155,20 @@ def label_set(
     workers: int = IN_THIS_PROCESS,
     progress: Callable[[str, int, int], None] = lambda what, done, total: None,
 ) -> None:
-    """Label all cases of a folder, split them, and ask further judges of validation and test.
+    """Label all cases of a folder, split them, and judge validation and test by further methods.
 
     Args:
         directory: as :func:`build_set` leaves it; labels are written into its tables.
         sizes: of validation and test; None for those of the manifest, :func:`split_sizes`.
-        judges: the further judges.
+        judges: the further methods.
         workers: see :func:`steadyload.runs.runner.run_study`.
-        progress: called with what is done, cases done and cases in all.
+        progress: called with the current work, cases done and cases in all.
 
     Raises:
         BenchmarkError: no such folder, one of an imported set, or too few stable or unstable cases
             for the splits.
         ResultsError: another run is at work in the folder.
-        EngineNotInstalledError: a judge's engine is missing.
+        EngineNotInstalledError: a method's engine is missing.
         WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
     """
     manifest = read_tables(directory)[3]
@@ -181,10 +181,10 @@ def label_set(
 
 
 def split_sizes(manifest: Mapping[str, Any]) -> SplitSizes:
-    """What is held out of a set, by its manifest: as built, or as labelled last.
+    """Sizes of the splits in a set's manifest: as built, or as labelled last.
 
     Raises:
-        BenchmarkError: the manifest's sizes cannot be.
+        BenchmarkError: the manifest's sizes are not allowed.
     """
     try:
         return SplitSizes(**manifest.get("splits", {}))
@@ -251,7 +251,7 @@ def _traced(directory: Path, workers: int, progress: Callable[[int, int], None])
 
 
 def _turn(benchmark: Benchmark) -> Callable[[TraceUnit], int]:
-    """Held-out instances come first, so that further judges can be asked of them early."""
+    """Sort key of units: held-out instances first, so that further methods can judge them early."""
     classes = benchmark.cases.join(benchmark.layouts["item_class"], on="layout")
     rounds = drawn_instances(classes, seed=benchmark.manifest["seed"])
     turn = {name: k for k, members in enumerate(rounds) for name in members}
@@ -260,7 +260,7 @@ def _turn(benchmark: Benchmark) -> Callable[[TraceUnit], int]:
 
 
 def _limits(cases: pd.DataFrame) -> pd.DataFrame:
-    """What other thresholds and times make of the traces."""
+    """Failing steps of the traces under other thresholds and times."""
     said = [
         cases[["layout", "scenario"]].assign(
             reason=str(Reason.LIMITS),
@@ -280,7 +280,7 @@ def _asked(
     workers: int,
     progress: Callable[[str, int, int], None],
 ) -> pd.DataFrame:
-    """What the judges say of a part."""
+    """Verdicts of the further methods on a part."""
     reasons = {str(make_method(j.spec).spec): str(j.reason) for j in judges}
     if not reasons:
         return _no_verdicts()

@@ -1,4 +1,4 @@
-"""The page of a labelled set: what is in it, how it resembles the paper's, how firm labels are."""
+"""The page of a labelled set: contents, comparison with the paper's set, confidence of labels."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ def benchmark_page(found: BenchmarkSummary, manifest: Mapping[str, str], notes: 
     """Compose the page.
 
     Args:
-        found: what there is to show; what was never asked is left out.
-        manifest: what the set was made with.
-        notes: what looking at the robust disputes one by one has shown, as Markdown.
+        found: the summary; sections without results are left out.
+        manifest: provenance of the set.
+        notes: results of an inspection of the robust disputes one by one, as Markdown.
     """
     sections = [_contents(found), _natural(found), _failures(found)]
     if found.firmness:

@@ -1,4 +1,4 @@
-"""What the page of a labelled set shows."""
+"""Records for the page of a labelled set."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class NaturalStable:
 
 @dataclass(frozen=True, slots=True)
 class FailureReason:
-    """Why loadings fail, of unstable cases by scenario: shares of what is named."""
+    """Reasons for which loadings fail: shares of the unstable cases of a scenario."""
 
     reason: str
     shares: Mapping[str, Estimate]
@@ -57,7 +57,7 @@ class FailureReason:
 
 @dataclass(frozen=True, slots=True)
 class Firmness:
-    """How sure labels of a split are in one scenario: mean confidence and share of robust labels.
+    """Confidence of the labels of a split in one scenario: its mean and the share of robust labels.
 
     ``parts`` is the mean agreement by reason of doubt.
     """
@@ -71,9 +71,9 @@ class Firmness:
 
 @dataclass(frozen=True, slots=True)
 class MethodAgreement:
-    """Agreement of one further judge with the labels of the test split, by scenario and pooled.
+    """Agreement of one further method with the labels of the test split, by scenario and pooled.
 
-    ``robust`` counts robust labels alone, None for the ensemble that defines them.
+    ``robust`` counts robust labels alone; None for the ensemble that defines them.
     """
 
     reason: str
@@ -91,7 +91,7 @@ class RobustDispute:
     """A robust label that an engine disagrees with.
 
     ``corner`` [cm] and ``angle`` [degrees]: how far the reference moved at the step at which the
-    two part; ``margin`` [cm]: of the equilibrium there. ``said``: what each engine names.
+    two part; ``margin`` [cm]: of the equilibrium there. ``said``: the failing step by each engine.
     """
 
     layout: str

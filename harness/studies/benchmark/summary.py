@@ -30,14 +30,14 @@ PUBLISHED_STABLE: Mapping[str, float] = {"S1": 0.790, "S2a": 0.760, "S2b": 0.708
 """Share of stable layouts in the paper's sub-dataset 2, before balancing."""
 
 _THRESHOLD_T, _THRESHOLD_R = 9.9995, 9.9995
-"""10 cm, 10 degrees, as stored movements show them: rounded to thousandths."""
+"""Thresholds of 10 cm and 10 degrees for stored movements, which are rounded to thousandths."""
 
 _BINS = 10
 STABLE = "stable"
 
 
 def made_with(benchmark: Benchmark) -> dict[str, str]:
-    """What a set was made with, as a page shows it."""
+    """Provenance of a set, as a page shows it."""
     manifest, lines = benchmark.manifest, {}
     for key in ("origin", "seed", "instances", "item_counts", "weights", "label", "source"):
         if key in manifest:
@@ -138,7 +138,7 @@ def _scores(done: pd.DataFrame) -> tuple[int, ...]:
 
 
 def _reasons(done: pd.DataFrame, scenarios: list[str]) -> list[FailureReason]:
-    """What happens at the failing step, as shares of the unstable cases."""
+    """Events at the failing step, as shares of the unstable cases."""
     known = done["corner_last"].notna() & done["margin"].notna()
     failed = done[done["failing_step"].notna() & known]
     if failed.empty:
@@ -197,7 +197,7 @@ def _firmness(benchmark: Benchmark, done: pd.DataFrame, scenarios: list[str]) ->
 
 
 def _test_verdicts(benchmark: Benchmark) -> pd.DataFrame:
-    """Opinions on the test split, with label, instance, robustness and agreement."""
+    """Further methods' verdicts on the test split, with label, instance, robustness, agreement."""
     test = benchmark.cases[benchmark.cases["split"] == "test"]
     columns = [*KEYS, "instance", "item_count", "failing_step"]
     said = benchmark.opinions.merge(
@@ -209,7 +209,7 @@ def _test_verdicts(benchmark: Benchmark) -> pd.DataFrame:
 
 
 def _agreement(said: pd.DataFrame, scenarios: list[str]) -> list[MethodAgreement]:
-    """Agreement of every judge, from what :func:`_test_verdicts` gives."""
+    """Agreement of every further method, from the rows of :func:`_test_verdicts`."""
     order = [str(r) for r in Reason]
     rows = []
     for reason in order:

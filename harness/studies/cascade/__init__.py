@@ -1,1 +1,1 @@
-"""A cascade on cases that nothing was fitted on, beside its stages and other methods."""
+"""A cascade compared with its stages and other methods, on cases on which nothing was fitted."""

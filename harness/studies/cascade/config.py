@@ -12,7 +12,7 @@ from steadyload.studies.study import Progress, Study, silent
 
 @dataclass(frozen=True)
 class CascadeConfig:
-    """Which cascade is held against what, on which cases."""
+    """Which cascade is compared with which methods, on which cases."""
 
     engine: str = option("mujoco", "default: mujoco", metavar="NAME")
     methods: tuple[str, ...] = option(
@@ -29,7 +29,7 @@ class CascadeConfig:
 
 
 class CascadeStudy(Study[CascadeConfig, Any]):
-    """A cascade beside its stages and simulations, on cases nothing was fitted on."""
+    """A cascade compared with its stages and simulations, on cases on which nothing was fitted."""
 
     name = "cascade"
     question = "What does a cascade save, and what accuracy does it cost?"
@@ -57,7 +57,7 @@ class CascadeStudy(Study[CascadeConfig, Any]):
         return record, provenance_lines()
 
     def page(self, result: Any) -> Any:
-        """Accuracy against cost, and what every stage decides."""
+        """The page of accuracy against cost and of the steps that every stage decides."""
         from steadyload.studies.cascade.page import cascade_page
 
         return cascade_page(*result)

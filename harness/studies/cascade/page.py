@@ -1,4 +1,4 @@
-"""The page of a cascade: what it reaches, at which cost, and who decided what."""
+"""The page of a cascade: its accuracy and cost, and the steps that each stage decides."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from steadyload.studies.cascade.figures import plot_sweep
 from steadyload.studies.cascade.summary import CascadeStudy, FittedLadder
 
 WITHIN = 0.005
-"""What the cascade may be behind the most accurate simulation."""
+"""Largest difference of accuracy to the most accurate simulation."""
 
 LIMIT = 1.0
-"""ms a layout that it may take."""
+"""Largest cost [ms a layout]."""
 
 NEAR = 0.01
-"""A simulation counts as accurate that is so close to the best."""
+"""Largest difference to the best accuracy at which a simulation counts as accurate."""
 
 TENTH = 0.1
-"""Of the cost of the cheapest accurate simulation it may cost so much."""
+"""Largest share of the cost of the cheapest accurate simulation."""
 
 
 def cascade_page(study: CascadeStudy, manifest: Mapping[str, str]) -> Page:
@@ -53,7 +53,7 @@ def cascade_page(study: CascadeStudy, manifest: Mapping[str, str]) -> Page:
 
 
 def _fitted_there(study: CascadeStudy) -> str:
-    """Whether what is shown was looked at while thresholds were fitted."""
+    """Sentence on whether the cases shown were used while thresholds were fitted."""
     if study.part == "validation":
         return ", **on which thresholds were fitted: accuracies are too high**"
     return "; nothing was fitted on them"

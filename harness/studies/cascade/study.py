@@ -1,4 +1,4 @@
-"""A cascade on cases that nothing was fitted on, beside its stages and other methods."""
+"""A cascade compared with its stages and other methods, on cases on which nothing was fitted."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ BESIDE = (
     "ps_opt@{engine}",
     "ps3@{engine}",
 )
-"""Methods that a cascade is held against."""
+"""Methods that a cascade is compared with."""
 
 _TURN = 150
-"""Cases that a method judges before it is the next one's turn. Whoever has just judged something
-else pays for it: turns are long.
+"""Cases that a method judges before it is the next one's turn. Turns are long, because a switch of
+methods costs time.
 """
 
 _LOAD = "load.json"
@@ -58,22 +58,22 @@ def cascade_study(
 ) -> CascadeStudy:
     """Judge a part of the labelled set, methods in turns.
 
-    An interrupted study goes on; a method that was judged keeps its times.
+    An interrupted study is resumed; methods that were judged keep their times.
 
     Args:
         engine: of the cascade.
-        work: folder of what is judged.
+        work: folder of the run folders.
         others: specs of further methods.
         part: of the labelled set, one that no stage has learnt from.
-        limit: only so many cases a scenario.
+        limit: largest number of cases a scenario; None for all.
         thresholds: file of thresholds; empty for those that come with the package.
-        beside: specs of the methods that the cascade is held against, ``{engine}`` for the engine.
+        beside: specs of the methods that the cascade is compared with, ``{engine}`` for the engine.
         workers: processes beside this one; with 0 or 1 times are taken in one process.
         progress: called with rows done and rows in all.
 
     Raises:
-        TuningError: the part is one that is learnt from.
-        ThresholdsError: no thresholds for the engine, or ones fitted with other judges.
+        TuningError: the part is one on which methods are trained or tuned.
+        ThresholdsError: no thresholds for the engine, or ones fitted with other methods.
         as :func:`steadyload.runs.runner.run_study`.
     """
     if part not in UNLEARNT:
@@ -124,7 +124,7 @@ def _cascade(engine: str, own: str, budget: float | None = None) -> Cascade:
 
 
 def _judged(study: StudyDefinition, work: Path, workers: int, progress: Progress) -> float | None:
-    """Judge what is missing; the load of the machine while times were taken."""
+    """Judge the missing cases; returns the load of the machine while times were taken."""
     file = work / _LOAD
     before = machine_load()
     if run_study(study, work / "run", workers=workers, progress=progress):
@@ -136,7 +136,7 @@ def _judged(study: StudyDefinition, work: Path, workers: int, progress: Progress
 
 
 def _lines(made_by: Mapping[str, Any]) -> dict[str, str]:
-    """What thresholds were fitted with, as a page shows it."""
+    """Provenance of thresholds, as a page shows it."""
     return {
         "thresholds fitted by": source_line(made_by),
         "thresholds fitted on": f"validation, cases {made_by['cases']}"

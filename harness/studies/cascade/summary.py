@@ -1,4 +1,4 @@
-"""What a page shows of a cascade, and who decided what. Shares are from 0 to 1, times in ms."""
+"""Records for the page of a cascade, and its stages' decisions. Shares are 0 to 1, times in ms."""
 
 from __future__ import annotations
 
@@ -22,12 +22,13 @@ from steadyload.statistics.metrics import share
 
 @dataclass(frozen=True, slots=True)
 class StageShare:
-    """What one stage decided.
+    """Decisions of one stage.
 
-    ``low``, ``high``: risks below and above which it is sure; None: it never is, and both None for
-    the last one, which decides the rest. ``steps``: share of all steps that it decided; ``right``:
-    share of these that are right, where a label speaks of them. ``layouts``: share of layouts that
-    needed it and no later one; ``layouts_right``: share of these with the right verdict.
+    ``low``, ``high``: accept and reject thresholds of the step score; None where it never accepts
+    or rejects, and both None for the last stage, which decides the rest. ``steps``: share of all
+    steps that it decided; ``right``: share of these that are right, of the steps up to the label's
+    failing one. ``layouts``: share of layouts that needed it and no later one; ``layouts_right``:
+    share of these with the right verdict.
     """
 
     method: MethodKey
@@ -41,7 +42,7 @@ class StageShare:
 
 @dataclass(frozen=True, slots=True)
 class Decided:
-    """Steps that a stage decided where thresholds were fitted, how many wrongly, and lost cases."""
+    """Steps that a stage decided on the fitted cases, those of them wrong, and lost cases."""
 
     method: str
     steps: int
@@ -51,7 +52,7 @@ class Decided:
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """A stage that learnt nothing from labels, asked of every step of other cases."""
+    """A stage that is not trained on labels, evaluated at every step of other cases."""
 
     method: str
     cases: int
@@ -65,10 +66,11 @@ class Held:
 class FittedLadder:
     """Thresholds as they were fitted, for one budget [points of accuracy].
 
-    ``stages``: (method, low, high). ``allowed``: cases that could be lost, ``lost``: that are,
-    where the last method alone is right; ``gained`` the other way round. ``bound``: of the share of
-    lost cases, at the confidence that was asked for; ``sure_bound`` at 95 %. ``left_out``: lost,
-    and cases, where every item list is judged by thresholds fitted without it. ``cost``,
+    ``stages``: (method, low, high). ``allowed``: number of cases that may be lost; ``lost``: cases
+    on which the last method alone is right and the cascade wrong; ``gained`` the other way round.
+    ``bound``: upper bound of the share of lost cases at the configured confidence; ``sure_bound``
+    at 95 %. ``left_out``: lost cases and all cases, where every item list is judged by thresholds
+    fitted without it. ``cost``,
     ``cost_alone``: of the ladder and of its last method, from the times of single steps.
     """
 
@@ -98,7 +100,7 @@ class CascadeStudy:
 
     ``cascade`` is the first of ``methods``, which the others are compared with. ``budgets``: by
     spec of a cascade, its budget [points]. ``cost_source``: of CPU times. ``confidence``: of the
-    bounds of the fit. ``made_by``: what thresholds were fitted with.
+    bounds of the fit. ``made_by``: provenance of the thresholds.
     """
 
     part: str
@@ -133,10 +135,10 @@ class CascadeStudy:
 def stages(
     cascade: Cascade, cases: list[tuple[str, Layout]], labels: pd.DataFrame
 ) -> dict[str, Any]:
-    """Who decided what: every step, and every layout by the last stage that it needed.
+    """Stages by decided steps, and by the layouts of which they are the last stage needed.
 
     Args:
-        cascade: whose stages are asked.
+        cascade: the cascade whose stages decide.
         cases: scenario and layout.
         labels: of the same cases, :data:`steadyload.runs.labels.LABELS`.
     """

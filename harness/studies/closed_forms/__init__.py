@@ -1,1 +1,1 @@
-"""Engines against mechanics: single bodies and small stacks whose motion is known."""
+"""Engines compared with mechanics: single bodies and small stacks whose motion is known."""

@@ -12,7 +12,7 @@ from steadyload.studies.study import Progress, Study, silent
 
 @dataclass(frozen=True)
 class ClosedFormsConfig:
-    """Which engines are held against formulas."""
+    """Which engines are compared with formulas."""
 
     engines: tuple[str, ...] = option(
         (), "only this; may be repeated", names=("--engine",), metavar="NAME"
@@ -38,7 +38,7 @@ class ClosedForms(Study[ClosedFormsConfig, Any]):
         workers: int = 1,
         progress: Progress = silent,
     ) -> Any:
-        """Tests, what engines answer, and what they were asked with."""
+        """Tests, the engines' results, and their provenance."""
         from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.closed_forms.study import closed_form_tests, closed_forms
 
@@ -47,7 +47,7 @@ class ClosedForms(Study[ClosedFormsConfig, Any]):
         return closed_form_tests(), results, made_with
 
     def page(self, result: Any) -> Any:
-        """Errors, test by test."""
+        """The page of errors, test by test."""
         from steadyload.studies.closed_forms.page import closed_forms_page
 
         return closed_forms_page(*result)

@@ -1,4 +1,4 @@
-"""Pictures of closed-form tests: errors of engines by frequency and by argument."""
+"""Figures of closed-form tests: errors of engines by frequency and by argument."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from steadyload.reports.style import engine_colour, engine_marker
 from steadyload.studies.closed_forms.records import ClosedFormResult, ClosedFormTest
 
 _FEW = 7
-"""So many ticks have room side by side in a narrow panel."""
+"""Largest number of ticks side by side in a narrow panel."""
 
 
 def plot_closed_forms(
@@ -23,7 +23,7 @@ def plot_closed_forms(
     """Size of the error against frequency, a panel a test, all axes logarithmic.
 
     Filled markers are positive errors, hollow ones negative; an engine that chooses its own steps
-    is a dashed line. Errors below a test's resolution stand on the dotted line.
+    is a dashed line. Errors below a test's resolution are drawn on the dotted line.
     """
     across = 3
     figure = Figure(figsize=(9.6, 2.5 * math.ceil(len(tests) / across)))
@@ -66,7 +66,7 @@ def plot_closed_form_series(
     """Size of the error against the number in which tests differ, a panel a frequency.
 
     Markers as in :func:`plot_closed_forms`; an engine that chooses its own steps is dashed and
-    stands in every panel.
+    drawn in every panel.
     """
     frequencies = sorted({r.frequency for r in results if r.frequency is not None}) or [0]
     figure = Figure(figsize=(3.2 * len(frequencies), 3.2))

@@ -1,4 +1,4 @@
-"""How an engine answers the questions of :mod:`steadyload.studies.closed_forms.study`.
+"""Measurement of an engine in the tests of :mod:`steadyload.studies.closed_forms.study`.
 
 Each function sets up a scene, lets it run and returns one number, in the unit of its test.
 """
@@ -28,7 +28,7 @@ from steadyload.methods.method import Stopwatch
 from steadyload.properties import mechanics
 
 VERSION = 1
-"""Of how engines answer, and of the closed forms: raised when an answer or a form changes."""
+"""Version of the measurements and closed forms: raised when a result or a form changes."""
 
 SIDE = 0.1
 _CUBE = (SIDE, SIDE, SIDE)
@@ -43,13 +43,13 @@ FRICTION = 0.5
 BEYOND = 1.005
 TURNED = 10.0
 TIP_SECONDS = 3.0
-"""A cube 1e-15 m past the edge has turned by 10 degrees: it tips by a factor e every 0.09 s."""
+"""Time in which a cube 1e-15 m past the edge turns by 10 degrees: growth by e every 0.09 s."""
 
 STACK_SECONDS = 2.0
-"""Eight blocks scaled by 1.00001 have fallen: every way to tip grows by e within 0.2 s."""
+"""Time in which eight blocks scaled by 1.00001 fall: every mode of tipping grows by e in 0.2 s."""
 
 _GLANCE = 0.1
-"""Between two looks at whether something has turned over [s]."""
+"""Interval at which it is checked whether a box has turned over [s]."""
 
 _STICKING = 5.0
 """Friction at which nothing slips before it turns over."""
@@ -59,14 +59,14 @@ RESTITUTION = 0.5
 
 
 class NoValueError(Exception):
-    """An engine has no answer; the message says why."""
+    """An engine gives no value; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stage:
     """One engine at one frequency.
 
-    ``watch``: is looked at after every substep; what takes longer than it allows ends with its
+    ``watch``: is checked after every substep; a run that exceeds its limit ends with its
     :class:`steadyload.methods.method.TimeoutExpiredError`.
     """
 
@@ -84,7 +84,7 @@ class Stage:
             yield world
 
     def run(self, world: FixedStepWorld, seconds: float) -> Poses:
-        """Poses after so many more seconds."""
+        """Poses after a further time [s]."""
         parts = 1 if self.watch is None else max(1, math.ceil(seconds * self.frequency))
         for _ in range(parts):
             world.stepSimulation(seconds / parts, 10**6, 1.0 / self.frequency)
@@ -101,7 +101,7 @@ class Stage:
             yield count / self.frequency, self.run(world, 1.0 / self.frequency)
 
     def turns(self, boxes: Sequence[Box], settings: WorldSettings, seconds: float) -> bool:
-        """Whether any box has turned by 10 degrees within some time."""
+        """Whether any box turns by 10 degrees within a time [s]."""
         with self.scene(boxes, settings) as world:
             for _ in range(round(seconds / _GLANCE)):
                 if total_angles(self.run(world, _GLANCE)).max() >= TURNED:
@@ -146,7 +146,7 @@ def sliding_threshold(stage: Stage) -> float:
 
 
 def tipping_offset(stage: Stage) -> float:
-    """Where over the edge the upper of two cubes begins to turn over [mm]."""
+    """Offset past the edge from which the upper of two cubes turns over [mm]."""
     lower = Box(_CUBE, 1.0, (0.0, 0.0, 0.5 * SIDE))
 
     def tips(offset: float) -> bool:
@@ -183,7 +183,7 @@ def bounce(stage: Stage, restitution: float = RESTITUTION) -> float:
         return 0.0
     rising = range(low + 1, len(heights) - 1)
     top = next((i for i in rising if heights[i + 1] <= heights[i]), None)
-    if top is None:  # it rises as long as it is followed
+    if top is None:  # it rises until the simulation ends
         return (heights[-1] - 0.5 * SIDE) / DROP
     before, at, after = heights[top - 1 : top + 2]
     # In flight heights lie on a parabola, whatever the step.
@@ -210,7 +210,7 @@ def overhang(stage: Stage, count: int, *, width: float = 1e-4, resolution: float
 
 
 def sink(stage: Stage, ratio: float) -> float:
-    """How far a heavy cube sinks on a light one [mm], at most its whole height."""
+    """Depth to which a heavy cube sinks into a light one [mm], at most its whole height."""
     boxes = [
         Box(_CUBE, 1.0, (0.0, 0.0, 0.5 * SIDE)),
         Box(_CUBE, ratio, (0.0, 0.0, 1.5 * SIDE)),
@@ -233,13 +233,13 @@ def boundary(
     resolution: float,
     limits: tuple[float, float],
 ) -> float:
-    """Where ``beyond`` turns from false to true, to within ``resolution``.
+    """Value at which ``beyond`` changes from false to true, to within ``resolution``.
 
-    The bracket grows from the guess, by a factor of 4 at a time. Should there be several such
-    places, one of those near the guess is found.
+    The bracket grows from the guess, by a factor of 4 at a time. If there are several such values,
+    one of those near the guess is found.
 
     Raises:
-        NoValueError: the answer is the same as far as the limits.
+        NoValueError: ``beyond`` is the same up to the limits.
     """
     fails = beyond(guess)
     inside, outside = (guess, guess)

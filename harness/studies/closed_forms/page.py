@@ -1,4 +1,4 @@
-"""The page that holds engines against mechanics."""
+"""The page that compares engines with mechanics."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from steadyload.studies.closed_forms.figures import (
 from steadyload.studies.closed_forms.records import ClosedFormResult, ClosedFormTest
 
 _OWN = "own"
-"""The frequency of an engine that chooses its own steps."""
+"""Text for the frequency of an engine that chooses its own steps."""
 
 
 def closed_forms_page(
@@ -83,7 +83,7 @@ def _overview(
 
 
 def _behind(tests: Sequence[ClosedFormTest], results: Sequence[ClosedFormResult]) -> Section | None:
-    """Where an engine that chooses its own steps is not the best, and why."""
+    """Tests in which an engine that chooses its own steps is not the best, with the reason."""
     rows = []
     for test in tests:
         own = [r for r in results if r.test == test.name]
@@ -153,7 +153,7 @@ def _family(tests: Sequence[ClosedFormTest], results: Sequence[ClosedFormResult]
 
 
 def _error(test: ClosedFormTest, result: ClosedFormResult | None) -> str:
-    """The error as text, why there is none, or that it is smaller than what can be told."""
+    """The error as text, the reason why there is none, or that it is below the resolution."""
     if result is None:
         return MISSING
     if result.error is None:

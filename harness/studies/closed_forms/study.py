@@ -1,7 +1,7 @@
-"""Every engine against mechanics: single bodies and small stacks whose motion is known.
+"""Every engine compared with mechanics: single bodies and small stacks whose motion is known.
 
-A test is a definition with its expected value and a function that lets an engine answer. All tests
-but one are planar, so that 2-D engines are asked the same.
+A test is a definition with its expected value and a function that measures an engine. All tests but
+one are planar, so that 2-D engines take part in them.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from steadyload.studies.closed_forms.records import ClosedFormResult, ClosedForm
 FREQUENCIES = (90, 240, 1000)
 
 SAMPLING = 240
-"""How often a second an engine that chooses its own steps is looked at."""
+"""Rate at which an engine that chooses its own steps is sampled [1/s]."""
 
 BLOCK_COUNTS = (2, 3, 4, 5, 6, 7, 8)
 MASS_RATIOS = (1e1, 1e2, 1e3, 1e4, 1e5)
@@ -50,13 +50,13 @@ def closed_forms(
     tests: Sequence[ClosedFormTest] | None = None,
     progress: Progress = lambda what: None,
 ) -> list[ClosedFormResult]:
-    """What engines answer, test by test.
+    """Results of engines, test by test.
 
     Args:
         engines: names; all that are registered if None.
         frequencies: substeps a second; an engine that controls its own error runs once.
         tests: a choice of :func:`closed_form_tests`; all if None.
-        progress: is told what is being measured.
+        progress: called with a description of the current measurement.
 
     Raises:
         StudyError: no engine of that name.
@@ -84,7 +84,7 @@ def _result(case: _Case, stage: runs.Stage, frequency: int | None) -> ClosedForm
     test, note = case.test, ""
     found: float | None = None
     try:
-        with np.errstate(all="ignore"):  # a state on its way to infinity
+        with np.errstate(all="ignore"):  # a diverging state
             found = case.measure(stage)
     except runs.NoValueError as reason:
         note = str(reason)

@@ -1,4 +1,4 @@
-"""The part of a study's page that holds methods against labels."""
+"""The part of a study's page that compares methods with labels."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ LABELS_EXPLAINED = (
 
 
 def accuracy_sections(found: Evaluation) -> list[Section]:
-    """Accuracy against cost, and what the most accurate method is ahead by."""
+    """Accuracy against cost, and the lead of the most accurate method."""
     sections = [_accuracy(found)]
     if len(found.methods) > 1:
         sections.append(_differences(found))

@@ -1,4 +1,4 @@
-"""Methods compared on many layouts: what the page of a run is made of."""
+"""Configuration of the comparison of methods on many layouts."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ class Comparison(Study[ComparisonConfig, Any]):
     def run(
         self, config: ComparisonConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
-        """Rows of a run, summarised."""
+        """The summary of the rows of a run."""
         from steadyload.studies.comparison.summary import compare
 
         return compare(config.directory)
 
     def page(self, result: Any) -> Any:
-        """Accuracy, cost and disagreements."""
+        """The page of accuracy, cost and disagreements."""
         from steadyload.studies.comparison.page import study_page
 
         return study_page(result)

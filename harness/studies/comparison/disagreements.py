@@ -22,9 +22,9 @@ _MOST = 10
 
 @dataclass(frozen=True, slots=True)
 class Disagreement:
-    """A case on which methods differ: what each said (failing step, ``stable`` or a status).
+    """A case on which methods differ, with each verdict: failing step, ``stable`` or a status.
 
-    ``drawn``: the layout as it was judged. ``marked``: the failing steps that some method names.
+    ``drawn``: the layout as it was judged. ``marked``: the failing steps of all methods.
     """
 
     layout: str
@@ -82,7 +82,7 @@ def disagreements(judged: JudgedCases, kept: Path) -> tuple[Disagreement, ...]:
 
 
 def _dissent(answers: pd.Series) -> float:
-    """Share of pairs of methods that differ in a case; a missing answer differs from all."""
+    """Share of pairs of methods that differ in a case; a missing verdict differs from all."""
     values = answers.tolist()
     pairs = [(a, b) for i, a in enumerate(values) for b in values[i + 1 :]]
     return float(np.mean([pd.isna(a) or pd.isna(b) or a != b for a, b in pairs])) if pairs else 0.0

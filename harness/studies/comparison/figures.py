@@ -1,4 +1,4 @@
-"""Pictures of a comparison of methods."""
+"""Figures of a comparison of methods."""
 
 from __future__ import annotations
 

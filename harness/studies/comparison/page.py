@@ -1,4 +1,4 @@
-"""The page of a study: which method said what, at what cost, and where they disagree."""
+"""The page of a study: verdicts and cost of every method, and disagreements between them."""
 
 from __future__ import annotations
 
@@ -292,7 +292,7 @@ def _settings(uses: Sequence[SettingsUse]) -> Section:
 
 
 def _beyond(found: Sequence[BeyondEnvelope]) -> Section:
-    """Cases that an engine is asked beyond what it was measured to hold."""
+    """Section of the cases beyond the envelope of an engine."""
     outside = [b for b in found if b.cases]
     rows = [
         (b.method, f"{b.cases} of {b.of}", f"{what} ({count})", f"{layout}: {sentence}")

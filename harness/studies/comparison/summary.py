@@ -1,4 +1,4 @@
-"""What a study's page shows, and how it follows from a run folder."""
+"""Records for a study's page, and their computation from a run folder."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ class AgreementMatrix:
 
 @dataclass(frozen=True, slots=True)
 class BeyondEnvelope:
-    """How many cases of a study lie beyond what the engine of a method was measured to hold.
+    """Number of cases of a study beyond the envelope of the engine of a method.
 
-    ``cases`` is None where nothing was measured. ``reasons``, the most frequent first: what is
-    left, in how many cases, and of the first of them its layout and how far that goes.
+    ``cases`` is None where nothing was measured. ``reasons``, the most frequent first: the limit
+    that is exceeded, the number of cases, and of the first of them its layout and the excess.
     """
 
     method: str
@@ -55,7 +55,7 @@ class BeyondEnvelope:
 
 @dataclass(frozen=True, slots=True)
 class SettingsUse:
-    """How one engine met the settings that one method asked for."""
+    """Settings of one method that its engine honours, emulates or ignores."""
 
     method: MethodKey
     settings: Mapping[str, str]
@@ -140,7 +140,7 @@ def compare(directory: str | Path) -> Comparison:
 def _beyond(
     manifest: Mapping[str, Any], keys: Mapping[str, MethodKey]
 ) -> tuple[BeyondEnvelope, ...]:
-    """What the run found of envelopes; runs made before there were any say nothing."""
+    """Cases beyond envelopes; none for runs made before envelopes were recorded."""
     return tuple(
         BeyondEnvelope(
             keys[spec].title,
@@ -182,7 +182,7 @@ def agreement_matrix(judged: JudgedCases) -> AgreementMatrix:
 
 
 def _not_honoured(directory: Path) -> dict[str, tuple[dict[str, None], dict[str, None]]]:
-    """By method, settings that an engine ignored and emulated, in the order in which it says so."""
+    """By method, settings that its engine ignored and emulated, in the order of the rows."""
     found: dict[str, tuple[dict[str, None], dict[str, None]]] = {}
     for shard in each_shard(directory, ["method", "ignored", "emulated"]):
         for method, rows in shard.groupby("method"):
@@ -211,7 +211,7 @@ def _settings_use(
 
 
 def _shown(parameters: Mapping[str, Any]) -> dict[str, str]:
-    """Parameters as text, without those that ask for nothing."""
+    """Parameters as text, without those that have no effect."""
     skip: tuple[object, ...] = (None, [], 0, 0.0, "all")
     return {
         name: f"{value:g}" if isinstance(value, int | float) else str(value)
@@ -224,7 +224,7 @@ def _same_tunings(
     judged: JudgedCases, evaluation: Evaluation, uses: tuple[SettingsUse, ...]
 ) -> tuple[SameTuning, ...]:
     simulated = judged.results.dropna(subset=["engine"])
-    # What only one engine can be asked is not part of what engines have in common.
+    # Parameters of a single engine are left out of those that engines have in common.
     common = simulated["parameters"].map(json.loads).map(tuning)
     tunings = []
     for _, group in simulated.groupby([simulated["method_name"], common], sort=False):
@@ -253,12 +253,12 @@ def _same_tunings(
 
 
 def tuning(parameters: Mapping[str, Any]) -> str:
-    """The parameters that every engine has, as a text: what two simulations share or not."""
+    """The parameters that every engine has, as a text, equal for equally tuned simulations."""
     return json.dumps({k: v for k, v in parameters.items() if k in _COMMON}, sort_keys=True)
 
 
 def manifest_lines(judged: JudgedCases) -> dict[str, str]:
-    """What a run was made with, as a page shows it."""
+    """Provenance of a run, as a page shows it."""
     manifest = judged.manifest
     study, labels = manifest["study"], manifest.get("labels")
     source = {"layout files": ", ".join(study["files"])}

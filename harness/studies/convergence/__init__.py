@@ -1,1 +1,1 @@
-"""The reference simulator against itself under finer numerics, and against other engines."""
+"""The reference simulator compared with itself under finer numerics, and with other engines."""

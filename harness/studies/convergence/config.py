@@ -12,7 +12,7 @@ from steadyload.studies.study import Progress, Study, silent
 
 @dataclass(frozen=True)
 class ConvergenceConfig:
-    """How many layouts, and which other judges."""
+    """Number of layouts, and further methods to compare with."""
 
     layouts: int = option(900, "default: 900", least=1)
     sample: int = option(
@@ -22,7 +22,7 @@ class ConvergenceConfig:
 
 
 class ConvergenceStudy(Study[ConvergenceConfig, Any]):
-    """The reference under other numerics, other models, and beside other judges."""
+    """The reference under other numerics and other models, and compared with other methods."""
 
     name = "convergence"
     question = "Are the reference's labels converged?"
@@ -39,7 +39,7 @@ class ConvergenceStudy(Study[ConvergenceConfig, Any]):
         workers: int = 1,
         progress: Progress = silent,
     ) -> Any:
-        """Changes of labels, and provenance."""
+        """The changes of labels, and provenance."""
         from steadyload.studies.convergence.study import (
             OPINIONS,
             SECOND_MODEL,
@@ -58,7 +58,7 @@ class ConvergenceStudy(Study[ConvergenceConfig, Any]):
         return found, made_with(work)
 
     def page(self, result: Any) -> Any:
-        """Shares of labels that change."""
+        """The page of the shares of labels that change."""
         from steadyload.studies.convergence.page import convergence_page
 
         return convergence_page(*result)

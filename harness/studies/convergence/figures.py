@@ -1,4 +1,4 @@
-"""Pictures of how firm the reference's labels are."""
+"""Figures of the convergence of the reference's labels."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def plot_engines_against_reference(rows: Sequence[ConvergenceRow]) -> Figure:
         own = [row for row in rows if row.group == engine]
         times = [row.cpu.value for row in own]
         shares = [100.0 * (1.0 - row.changed.value) for row in own]
-        # What agrees is what does not change: the interval turns round.
+        # Agreement is one minus the share of changes, so the ends of the interval change places.
         below = [100.0 * (row.changed.high - row.changed.value) for row in own]
         above = [100.0 * (row.changed.value - row.changed.low) for row in own]
         ink = engine_colour(engine)

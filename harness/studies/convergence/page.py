@@ -1,4 +1,4 @@
-"""The page that shows how firm the reference's labels are."""
+"""The page on the convergence of the reference's labels."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from steadyload.studies.convergence.records import (
 
 
 def convergence_page(found: Convergence, manifest: Mapping[str, str]) -> Page:
-    """Compose the page; judges that were not asked are left out."""
+    """Compose the page; methods that have not judged are left out."""
     sections = [_reference(found), _variants(found), _engines(found.engines)]
     if found.opinions:
         sections.append(_slow_methods(found.opinions))
@@ -111,7 +111,7 @@ _ABOUT = {
     "label@drake": "another model of contact altogether (hydroelastic), with Drake's own error "
     "control, in a process of its own whose time is not counted",
 }
-"""What a slow judge is, by a part of its name."""
+"""Description of a slow method, by a part of its name."""
 
 
 def _slow_methods(rows: Sequence[ConvergenceRow]) -> Section:

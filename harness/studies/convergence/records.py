@@ -10,11 +10,11 @@ from steadyload.statistics.estimate import Estimate
 
 @dataclass(frozen=True, slots=True)
 class ConvergenceRow:
-    """A changed reference, or another judge, against the reference itself.
+    """A changed reference, or another method, compared with the reference itself.
 
     ``changed``: share of layouts with another label; ``changed_stable`` of those that the reference
     calls stable, ``changed_unstable`` of the others. ``earlier``, ``later``: layouts that fail at
-    an earlier or later step. ``cpu``, ``slowest`` in ms a layout. ``value`` is a place on an axis.
+    an earlier or later step. ``cpu``, ``slowest`` in ms a layout. ``value``: position on an axis.
     """
 
     group: str
@@ -33,7 +33,7 @@ class ConvergenceRow:
 
 @dataclass(frozen=True, slots=True)
 class LabelDispute:
-    """A layout that another judge labels otherwise: failing steps, ``stable`` or a status.
+    """A layout on which another method differs: failing steps, ``stable`` or a status.
 
     ``displacement`` [cm] and ``rotation`` [degrees] are those of the reference at its failing step.
     ``changes_under`` names those changes of the reference, of ``tried`` ones, that change the
@@ -52,7 +52,7 @@ class LabelDispute:
 
 @dataclass(frozen=True, slots=True)
 class Convergence:
-    """How firm the reference's labels are.
+    """Convergence of the reference's labels.
 
     ``any_change``: share of layouts whose label changes under any change of the numerics.
     ``by_size``: CPU time of the reference in ms a layout, by number of items.

@@ -1,4 +1,4 @@
-"""Is the reference converged? Its labels under other numerics, other models and other judges."""
+"""Convergence study: the reference's labels under other numerics and models, and other methods."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ from steadyload.studies.convergence.records import (
 BASE = "label@reference"
 SEED = 7
 SAMPLE = 50
-"""Layouts that slow judges are asked."""
+"""Number of layouts for slow methods."""
 
 SWEPT = 200
-"""Layouts for the variants that are not :attr:`Variant.decisive`."""
+"""Number of layouts for the variants that are not :attr:`Variant.decisive`."""
 
 _STIFFNESSES = (1e5, 1e6, 1e7, 3e7, 1e8, 3e8, 3e9, 1e10)
 _STIFFNESS, _MOST_RATE = 1e9, 3e4
@@ -42,8 +42,8 @@ _STIFFNESS, _MOST_RATE = 1e9, 3e4
 class Variant:
     """One change of the reference.
 
-    ``value`` is what a plot puts on its axis, where it is one. A ``decisive`` change is tried on
-    all layouts, any other on the first :data:`SWEPT`.
+    ``value``: position on the axis of a plot, where it is a number. A ``decisive`` change is tried
+    on all layouts, any other on the first :data:`SWEPT`.
     """
 
     group: str
@@ -92,7 +92,7 @@ VARIANTS: tuple[Variant, ...] = (
     Variant("loading", "carry instead of reseat", "between_steps=carry"),
     Variant("loading", "criterion of the paper", "criterion=paper,early_exit=0"),
 )
-"""Every change of the reference that the study looks at; groups are tables and plots."""
+"""Every change of the reference in the study; groups are tables and plots."""
 
 ENGINES: tuple[str, ...] = tuple(
     f"label@{engine}:frequency={frequency}"
@@ -103,30 +103,30 @@ ENGINES: tuple[str, ...] = tuple(
     )
     for frequency in frequencies
 )
-"""Other judges of the same question, on all layouts."""
+"""Other methods under the label's criterion, on all layouts."""
 
 OPINIONS: tuple[str, ...] = (
-    "label@reference:integrator=radau,tolerance=1e-6",  # its own are a hundredth of what is asked
+    "label@reference:integrator=radau,tolerance=1e-6",  # the engine's own are a hundredth of these
     "label@reference:contact=adams",
 )
-"""Slow judges, on a sample."""
+"""Slow methods, on a sample of the layouts."""
 
 SECOND_MODEL = "label@drake"
-"""Another slow judge, with a model of contact of its own; optional."""
+"""Another slow method, with a contact model of its own; optional."""
 
 LOOKED_AT = ("label@mujoco:frequency=480", "label@bullet:frequency=480")
-"""Judges whose every disagreement the page lists."""
+"""Methods whose every disagreement with the reference the page lists."""
 
 
 def convergence_studies(
     layouts: int, sample: int = SAMPLE, opinions: Sequence[str] = OPINIONS
 ) -> dict[str, StudyDefinition]:
-    """What to compute, by the name of its folder; all on the first of the same layouts.
+    """Definitions of the runs, by the name of their folder; all on the first of the same layouts.
 
     Args:
-        layouts: how many for the reference, its decisive variants and the other engines.
-        sample: how many for the slow judges; 0 asks none.
-        opinions: the slow judges.
+        layouts: number for the reference, its decisive variants and the other engines.
+        sample: number for the slow methods; 0 leaves them out.
+        opinions: the slow methods.
     """
     decisive = [v.spec for v in VARIANTS if v.decisive]
     other = [v.spec for v in VARIANTS if not v.decisive]
@@ -151,10 +151,10 @@ def run_convergence(
     workers: int = IN_THIS_PROCESS,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Convergence:
-    """Compute what is missing in ``directory`` and say what it shows.
+    """Compute the missing rows in ``directory`` and summarise all.
 
     Args:
-        directory: run folders are kept in it; an interrupted run is taken up again.
+        directory: folder of the run folders; an interrupted run is resumed.
         layouts: see :func:`convergence_studies`.
         sample: likewise.
         opinions: likewise.
@@ -162,11 +162,13 @@ def run_convergence(
         progress: called with rows done and rows in all, of one folder after the other.
 
     Raises:
-        EngineNotInstalledError: a judge's engine is missing.
+        EngineNotInstalledError: a method's engine is missing.
         ResultsError, WorkerDiedError: see :func:`steadyload.runs.runner.run_study`.
     """
     for spec in opinions:
-        make_method(spec).prepare()  # a missing library shows now, not after an hour
+        make_method(
+            spec
+        ).prepare()  # so that a missing library is reported at once, not after an hour
     frames = []
     for name, study in convergence_studies(layouts, sample, opinions).items():
         directory.mkdir(parents=True, exist_ok=True)
@@ -178,7 +180,7 @@ def run_convergence(
 def convergence(
     everything: pd.DataFrame, sweep: pd.DataFrame, opinions: pd.DataFrame | None = None
 ) -> Convergence:
-    """What the results of :func:`convergence_studies` show."""
+    """The summary of the results of :func:`convergence_studies`."""
     said = _answers(everything)
     swept = _answers(sweep)
     variants = [
@@ -218,7 +220,7 @@ def convergence(
 
 
 def made_with(directory: Path) -> dict[str, str]:
-    """What the results in ``directory`` were made with, as a page shows it; parts apart."""
+    """Provenance of the results in ``directory``, as a page shows it, separately by part."""
     lines: dict[str, str] = {}
     for folder in sorted(directory.glob("*/manifest.json")):
         manifest = load_manifest(folder.parent)
@@ -241,14 +243,14 @@ _NUMERICAL = frozenset(
     }
 )  # fmt: skip
 _FINE = 480.0
-"""Engines at this many substeps a second [Hz] or more stand beside a disputed label."""
+"""Frequency [Hz] from which engines are shown beside a disputed label."""
 
 _SOFT = 1e8
 """Below this stiffness [N/m] a change is one of the model, not of its numerics."""
 
 
 def _answers(results: pd.DataFrame) -> pd.DataFrame:
-    """What every method (column) said of every layout: failing step, ``stable``, or a status."""
+    """Verdict of every method (column) on every layout: failing step, ``stable``, or a status."""
     step = results["failing_step"].astype(object).where(results["failing_step"].notna(), STABLE)
     text = step.map(str).where(results["status"] == str(Status.DONE), results["status"])
     frame = results.assign(said=text)
@@ -263,7 +265,7 @@ def _row(
     said: pd.DataFrame,
     results: pd.DataFrame,
 ) -> ConvergenceRow:
-    answered = said[said[spec].notna() & said[BASE].notna()]  # of a study that goes on
+    answered = said[said[spec].notna() & said[BASE].notna()]  # of a study that is not finished
     base, other = answered[BASE], answered[spec]
     changed, stable = (base != other).to_numpy(), (base == STABLE).to_numpy()
     own = results[results["method"] == spec]
@@ -304,7 +306,7 @@ def _by_size(base: pd.DataFrame) -> list[tuple[str, Estimate]]:
 
 
 def _disputes(said: pd.DataFrame, swept: pd.DataFrame, base: pd.DataFrame) -> list[LabelDispute]:
-    """Every layout on which a judge of :data:`LOOKED_AT` differs, and how firm its label is."""
+    """Every layout on which a method of :data:`LOOKED_AT` differs, and its label's changes."""
     base = base.set_index("layout")
     specs = [_canonical(text) for text in LOOKED_AT]
     fine = {

@@ -1,1 +1,1 @@
-"""Engines against each other: agreement, options, cost."""
+"""Comparison of engines with each other: agreement, options, cost."""

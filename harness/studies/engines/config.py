@@ -56,7 +56,7 @@ class EngineStudy(Study[EnginesConfig, Any]):
     def run(
         self, config: EnginesConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
-        """Arguments of the page, in its order."""
+        """The arguments of the page, in its order."""
         from steadyload.layouts.packing import random_layouts
         from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.engines.speed import ITEM_COUNTS, speed_curves, throughput
@@ -75,7 +75,7 @@ class EngineStudy(Study[EnginesConfig, Any]):
         )
 
     def page(self, result: Any) -> Any:
-        """Agreement, options, speed: those that were measured."""
+        """The page of agreement, options and speed, as far as they were measured."""
         from steadyload.studies.engines.page import engine_study_page
 
         return engine_study_page(*result)

@@ -1,4 +1,4 @@
-"""Pictures of the engine study: growth with the number of items, agreement by frequency."""
+"""Figures of the engine study: growth with the number of items, agreement by frequency."""
 
 from __future__ import annotations
 

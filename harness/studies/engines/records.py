@@ -10,7 +10,7 @@ from steadyload.statistics.estimate import Estimate
 
 @dataclass(frozen=True, slots=True)
 class EngineAgreement:
-    """Engines against each other at one frequency [Hz]; ``cpu`` in ms a layout."""
+    """Agreement between engines at one frequency [Hz]; ``cpu`` in ms a layout."""
 
     frequency: int
     stable: Mapping[str, Estimate]
@@ -20,7 +20,7 @@ class EngineAgreement:
 
 @dataclass(frozen=True, slots=True)
 class OptionEffect:
-    """What an option changes on one engine.
+    """Effect of an option on one engine.
 
     ``changed``: share of layouts with another failing step. ``ratio``: CPU time with the option
     over that without. ``cpu``: with it, in ms a layout.
@@ -35,7 +35,7 @@ class OptionEffect:
 
 @dataclass(frozen=True, slots=True)
 class EngineSettings:
-    """An engine's declared answers: setting -> (how it is met, a note)."""
+    """An engine's declared capabilities: setting -> (capability, a note)."""
 
     name: str
     title: str

@@ -1,4 +1,4 @@
-"""The engines' declarations as records to show."""
+"""The engines' declared capabilities as records for a page."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from steadyload.studies.engines.records import EngineSettings
 
 
 def engine_records() -> list[EngineSettings]:
-    """Every engine's answer to every setting; a missing library is said in the title."""
+    """Every engine's capability for every setting; the title says where a library is missing."""
     records = []
     for name in engines():
         try:

@@ -1,6 +1,6 @@
-"""What a judgement costs: by engine, number of items and phase, beside the engine's own floor.
+"""Cost of a judgement by engine, number of items and phase, beside the engine's own stepping.
 
-Everything here is measured in one process, alternatives side by side, in CPU time; compare ratios.
+Everything here is measured in one process, alternatives in turn, in CPU time; compare ratios.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from steadyload.studies.engines.records import SpeedCurve, SpeedPoint, Throughpu
 
 ITEM_COUNTS = (5, 10, 20, 50, 100, 200)
 TUNING = "t_max=0.3,frequency=90,between_steps=reseat,samples=1"
-"""One placement is 27 substeps and one look at its end."""
+"""Parameters of a placement of 27 substeps with one sample at its end."""
 
 _LARGEST_SPATIAL_WALL = 20
-"""A touching wall is the worst case of a 3-D solver: DART needs 40 s for one of 50 bricks."""
+"""Largest wall for 3-D engines, whose solvers it is the worst case of: DART needs 40 s for 50."""
 
 _PATIENCE = 60.0
-"""A judgement that takes longer [s] ends a curve, and so does one without a verdict."""
+"""Time limit of a judgement [s]; a curve ends with one that exceeds it or has no verdict."""
 
 _REPEATS = 5
 _ENOUGH_SECONDS = 2.0
-"""A case that took this long is not repeated."""
+"""Time above which a case is not repeated [s]."""
 
 Progress = Callable[[str], None]
 
@@ -57,11 +57,11 @@ def random_boxes(
 
     Args:
         name: of the layout.
-        count: how many; more of them start with fewer.
+        count: number of boxes; a larger number starts with the same boxes.
         pallet: holds them all.
         rule: a key of :data:`steadyload.layouts.packing.SPACE_RULES`.
         seed: of their sizes.
-        support: share of every base that rests on something, 0 to 1.
+        support: share of every base that is supported, 0 to 1.
     """
     random = np.random.default_rng(np.random.SeedSequence(seed))
     sides = random.integers(5, 26, (20 * count, 3)).tolist()

@@ -1,4 +1,4 @@
-"""Do engines agree, what does each option change, and what does it cost?"""
+"""Study of engines: their agreement, and the effect and cost of each option."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from steadyload.statistics.metrics import mean, share
 from steadyload.studies.engines.records import EngineAgreement, OptionEffect
 
 BASE = "t_max=0.3,eps_t=10,eps_r=10,friction=0.5,between_steps=reseat"
-"""Untuned: the reference simulation's time, thresholds and friction, nothing else."""
+"""Untuned parameters: time, thresholds and friction of the reference simulation, nothing else."""
 
 FREQUENCIES = (60, 90, 120, 240, 480)
 
@@ -43,14 +43,14 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class _Answers:
-    """What a method said of every layout (failing step, J when stable, or status), and CPU ms."""
+    """Verdicts of a method on all layouts (failing step, J when stable, or status), and CPU ms."""
 
     said: list[int | str]
     cpu: list[float]
 
 
 def _ask(specs: Sequence[str], layouts: Sequence[Layout]) -> list[_Answers]:
-    """Every method on every layout, in turn, so that a slow minute is slow for all."""
+    """Verdicts of all methods, judging in turns, so that a disturbance affects all of them."""
     methods = [make_method(spec) for spec in specs]
     for method in methods:
         method.prepare(max(map(len, layouts)))
@@ -98,7 +98,7 @@ def engine_agreement(
 def option_effects(
     layouts: Sequence[Layout], *, progress: Progress = lambda what: None
 ) -> list[OptionEffect]:
-    """What each option changes in verdicts and CPU time, per engine that does not ignore it."""
+    """Effect of each option on verdicts and CPU time, per engine that does not ignore it."""
     effects = []
     for title, (without, given) in OPTIONS.items():
         for engine in _spatial_engines():
@@ -124,5 +124,5 @@ def _ignores(engine: str, setting: str) -> bool:
 
 
 def _equal(first: Sequence[int | str], second: Sequence[int | str]) -> list[bool]:
-    """Case by case the same failing step; a missing verdict equals nothing."""
+    """Mask of cases with the same failing step; a missing verdict equals nothing."""
     return [a == b and isinstance(a, int) for a, b in zip(first, second, strict=True)]
