@@ -1,1 +1,1 @@
-"""Engines at the edge of numerical stability."""
+"""Engines at the limits of numerical stability."""

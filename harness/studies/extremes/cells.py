@@ -1,4 +1,4 @@
-"""Running the cells of the extremes: in rounds, over processes, resumable.
+"""Runs of the cells of the extremes: in rounds, over processes, resumable.
 
 A run folder holds ``cells/*.json``, a :class:`steadyload.runs.store.Store` with a shard for every
 cell, and ``manifest.json``. The store is completed in rounds: which cells are missing depends on
@@ -66,7 +66,7 @@ class CellUnit(SinglePart):
         )
 
     def describe(self, part: int) -> str:
-        """The cell for people."""
+        """Description of the cell for messages."""
         rate = "" if self.frequency is None else f", {self.frequency} Hz"
         return f"{self.sweep} {self.value:g} on {self.engine}{rate}"
 
@@ -93,19 +93,19 @@ def run_extremes(
     workers: int = IN_THIS_PROCESS,
     progress: Progress = lambda done, total: None,
 ) -> list[ExtremeCell]:
-    """Measure what is missing of the sweeps; returns all cells asked for, in order of the page.
+    """Measure the missing cells of sweeps; returns all selected cells, in the order of the page.
 
-    A sweep that stops after some failures in a row is measured value by value, so it has no cells
+    A sweep that ends after some consecutive failures is measured value by value, so it has no cells
     beyond them.
 
     Args:
         directory: the run folder; made when it does not exist.
-        only_engines: registered names; all that are compared unasked if None.
+        only_engines: registered names; all engines that are compared by default if None.
         only_sweeps: names of sweeps; all if None.
         frequencies: substeps a second; an engine that chooses its own steps runs once.
         timeout: wall seconds a cell may take.
         workers: see :func:`steadyload.runs.runner.run_study`.
-        progress: called with cells done and the most that there can be.
+        progress: called with cells done and the largest possible number of cells.
 
     Raises:
         StudyError: no engine or sweep of that name.
@@ -152,8 +152,8 @@ class Line:
     """All cells of one sweep on one engine at one frequency.
 
     Attributes:
-        units: values rising.
-        stops: failures in a row after which the sweep ends; None for never.
+        units: a unit a value, by rising value.
+        stops: consecutive failures after which the sweep ends; None for never.
     """
 
     units: tuple[CellUnit, ...]
@@ -169,16 +169,16 @@ class Line:
         return cls(tuple(units), about.stops)
 
     def measured(self, cells: Mapping[str, ExtremeCell]) -> list[ExtremeCell]:
-        """Those of some cells, by key, that are of this line."""
+        """The cells of this line among some cells by key."""
         return [cells[unit.key] for unit in self.units if unit.key in cells]
 
     def measurable(self, cells: Mapping[str, ExtremeCell]) -> list[CellUnit]:
-        """What can be measured now: where a sweep may end, one value after the other."""
+        """Units that can be measured now: one value at a time where a sweep may end."""
         left = self.left(cells)
         return left if self.stops is None else left[:1]
 
     def left(self, cells: Mapping[str, ExtremeCell]) -> list[CellUnit]:
-        """What is still to be measured, at most."""
+        """Units that are still to be measured at most."""
         last = self.measured(cells)[-self.stops :] if self.stops else []
         if last and len(last) == self.stops and not any(cell.outcome.good for cell in last):
             return []
@@ -199,7 +199,7 @@ _CELLS: Codec[ExtremeCell, ExtremeCell] = Codec(".json", _encoded, _decoded)
 
 
 def _made_by(engine: str) -> dict[str, str]:
-    """What a cell comes from besides what is asked."""
+    """Versions on which a cell depends besides its parameters."""
     parts = {
         "sweeps": sweeps_of.VERSION,
         "measuring": extreme_runs.VERSION,
@@ -218,10 +218,10 @@ def _frequencies(engine: str, frequencies: Sequence[int]) -> tuple[int | None, .
 def _known(
     asked: Sequence[str] | None, unasked: Sequence[str], known: Any, what: str
 ) -> tuple[str, ...]:
-    """The names asked for, in the order of the page.
+    """The selected names, in the order of the page.
 
     Raises:
-        StudyError: a name nobody knows.
+        StudyError: an unknown name.
     """
     if asked is None:
         return tuple(unasked)

@@ -41,14 +41,14 @@ class Extremes(Study[ExtremesConfig, Any]):
     def run(
         self, config: ExtremesConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
-        """Limits that were held, and provenance."""
+        """The limits that each engine holds, and provenance."""
         from steadyload.runs.provenance import provenance
         from steadyload.studies.extremes.cells import run_extremes
         from steadyload.studies.extremes.envelope import extremes_record
         from steadyload.studies.extremes.sweeps import FREQUENCIES, TIMEOUT
 
         timeout = config.timeout or TIMEOUT
-        made_by = provenance()  # of the code that measures, not of what it has become meanwhile
+        made_by = provenance()  # of the code at the time of the measurement, not of later changes
         cells = run_extremes(
             work,
             only_engines=config.engines or None,
@@ -61,7 +61,7 @@ class Extremes(Study[ExtremesConfig, Any]):
         return extremes_record(cells, timeout), made_by
 
     def page(self, result: Any) -> Any:
-        """Sweep by sweep, what every engine held."""
+        """The page of the limits that every engine holds, sweep by sweep."""
         from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.extremes.page import extremes_page
 

@@ -1,4 +1,4 @@
-"""From the cells of the extremes to what each engine holds: the envelope and its file."""
+"""Computation of each engine's envelope from the cells of the extremes, and its file."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from steadyload.studies.extremes.sweeps import sweeps
 
 _SIZE_SWEEPS = ("size-two", "size-five")
 _NOMINAL = 10.0
-"""The edge from which sizes are followed in both directions [cm]."""
+"""Edge of a cube from which the range of sizes is extended in both directions [cm]."""
 
 ENVELOPE_SWEEPS = (
     "tower", "heavy-on-light", "heavy-on-two", "light-on-heavy", *_SIZE_SWEEPS, "items",
@@ -32,11 +32,11 @@ ENVELOPE_SWEEPS = (
 """The sweeps that an envelope is made from."""
 
 Held = dict[float, bool]
-"""Whether each measured value was held."""
+"""Measured value -> whether it was held."""
 
 
 def extremes_record(cells: Sequence[ExtremeCell], timeout: float) -> Extremes:
-    """Everything that the page shows; sweeps without cells are left out."""
+    """The record for the page; sweeps without cells are left out."""
     measured = {cell.sweep for cell in cells}
     rows = envelope_rows(cells)
     strict = envelope_rows(cells, frozenset({Outcome.CLOSE}))
@@ -57,7 +57,7 @@ GOOD = frozenset(outcome for outcome in Outcome if outcome.good)
 def envelope_rows(
     cells: Iterable[ExtremeCell], counts: frozenset[Outcome] = GOOD
 ) -> tuple[EnvelopeRow, ...]:
-    """What each engine holds at each frequency, where all that an envelope needs was measured.
+    """Envelope of each engine at each frequency at which all sweeps for it were measured.
 
     Args:
         cells: of any sweeps.
@@ -90,7 +90,7 @@ def _row(engine: str, frequency: int | None, held: Mapping[str, Held]) -> Envelo
 
 
 def _up_to(held: Held) -> float:
-    """The largest value that was held with all smaller ones; 0 where the least was not."""
+    """The largest value that was held with all smaller ones; 0 where the smallest was not."""
     largest = 0.0
     for value in sorted(held):
         if not held[value]:
@@ -100,7 +100,7 @@ def _up_to(held: Held) -> float:
 
 
 def _range(held: Mapping[str, Held]) -> tuple[float, float]:
-    """The sizes around the nominal one that were all held; two zeros where that was not."""
+    """Ends of the range of held sizes around the nominal one; zeros where that was not held."""
     both = {v: all(held[s][v] for s in _SIZE_SWEEPS) for v in held[_SIZE_SWEEPS[0]]}
     downwards = _up_to({-v: good for v, good in both.items() if v <= _NOMINAL})
     upwards = _up_to({v: good for v, good in both.items() if v >= _NOMINAL})
@@ -108,7 +108,7 @@ def _range(held: Mapping[str, Held]) -> tuple[float, float]:
 
 
 def from_here_on(rows: Sequence[EnvelopeRow]) -> tuple[EnvelopeRow, ...]:
-    """What an engine holds at a frequency and at all higher ones that were measured."""
+    """Envelopes that hold at a frequency and at all higher ones that were measured."""
     kept: list[EnvelopeRow] = []
     for engine in dict.fromkeys(row.engine for row in rows):
         mine = sorted((r for r in rows if r.engine == engine), key=lambda r: -(r.frequency or 0))
@@ -127,7 +127,7 @@ def _holds_two(row: EnvelopeRow) -> bool:
 
 
 def _both(row: EnvelopeRow, higher: EnvelopeRow) -> EnvelopeRow:
-    """What a row and those of higher frequencies have in common."""
+    """Intersection of the envelopes of a row and of the higher frequencies."""
     least, most = max(row.least_size, higher.least_size), min(row.most_size, higher.most_size)
     if not (row.most_size and higher.most_size):
         least = most = 0.0
@@ -145,7 +145,7 @@ def _both(row: EnvelopeRow, higher: EnvelopeRow) -> EnvelopeRow:
 
 
 def envelope_file() -> Path:
-    """Where the envelopes that :mod:`steadyload.methods.envelope` reads are kept."""
+    """Path of the envelopes that :mod:`steadyload.methods.envelope` reads."""
     return Path(steadyload.methods.__path__[0]) / ENVELOPES
 
 
@@ -155,11 +155,11 @@ def write_envelopes(
     made_by: Mapping[str, Any],
     path: Path | None = None,
 ) -> Path:
-    """Write what was measured; engines that were not measured keep what the file says of them.
+    """Write measured envelopes; engines that were not measured keep their entries in the file.
 
     Args:
         rows: as :func:`envelope_rows` gives them.
-        rests: the same where nothing may move; of the same engines and frequencies.
+        rests: the same with the limits of rest; of the same engines and frequencies.
         made_by: the provenance of the measurement.
         path: the file; that of the package if None.
     """

@@ -1,4 +1,4 @@
-"""Pictures of the extremes: how engines fare against frequency and value, cell by cell."""
+"""Figures of the extremes: outcomes of engines by frequency and value, cell by cell."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _COLOURS = {
     Outcome.NO_VERDICT: "#d9d9d9",
     Outcome.UNDEFINED: "white",
 }
-"""Dark and light blue against orange: told apart in every kind of colour vision, and as greys."""
+"""Dark and light blue, and orange: distinct in every kind of colour vision, and as greys."""
 
 _SIGNS = {Outcome.FAILED: "×", Outcome.NO_VERDICT: "?", Outcome.UNDEFINED: "–"}
 
@@ -28,7 +28,7 @@ def plot_outcomes(
     """One panel an engine: frequency across, value up, colour and sign for the outcome.
 
     Args:
-        sweep: what was swept.
+        sweep: the sweep.
         cells: of that sweep.
         frequencies: columns of every engine that does not choose its own steps.
     """

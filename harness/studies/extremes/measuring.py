@@ -1,6 +1,6 @@
-"""How one cell of a sweep of :mod:`steadyload.studies.extremes.sweeps` is measured.
+"""Measurement of one cell of a sweep of :mod:`steadyload.studies.extremes.sweeps`.
 
-Each function lets one engine answer at one frequency and says how it fared.
+Each function runs one engine at one frequency and returns the outcome.
 """
 
 from __future__ import annotations
@@ -28,40 +28,40 @@ from steadyload.studies.extremes import scenes as scenes
 from steadyload.studies.extremes.records import Outcome
 
 VERSION = 1
-"""Of how a cell is measured: raised when the same engine would have another one."""
+"""Version of the measurement: raised when the same engine gets another cell."""
 
 SECONDS = 0.3
 """Simulated time of a placement, as the label has it."""
 
 LOOKS = 10
 _HOPELESS = 2.0
-"""Beyond this multiple of a threshold nothing comes back within a placement."""
+"""Multiple of a threshold beyond which no box comes back within a placement."""
 
 MOVED, TURNED = 0.1, 10.0
 """The label's thresholds [m], [degrees]."""
 
 MOVED_AT_REST, TURNED_AT_REST = 1e-3, 0.5
-"""Beyond this a body is not at rest [m], [degrees]."""
+"""Displacement and rotation above which a body is not at rest [m], [degrees]."""
 
 PUSHED = 1.0
 """Speed of a box that slides to a stop [m/s]."""
 
 SLIDE_SECONDS = 2.5
-"""Longer than it slides at any friction that is swept."""
+"""Simulated time of a slide [s], longer than any in the sweep lasts."""
 
 FREE_SECONDS = 1.0
-"""How long a box without friction is followed."""
+"""Simulated time of a box without friction [s]."""
 
 CLOSE, HELD = 0.02, 0.1
-"""Shares of a closed form within which an answer is close, and held."""
+"""Relative errors up to which a result is close, and held."""
 
 BOUNCE_SLACK = 0.01
-"""A rebound of a hundredth of the drop is none."""
+"""Rebound that counts as none, as a share of the drop."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """How an engine fared, and the numbers behind it."""
+    """Outcome of an engine in a cell, with its numbers."""
 
     outcome: Outcome
     numbers: dict[str, float] = field(default_factory=dict)
@@ -82,9 +82,9 @@ def settle(
         stage: engine and frequency.
         boxes: at their planned poses.
         friction: of every contact.
-        restitution: of every contact; it is imitated where that can be asked.
-        edge: of the boxes [m], where it limits what counts as moved: one edge, and a hundredth of
-            one at rest; None: the thresholds as they are.
+        restitution: of every contact; it is emulated where the engine offers that.
+        edge: of the boxes [m], where the displacement thresholds are one edge, and a hundredth of
+            one at rest; None for the usual thresholds.
     """
     emulate = frozenset({"restitution"}) if restitution else frozenset()
     settings = WorldSettings(friction=friction, restitution=restitution, emulate=emulate)
@@ -124,10 +124,10 @@ def energy(world: FixedStepWorld) -> float:
 
 
 def penetration(boxes: Sequence[Box], poses: Poses) -> float:
-    """How far neighbours and the floor have come into each other at most [m], at small angles.
+    """Largest penetration between neighbours, and with the floor [m], for small angles.
 
-    Neighbours are boxes that touch face to face at their planned poses; they have come as far into
-    each other as their centres have approached along the normal of that face.
+    Neighbours are boxes that touch face to face at their planned poses; their penetration is the
+    length by which their centres have approached along the normal of that face.
     """
     planned = np.array([box.centre for box in boxes])
     half = 0.5 * np.array([box.size for box in boxes])
@@ -201,7 +201,7 @@ def overhang(stage: Stage, count: int) -> Finding:
 
 
 def compared(found: float, expected: float, *, slack: float = 0.0) -> Finding:
-    """What was found against a closed form; ``slack`` is allowed on top, in units of both."""
+    """Outcome of a comparison with a closed form; ``slack``: additional tolerance, same unit."""
     error = abs(found - expected)
     outcome = Outcome.FAILED
     if error <= CLOSE * abs(expected) + slack * CLOSE / HELD:

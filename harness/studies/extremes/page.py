@@ -1,4 +1,4 @@
-"""The page of the extremes: what each engine holds, and where it stops holding."""
+"""The page of the extremes: the envelope of each engine, and its outcomes beyond it."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ _OWN = "own"
 """The frequency of an engine that chooses its own steps."""
 
 _SPOKEN_OF = (60, 240, 1000)
-"""Frequencies of which sentences and tables of numbers speak, where they were measured."""
+"""Frequencies in sentences and tables of numbers, where they were measured."""
 
 _CURVES = (30, 90, 240, 1000)
 """Frequencies of the panels that show errors against the value."""
 
 _TALL, _UNEVEN = 10, 10.0
-"""A pallet has stacks of some ten items, and weights of a few kilograms to tens of them."""
+"""Stack height [items] and mass ratio on a pallet: weights are a few kilograms to tens of them."""
 
 
 def extremes_page(extremes: Extremes, manifest: Mapping[str, str]) -> Page:
@@ -212,7 +212,7 @@ def _resting(sweep: ExtremeSweep, extremes: Extremes) -> Section:
 
 
 _WITH_NEGATIVE = ("plate-on-edge",)
-"""Sweeps of which the largest value held says nothing."""
+"""Sweeps whose largest held value is not meaningful."""
 
 
 def _largest_held(cells: Sequence[ExtremeCell]) -> list[ExtremeCell]:
@@ -265,7 +265,7 @@ def _overview(formulas: Sequence[ExtremeSweep], extremes: Extremes) -> Section:
 
 def _formula(sweep: ExtremeSweep, extremes: Extremes) -> Section:
     cells = [c for c in extremes.cells if c.sweep == sweep.name]
-    # A value of 0 is another question: what does not stop, or does not rebound.
+    # A value of 0 is another test: a box that does not stop, or does not rebound.
     tests = [_test(sweep, v) for v in sweep.values if v and _expected(sweep, v, cells)]
     results = [r for r in _results(sweep, cells) if r.frequency in (*_CURVES, None)]
     header = ("engine", "substeps", *(f"{sweep.axis} {v:g}" for v in sweep.values))
@@ -298,7 +298,7 @@ def _or_missing(value: float | None) -> str:
 
 
 def _expected(sweep: ExtremeSweep, value: float, cells: Sequence[ExtremeCell]) -> float | None:
-    """What the closed form says, as the cells hold it; None where no engine had an answer."""
+    """Value of the closed form, as the cells hold it; None where no engine has a result."""
     mine = (c for c in cells if c.sweep == sweep.name and c.value == value)
     return next((c.numbers["expected"] for c in mine if "expected" in c.numbers), None)
 

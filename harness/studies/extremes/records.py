@@ -1,4 +1,4 @@
-"""What the page of the extremes shows, as small typed records."""
+"""Typed records for the page of the extremes."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from enum import StrEnum
 
 
 class Outcome(StrEnum):
-    """How an engine fared in one cell of a sweep.
+    """Outcome of an engine in one cell of a sweep.
 
     ``close``: within the stricter of a sweep's two limits. ``held``: within the other one.
-    ``failed``: beyond both, or diverged. ``no verdict``: no answer within the time a cell has, or
-    an error. ``undefined``: the engine cannot be asked.
+    ``failed``: beyond both, or diverged. ``no verdict``: no result within the time limit of a cell,
+    or an error. ``undefined``: the engine has no such setting.
     """
 
     CLOSE = "close"
@@ -29,13 +29,13 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class ExtremeSweep:
-    """One axis that is swept to its ends.
+    """One axis of a sweep.
 
-    ``axis`` names the value, ``unit`` is its unit. ``close`` and ``held`` say in words what the two
-    limits are. ``quantity`` names what is compared with a closed form, empty where the closed form
-    is to stay where one is. ``shown``: the value that stands for the sweep in a figure of errors;
-    ``resolution``: errors below it are not told from none [% of the closed form].
-    ``stops``: after so many values in a row that were not held, larger ones are not measured.
+    ``axis`` names the value, ``unit`` is its unit. ``close`` and ``held`` describe the two limits
+    in words. ``quantity`` names the quantity that is compared with a closed form, empty where no
+    box may move. ``shown``: the value that represents the sweep in a figure of errors;
+    ``resolution``: errors below it count as none [% of the closed form].
+    ``stops``: number of consecutive values not held after which larger ones are not measured.
     """
 
     name: str
@@ -54,11 +54,11 @@ class ExtremeSweep:
 
 @dataclass(frozen=True, slots=True)
 class ExtremeCell:
-    """What one engine did at one frequency and value.
+    """Result of one engine at one frequency and value.
 
     ``frequency`` is None for an engine that chooses its own steps. ``numbers``, by name:
     ``found`` and ``expected`` where there is a closed form, else ``moved`` [mm], ``turned`` [deg],
-    ``penetration`` [mm], ``energy`` [mm]; always ``cpu`` [ms]. ``note`` says what is special.
+    ``penetration`` [mm], ``energy`` [mm]; always ``cpu`` [ms]. ``note``: a remark on the result.
     """
 
     sweep: str
@@ -72,7 +72,7 @@ class ExtremeCell:
 
 @dataclass(frozen=True, slots=True)
 class EnvelopeRow:
-    """What an engine was measured to hold at one frequency, at the label's thresholds.
+    """Envelope of an engine at one frequency, at the label's thresholds.
 
     ``tower_height`` in items, mass ratios as numbers, sizes in cm, 0 where nothing was held.
     ``sees_falls``: a plate beyond an edge falls, and one before it stays.
@@ -91,11 +91,11 @@ class EnvelopeRow:
 
 @dataclass(frozen=True, slots=True)
 class Extremes:
-    """All that was measured at the edge.
+    """All results of the study of extremes.
 
-    ``envelope``: at a label's thresholds; ``rests``: where nothing may move. ``from_here_on`` and
-    ``at_rest``: the same, of what is held at that frequency and all higher ones; only where falls
-    are seen and two cubes hold, and one row where two say the same. ``timeout``: of a cell [s].
+    ``envelope``: at the label's thresholds; ``rests``: at those of rest. ``from_here_on`` and
+    ``at_rest``: the same, for values held at that frequency and all higher ones; only where falls
+    are detected and two cubes hold, and one row where two are equal. ``timeout``: of a cell [s].
     """
 
     sweeps: tuple[ExtremeSweep, ...]

@@ -7,10 +7,10 @@ import math
 from steadyload.engines.world import Box
 
 SIDE = 0.1
-"""Edge of a cube where the size is not what is swept [m]."""
+"""Edge of a cube in sweeps of other quantities than size [m]."""
 
 DENSITY = 1000.0
-"""A cube of 10 cm weighs 1 kg [kg/m3]."""
+"""Density of all boxes [kg/m3]: a cube of 10 cm weighs 1 kg."""
 
 PLATE = (1.0, 1.0, 0.01)
 TABLE = (1.0, 1.0, 0.5)
@@ -42,7 +42,7 @@ def plates(count: int) -> list[Box]:
 
 
 def plate_on_table(past_edge: float) -> list[Box]:
-    """A plate on a fixed table, its centre of mass so far past the edge [m]; negative: before."""
+    """A plate on a fixed table; its centre of mass is ``past_edge`` [m] beyond the edge."""
     table = Box(TABLE, 1.0, (0.0, 0.0, 0.5 * TABLE[2]), fixed=True)
     centre = (0.5 * TABLE[0] + past_edge, 0.0, TABLE[2] + 0.5 * PLATE[2])
     return [table, Box(PLATE, DENSITY * math.prod(PLATE), centre)]

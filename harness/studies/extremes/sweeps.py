@@ -1,7 +1,7 @@
-"""Sweeps to the edge of numerical stability, as data: what is swept, and what counts as held.
+"""Sweeps to the limits of numerical stability, as data: values and limits of what is held.
 
-A cell is one engine at one frequency and one value. Cells are independent of each other; how they
-are run and kept is :mod:`steadyload.studies.extremes.cells`.
+A cell is one engine at one frequency and one value. Cells are independent of each other;
+:mod:`steadyload.studies.extremes.cells` runs and stores them.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from steadyload.studies.extremes.measuring import Finding
 from steadyload.studies.extremes.records import ExtremeCell, ExtremeSweep, Outcome
 
 VERSION = 1
-"""Of what is swept and what counts as held, scenes included: raised when cells would differ."""
+"""Version of values, limits and scenes of the sweeps: raised when cells change."""
 
 FREQUENCIES = (5, 10, 15, 30, 60, 90, 120, 240, 480, 1000)
 
 SAMPLING = 240
-"""How often a second an engine that chooses its own steps is looked at."""
+"""Rate at which an engine that chooses its own steps is sampled [1/s]."""
 
 TIMEOUT = 30.0
-"""Wall seconds a cell may take."""
+"""Default time limit of a cell [s, wall time]."""
 
 _HEIGHTS = (1, 2, 3, 5, 7, 10, 15, 20, 25, 30, 40, 50, 60, 70, 85, 100)
 _RATIOS = (1, 3, 10, 30, 100, 300, 1e3, 3e3, 1e4, 3e4, 1e5, 3e5, 1e6)
@@ -62,14 +62,14 @@ def sweep_names() -> tuple[str, ...]:
 def measure_cell(
     sweep: str, engine: str, frequency: int | None, value: float, timeout: float = TIMEOUT
 ) -> ExtremeCell:
-    """Measure one cell. What goes wrong is an outcome.
+    """Measure one cell. Failures of the engine are outcomes, not exceptions.
 
     Args:
         sweep: one of :func:`sweep_names`.
         engine: a registered name.
         frequency: substeps a second; None for an engine that chooses its own steps.
         value: on the sweep's axis, in its unit.
-        timeout: wall seconds after which there is no verdict; looked at after every substep.
+        timeout: wall seconds after which there is no verdict; checked after every substep.
     """
     world_class(engine).warm_up(0)
     watch = Stopwatch(timeout)

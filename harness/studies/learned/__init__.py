@@ -1,1 +1,1 @@
-"""What learned judges are worth: a plan of trainings, made one after the other, and judged."""
+"""Study of learned methods: a plan of trainings, which are made and evaluated."""

@@ -1,4 +1,4 @@
-"""How a learned judge's probabilities keep what they say, of steps and of scores."""
+"""Calibration of a learned method's probabilities, of steps and of scores."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ Floats = NDArray[np.float64]
 
 
 def calibration(title: str, probabilities: Array32, data: Sequences) -> MethodCalibration:
-    """How a judge's probabilities keep what they say, of steps and of scores.
+    """Calibration of a learned method's probabilities, of steps and of scores.
 
     Args:
-        title: of the judge.
+        title: of the method.
         probabilities: that steps are unstable, (M, T).
         data: the same layouts with their labels.
     """
@@ -39,15 +39,14 @@ def calibration(title: str, probabilities: Array32, data: Sequences) -> MethodCa
 
 
 def sureness(probabilities: Any, counts: NDArray[np.int64]) -> Floats:
-    """How sure a judge is of its score: the probability that it gives to it, (M,).
+    """Probability that a learned method gives to its own score, (M,).
 
-    A step's probability is one on condition that all before it are stable: labels end with the
+    A step's probability is conditional on all steps before it being stable: labels end with the
     first unstable one. So a score of k has p_k (1 - p_0) ... (1 - p_(k-1)), and a stable layout the
     product of all 1 - p_j.
 
     Args:
-        probabilities: that steps are unstable, (M, T); what stands after a layout's end is not
-            looked at.
+        probabilities: that steps are unstable, (M, T); values after a layout's end are not used.
         counts: items of every layout, (M,).
     """
     unstable = np.asarray(probabilities, dtype=float)

@@ -1,4 +1,4 @@
-"""Configuration of the study of learned judges."""
+"""Configuration of the study of learned methods."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
 @dataclass(frozen=True)
 class LearnedConfig:
-    """Which plan, which parts of the page, and what judges are asked."""
+    """Which plan, which parts of the page, and which cases are judged."""
 
     plan: Path | None = option(None, "TOML file (default: the one of the package)", metavar="FILE")
     only: tuple[str, ...] = option(
@@ -29,7 +29,7 @@ class LearnedConfig:
 
 
 class LearnedStudy(Study[LearnedConfig, Any]):
-    """Trainings that a plan asks for, judged."""
+    """The trainings of a plan, and their evaluation."""
 
     name = "learned"
     question = "What are learned judges worth, and what makes them so?"
@@ -41,7 +41,7 @@ class LearnedStudy(Study[LearnedConfig, Any]):
     def run(
         self, config: LearnedConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
-        """Trainings with their verdicts, and provenance."""
+        """The trainings with their verdicts, and provenance."""
         from steadyload.errors import nearest
         from steadyload.learners import LearnerError, require_training
 
@@ -72,7 +72,7 @@ class LearnedStudy(Study[LearnedConfig, Any]):
         return record, provenance_lines()
 
     def page(self, result: Any) -> Any:
-        """Accuracy, cost and trust of learned judges."""
+        """The page of accuracy, cost and calibration of learned methods."""
         from steadyload.studies.learned.page import learned_page
 
         return learned_page(*result)

@@ -1,4 +1,4 @@
-"""Pictures of learned judges: size of the training set, remedies."""
+"""Figures of learned methods: size of the training set, remedies."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from steadyload.runs.evaluation import ALL
 from steadyload.studies.learned.records import SizeCurve, TrainedRow
 
 _ROOM = 1.2
-"""Ticks of a log axis by less than this factor apart run into each other."""
+"""Smallest factor between ticks of a log axis that do not overlap."""
 
 
 def plot_size(curves: Sequence[SizeCurve]) -> Figure:
@@ -61,7 +61,7 @@ def plot_remedies(rows: Sequence[TrainedRow], scenarios: Sequence[str]) -> Figur
 
 
 def _apart(places: Iterable[int]) -> list[int]:
-    """Those that have room beside each other on a log axis, from the greatest down."""
+    """Ticks that have room beside each other on a log axis, from the largest down."""
     kept: list[int] = []
     for place in sorted(places, reverse=True):
         if not kept or place * _ROOM < kept[-1]:

@@ -1,4 +1,4 @@
-"""Learned judges on layouts of another kind than those that they were trained on."""
+"""Learned methods on layouts of another kind than those of their training."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ def foreign_layouts(
     workers: int,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Foreign:
-    """What learned judges refuse of layouts, and how often they agree with other methods.
+    """Share of layouts that learned methods refuse, and their agreement with other methods.
 
     Args:
-        plan: who judges.
+        plan: the methods.
         files: of layouts.
-        folder: of what is judged; an interrupted run goes on.
-        limit: only so many layouts.
+        folder: of the run; an interrupted run is resumed.
+        limit: largest number of layouts; None for all.
         workers: processes beside this one.
         progress: called with rows done and rows in all.
 
@@ -82,7 +82,7 @@ def foreign_layouts(
 
 
 def _accepting(spec: str) -> str:
-    """The canonical spec of a judge that refuses nothing."""
+    """The canonical spec of the same method without refusals."""
     plain = str(make_method(spec).spec)
     return str(make_method(f"{plain}{',' if ':' in plain else ':'}{_ACCEPT}").spec)
 

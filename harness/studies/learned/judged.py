@@ -1,4 +1,4 @@
-"""A part of the labelled set, and what trained weights say of its cases."""
+"""A part of the labelled set, and the verdicts of trained weights on its cases."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from steadyload.studies.learned.records import ProvenanceRow, TrainedRow
 from steadyload.studies.learned.trainings import Run
 
 Rights = NDArray[np.bool_]
-"""Whether a score is the label's, shape (seeds, cases)."""
+"""Mask of scores that are the label's, shape (seeds, cases)."""
 
 
 class JudgedPart:
-    """Cases with labels, in one order for all judges.
+    """Cases with labels, in one order for all methods.
 
-    Whether a layout lies outside of what a network was trained on is not asked: that is for a
-    network trained on little no fault of its features.
+    Layouts outside of the training range are judged, too: a small training set has a narrow range
+    whatever the features are.
 
     Args:
         part: of the labelled set.
-        limit: only so many cases a scenario.
+        limit: largest number of cases a scenario; None for all.
     """
 
     def __init__(self, part: Part, limit: int | None = None) -> None:
@@ -49,7 +49,7 @@ class JudgedPart:
 
     @cached_property
     def cases(self) -> Sequences:
-        """The cases, for their labels, scenarios and item lists."""
+        """The cases with their labels, scenarios and item lists, whatever the features."""
         return self.sequences(FeatureKind.PLAIN)
 
     @property
@@ -58,14 +58,14 @@ class JudgedPart:
         return tuple(dict.fromkeys(str(s) for s in self.cases.scenarios))
 
     def probabilities(self, weights: Weights, members: int | None = None) -> Array32:
-        """That steps are unstable, (cases, most items): the mean of the first ``members``."""
+        """Probabilities that steps are unstable, (cases, most items): mean of ``members``."""
         rows = self.sequences(weights.kind).padded()
         networks = weights.networks[:members]
         found: Array32 = np.mean([n.probabilities_of_many(rows) for n in networks], axis=0)
         return found
 
     def rights(self, runs: Sequence[Run]) -> Rights:
-        """Whether every seed of a training is right, case by case."""
+        """Mask of the cases on which each seed of a training is right, (seeds, cases)."""
         return np.array([self._right(run.weights) for run in runs])
 
     def _right(self, folder: Path) -> NDArray[np.bool_]:
@@ -75,7 +75,7 @@ class JudgedPart:
         return self._known[folder]
 
     def by_scenario(self, rights: Rights) -> dict[str, Estimate]:
-        """Accuracy, the mean of the seeds; intervals stand on item lists."""
+        """Accuracy, the mean of the seeds; intervals are clustered by item list."""
         return {
             name: accuracy_of_seeds(rights[:, which], self.cases.instances[which])
             for name, which in self._parts().items()
@@ -91,11 +91,11 @@ class JudgedPart:
         }
 
     def row(self, runs: Sequence[Run], against: Sequence[Run] = ()) -> TrainedRow:
-        """What a training came to.
+        """Result of a training.
 
         Args:
             runs: its seeds.
-            against: the seeds of the training that it is held against.
+            against: the seeds of the training that it is compared with.
         """
         rights = self.rights(runs)
         manifest = load_weights(runs[0].weights).manifest
@@ -124,7 +124,7 @@ class JudgedPart:
 
 
 def provenance_row(title: str, weights: Weights) -> ProvenanceRow:
-    """Where weights come from."""
+    """Provenance of weights."""
     manifest = weights.manifest
     members = manifest["members"]
     return ProvenanceRow(
@@ -143,7 +143,7 @@ def provenance_row(title: str, weights: Weights) -> ProvenanceRow:
 
 
 def _label_sources(data: Sequence[Mapping[str, object]], run: Run) -> str:
-    """Who labelled what a training learnt from, the training that it goes on from first."""
+    """Sources of the labels of a training, those of the training that it continues first."""
     own = " and ".join(
         "labelled set" if source["name"] == BENCHMARK else str(source.get("label", source["name"]))
         for source in data

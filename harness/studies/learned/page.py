@@ -1,4 +1,4 @@
-"""The page of learned judges: a section for each part of the record that is not empty."""
+"""The page of learned methods: a section for each part of the record that is not empty."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def learned_page(learned: Learned, manifest: Mapping[str, str]) -> Page:
 
 
 def _kept_apart(learned: Learned) -> str:
-    """Whether what is shown was looked at while training."""
+    """Sentence on whether the cases shown were used while training."""
     if learned.part == "validation":
         return (
             "**Trainings are stopped by these very cases where they leave out no item lists, so "

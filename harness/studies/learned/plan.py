@@ -1,4 +1,4 @@
-"""What a study of learners trains and compares."""
+"""Plan of a study of learners: its trainings and comparisons."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ class PlannedTraining:
 
     Attributes:
         title: for people.
-        preset: what the options start from, see :mod:`steadyload.learners.options`.
-        options: changed ones; no seed.
+        preset: the options that are changed, see :mod:`steadyload.learners.options`.
+        options: changed options, without the seed.
         data: names of the plan's sets, and ``benchmark``.
         seeds: one training each.
         members, left_out, limit, lists, leaky: see :class:`steadyload.learners.jobs.TrainingJob`.
-        start: name of the training that is trained on, seed by seed.
-        budget: wall seconds over all members. Without one what is trained hangs on nothing but
-            the plan.
+        start: name of the training that is continued, seed by seed.
+        budget: wall seconds over all members. Without a budget the weights depend on the plan
+            alone.
     """
 
     name: str
@@ -61,11 +61,11 @@ class TablePlan:
 
     Attributes:
         methods: spec strings.
-        trainings: names; the weights of the first seed judge, too.
-        held: the spec, or name of a training, that all others are held against.
-        timed: cases of the part that are timed, in turns with all methods.
-        repeats: how often.
-        batches: sizes that are tried where a method judges many at once.
+        trainings: names; the weights of the first seed are a method, too.
+        held: the spec, or name of a training, that all others are compared with.
+        timed: number of cases of the part that are timed, methods in turns.
+        repeats: number of repetitions of the timing.
+        batches: batch sizes for methods that judge many layouts at once.
     """
 
     methods: tuple[str, ...]
@@ -86,7 +86,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Contrast:
-    """A training, and others that are held against it."""
+    """A training, and others that are compared with it."""
 
     baseline: str
     trainings: tuple[str, ...]
@@ -94,7 +94,7 @@ class Contrast:
 
 @dataclass(frozen=True)
 class CalibrationPlan:
-    """Whose probabilities are looked at: names of weights that are shipped, or of trainings."""
+    """Methods whose calibration is measured: names of shipped weights, or of trainings."""
 
     judges: tuple[str, ...]
 
@@ -106,7 +106,7 @@ class ForeignPlan:
     Attributes:
         judges: learned methods, spec strings.
         others: methods whose verdicts are compared with theirs.
-        max_items: so many first items of a layout are judged.
+        max_items: number of the first items of a layout that are judged.
     """
 
     judges: tuple[str, ...]
@@ -119,8 +119,8 @@ class Plan:
     """A study of learners; a section that is not planned is None or empty.
 
     Attributes:
-        part: of the labelled set, on which all are judged.
-        sets: to generate, by name.
+        part: of the labelled set, on which all methods are evaluated.
+        sets: sets to generate, by name.
         trainings: by name.
     """
 
@@ -136,11 +136,11 @@ class Plan:
     foreign: ForeignPlan | None = None
 
     def sections(self) -> list[Section]:
-        """Those that are planned."""
+        """The planned sections."""
         return [section for section in Section if getattr(self, section)]
 
     def needed(self, sections: Collection[Section]) -> list[PlannedTraining]:
-        """The trainings of some sections, each after the one that it starts from."""
+        """The trainings of some sections, each after the one that it continues."""
         found: dict[str, PlannedTraining] = {}
         for name in self.named(sections):
             chain = [name]
@@ -150,7 +150,7 @@ class Plan:
         return list(found.values())
 
     def named(self, sections: Collection[Section]) -> Iterable[str]:
-        """Names of trainings that sections ask for."""
+        """Names of the trainings of some sections."""
         for section in sections:
             for what in _as_tuple(getattr(self, section)):
                 names = (

@@ -1,4 +1,4 @@
-"""The file of a plan: TOML, validated at the edge."""
+"""The file of a plan: TOML, validated when it is read."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def load_plan(path: Path | None = None) -> Plan:
 
 
 def check_part(part: Any) -> None:
-    """See that a part of the labelled set is one that nothing is learnt from.
+    """Check that a part of the labelled set is one on which nothing is trained.
 
     Raises:
         LearnerError: it is not.
@@ -102,7 +102,7 @@ def _training(name: str, table: Mapping[str, Any]) -> PlannedTraining:
 
 
 def _check_names(plan: Plan) -> None:
-    """See that all that is named is there."""
+    """Check that all names of the plan are defined."""
     for name in plan.named(plan.sections()):
         if name not in plan.trainings:
             raise LearnerError(f"training {name!r}; {nearest(name, plan.trainings)}")

@@ -1,6 +1,6 @@
-"""What a page shows of learned judges, as small typed records. Accuracies are shares.
+"""Typed records for the page of learned methods. Accuracies are shares.
 
-Where something is told by scenario, the key ``all`` stands for all cases together.
+In mappings by scenario the key ``all`` means all cases together.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from steadyload.studies.table5.paper import PaperRow
 
 @dataclass(frozen=True, slots=True)
 class BatchTimes:
-    """What a method costs that may judge several layouts at once.
+    """Cost of a method that may judge several layouts at once.
 
     ``cpu``, ``wall``: a layout [ms], one at a time, medians over ``repeats`` of the mean over
     ``layouts``. ``batched``: by the number of layouts at once, CPU and wall time a layout [ms],
-    medians likewise; empty where a method knows no batches.
+    medians likewise; empty for a method without batches.
     """
 
     method: MethodKey
@@ -50,19 +50,19 @@ class MethodTable:
 
 @dataclass(frozen=True, slots=True)
 class TrainedRow:
-    """What trainings that differ in their seed alone came to.
+    """Result of the trainings that differ in their seed alone.
 
     Attributes:
         title: of the training.
-        features: what the network is told.
-        network: which one.
-        symmetries: of 8, how many are drawn from; 1 is none.
-        labels: where its labels come from.
+        features: the features of the network.
+        network: the kind of network.
+        symmetries: number of symmetries of the pallet, of 8, that are drawn from; 1 is none.
+        labels: source of its labels.
         item_lists, cases: of its training set.
         accuracy: by scenario, mean of the seeds; the interval is that of the cases.
         seeds: by scenario, accuracy of every seed.
-        difference: its accuracy minus that of the training that it is held against, case by case;
-            None for that training itself, and where there is none.
+        difference: its accuracy minus that of the training that it is compared with, case by
+            case; None for that training itself, and where there is none.
     """
 
     title: str
@@ -87,7 +87,7 @@ class SizeCurve:
 
 @dataclass(frozen=True, slots=True)
 class MethodCalibration:
-    """One judge's probabilities: of steps, and how sure it is of a layout's score."""
+    """Calibration of one method's probabilities, of steps and of a layout's score."""
 
     title: str
     steps: Reliability
@@ -105,16 +105,16 @@ class LeakRow:
 
 @dataclass(frozen=True, slots=True)
 class ForeignRow:
-    """A learned judge on layouts of another kind.
+    """A learned method on layouts of another kind.
 
     Attributes:
-        method: the judge, which refuses what is outside of what it was trained on.
-        refused: share that it refuses.
-        reasons: layouts by the quantity that is outside, with the ends it was trained on and those
-            of these layouts; a layout may have several.
-        agreement: by other method, share of equal failing steps where it is made to judge all.
-        inside: the same, on what it does not refuse.
-        stable: share of all that it says are stable, made to judge all.
+        method: the method, which refuses layouts outside of its training range.
+        refused: share of layouts that it refuses.
+        reasons: layouts by the quantity that is outside, with the training range and the range of
+            these layouts; a layout may have several.
+        agreement: by other method, share of equal failing steps with refusals switched off.
+        inside: the same, on the layouts that it does not refuse.
+        stable: share of all layouts that it judges to be stable, with refusals switched off.
     """
 
     method: MethodKey
@@ -127,10 +127,10 @@ class ForeignRow:
 
 @dataclass(frozen=True, slots=True)
 class Foreign:
-    """Learned judges on layouts of another kind.
+    """Learned methods on layouts of another kind.
 
-    ``others``: share that other methods say are stable. ``among``: by pair, share of equal failing
-    steps of two of them.
+    ``others``: share of layouts that other methods judge to be stable. ``among``: by pair of them,
+    share of equal failing steps.
     """
 
     files: int
@@ -143,10 +143,10 @@ class Foreign:
 
 @dataclass(frozen=True, slots=True)
 class ProvenanceRow:
-    """Where weights come from, a number a member where there are several.
+    """Provenance of weights, a number a member where there are several.
 
-    ``validation``: accuracy there. ``seconds``: of all epochs. ``item_lists``: None where weights
-    do not say it.
+    ``validation``: accuracy on that part. ``seconds``: of all epochs. ``item_lists``: None where
+    weights do not state it.
     """
 
     title: str
@@ -164,9 +164,9 @@ class ProvenanceRow:
 
 @dataclass(frozen=True, slots=True)
 class Learned:
-    """All that is known of learned judges; sections that were not run are empty.
+    """All results on learned methods; sections that were not run are empty.
 
-    ``part``: of the labelled set, on which all are judged; ``item_lists`` intervals stand on.
+    ``part``: of the labelled set, on which all are evaluated; ``item_lists``: number of clusters.
     """
 
     part: str

@@ -1,4 +1,4 @@
-"""The parts of the page of learned judges that compare trainings with one another."""
+"""The parts of the page of learned methods that compare trainings with one another."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _SHIFTED = "S2b"
 """The scenario whose centres of mass are shifted the most."""
 
 _GAIN = 0.08
-"""What remedies are to bring there."""
+"""Gain of accuracy that is the target of remedies there."""
 
 
 def size(curves: Sequence[SizeCurve], scenarios: Sequence[str]) -> Section:
@@ -60,7 +60,7 @@ def _set(row: TrainedRow) -> str:
 def sources(
     rows: Sequence[TrainedRow], agreement: Mapping[str, Estimate], scenarios: Sequence[str]
 ) -> Section:
-    """Accuracy against who labelled what was learnt from."""
+    """Section of accuracy by the source of the training labels."""
     tables = [_rows(rows, scenarios), _differences(rows, scenarios)]
     if agreement:
         tables.append(
@@ -81,7 +81,7 @@ def sources(
 
 
 def remedies(rows: Sequence[TrainedRow], scenarios: Sequence[str]) -> Section:
-    """What shifted centres of mass cost, and what is won back by which means."""
+    """Section of the accuracy lost by shifted centres of mass, and the gain of each remedy."""
     plain = rows[0]
     said = []
     if _SHIFTED in plain.accuracy and "S1" in plain.accuracy:
@@ -118,7 +118,7 @@ def remedies(rows: Sequence[TrainedRow], scenarios: Sequence[str]) -> Section:
 
 
 def leak(rows: Sequence[LeakRow], scenarios: Sequence[str]) -> Section:
-    """What it is worth to learn from layouts of held-out item lists."""
+    """Section of the gain of training on layouts of held-out item lists."""
     said = [
         f"- {row.leaky.title} beside {row.honest.title}: {percent(row.leaky.difference[ALL])} "
         f"points over {row.leaky.accuracy[ALL].n} cases, learnt from {row.leaky.cases} cases and "
@@ -142,7 +142,7 @@ def leak(rows: Sequence[LeakRow], scenarios: Sequence[str]) -> Section:
 
 
 def _held(row: TrainedRow, part: str) -> str:
-    """How far a training is ahead of that which it is held against."""
+    """Difference of a training to the one that it is compared with, as a line."""
     assert row.difference is not None
     found = row.difference[part]
     told = "" if found.low > 0.0 or found.high < 0.0 else ", not told apart"
@@ -151,7 +151,7 @@ def _held(row: TrainedRow, part: str) -> str:
 
 
 def _rows(rows: Sequence[TrainedRow], scenarios: Sequence[str], *, means: bool = False) -> str:
-    """Trainings one below the other; ``means`` says by what they differ."""
+    """Table of trainings; ``means`` adds columns of the settings by which they differ."""
     parts = (ALL, *scenarios)
     about = ("features", "network", "symmetries") if means else ("labels",)
     header = (

@@ -33,7 +33,7 @@ Progress = Callable[[int, int], None]
 
 
 def _silent(done: int, total: int) -> None:
-    """Progress that nobody sees."""
+    """Progress that is not shown."""
 
 
 def learner_study(
@@ -49,14 +49,14 @@ def learner_study(
     training: Progress = _silent,
     judging: Progress = _silent,
 ) -> Learned:
-    """Train what a plan asks for and is missing, then judge; an interrupted study goes on.
+    """Make the missing trainings of a plan, then judge; an interrupted study is resumed.
 
     Args:
-        plan: what to train and compare.
-        work: of sets, trainings and verdicts.
+        plan: the trainings and comparisons.
+        work: folder of sets, trainings and verdicts.
         only: sections; empty for all that are planned.
         part: of the labelled set; None for the plan's.
-        limit: only so many cases a scenario are judged; what is trained stays as it is.
+        limit: largest number of judged cases a scenario; trainings are not affected.
         foreign: files of layouts of another kind; without one there is no such section.
         workers: processes beside this one, one training each.
         generating: called with item lists done and in all, for every set.
@@ -79,7 +79,7 @@ def learner_study(
         if only:
             raise LearnerError("section 'foreign' needs files of layouts: --foreign FILE")
         chosen.remove(Section.FOREIGN)
-    for file in foreign:  # better known before hours of training
+    for file in foreign:  # so that an error is raised before hours of training
         if not file.is_file():
             raise LearnerError(f"{file}: no such file of layouts")
     if part is not None:
@@ -113,7 +113,7 @@ def learner_study(
 
 
 class _Study:
-    """The sections that only ask trained weights."""
+    """The sections that need trained weights alone."""
 
     def __init__(self, plan: Plan, workshop: Workshop, judged: JudgedPart) -> None:
         self._plan, self._workshop, self._judged = plan, workshop, judged
@@ -162,7 +162,7 @@ class _Study:
         return tuple(found)
 
     def agreement(self) -> dict[str, Estimate]:
-        """By label source, share of the labels of the baseline's set that it gives, too."""
+        """By label source, its agreement with the labels of the baseline's set."""
         sources = self._plan.sources
         assert sources is not None
         own = [n for n in self._plan.trainings[sources.baseline].data if n != BENCHMARK]
@@ -183,7 +183,7 @@ class _Study:
         return found
 
     def provenance(self, sections: Collection[Section]) -> tuple[ProvenanceRow, ...]:
-        """Where all weights come from that sections judge by."""
+        """Provenance of all weights that sections use."""
         rows = [
             provenance_row(training.title, load_weights(run.weights))
             for training in self._plan.needed(sections)

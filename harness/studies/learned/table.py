@@ -1,4 +1,4 @@
-"""Learners beside other methods: what each says, and what it costs."""
+"""Learners compared with other methods: accuracy and cost of each."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ PAPER_COLUMNS: Mapping[str, str] = {
     "lstm_1": "LSTM_1",
     "lstm_e": "LSTM_e",
 }
-"""Columns of the paper's Table 5 by spec of the method of that name. Its PS_opt is another one than
-ours, and stands for none of these methods."""
+"""Columns of the paper's Table 5 by spec of the method of that name. The paper's PS_opt has other
+parameters than ours and is left out."""
 
 _SHARD_SIZE = 100
 
@@ -52,8 +52,8 @@ def judge_table(
     Args:
         plan: with a table.
         workshop: has the trainings.
-        folder: of what is judged; an interrupted run goes on.
-        limit: only so many cases a scenario.
+        folder: of the run; an interrupted run is resumed.
+        limit: largest number of cases a scenario; None for all.
         workers: processes beside this one.
         progress: called with rows done and rows in all.
 
@@ -109,7 +109,7 @@ def judge_table(
 
 
 def _specs(table: TablePlan, workshop: Workshop) -> dict[str, str]:
-    """Specs by the name that the plan has for them."""
+    """Specs by their name in the plan."""
     found = {spec: spec for spec in table.methods}
     for name in table.trainings:
         run = workshop.runs(name)[0]
@@ -122,7 +122,7 @@ def _named(name: str, spec: str, workshop: Workshop) -> tuple[str, MethodKey]:
     key = method_key(method)
     training = workshop.plan.trainings.get(name)
     if training is not None:
-        # A family of its own, so that figures tell trainings apart.
+        # A family of its own, so that figures distinguish trainings.
         title = f"{training.title}, seed {training.seeds[0]}"
         key = dataclasses.replace(key, title=title, family=name)
     return str(method.spec), key

@@ -1,4 +1,4 @@
-"""The part of the page of learned judges that holds them against other methods: Table 5."""
+"""The part of the page of learned methods that compares them with other methods: Table 5."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from steadyload.statistics.estimate import Estimate
 from steadyload.studies.learned.records import BatchTimes, MethodTable
 
 _MOST_WALL = 0.4
-"""ms a layout that a learned judge may take, one at a time."""
+"""Largest time of a learned method, one layout at a time [ms a layout]."""
 
 _LEAST_RATE = 10_000.0
-"""Layouts a second that it is to judge, many at a time."""
+"""Target rate of a learned method, many layouts at a time [layouts/s]."""
 
 
 def judge_table(table: MethodTable, scenarios: Sequence[str]) -> Section:
-    """What methods say, scenario by scenario, and what they cost."""
+    """Section of accuracy, scenario by scenario, and cost."""
     parts = [ALL, *scenarios]
     tables = [f"**{_part_title(part)}**\n\n{_accuracies(table, part)}" for part in parts]
     if table.times:
@@ -129,10 +129,9 @@ def _rates(table: MethodTable) -> str:
 
 
 def _best(row: BatchTimes) -> tuple[int, float, float]:
-    """The number of layouts at once that takes the least CPU time, which others at work on the
-    machine disturb the least, and layouts a second of wall and CPU time.
+    """The fastest batch size by CPU time, and its layouts a second of wall and CPU time.
 
-    All 0 where a method knows no batches.
+    CPU time is disturbed the least by other processes. All 0 for a method without batches.
     """
     if not row.batched:
         return 0, 0.0, 0.0
@@ -141,7 +140,7 @@ def _best(row: BatchTimes) -> tuple[int, float, float]:
 
 
 def _held_bars(table: MethodTable, scenarios: Sequence[str]) -> list[str]:
-    """Whether the method that all are held against is as good as the paper's of that name."""
+    """Comparison of the method that all are compared with and the paper's of that name."""
     held = table.held
     if held.spec not in table.paper:
         return []

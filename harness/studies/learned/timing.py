@@ -1,4 +1,4 @@
-"""What judging costs: the timing pass, and many layouts at once where methods know that."""
+"""Cost of judging: the timing pass, and batches of layouts for methods that judge them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from steadyload.runs.timing import timed as taken_singly
 from steadyload.studies.learned.plan import TablePlan
 
 VERSION = 1
-"""Version of how times are taken: raised when they would mean something else."""
+"""Version of how times are taken: raised when their meaning changes."""
 
 _BATCH = "batch"
 """The parameter of a method that judges many layouts at once."""
@@ -33,13 +33,13 @@ _BATCH = "batch"
 
 @dataclass(frozen=True)
 class BatchUnit(SinglePart):
-    """What is timed where methods judge many layouts at once.
+    """A unit of work: the timing of methods that judge many layouts at once.
 
     Attributes:
-        methods: spec strings of methods that know batches.
+        methods: spec strings of methods that judge batches.
         layouts: that every method judges.
-        repeats: how often, all methods in turns.
-        batches: layouts at once.
+        repeats: number of repetitions, all methods in turns.
+        batches: batch sizes.
     """
 
     methods: tuple[str, ...]
@@ -48,12 +48,12 @@ class BatchUnit(SinglePart):
     batches: tuple[int, ...]
 
     def describe(self, part: int) -> str:
-        """The unit for people."""
+        """Description of the unit for messages."""
         return f"timing batches of {len(self.methods)} methods on {len(self.layouts)} layouts"
 
     @cached_property
     def key(self) -> str:
-        """Hash of all that times are of."""
+        """Hash of everything that the times depend on."""
         identity = {
             "question": "times in batches",
             "version": VERSION,
@@ -66,15 +66,15 @@ class BatchUnit(SinglePart):
 
 
 Batched = Mapping[int, tuple[float, float]]
-"""By number of layouts at once, CPU and wall time a layout [ms]."""
+"""Batch size -> CPU and wall time a layout [ms]."""
 
 
 @dataclass(frozen=True)
 class TableTimes:
     """Times of all methods of the table.
 
-    ``single``: of the timing pass, one layout at a time. ``batched``: by spec; empty where a method
-    knows no batches.
+    ``single``: of the timing pass, one layout at a time. ``batched``: by spec; empty for a method
+    without batches.
     """
 
     single: Times
@@ -84,10 +84,10 @@ class TableTimes:
 def timed(
     table: TablePlan, methods: Sequence[str], cases: pd.DataFrame, folder: Path, *, workers: int
 ) -> TableTimes:
-    """Times of the methods of a table; kept in the folder, and not taken again.
+    """Times of the methods of a table; stored in the folder, and not taken again.
 
     Args:
-        table: how often, and how many at once.
+        table: with the repetitions and batch sizes.
         methods: specs.
         cases: of the labelled set, by layout and scenario.
         folder: made when it does not exist.
@@ -95,14 +95,14 @@ def timed(
 
     Raises:
         LearnerError: a method ended its process while many layouts were judged at once.
-        ResultsError: it did one at a time.
+        ResultsError: a method ended its process while layouts were judged one at a time.
     """
     benchmark = load_benchmark()
     layouts = tuple(
         benchmark.layout(name, scenario)
         for name, scenario in zip(cases["layout"], cases["scenario"], strict=True)
     )
-    # A block of all layouts: whoever judges in batches has them at hand in one piece, too.
+    # A block of all layouts, as in batches.
     single = taken_singly(
         methods, layouts, folder / "times", repeats=table.repeats, block=len(layouts),
         workers=workers,
@@ -156,6 +156,6 @@ def _knows_batches(spec: str) -> bool:
 
 
 def _at_once(spec: str, size: int) -> Method:
-    """The method for a number of layouts at once."""
+    """The method with a batch size."""
     plain = str(make_method(spec).spec)
     return make_method(f"{plain}{',' if ':' in plain else ':'}{_BATCH}={size}")

@@ -1,8 +1,8 @@
 """The sets and trainings of a plan, made where they are missing; each has a folder of its own.
 
-A folder's name holds a hash of what it is made from: a plan that changes finds what has not
-changed, and leaves the rest where it is. Not the loop of :mod:`steadyload.runs.store`: what is made
-is no shard but a folder, and later trainings start from the weights of earlier ones.
+A folder's name holds a hash of everything that it depends on: after a change of the plan unchanged
+trainings are found again, and other folders stay. The loop of :mod:`steadyload.runs.store` does not
+apply: results are folders, not shards, and later trainings start from the weights of earlier ones.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Run(SinglePart):
     """One seed of a training.
 
     Attributes:
-        training: what it is one of.
+        training: the planned training.
         seed: of its options.
         folder: holds checkpoints, and ``weights`` in the end.
         data: names of its sets as a :class:`TrainingJob` has them.
@@ -52,15 +52,15 @@ class Run(SinglePart):
 
     @property
     def finished(self) -> bool:
-        """Its weights are there."""
+        """Whether its weights exist."""
         return (self.weights / MANIFEST).exists()
 
     def describe(self, part: int) -> str:
-        """The run for people."""
+        """Description of the run for messages."""
         return f"training {self.training.name!r}, seed {self.seed}"
 
     def job(self) -> TrainingJob:
-        """What is trained; the weights that it starts from must be there."""
+        """The training job; the weights that it starts from must exist."""
         planned = self.training
         return TrainingJob.of(
             training_preset(planned.preset),
@@ -105,7 +105,7 @@ class Workshop:
         generating: Progress = lambda done, total: None,
         training: Progress = lambda done, total: None,
     ) -> None:
-        """Make what sections need and is missing; what was interrupted goes on.
+        """Make the missing sets and trainings of sections; interrupted ones are resumed.
 
         Args:
             sections: of the plan.
@@ -114,7 +114,7 @@ class Workshop:
             training: called with trainings done and trainings in all.
 
         Raises:
-            LearnerError: a training that cannot be; or one ended its process, twice.
+            LearnerError: a training is not allowed, or one ended its process twice.
             as :func:`steadyload.learners.generation.generate_labelled` and
             :func:`steadyload.learners.jobs.train_weights`.
         """
@@ -173,21 +173,21 @@ class Workshop:
         return {**self.plan.sets[name].identity(), "lists": self.plan.sets[name].lists}
 
     def _lists(self, name: str) -> int | None:
-        """Item lists of a set that is there as a whole; None without one."""
+        """Number of item lists of a complete set; None without one."""
         try:
             return int(read_tables(self.set_folder(name))[3]["lists"])
         except BenchmarkError:
             return None
 
     def _depth(self, training: PlannedTraining) -> int:
-        """How many trainings come before it."""
+        """Number of trainings that it continues one after the other."""
         if not training.start:
             return 0
         return 1 + self._depth(self.plan.trainings[training.start])
 
 
 def _train(run: Run) -> Iterator[str]:
-    """Train one seed; the answer is empty."""
+    """Train one seed; the result is empty."""
     return (_trained(run) for _ in range(1))
 
 

@@ -1,4 +1,4 @@
-"""The parts of the page of learned judges that ask when they are to be trusted."""
+"""The parts of the page of learned methods on calibration and on foreign layouts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from steadyload.studies.learned.records import Foreign, ForeignRow, MethodCalibr
 
 
 def calibration(judges: Sequence[MethodCalibration]) -> Section:
-    """Whether probabilities keep what they say, and what abstaining gives."""
+    """Section of the calibration of probabilities, and of accuracy with abstention."""
     kinds = {
         "a step is unstable": {judge.title: judge.steps for judge in judges},
         "a score is right": {judge.title: judge.layouts for judge in judges},
@@ -67,7 +67,7 @@ def _won(judge: MethodCalibration) -> str:
 
 
 def foreign(found: Foreign) -> Section:
-    """What becomes of layouts of another kind."""
+    """Section of layouts of another kind."""
     titles = list(found.others)
     header = ("judge", "n", "refused %", *(f"as {t} %" for t in titles), "says stable %")
     inside = [row for row in found.rows if any(e.n for e in row.inside.values())]

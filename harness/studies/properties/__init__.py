@@ -1,1 +1,1 @@
-"""Properties asked of methods and engines, over processes."""
+"""Tests of properties of methods and engines, over processes."""

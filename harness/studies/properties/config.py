@@ -50,7 +50,7 @@ class Properties(Study[PropertiesConfig, Any]):
     def run(
         self, config: PropertiesConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
-        """The table and what it was made with; counterexamples lie in ``work``."""
+        """The table and its provenance; counterexamples are written to ``work``."""
         return self.run_beside(config, work, work, workers=workers, progress=progress)
 
     def run_beside(
@@ -62,7 +62,7 @@ class Properties(Study[PropertiesConfig, Any]):
         workers: int,
         progress: Progress,
     ) -> Any:
-        """As :meth:`run`, with the counterexamples beside the page in ``output``."""
+        """The result of :meth:`run`, with counterexamples beside the page in ``output``."""
         from steadyload.properties import PropertyError
 
         if importlib.util.find_spec("hypothesis") is None:
@@ -95,7 +95,7 @@ class Properties(Study[PropertiesConfig, Any]):
         return table, manifest
 
     def page(self, result: Any) -> Any:
-        """Violations with their smallest layouts, and all that held."""
+        """The page of violations, with their smallest layouts, and of properties that hold."""
         from steadyload.studies.properties.page import properties_page
 
         return properties_page(*result)

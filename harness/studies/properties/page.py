@@ -125,5 +125,5 @@ def refusals(rows: Sequence[PropertyRow]) -> dict[str, tuple[int, int]]:
 
 
 def violations(rows: Sequence[PropertyRow]) -> list[PropertyRow]:
-    """Rows that nobody declared."""
+    """Rows of violations that are not declared as findings."""
     return [row for row in rows if row.standing is Standing.VIOLATED]

@@ -1,4 +1,4 @@
-"""What a page shows of property tests, as small typed records."""
+"""Typed records for a page of property tests."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from steadyload.methods.naming import MethodKey
 
 
 class Standing(StrEnum):
-    """How a method stands to a property.
+    """Result of a property for a method.
 
     ``holds``: no counterexample among the cases tried. ``finding``: it does not hold, and that is
-    declared. ``violated``: it does not hold, and nobody knew. ``not asked``: the method does not
-    declare what the property is about, or no case said anything, or it refused all that would have.
+    declared. ``violated``: it does not hold, and that is not declared. ``not asked``: the method
+    does not declare what the property needs, or the property applies to no case, or the method
+    refused all cases to which it applies.
     """
 
     HOLDS = "holds"
@@ -38,8 +39,8 @@ class ItemRow:
 class SmallestCase:
     """The smallest case found on which a property does not hold.
 
-    ``found``: what was found and what was to be expected. ``change``: what else was drawn.
-    ``file``: where the layout lies, relative to the page.
+    ``found``: found and expected results. ``change``: other values drawn for the case.
+    ``file``: path of the layout, relative to the page.
     """
 
     found: str
@@ -51,11 +52,11 @@ class SmallestCase:
 
 @dataclass(frozen=True, slots=True)
 class PropertyRow:
-    """One property asked of one method.
+    """Result of one property for one method.
 
-    ``examples``: cases tried; ``asked``: those that the property said something about;
-    ``refused``: those that the method refused, which lie outside its range. ``why``: the reason of
-    a declared finding, or how an engine ended its process.
+    ``examples``: cases tried; ``asked``: those to which the property applies; ``refused``: those
+    that the method refused, which lie outside its range. ``why``: the reason of a declared finding,
+    or how an engine ended its process.
     """
 
     property: str
@@ -70,7 +71,7 @@ class PropertyRow:
 
 @dataclass(frozen=True, slots=True)
 class PropertyTable:
-    """Properties x methods: what each property says, and a row for each pair."""
+    """Properties x methods: the statement of each property, and a row for each pair."""
 
     about: Mapping[str, str]
     methods: tuple[MethodKey, ...]

@@ -1,8 +1,7 @@
-"""Properties x methods: asked over processes, kept in files, resumable.
+"""Properties x methods: tested over processes, stored in files, resumable.
 
 A folder holds ``results/*.json``, a :class:`steadyload.runs.store.Store` with a shard for every
-property and method; beside the page lie
-``counterexamples/*.json``, layout files that can be read like any other.
+property and method. ``counterexamples/*.json`` beside the page are layout files like any other.
 """
 
 from __future__ import annotations
@@ -51,17 +50,17 @@ STATIC_METHODS = (
 )
 
 _READABLE = 100
-"""Characters of a counterexample's file name that tell property and method."""
+"""Number of characters of a counterexample's file name that name property and method."""
 
 
 @dataclass(frozen=True, slots=True)
 class PropertyStudy:
-    """What is asked.
+    """Methods and properties to test.
 
     Attributes:
         methods: spec strings.
-        properties: what they are asked about.
-        examples: cases a pair at most.
+        properties: names of properties.
+        examples: largest number of cases a pair.
         seed: of the cases.
     """
 
@@ -84,7 +83,7 @@ class _Unit(SinglePart):
 
 
 def methods_on(names: Sequence[str] | None) -> list[str]:
-    """The methods that are asked by default: all static ones, and the label's way on engines.
+    """The methods that are tested by default: all static ones, and the label's on engines.
 
     Args:
         names: engines; None takes the static methods and all engines that are installed and not
@@ -110,10 +109,10 @@ def run_properties(
     workers: int = IN_THIS_PROCESS,
     progress: Progress = lambda done, total: None,
 ) -> PropertyTable:
-    """Ask what has not been asked yet.
+    """Test the missing pairs of properties and methods.
 
     Args:
-        study: what is asked; a method that is spelt in two ways is asked once.
+        study: methods and properties; a method with two spellings is tested once.
         directory: folder of the results, made when it does not exist.
         output: folder of the page, to which counterexamples go; by default the same.
         workers: see :func:`steadyload.runs.runner.run_study`.
@@ -138,7 +137,7 @@ def run_properties(
         store.complete(
             units,
             _ask,
-            # Of an engine that ends its process; the case it did so on is not known.
+            # For an engine that ends its process the case is not known.
             crashed=lambda unit, part, reason: PropertyResult(0, 0, None, crashed=reason),
             workers=workers,
             progress=progress,
@@ -152,7 +151,7 @@ def run_properties(
 
 
 def made_with(study: PropertyStudy) -> dict[str, str]:
-    """What a page of this study is made with."""
+    """Provenance of a page of this study."""
     return {
         "examples": f"{study.examples} a property and method, seed {study.seed}",
         **provenance_lines(),
@@ -161,7 +160,7 @@ def made_with(study: PropertyStudy) -> dict[str, str]:
 
 
 def _units(subject: MethodUnderTest, study: PropertyStudy) -> Iterator[_Unit]:
-    """What a method is asked; a key is a hash of all that the outcome depends on."""
+    """Units of a method; a key is a hash of everything that the outcome depends on."""
     envelopes = json.loads(resources.files("steadyload.methods").joinpath(ENVELOPES).read_bytes())
     made = {
         **made_by(subject.method),
@@ -223,11 +222,11 @@ def _decoded(content: bytes) -> PropertyResult:
 
 
 OUTCOMES: Codec[PropertyResult, PropertyResult] = Codec(".json", _encoded, _decoded)
-"""A shard of what came out for a property and method."""
+"""Codec of the result of a property and method."""
 
 
 def _row(unit: _Unit, outcome: PropertyResult, directory: Path) -> PropertyRow:
-    """A result as a page shows it; a declared finding shows even where this run missed it."""
+    """A result as a page shows it; declared findings are included even where not found here."""
     known = finding(unit.property, unit.method)
     shown, standing = outcome.counterexample, Standing.HOLDS
     if known is not None:
@@ -264,7 +263,7 @@ def _smallest(unit: _Unit, shown: Counterexample, directory: Path) -> SmallestCa
 
 
 def _file_name(unit: _Unit) -> str:
-    """Readable, and another for every pair: specs may differ in nothing but punctuation."""
+    """File name, readable and unique for every pair; specs may differ in punctuation alone."""
     pair = f"{unit.property} {unit.method}"
     readable = re.sub(r"[^a-z0-9]+", "-", pair.lower()).strip("-")[:_READABLE]
     return f"{readable}-{zlib.crc32(pair.encode()):08x}"

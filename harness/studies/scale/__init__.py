@@ -1,1 +1,1 @@
-"""What a study needs by its number of rows: time and memory."""
+"""Time and memory of a study by its number of rows."""

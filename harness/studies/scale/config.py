@@ -38,7 +38,7 @@ class Scale(Study[ScaleConfig, Any]):
     def run(
         self, config: ScaleConfig, work: Path, *, workers: int = 2, progress: Progress = silent
     ) -> Any:
-        """Measurements, how they were taken, and with what."""
+        """The measurements, a sentence on how they were taken, and provenance."""
         from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.scale.study import METHODS, REPETITIONS, scale
 
@@ -52,7 +52,7 @@ class Scale(Study[ScaleConfig, Any]):
         return scale(counts[::-1], workers=workers, progress=progress), how, made_with
 
     def page(self, result: Any) -> Any:
-        """Time and memory of a run, of reading it and of its report."""
+        """The page of time and memory of a run, of reading it and of its report."""
         from steadyload.studies.scale.page import scale_page
 
         return scale_page(*result)

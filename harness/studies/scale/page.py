@@ -1,4 +1,4 @@
-"""The page on what a study needs by its number of rows."""
+"""The page on time and memory of a study by its number of rows."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ def scale_page(points: Sequence[ScalePoint], how: str, manifest: Mapping[str, st
 
     Args:
         points: by rising number of rows.
-        how: a sentence on what was judged.
-        manifest: what the page is made with.
+        how: a sentence on the methods and layouts.
+        manifest: provenance of the page.
     """
     columns = [f"{step}: {what}" for step in _STEPS for what in ("wall s", "CPU s", "MiB")]
     header = ("rows", "layouts", "folder MiB", *columns)

@@ -1,4 +1,4 @@
-"""What a study needs by its number of rows: time, memory and size of its folder."""
+"""Records of time, memory and size of the folder of a study by its number of rows."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class ScaleStep:
-    """What one process needed for a step: wall and CPU time [s], the most memory [MiB]."""
+    """Needs of one process for a step: wall and CPU time [s], peak memory [MiB]."""
 
     wall: float
     cpu: float
@@ -16,10 +16,10 @@ class ScaleStep:
 
 @dataclass(frozen=True, slots=True)
 class ScalePoint:
-    """What a study of so many rows needs; ``size`` of its folder [MiB].
+    """Needs of a study with a number of rows; ``size`` of its folder [MiB].
 
     ``run`` is the process that coordinates and writes, ``load`` reads all columns of all rows,
-    ``report`` makes what a page shows.
+    ``report`` computes the records of a page.
     """
 
     rows: int

@@ -1,7 +1,7 @@
-"""What a study needs by its number of rows: time and memory, of the run and of reading it.
+"""Measurement of time and memory of studies by number of rows, of the run and of reading it.
 
-Every step is measured in a fresh process, which alone holds what grows: units, rows, frames. The
-processes that judge hold one unit each, whatever the study.
+Every step is measured in a fresh process, which alone holds all data that grow with the study:
+units, rows, frames. The processes that judge hold one unit each.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from steadyload.studies.comparison.summary import compare
 from steadyload.studies.scale.records import ScalePoint, ScaleStep
 
 METHODS = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5")
-"""Cheap ones: what is measured is all that is not judging."""
+"""Cheap methods, so that the measured needs are those of everything but judging."""
 
 REPETITIONS = 10
 _ROWS_A_LAYOUT = len(METHODS) * REPETITIONS
@@ -40,9 +40,9 @@ def scale(
     """Run, load and compare generated studies.
 
     Args:
-        row_counts: of the studies, 40 or more; what does not make a layout is left out.
+        row_counts: of the studies, 40 or more; rounded down to whole layouts.
         workers: processes that judge.
-        progress: is told what is measured.
+        progress: called with a description of the current measurement.
     """
     points = []
     for asked in row_counts:
@@ -87,10 +87,10 @@ def _measure(step: Callable[..., Any], arguments: tuple[Any, ...]) -> ScaleStep:
 
 
 def _peak() -> float:
-    """The most memory that this process has held so far [MiB]."""
+    """Peak memory of this process so far [MiB]."""
     status = Path("/proc/self/status")
     if status.exists():
-        # What getrusage tells starts with what the process held that started this one.
+        # The value of getrusage starts with the memory of the process that started this one.
         found = re.search(r"VmHWM:\s+(\d+) kB", status.read_text())
         assert found is not None
         return int(found[1]) / 1024.0

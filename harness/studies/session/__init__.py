@@ -1,1 +1,1 @@
-"""Loading sessions: the cost of a placement, and what packing gains."""
+"""Loading sessions: the cost of a placement, and their gain for packing."""

@@ -45,7 +45,7 @@ class SessionStudy(Study[SessionConfig, Any]):
     def run(
         self, config: SessionConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
-        """Costs, scenes, gains, and what they were measured with."""
+        """The costs, scenes and gains, and their provenance."""
         from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.session.packing_gains import JUDGE, REJECTING, packing_gains
         from steadyload.studies.session.study import COSTED, SCENES, session_curves
@@ -70,7 +70,7 @@ class SessionStudy(Study[SessionConfig, Any]):
         return curves, {scene.name: scene.about for scene in SCENES}, tasks, made_with
 
     def page(self, result: Any) -> Any:
-        """Costs of placements, and what packing gains."""
+        """The page of the cost of placements and of the gain for packing."""
         from steadyload.studies.session.page import session_page
 
         return session_page(*result)

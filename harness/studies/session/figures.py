@@ -1,4 +1,4 @@
-"""Pictures of loading sessions: what a placement costs while they grow."""
+"""Figures of loading sessions: cost of a placement by the number of items loaded."""
 
 from __future__ import annotations
 

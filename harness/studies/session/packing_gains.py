@@ -1,4 +1,4 @@
-"""What packing heuristics gain by a loading session that rejects what is not stable."""
+"""Gain of packing heuristics by a loading session that rejects unstable placements."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ REJECTING = (
 """Methods that reject placements."""
 
 JUDGE = "label@reference"
-"""Judges what was packed, and is none of those that rejected."""
+"""Method that judges the packed bins; none of those that reject placements."""
 
 PACKED_BY = HEURISTICS[:40:5]
-"""All eight space rules and all five placement rules, each at least once; the first bin first."""
+"""Heuristics with all eight space rules and all five placement rules, with the first bin rule."""
 
 ITEM_COUNT = 20
-"""Items of a list: as many as a layout of the labelled set holds at most."""
+"""Number of items of a list: the most that a layout of the labelled set has."""
 
 _SEED = 21
 
@@ -51,10 +51,10 @@ def packing_gains(
 
     Args:
         specs: methods that reject placements.
-        judge: judges the bins that come of it.
-        instances: item lists of each class.
+        judge: method that judges the packed bins.
+        instances: number of item lists of each class.
         heuristics: that pack each of them.
-        progress: is told what is done.
+        progress: called with a description of the current work.
 
     Raises:
         SpecError: no such method.
@@ -80,7 +80,7 @@ def packing_gains(
 
 
 class _Verdicts:
-    """A judge that is asked once for every geometry: many heuristics pack alike."""
+    """Verdicts of a method, computed once for every geometry: many heuristics pack alike."""
 
     def __init__(self, judge: Method) -> None:
         self._judge = judge

@@ -1,4 +1,4 @@
-"""The page of loading sessions: what a placement costs, and what packing gains."""
+"""The page of loading sessions: cost of a placement, and gain for packing."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from steadyload.studies.session.figures import plot_placement_costs
 from steadyload.studies.session.records import PackingGain, PackingTask, SessionCurve
 
 _SHOWN = (40, 100, 200)
-"""Items loaded where the table tells the cost."""
+"""Numbers of loaded items for which the table shows the cost."""
 
 
 def session_page(
@@ -29,10 +29,10 @@ def session_page(
     """Compose the page; a part that was not measured is left out.
 
     Args:
-        curves: what placements cost.
-        scenes: what their scenes are, by name.
-        tasks: what packing heuristics gain.
-        manifest: what the page was made with.
+        curves: costs of placements.
+        scenes: descriptions of their scenes, by name.
+        tasks: gains of packing heuristics.
+        manifest: provenance of the page.
     """
     sections = []
     if curves:

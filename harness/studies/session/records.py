@@ -1,4 +1,4 @@
-"""What the page of loading sessions shows."""
+"""Records for the page of loading sessions."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from steadyload.statistics.estimate import Estimate
 
 @dataclass(frozen=True, slots=True)
 class PlacementCost:
-    """What a placement costs when so many items are loaded.
+    """Cost of a placement at a number of loaded items.
 
     Attributes:
-        items: the last of the items that are taken together.
+        items: number of items at the end of the range that is averaged.
         placement: CPU time of a placement in a session [ms], a median.
         whole: CPU time of judging the whole layout instead [ms]; None where not measured.
     """
@@ -25,12 +25,12 @@ class PlacementCost:
 
 @dataclass(frozen=True, slots=True)
 class SessionCurve:
-    """One method while one scene is loaded.
+    """Costs of one method while one scene is loaded.
 
     Attributes:
         scene: its name.
         exponent: the cost of a placement grows as this power of the items loaded; None where the
-            curve is too short to tell.
+            curve is too short for an estimate.
     """
 
     method: MethodKey
@@ -41,14 +41,14 @@ class SessionCurve:
 
 @dataclass(frozen=True, slots=True)
 class PackingGain:
-    """What packing heuristics pack when one method rejects placements.
+    """Results of packing heuristics when one method rejects placements.
 
     Attributes:
         method: that rejects; None: nothing is rejected.
-        stable: share of the bins that the judge can load.
-        score: mean score of a bin by the judge.
+        stable: share of the bins that are stable by the task's ``judge``.
+        score: mean score of a bin by the same method.
         bins: bins an item list.
-        left_out: items that were accepted nowhere.
+        left_out: items that were not accepted at any place.
         asked, rejected: placements judged and rejected, an item.
         cpu: CPU time of packing, judgements included, an item [ms].
         judging: of this, the judgements [ms].
@@ -67,14 +67,14 @@ class PackingGain:
 
 @dataclass(frozen=True, slots=True)
 class PackingTask:
-    """What was packed, and who judged what came of it.
+    """A packing task and its results.
 
     Attributes:
-        title: which item lists.
-        item_lists, items: how many, and how many items each.
+        title: description of the item lists.
+        item_lists, items: number of item lists, and of items in each.
         heuristics: names.
-        judge: a spec.
-        gains: a method each.
+        judge: spec of the method that judges the packed bins.
+        gains: one for each method.
     """
 
     title: str

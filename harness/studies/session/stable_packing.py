@@ -1,4 +1,4 @@
-"""Packing heuristics that put nothing where the loading would fail: by a session a bin."""
+"""Packing heuristics that reject unstable placements, by a loading session for each bin."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from steadyload.methods.session import LoadingSession
 
 @dataclass(frozen=True, slots=True)
 class StablePacking:
-    """What came of packing one instance.
+    """Result of packing one instance.
 
     Attributes:
-        layouts: a bin each, whole: not cut as those of the labelled set are.
-        left_out: items that were accepted nowhere, not even in an empty bin.
-        placements: that were judged.
-        rejected: of these.
-        seconds: CPU time of it all.
-        judging: CPU time of the placements alone.
+        layouts: one for each bin, with all its items, unlike those of the labelled set.
+        left_out: items that were not accepted at any place, not even in an empty bin.
+        placements: number of judged placements.
+        rejected: number of these that were rejected.
+        seconds: CPU time in all.
+        judging: CPU time of the judgements alone.
     """
 
     layouts: tuple[Layout, ...]
@@ -43,16 +43,16 @@ def pack_stably(
     *,
     weights: WeightRule = WeightRule.PAPER,
 ) -> StablePacking:
-    """Pack an instance into as many bins as it takes, and reject placements that are not stable.
+    """Pack an instance into as many bins as needed, and reject placements that are not stable.
 
-    Where a placement is rejected, the heuristic goes on to the next place that it would take: the
-    next way to turn the item, the next space, the next bin.
+    After a rejection the heuristic takes its next choice: the next orientation of the item, the
+    next space, the next bin.
 
     Args:
-        instance: what is packed.
+        instance: the items.
         heuristic: the rules.
         method: judges placements; None rejects nothing.
-        weights: how heavy items are.
+        weights: the rule for the weights of items.
 
     Raises:
         SpecError: there is no such method.
@@ -85,7 +85,7 @@ class _Run:
         self.judging = 0.0
 
     def accept(self, which: int, box: Space) -> bool:
-        """Whether a box may stand in a bin; then it stands there."""
+        """Place a box in a bin if the method accepts that; returns whether it was placed."""
         if which == len(self.bins):
             self.bins.append([])
             if self.method is not None:

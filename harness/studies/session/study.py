@@ -1,4 +1,4 @@
-"""What a placement costs in a loading session, while the session grows."""
+"""Cost of a placement in a loading session by the number of items loaded."""
 
 from __future__ import annotations
 
@@ -34,29 +34,29 @@ COSTED = (
 _DRAWS = 3
 _SUPPORT = 0.8
 _STACK = 20
-"""Boxes in a stack."""
+"""Number of boxes in a stack."""
 
 _APART = 3.0
-"""Stacks are so many of their sides from each other, from middle to middle."""
+"""Distance between the centres of stacks, in sides of a box."""
 
 _SPARE = 1.2
-"""So many times the items that are to be loaded are offered: some are rejected."""
+"""Number of items offered over the number to be loaded: some are rejected."""
 
 _WINDOW = 20
 _REPEATS = 9
 _ENOUGH = 10.0
-"""A session that has taken this long [s] ends."""
+"""Time after which a session ends [s]."""
 
 _ENOUGH_TO_REPEAT = 0.5
-"""Sessions of one method and draw are repeated until they have taken this long together [s]."""
+"""Total time up to which sessions of one method and draw are repeated [s]."""
 
 _ENOUGH_FOR_A_WHOLE = 1.5
-"""The judging of whole layouts goes no further when one size has taken this long [s]."""
+"""Time of one size after which no larger whole layouts are judged [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """Boxes that stand: ``about`` says how they lie; ``make`` takes their number and a seed."""
+    """Stable boxes: ``about`` describes their arrangement; ``make`` takes a number and a seed."""
 
     name: str
     about: str
@@ -103,13 +103,13 @@ def session_curves(
 ) -> list[SessionCurve]:
     """Cost of a placement against the number of items loaded, by scene and method.
 
-    Sessions are repeated in turn, so that what slows the machine for a while slows all alike, and
-    the least time of each placement counts.
+    Sessions are repeated in turns, so that a disturbance of the machine affects all of them, and
+    the smallest time of each placement counts.
 
     Args:
         specs: methods.
-        count: items that are loaded.
-        progress: is told what is measured.
+        count: number of items to load.
+        progress: called with a description of the current measurement.
 
     Raises:
         SpecError: no such method.
@@ -134,7 +134,7 @@ def session_curves(
 
 @dataclass(slots=True)
 class _Cell:
-    """One method in one scene: what was loaded, and the least times of placements [s], by draw."""
+    """One method in one scene: loaded items and smallest times of placements [s], by draw."""
 
     scene: Scene
     method: Method
@@ -144,7 +144,7 @@ class _Cell:
     spent: float = 0.0
 
     def run(self, count: int) -> None:
-        """Load every draw once more, where that is quick."""
+        """Load every draw once more, unless it took too long before."""
         if self.spent > _ENOUGH_TO_REPEAT * len(self.draws):
             return
         first = not self.least
@@ -158,7 +158,7 @@ class _Cell:
                 self.least[place] = np.minimum(self.least[place], times)
 
     def curve(self) -> SessionCurve:
-        """What was measured, and the cost of whole layouts beside it."""
+        """The measured curve, with the cost of judging whole layouts."""
         whole = _whole_costs(self.method, self.loaded[0])
         points = []
         for last in range(_WINDOW, min(map(len, self.least)) + 1, _WINDOW):
@@ -169,7 +169,7 @@ class _Cell:
 
 
 def _load(method: Method, layout: Layout, count: int) -> tuple[Layout, np.ndarray]:
-    """Place items until so many stay or it takes too long; CPU seconds of those that stay."""
+    """Place items up to a number accepted or a time limit; CPU seconds of the accepted ones."""
     times: list[float] = []
     spent = 0.0
     with LoadingSession(layout.pallet, method) as session:
@@ -186,7 +186,7 @@ def _load(method: Method, layout: Layout, count: int) -> tuple[Layout, np.ndarra
 
 
 def _whole_costs(method: Method, layout: Layout) -> dict[int, float]:
-    """By number of items: CPU milliseconds of judging the whole layout, as far as it is quick."""
+    """CPU milliseconds of judging the whole layout by number of items, up to a time limit."""
     costs: dict[int, float] = {}
     for items in range(_WINDOW, len(layout) + 1, _WINDOW):
         part, taken = layout.first(items), [method.judge(layout.first(items)).cpu.total]
