@@ -1,6 +1,6 @@
 """The command ``steadyload``: parse, call one documented function, print.
 
-Nothing is imported here but what an interrupt needs to be told of in one line.
+Nothing is imported here but the code that reports an interrupt in one line.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from steadyload.cli.interrupts import INTERRUPTED, SENTENCE, ended, is_behind, s
 
 
 def command() -> int:
-    """The command of the process: the words are its arguments; returns its exit status."""
+    """Run the command with the arguments of the process; returns its exit status."""
     starting()
     return ended(main())
 
@@ -29,7 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         status = run(sys.argv[1:] if arguments is None else list(arguments))
         sys.stdout.flush()
     except BrokenPipeError:
-        # The reader (head, less) has gone; Python must not complain about it again at exit.
+        # The reader (head, less) has closed the pipe; Python must not report that again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except (KeyboardInterrupt, ImportError) as error:

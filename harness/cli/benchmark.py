@@ -1,4 +1,4 @@
-"""``steadyload benchmark``: the labelled set, what it holds and how to get it in and out."""
+"""``steadyload benchmark``: the labelled set, its contents, import and export."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from steadyload.studies.benchmark.config import STUDY, BenchmarkConfig
 from steadyload.studies.options import REQUIRED, operand, option
 
 _SHOWN = 10
-"""Files of a kind that are named after an import; all of them are counted."""
+"""Number of files of a kind that are named after an import; all of them are counted."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Info(BenchmarkConfig):
-    """Which set, and how it is told."""
+    """Which set, and the format of the output."""
 
     json: bool = option(False, "print one JSON object")
 
@@ -109,7 +109,7 @@ _IN_SPLIT = "cases a scenario in the {} split, an even number (default: {})"
 
 @dataclass(frozen=True, kw_only=True)
 class Import:
-    """Where the authors' set lies, and where ours goes."""
+    """Folders of the authors' set and of the imported one."""
 
     directory: Path = operand(REQUIRED, "their folder Data, or one Data_1 or Data_2", metavar="DIR")
     output: Path = option(REQUIRED, "folder of the set", names=("--output", "-o"), metavar="OUT")
@@ -126,7 +126,7 @@ class Import:
     )
 
     def run(self) -> None:
-        """Read theirs, write ours, and say what differs."""
+        """Import the authors' set, and print the differences."""
         from steadyload.layouts.benchmark.authors import import_authors
         from steadyload.layouts.benchmark.observations import RotationUnit
         from steadyload.layouts.benchmark.splits import SIZES, SplitSizes
@@ -171,7 +171,7 @@ class Build:
     )
 
     def run(self) -> None:
-        """Pack."""
+        """Pack the layouts of a new set."""
         from steadyload.layouts.benchmark.build import PLANAR_OPTIONS, BuildOptions
         from steadyload.layouts.packing import WeightRule
         from steadyload.studies.benchmark.labelling import build_set
@@ -190,7 +190,7 @@ class Build:
 
 @dataclass(frozen=True)
 class Label:
-    """Which set, how much is held out, and who else is asked."""
+    """Which set, the sizes of the splits, and the further methods."""
 
     directory: Path = operand(
         Path("runs/benchmark"), "folder of the new set (default: runs/benchmark)", metavar="DIR"
@@ -206,7 +206,7 @@ class Label:
     workers: int = workers_option(0)
 
     def run(self) -> None:
-        """Label what is missing."""
+        """Label the missing cases."""
         from steadyload.layouts.benchmark.tables import read_tables
         from steadyload.studies.benchmark.labelling import PANELS, label_set, split_sizes
 

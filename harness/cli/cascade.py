@@ -1,4 +1,4 @@
-"""``steadyload cascade fit``: what the stages of a cascade may hold sure."""
+"""``steadyload cascade fit``: the thresholds of the stages of a cascade."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from steadyload.studies.options import option
 
 @dataclass(frozen=True)
 class Fit:
-    """Engines, candidates, and how much accuracy may be lost."""
+    """Engines, candidate stages, and the error budget."""
 
     engines: tuple[str, ...] = option(
         (), "engine of the last stage; may be repeated (default: mujoco)", names=("--engine",)
@@ -55,7 +55,7 @@ class Fit:
             fit_cascade,
         )
 
-        if self.output is None:  # said before minutes are spent
+        if self.output is None:  # reported before minutes of work
             check_remakable(provenance())
         asked = [
             FitOptions(

@@ -1,9 +1,9 @@
-"""All commands: words, where they are declared, and what they do, in groups.
+"""All commands in groups: words, import path, and summary.
 
 A command is a frozen dataclass of options (see :mod:`steadyload.studies.options`) with a method
-``run``, which returns an exit status, None for 0. Nothing is imported until a command is asked for.
-A study needs no line here: :mod:`steadyload.studies.registry` has it. One whose command does more
-than to run and write its page has a line that takes its place.
+``run``, which returns an exit status, None for 0. Nothing is imported until a command is run. A
+study needs no line here: :mod:`steadyload.studies.registry` has it. A study whose command does more
+than run it and write its page has a line that replaces the default.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ class Command:
     Attributes:
         words: one, or a topic and an action.
         target: ``"module:Class"``; empty for that of the study.
-        about: what it does.
-        group: where the help lists it.
-        study: name of the study whose page it writes, where it is one's.
+        about: summary for the help.
+        group: the group of the help in which it is listed.
+        study: name of the study whose page it writes, if any.
     """
 
     words: str
@@ -94,7 +94,7 @@ _OWN = (
             Group.REMAKE),
     Command("pages index", "pages:Index", "write the index of published pages", Group.REMAKE),
 )  # fmt: skip
-"""Commands that are no study's."""
+"""Commands that do not belong to a study."""
 
 _OF_STUDIES = {
     "comparison": "study:Report",
@@ -104,7 +104,7 @@ _OF_STUDIES = {
     "properties": "properties:Properties",
     "benchmark": "benchmark:Page",
 }
-"""Study -> its command, where that does more than to run it and to write its page."""
+"""Study -> its command, where that does more than run it and write its page."""
 
 TOPICS: Mapping[str, tuple[str, Group]] = {
     "study": ("compare methods on many layouts, or on labelled ones", Group.COMPARE),
@@ -113,14 +113,14 @@ TOPICS: Mapping[str, tuple[str, Group]] = {
     "benchmark": ("the labelled set: look, export, import", Group.BUILD),
     "pages": ("list, remake and index the published pages", Group.REMAKE),
 }
-"""First words of commands of two, what they are about, and where the help lists them."""
+"""First word of commands of two words -> summary, and group of the help."""
 
 RENAMED: Mapping[str, str] = {"bench": "compare-engines", "tuned": "compare-presets"}
-"""Earlier names that are still taken."""
+"""Earlier names of commands -> their present names; both work."""
 
 
 def commands() -> dict[str, Command]:
-    """All commands by their words; studies are imported for what they are called and about."""
+    """All commands by their words; studies are imported for their names and summaries."""
     found = {command.words: command for command in _OWN}
     for name in studies():
         one = study(name)

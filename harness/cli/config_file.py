@@ -15,7 +15,7 @@ FIELD = "config"
 
 
 class ConfigFileError(UserError):
-    """A file of a configuration that cannot be read, or holds what is not allowed."""
+    """A configuration file that cannot be read, or holds a key or value that is not allowed."""
 
 
 def config_option() -> Any:
@@ -29,8 +29,8 @@ def read_config(path: Path, keys: Collection[str]) -> Mapping[str, Any]:
     """Values of a configuration file, by key.
 
     Raises:
-        ConfigFileError: it is no TOML, or has a key that is none.
-        OSError: it cannot be read.
+        ConfigFileError: the file is not valid TOML, or has an unknown key.
+        OSError: the file cannot be read.
     """
     try:
         found = tomllib.loads(path.read_text(encoding="utf-8"))

@@ -10,11 +10,11 @@ from steadyload.cli.snap import Snap
 from steadyload.studies.options import REQUIRED, operand, option
 
 WRITABLE = ("native", "csv", "job")
-"""Formats that are written, too."""
+"""Formats that can be written."""
 
 
 def output_format(output: Path, named: str | None) -> str:
-    """The one that was named, else that of the output's ending."""
+    """The named format, else that of the suffix of the output."""
     return named or ("csv" if output.suffix.lower() == ".csv" else "native")
 
 
@@ -29,7 +29,7 @@ class Convert(Snap):
     )
 
     def run(self) -> None:
-        """Read all, write all."""
+        """Read all files, and write their layouts."""
         from steadyload.layouts.formats import Format, read_layouts, write_layouts
 
         working()

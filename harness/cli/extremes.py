@@ -1,4 +1,4 @@
-"""``steadyload extremes``: sweeps to the edge of numerical stability, and what is warned of."""
+"""``steadyload extremes``: sweeps to the limits of numerical stability, and the envelopes."""
 
 from __future__ import annotations
 

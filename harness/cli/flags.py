@@ -1,6 +1,6 @@
-"""Flags of a command: made of a configuration's fields, and read back into it.
+"""Flags of a command: made from a configuration's fields, and parsed into one.
 
-Names, meanings, ranges and defaults stand beside the fields, once (see
+Names, meanings, ranges and defaults are declared once, with the fields (see
 :mod:`steadyload.studies.options`); cyclopts splits the words of a command line and prints the help.
 """
 
@@ -27,7 +27,7 @@ HELP = ("--help", "-h")
 
 
 class UsageError(UserError):
-    """Words of a command line that are not taken."""
+    """Words of a command line that are not allowed."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -61,7 +61,7 @@ class _Flag:
         return self.said(METAVAR) or words.get(self.kind, "NAME")
 
     def choices(self) -> Collection[str]:
-        """Allowed words; empty where any is."""
+        """Allowed words; empty where all are allowed."""
         named = self.said("choices") or ()
         if not isinstance(named, str):
             return named
@@ -72,7 +72,7 @@ class _Flag:
         """The value of a text.
 
         Raises:
-            UsageError: it is none; says which flag, what it was, and what is allowed.
+            UsageError: not a value; the message names the flag, the text, and what is allowed.
         """
         try:
             if self.said(READ) is not None:
@@ -99,14 +99,14 @@ class _Flag:
         return text
 
     def about(self) -> str:
-        """Meaning of the flag, with the words that are allowed."""
+        """Meaning of the flag, with the allowed words."""
         about: str = self.said("about")
         if self.said("choices") and not self.said(METAVAR):
             about += f"; one of {', '.join(self.choices())}"
         return about
 
     def parameter(self, *, helping: bool) -> inspect.Parameter:
-        """The same for cyclopts, which is handed texts and nothing but texts."""
+        """The flag as a parameter for cyclopts, which converts no texts."""
         hint: Any = bool if self.kind is bool else str
         fewest: Any = self.said(FEWEST)
         if self.said(BARE) is not None:
@@ -133,10 +133,10 @@ class _Flag:
         )  # fmt: skip
 
     def stated(self, value: Any, where: str) -> Any:
-        """The field's value from what a configuration file says.
+        """The field's value from an entry of a configuration file.
 
         Raises:
-            UsageError: it is of another kind, or not allowed; says where.
+            UsageError: it is of another type, or not allowed; the message says where.
         """
         values = value if isinstance(value, list) and self.several else [value]
         right = all(
@@ -156,7 +156,7 @@ class _Flag:
         return made if self.several else made[0]
 
     def value(self, given: Any) -> Any:
-        """The field's value from what cyclopts found."""
+        """The field's value from the texts that cyclopts found."""
         if self.kind is bool:
             return given
         if self.said(BARE) is not None:
@@ -175,7 +175,7 @@ def _flags(config: type) -> list[_Flag]:
 
 
 def _kind(hint: Any) -> tuple[type, bool]:
-    """Type of one value, and whether there may be several."""
+    """Type of one value, and True if there may be several."""
     if isinstance(hint, types.UnionType):
         [hint] = [one for one in typing.get_args(hint) if one is not types.NoneType]
     if typing.get_origin(hint) is tuple:
@@ -207,10 +207,10 @@ def application(name: str, config: type, about: str, *, helping: bool = False) -
 
 
 def parsed(name: str, config: type[T], about: str, words: Sequence[str]) -> T | None:
-    """The configuration that words ask for; None where they asked for help, which is printed.
+    """The configuration of the words; None for a request for help, which is printed.
 
     Raises:
-        UsageError: they ask for nothing that there is.
+        UsageError: an unknown flag, or a value that is not allowed.
     """
     flags = {flag.field.name: flag for flag in _flags(config)}
     words = _whole_names(words, [n for f in flags.values() for n in f.names] + list(HELP))
@@ -242,7 +242,7 @@ def parsed(name: str, config: type[T], about: str, words: Sequence[str]) -> T | 
 
 
 def _near(word: str, known: Sequence[str]) -> str:
-    """Only the nearest names: there may be thirty."""
+    """Sentence with the most similar names, since there may be thirty."""
     close = nearest(word, known).partition("? ")
     return close[0] + "?" if close[1] else f"allowed: {', '.join(k for k in known if k[1] == '-')}"
 
@@ -252,7 +252,7 @@ def _before_the_rest(words: Sequence[str]) -> Sequence[str]:
 
 
 def _whole_names(words: Sequence[str], names: Collection[str]) -> list[str]:
-    """Words in which a flag's beginning, where only one begins like that, is the whole flag."""
+    """Words with unambiguous prefixes of flags replaced by the whole flags."""
     made = []
     for word in _before_the_rest(words):
         flag, equals, value = word.partition("=")
@@ -262,7 +262,7 @@ def _whole_names(words: Sequence[str], names: Collection[str]) -> list[str]:
 
 
 def print_help(app: App) -> None:
-    """Print an application's help on stdout, which a reader may close."""
+    """Print an application's help on stdout; a closed pipe is no error."""
     from rich.console import Console
 
     console = Console(highlight=False, soft_wrap=False)

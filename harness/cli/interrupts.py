@@ -1,8 +1,8 @@
 """Ctrl-C: one line and status 130, whenever it comes.
 
-A library whose import is interrupted raises what it likes, or nothing. Until a command begins its
-work there is nothing to tidy up, and an interrupt ends the process at once; from then on it is the
-usual KeyboardInterrupt.
+A library whose import is interrupted raises any exception, or none. Until a command begins its work
+there is nothing to clean up, and an interrupt ends the process at once; from then on it is a usual
+KeyboardInterrupt.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ _status = 0
 
 
 def starting() -> None:
-    """From here an interrupt ends the process at once, unless interrupts are ignored."""
+    """Let an interrupt end the process at once, unless interrupts are ignored."""
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _leave)
-        # What is registered first is called last: all else is tidied up by then.
+        # The first registered function is called last, after all other clean-up.
         atexit.register(_keep_status)
 
 
 def working() -> None:
-    """From here an interrupt is a KeyboardInterrupt: there is something to tidy up."""
+    """Let an interrupt raise KeyboardInterrupt again, so that a command can clean up."""
     if signal.getsignal(signal.SIGINT) is _leave:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -36,8 +36,8 @@ def working() -> None:
 def ended(status: int) -> int:
     """Remember the status; returns it.
 
-    Python itself ends by the signal, whatever it is told to, where the interrupt came while a
-    string was executed, as in the making of a dataclass.
+    Python itself ends by the signal, whatever the status, where the interrupt came while a string
+    was executed, as in the making of a dataclass.
     """
     global _status
     _status = status
@@ -45,7 +45,7 @@ def ended(status: int) -> int:
 
 
 def is_behind(error: BaseException) -> bool:
-    """Whether an error is what a library made of an interrupt of its import."""
+    """True if an error follows from an interrupt of the import of a library."""
     causes = []
     cause: BaseException | None = error
     while cause is not None and cause not in causes:
@@ -54,7 +54,7 @@ def is_behind(error: BaseException) -> bool:
     return any(isinstance(cause, KeyboardInterrupt) for cause in causes)
 
 
-def _leave(*signalled: Any) -> None:  # noqa: ARG001 - a handler is told the signal and the frame
+def _leave(*signalled: Any) -> None:  # noqa: ARG001 - a handler is given the signal and the frame
     os.write(2, f"{SENTENCE}\n".encode())
     os._exit(INTERRUPTED)
 

@@ -1,4 +1,4 @@
-"""``steadyload methods`` and ``steadyload engines``: what there is."""
+"""``steadyload methods`` and ``steadyload engines``: lists of methods and engines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``steadyload properties``: what must hold of a judge; fails where it does not."""
+"""``steadyload properties``: tests of the properties of methods; fails on a violation."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Properties(PropertiesConfig):
     config: Path | None = config_option()
 
     def run(self) -> int:
-        """Ask, write the page, and say what was violated."""
+        """Test, write the page, and print the violations."""
         from steadyload.reports.page import write_page
         from steadyload.studies.properties.page import refusals, violations
 

@@ -1,4 +1,4 @@
-"""``steadyload recommend``: which method to use, by what was measured."""
+"""``steadyload recommend``: the choice of a method, by measurements."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Recommend:
     write: bool = option(False, "make the run what comes with the package")
 
     def run(self) -> None:
-        """Name the method, and print those it was chosen from."""
+        """Print the method, and those from which it was chosen."""
         from steadyload.studies.table5.front import (
             FrontError,
             best,

@@ -1,4 +1,4 @@
-"""From the words of a command line to its exit status; only what they name is imported."""
+"""Run of the words of a command line; only the named command is imported."""
 
 from __future__ import annotations
 
@@ -20,11 +20,13 @@ ABOUT = "How stable is this pallet while it is being loaded?"
 def run(words: Sequence[str]) -> int:
     """Run the command of some words.
 
-    Returns the exit status; an interrupt and a closed pipe are the caller's to tell.
+    Returns the exit status; the caller handles an interrupt and a closed pipe.
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")  # a name the terminal cannot show
+            stream.reconfigure(
+                errors="backslashreplace"
+            )  # a name with characters that the terminal cannot show
     say_warnings()
     try:
         made = command_of(words)
@@ -46,10 +48,10 @@ def _sentence(error: Exception) -> str:
 
 
 def command_of(words: Sequence[str]) -> Any:
-    """The command of some words, ready to be run; None where they asked for help or the version.
+    """The command of some words, ready to be run; None for a request for help or the version.
 
     Raises:
-        UsageError: they name no command, or its flags are not taken.
+        UsageError: unknown command, or flags that are not allowed.
     """
     known = commands()
     if not words or words[0] in HELP:

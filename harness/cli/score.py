@@ -15,7 +15,7 @@ from steadyload.studies.options import REQUIRED, operand, option, positive_numbe
 
 @dataclass(frozen=True, kw_only=True)
 class Score(Snap):
-    """Files, methods, and how sure a verdict has to be."""
+    """Files, methods, and the required reliability of a verdict."""
 
     files: tuple[Path, ...] = operand(REQUIRED, "layouts", metavar="FILE")
     methods: tuple[str, ...] = option(
@@ -83,7 +83,7 @@ class Score(Snap):
             print_table(_HEADER, list(_rows(records)))
 
     def _deviations(self) -> dict[str, Any]:
-        """Deviations and how long to sample them; empty where none were asked for.
+        """Arguments on deviations and their sampling; empty without ``--uncertain``.
 
         Raises:
             SpecError: not of the form, out of range, or an option that needs ``--uncertain``.
@@ -121,6 +121,6 @@ def _rows(records: Iterable[Mapping[str, Any]]) -> Iterable[tuple[str, ...]]:
 
 
 def _why(record: Mapping[str, Any]) -> str:
-    """The reason, and which settings the engine ignored: that is never silent."""
+    """The reason, and the settings that the engine ignored, which are always shown."""
     ignored = f"ignored: {', '.join(record['ignored'])}" if record["ignored"] else ""
     return "; ".join(filter(None, (record["reason"], ignored)))

@@ -1,4 +1,4 @@
-"""Flags of commands that read layouts: which vertical gaps are closed."""
+"""Flags of commands that read layouts: the closing of small vertical gaps."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from steadyload.studies.options import option, positive_number
 
 @dataclass(frozen=True, kw_only=True)
 class Snap:
-    """Whether small vertical gaps are closed, and which are small."""
+    """True if small vertical gaps are closed, and which are small."""
 
     snap: bool = option(False, "close small vertical gaps when reading (default: off)")
     snap_gap: float | None = option(
@@ -19,7 +19,7 @@ class Snap:
 
     @property
     def gap(self) -> float:
-        """Gaps up to this [cm] are closed."""
+        """Largest gap that is closed [cm]."""
         from steadyload.layouts.snapping import SNAP_GAP
 
         return self.snap_gap or (SNAP_GAP if self.snap else 0.0)

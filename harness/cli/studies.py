@@ -19,7 +19,7 @@ _CORES = os.cpu_count() or 1
 
 
 def output_option(folder: Path | None = None) -> Any:
-    """Where a page is written: in a folder, or beside what is gone on with."""
+    """Option of the folder of the page; without a default it is the work folder."""
     return option(
         folder, f"folder of the page (default: {folder or '--work'})", names=("--output", "-o"),
         metavar="DIR",
@@ -27,7 +27,7 @@ def output_option(folder: Path | None = None) -> Any:
 
 
 def work_option(folder: Path | None, what: str = "what is judged", default: str = "") -> Any:
-    """Where something is kept that is gone on with."""
+    """Option of the work folder, from which an interrupted run is resumed."""
     return option(
         folder, f"folder of {what}; an interrupted run goes on (default: {default or folder})",
         metavar="DIR",
@@ -35,7 +35,7 @@ def work_option(folder: Path | None, what: str = "what is judged", default: str 
 
 
 def workers_option(workers: int | None) -> Any:
-    """How many processes judge: so many unless others are asked for, 0 for one a core."""
+    """Option of the number of processes that judge, with its default; 0 for one a core."""
     return option(
         workers or _CORES, f"default: {workers or 'all cores'}", names=("--workers", "-j"), least=1
     )

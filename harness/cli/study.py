@@ -15,7 +15,7 @@ from steadyload.studies.options import REQUIRED, operand, option
 
 @dataclass(frozen=True, kw_only=True)
 class Run:
-    """A study file, and who judges."""
+    """A study file, and the workers."""
 
     study: str = operand(
         REQUIRED, "a study file, or the word 'embedded': a slice of the shipped labelled set",
@@ -47,7 +47,7 @@ class Run:
             raise UsageError("--resume: not allowed with --rerun")
 
     def run(self) -> None:
-        """Judge what is missing."""
+        """Judge the missing cases."""
         from steadyload.runs.definition import load_study
         from steadyload.runs.envelope_use import study_warnings
         from steadyload.runs.executors import make_executor

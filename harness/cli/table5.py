@@ -38,7 +38,7 @@ class Table5(Table5Config):
         config = configuration(Table5Config, self)
         asked = config.options()
         if self.views:
-            three_js()  # what is missing is better known before hours of work
+            three_js()  # so that a missing package is reported before hours of work
         for spec, why in asked.left_out.items():
             say(f"{spec} is left out: {why}")
         workers = self.workers or all_cores()

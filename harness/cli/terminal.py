@@ -1,6 +1,6 @@
 """Output that all commands share: sentences, tables and progress.
 
-Rich is imported when something is shown, so that a word that is not taken is told at once.
+Rich is imported when something is shown, so that wrong flags are reported at once.
 """
 
 from __future__ import annotations
@@ -16,21 +16,21 @@ from steadyload.studies.study import Progress as StudyProgress
 
 
 def say(sentence: str) -> None:
-    """Tell the user something on stderr, where no pipe reads it."""
+    """Print a sentence on stderr, which is no part of the output."""
     from rich.console import Console
 
     Console(stderr=True, soft_wrap=True, highlight=False, markup=False).print(sentence)
 
 
 class _Sentences(logging.Handler):
-    """Says what the library warns of."""
+    """Handler that prints warnings of the library."""
 
     def emit(self, record: logging.LogRecord) -> None:
         say(f"steadyload: {record.getMessage()}")
 
 
 def say_warnings() -> None:
-    """From now on tell the user what the library warns of, such as a file that is damaged."""
+    """Print all further warnings of the library, such as that a file is damaged."""
     log = logging.getLogger("steadyload")
     if not any(isinstance(handler, _Sentences) for handler in log.handlers):
         log.addHandler(_Sentences(logging.WARNING))
@@ -38,7 +38,7 @@ def say_warnings() -> None:
 
 @contextmanager
 def resumable(where: Path) -> Iterator[None]:
-    """Work whose interruption loses nothing: says so, where what is finished stays."""
+    """Context of resumable work: an interrupt prints where finished results are kept."""
     working()
     try:
         yield
@@ -48,7 +48,7 @@ def resumable(where: Path) -> Iterator[None]:
 
 
 def print_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table on stdout, for people and for pipes."""
+    """Print a table on stdout, for terminals and for pipes."""
     from rich.console import Console
     from rich.table import Table
 
@@ -57,7 +57,7 @@ def print_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         table.add_column(title, overflow="fold")
     for row in rows:
         table.add_row(*row)
-    # A pipe has no width: never cut what a program reads.
+    # A pipe has no width: its text is never cut.
     console = Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else 4000)
     with console.capture() as capture:
         console.print(table)
@@ -66,7 +66,7 @@ def print_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 
 @contextmanager
 def study_progress() -> Iterator[StudyProgress]:
-    """A line on stderr, shown only where somebody can see it: what is done, and how much of it."""
+    """A line of progress on stderr, shown in terminals only: the work, and the amount done."""
     from rich.console import Console
     from rich.progress import (
         BarColumn,
@@ -94,7 +94,7 @@ def study_progress() -> Iterator[StudyProgress]:
 
 @contextmanager
 def progress_bar(label: str) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar on stderr, shown only where somebody can see it."""
+    """A progress bar on stderr, shown in terminals only."""
     with study_progress() as show:
         show(label)
         yield lambda done, total: show(label, done, total)
@@ -102,7 +102,7 @@ def progress_bar(label: str) -> Iterator[Callable[[int, int], None]]:
 
 @contextmanager
 def status_line() -> Iterator[Callable[[str], None]]:
-    """A line on stderr that says what is being measured, where somebody can see it."""
+    """A line on stderr with the current measurement, shown in terminals only."""
     from rich.console import Console
 
     working()

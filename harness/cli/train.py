@@ -1,4 +1,4 @@
-"""``steadyload train`` and ``generate``: learned judges, and larger sets to train them on."""
+"""``steadyload train`` and ``generate``: learned methods, and larger sets for training."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Train:
     )  # fmt: skip
 
     def run(self) -> None:
-        """Train, and say how good the weights are."""
+        """Train, and print the accuracy of the weights."""
         from steadyload.learners import require_training
         from steadyload.learners.options import training_preset, training_presets
 
@@ -121,7 +121,7 @@ class Train:
 
 @dataclass(frozen=True, kw_only=True)
 class Generate:
-    """Item lists, how they are packed, and who labels them."""
+    """Item lists, how they are packed, and the method that labels them."""
 
     lists: int = option(
         REQUIRED, "item lists of classes 1 and 2 each, and eight times as many of class 3", least=1
@@ -146,7 +146,7 @@ class Generate:
     workers: int = workers_option(0)
 
     def run(self) -> None:
-        """Pack and label."""
+        """Pack the item lists, and label the layouts."""
         from steadyload.layouts.scenarios import Scenario
         from steadyload.learners import LearnerError
         from steadyload.learners.generation import GenerationOptions, generate_labelled

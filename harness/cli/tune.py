@@ -86,10 +86,10 @@ class Tune:
 
         chosen = self._options()
         name = f"{chosen.engine}-{chosen.algorithm}-{chosen.space}-{chosen.seed}"
-        # What is remade must not find what was judged the first time.
+        # A repeated search must not find the judgements of the first one.
         directory = self.output or (_REMADE if self.remake else _WORK) / name
         search = Search(directory, chosen)
-        if self.write_preset:  # said before hours are spent
+        if self.write_preset:  # reported before hours of work
             check_remakable(search.ledger.facts.get("made_by") or provenance())
         with resumable(directory):
             if chosen.model is None and "model" not in search.ledger.facts:
@@ -98,7 +98,7 @@ class Tune:
                 search.run(workers=self.workers, progress=advance, report=say)
         record = tuning_of([search])
         print(write_page(tuning_page(record, provenance_lines(search.made_by)), directory))
-        # Compared before it takes the place of what it is compared with.
+        # Compared before it replaces the preset that it is compared with.
         unlike = differences(self.remake, preset(search)) if self.remake else []
         if self.write_preset:
             print(write_preset(search))
@@ -109,7 +109,7 @@ class Tune:
         return 0
 
     def _options(self) -> Any:
-        """Those of the search."""
+        """The options of the search."""
         from steadyload.tuning.options import SearchOptions
         from steadyload.tuning.presets import options_of
 

@@ -1,4 +1,4 @@
-"""Tables of ``steadyload score --uncertain``: how sure verdicts are."""
+"""Tables of ``steadyload score --uncertain``: the reliability of verdicts."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Any
 from steadyload.runs.verdict_reliability import Ending
 
 _SHOWN = 3
-"""Failing steps in a cell, the most probable first."""
+"""Number of failing steps in a cell, the most probable first."""
 
 
 def without_effect(records: Iterable[Mapping[str, Any]]) -> list[str]:
-    """A sentence for each method to which something uncertain means nothing."""
+    """A sentence for each method on which an uncertain quantity has no effect."""
     found = {
         record["method"]: record["uncertain"]["without_effect"]
         for record in records
@@ -28,7 +28,7 @@ def without_effect(records: Iterable[Mapping[str, Any]]) -> list[str]:
 def uncertain_table(
     records: Iterable[Mapping[str, Any]],
 ) -> tuple[Sequence[str], list[tuple[str, ...]]]:
-    """Header and rows for people."""
+    """Header and rows of the table."""
     header = (
         "layout", "method", "items", "score", "failing step", "stands %", "fails at",
         "expected score", "samples", "seconds", "why",
@@ -66,7 +66,7 @@ def _distribution(shares: Mapping[str, float]) -> str:
 
 
 def _shortage(found: Mapping[str, Any]) -> str:
-    """Why an interval says less than was asked for."""
+    """Reason why an interval is wider than required; empty where it is not."""
     lost = ", ".join(f"{count} {status}" for status, count in found["without_verdict"].items())
     said = [f"samples without a verdict: {lost}, the first: {found['why']}"] if lost else []
     if found["ending"] == Ending.SPENT:

@@ -11,7 +11,7 @@ from steadyload.studies.options import REQUIRED, operand, option
 
 @dataclass(frozen=True, kw_only=True)
 class View:
-    """A layout, and who judges it."""
+    """A layout, and the methods that judge it."""
 
     file: Path = operand(REQUIRED, "layouts", metavar="FILE")
     layout: str | None = option(None, "which one of a file of several")

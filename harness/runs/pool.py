@@ -116,7 +116,7 @@ class _Progress(Generic[Unit, Answer]):
 
     @property
     def is_complete(self) -> bool:
-        """Whether every part has its result."""
+        """True if every part has its result."""
         return len(self.answers) == len(self._task.unit)
 
     def remaining(self) -> Unit:

@@ -144,7 +144,7 @@ class _Passing:
 
     envelope: EnvelopeCount
     of_cases: bool
-    """Whether the hash of the data covers cases rather than layouts: scenarios follow from a
+    """True if the hash of the data covers cases rather than layouts: scenarios follow from a
     study's own layouts, but a labelled set has its own cases."""
     layouts: int = 0
     digest: Any = field(default_factory=hashlib.sha256)
@@ -180,7 +180,7 @@ def _claim(directory: Path, study: StudyDefinition) -> None:
 
 
 def _is_foreign(found: Path) -> bool:
-    """Whether a file is not one that an interrupted start leaves behind."""
+    """True if a file is not one that an interrupted start leaves behind."""
     begun = (_FRESH, *(f".{name}." for name in _SINGLE_FILES))
     return found.name not in ("results", ".lock") and not found.name.startswith(begun)
 

@@ -121,7 +121,7 @@ def checksum_of(path: Path) -> str:
 
 
 def is_whole(path: Path, expected: str) -> bool:
-    """Whether a file exists as it was written; a warning names one that is damaged."""
+    """True if a file exists as it was written; a warning names one that is damaged."""
     found = checksum_of(path)
     if found and found != expected:
         _log.warning("%s: is damaged; it is thrown away and made again", path)
@@ -200,7 +200,7 @@ class Store(Generic[Answer, Stored]):
         self._sums = self._listed()
 
     def __contains__(self, key: str) -> bool:
-        """Whether a shard of this key exists, intact or damaged."""
+        """True if a shard of this key exists, intact or damaged."""
         return key in self._sums
 
     def keys(self) -> list[str]:

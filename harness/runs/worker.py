@@ -98,7 +98,7 @@ class Exit:
 
     @property
     def by_itself(self) -> bool:
-        """Whether code in the process ended it, rather than something outside."""
+        """True if code in the process ended it, rather than something outside."""
         return self.code >= 0 or -self.code in _FATAL_ERRORS
 
     def __str__(self) -> str:

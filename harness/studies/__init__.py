@@ -1,1 +1,1 @@
-"""How judges are compared: methods x layouts -> results -> what a report shows."""
+"""Studies: methods x layouts -> results -> records of a report."""

@@ -1,4 +1,4 @@
-"""Fields of a configuration: a quantity that also says how it is written on the command line."""
+"""Fields of a configuration: quantities with their form on the command line."""
 
 from __future__ import annotations
 
@@ -30,22 +30,22 @@ def option(
     fewest: int | None = None,
     bare: str | None = None,
 ) -> Any:
-    """A field of a configuration: its default, its meaning, and how it is written as a flag.
+    """A field of a configuration: its default, its meaning, and its form as a flag.
 
     Args:
         default: ``dataclasses.MISSING`` where it has to be given.
-        about: what it means; the command's help prints it.
+        about: its meaning; the command's help prints it.
         names: flags, such as ``("--method", "-m")``; else the field's name with dashes.
-        metavar: what stands for the value in the help; else a word for its type.
+        metavar: placeholder of the value in the help; else a word for its type.
         unit: of a number.
-        least: number that is allowed.
-        most: number that is allowed.
+        least: smallest number that is allowed.
+        most: largest number that is allowed.
         choices: allowed words, or ``"module:name"`` of a collection or an enumeration of them,
             which is imported when they are needed.
-        read: makes the value of the text after the flag; raises ValueError to refuse it.
-        fewest: of a tuple, so many values or more follow one flag; else one, and the flag is
-            repeated.
-        bare: the value of a flag after which nothing stands.
+        read: converts the text after the flag to the value; raises ValueError to refuse it.
+        fewest: of a tuple, the smallest number of values after one flag; else one value follows,
+            and the flag is repeated.
+        bare: the value of a flag without a text after it.
     """
     return _named(
         quantity(default, about, unit=unit, least=least, most=most, choices=choices),
@@ -60,7 +60,7 @@ def operand(
     metavar: str,
     read: Callable[[str], Any] | None = None,
 ) -> Any:
-    """A field that stands without a flag; the last of them may be a tuple, of one value or more."""
+    """A positional field without a flag; the last one may be a tuple of one value or more."""
     return _named(
         quantity(default, about),
         {NAMES: (), METAVAR: metavar, READ: read, FEWEST: None, BARE: None, OPERAND: True},
@@ -68,7 +68,7 @@ def operand(
 
 
 REQUIRED = dataclasses.MISSING
-"""The default of a field that has to be given."""
+"""The default of a field that must be given."""
 
 
 def _named(made: Any, more: dict[str, Any]) -> Any:
@@ -80,7 +80,7 @@ def positive_number(text: str) -> float:
     """A number above 0, from text.
 
     Raises:
-        ValueError: it is none.
+        ValueError: the text is no such number.
     """
     try:
         value = float(text)

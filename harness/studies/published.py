@@ -1,4 +1,4 @@
-"""Published pages: what stands where, and the index of all."""
+"""Published pages: their folders and commands, and the index of all."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from steadyload.errors import UserError, nearest
 from steadyload.studies.registry import studies, study
 
 FOLDER = Path("reports/published")
-"""Of the pages, below the repository's root."""
+"""Folder of the pages, below the repository's root."""
 
 INDEX = "README.md"
 
@@ -22,7 +22,7 @@ _ABBREVIATIONS = re.compile(r"(?:e\.g|i\.e|vs|Eq|Fig|Sec|approx)\.$")
 
 
 class UnknownPageError(UserError):
-    """No study publishes a page of a name."""
+    """No published page has this name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,8 +32,8 @@ class Entry:
     Attributes:
         name: its folder.
         question: the sentence that it answers.
-        command: words of the command that makes it, without where it is written to.
-        before: words of commands that make what it is made of.
+        command: words of the command that makes it, without the output folder.
+        before: words of commands that make its input.
     """
 
     name: str
@@ -42,13 +42,13 @@ class Entry:
     before: tuple[tuple[str, ...], ...] = ()
 
     def text(self, folder: Path) -> str:
-        """The page as it stands; empty where it was not made yet."""
+        """Text of the existing page; empty where there is none yet."""
         path = folder / self.name / "report.md"
         return path.read_text() if path.exists() else ""
 
 
 def entries() -> list[Entry]:
-    """All of them, in the order of the registry."""
+    """All published pages, in the order of the registry."""
     return [
         Entry(
             page.folder,
@@ -62,10 +62,10 @@ def entries() -> list[Entry]:
 
 
 def named(names: tuple[str, ...]) -> list[Entry]:
-    """Those of some names; all where there are none.
+    """The pages with some names; all where no names are given.
 
     Raises:
-        UnknownPageError: there is no page of a name.
+        UnknownPageError: no page has one of the names.
     """
     known = {entry.name: entry for entry in entries()}
     for name in names:
@@ -84,7 +84,7 @@ def remaking(entry: Entry, folder: Path) -> list[list[str]]:
 
 
 def _filled(words: tuple[str, ...]) -> Iterator[str]:
-    """Words with patterns of files as the files that there are."""
+    """Words with file patterns replaced by the existing files."""
     for word in words:
         yield from (sorted(glob.glob(word)) if "*" in word else [word])
 

@@ -30,7 +30,7 @@ STUDIES: dict[str, str] = {
     "benchmark": "steadyload.studies.benchmark.config:STUDY",
     "scale": "steadyload.studies.scale.config:STUDY",
 }
-"""Study -> where it is declared, in the order of the index of pages."""
+"""Study -> import path of its declaration, in the order of the index of pages."""
 
 
 class UnknownStudyError(UserError):
@@ -49,10 +49,10 @@ def _from_other_distributions() -> dict[str, str]:
 
 
 def study(name: str) -> Study[Any, Any]:
-    """The study of a name.
+    """The study with a name.
 
     Raises:
-        UnknownStudyError: there is none.
+        UnknownStudyError: no study has this name.
     """
     known = studies()
     if name not in known:

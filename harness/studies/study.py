@@ -1,4 +1,4 @@
-"""The shape of a study: a question, a configuration, a run, and the page of what it found."""
+"""Base class of studies: a question, a configuration, a run, and the page of its results."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ R = TypeVar("R")
 
 
 class Progress(Protocol):
-    """Is told what is worked on and, where that is known, how much of it is done."""
+    """Callback for the current work and, where that is known, the amount that is done."""
 
     def __call__(self, what: str, done: int = 0, total: int = 0, /) -> None:
-        """Take note."""
+        """Report progress."""
 
 
 def silent(what: str, done: int = 0, total: int = 0, /) -> None:
-    """Progress that nobody sees."""
+    """Progress that is not shown."""
 
 
 @dataclass(frozen=True, slots=True)
 class PublishedPage:
-    """A page below ``reports/published``, and what remakes it.
+    """A page below ``reports/published``, with the commands that remake it.
 
     Attributes:
         folder: of the page.
-        flags: what follows the command of the study; file patterns are filled in.
-        before: command lines that make what the page is made of.
-        question: the one that it answers, where that is not the whole question of the study.
+        flags: flags after the command of the study; file patterns are expanded.
+        before: command lines that make the input of the page.
+        question: the question of the page, where that is not the whole question of the study.
     """
 
     folder: str
@@ -40,21 +40,21 @@ class PublishedPage:
 
 
 class Study(ABC, Generic[C, R]):
-    """A study; the command line, the index of pages and what remakes them know it by this alone.
+    """A study, as the command line, the index of pages and the remaking of pages use it.
 
     Attributes:
-        name: the one under which it is registered.
+        name: the name under which it is registered.
         question: the sentence that its page answers.
-        about: what the command does, in a list of commands.
+        about: summary of the command for the list of commands.
         command: words of the command that runs it; empty for its name.
-        folder: below ``runs``, where it works unless another folder is named; empty for its name.
+        folder: default work folder, below ``runs``; empty for its name.
         Config: a frozen dataclass of :func:`steadyload.engines.quantities.quantity` fields, or of
             :func:`steadyload.studies.options.option`; keys, flags and their help come from it.
-        resumable: it keeps what is finished in its work folder and goes on from there.
-        workers: processes that judge unless others are asked for; 0 for one a core, None where a
-            study works in this process alone.
-        published: the pages that are kept; empty for one page of the study's name, as the command
-            makes it unasked.
+        resumable: whether it keeps finished results in its work folder and continues from there.
+        workers: default number of processes that judge; 0 for one a core, None where a study works
+            in this process alone.
+        published: its published pages; empty for one page of the study's name, made by the command
+            without flags.
     """
 
     name: ClassVar[str]
@@ -73,7 +73,7 @@ class Study(ABC, Generic[C, R]):
 
     @abstractmethod
     def page(self, result: R) -> Any:
-        """The :class:`steadyload.reports.page.Page` that shows it; computes nothing."""
+        """The :class:`steadyload.reports.page.Page` of a result; computes nothing."""
 
     @property
     def command_words(self) -> str:
@@ -82,10 +82,10 @@ class Study(ABC, Generic[C, R]):
 
     @property
     def work(self) -> Path:
-        """The folder in which it works unless another is named."""
+        """The default work folder."""
         return Path("runs") / (self.folder or self.name.replace("_", "-"))
 
     @property
     def pages(self) -> tuple[PublishedPage, ...]:
-        """:attr:`published`, with what it means where it is empty."""
+        """:attr:`published`, or the default page where it is empty."""
         return self.published or (PublishedPage(self.name),)

@@ -1,4 +1,4 @@
-"""A loading as a page to watch."""
+"""Page that plays a loading."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from steadyload.runs.provenance import provenance_lines
 
 
 class ViewError(UserError):
-    """A layout that is not there, or none named where there are several."""
+    """A missing layout, or no name where a file holds several."""
 
 
 def write_view(layout: Layout, methods: Sequence[str], output: str | Path) -> Path:
@@ -31,7 +31,7 @@ def write_view(layout: Layout, methods: Sequence[str], output: str | Path) -> Pa
     Args:
         layout: any layout.
         methods: one spec string, or two to be played side by side.
-        output: the page.
+        output: path of the page.
 
     Raises:
         SpecError, EngineNotInstalledError: a method does not exist, or its engine is missing.
@@ -39,7 +39,7 @@ def write_view(layout: Layout, methods: Sequence[str], output: str | Path) -> Pa
         ThreeJsError: the library that draws is missing.
         OSError: the page cannot be written.
     """
-    # Whoever only wants the errors, as the command does at its start, needs no templates.
+    # A caller that needs only the errors, as the command at its start, needs no templates.
     from steadyload.reports.viewer.page import view_html
 
     judges = [make_method(spec) for spec in methods]

@@ -101,7 +101,7 @@ class Stage:
             yield count / self.frequency, self.run(world, 1.0 / self.frequency)
 
     def turns(self, boxes: Sequence[Box], settings: WorldSettings, seconds: float) -> bool:
-        """Whether any box turns by 10 degrees within a time [s]."""
+        """True if any box turns by 10 degrees within a time [s]."""
         with self.scene(boxes, settings) as world:
             for _ in range(round(seconds / _GLANCE)):
                 if total_angles(self.run(world, _GLANCE)).max() >= TURNED:

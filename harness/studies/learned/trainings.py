@@ -52,7 +52,7 @@ class Run(SinglePart):
 
     @property
     def finished(self) -> bool:
-        """Whether its weights exist."""
+        """True if its weights exist."""
         return (self.weights / MANIFEST).exists()
 
     def describe(self, part: int) -> str:

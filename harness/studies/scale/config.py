@@ -14,7 +14,7 @@ _FEWEST_ROWS = 10_000
 
 @dataclass(frozen=True)
 class ScaleConfig:
-    """How many rows the largest study has."""
+    """Number of rows of the largest study."""
 
     rows: int = option(
         100_000,

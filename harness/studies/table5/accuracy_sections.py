@@ -72,7 +72,7 @@ def accuracy_and_cost(found: Table5) -> Section:
 
 
 def what_rows_are(own: JudgedSet) -> str:
-    """In what rows differ from the paper's methods of the same name, where there are such rows."""
+    """Differences between rows and the paper's methods of the same name; empty if none."""
     families = {row.method.family for row in own.evaluation.methods}
     told = [
         said
@@ -141,7 +141,7 @@ def _share(own: JudgedSet, group: str, row: MethodEvaluation) -> str:
 
 
 def noise_of_labels(found: Table5) -> Section:
-    """How often answers to a label's question agree, and on which labels methods err."""
+    """Section on the agreement of the ensemble, and on the labels on which methods err."""
     assert found.ceiling is not None
     own, ceiling = found.spatial, found.ceiling
     n = str(own.about.cases)
@@ -207,7 +207,7 @@ def noise_of_labels(found: Table5) -> Section:
 
 
 def _share_of_errors(row: MethodEvaluation) -> str:
-    """How much of a method's errors lies on fragile labels."""
+    """Share of a method's errors that are on fragile labels."""
     if row.fragile.n == 0 or row.accuracy.value == 1.0:
         return MISSING
     wrong = (1.0 - row.accuracy.value) * row.accuracy.n
@@ -215,7 +215,7 @@ def _share_of_errors(row: MethodEvaluation) -> str:
 
 
 def time_a_layout(own: JudgedSet) -> Section:
-    """The timing pass."""
+    """Section of the timing pass."""
     timing = own.timing
     yard = timing.yardstick
     rows = [
@@ -311,7 +311,7 @@ def planar_layouts(planar: JudgedSet) -> Section:
 
 
 def _held(planar: JudgedSet, method: MethodKey) -> tuple[str, str]:
-    """A method against the one that all are held against: difference, corrected p."""
+    """Difference of a method to the one that all are compared with, and corrected p."""
     tests = planar.tests[ALL]
     if tests.against is None or method == tests.against:
         return MISSING, MISSING

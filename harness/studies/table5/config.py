@@ -28,7 +28,7 @@ class Table5Config:
     repeats: int = option(3, "how often they are timed (default: 3)", least=1)
 
     def options(self) -> Table5Options:
-        """The same with the methods that can judge, and why others cannot."""
+        """The options of the study, with the methods that can judge and reasons for the others."""
         from steadyload.studies.table5.study import Table5Options
 
         return Table5Options(self.methods, self.limit, self.timed, self.repeats)
@@ -47,7 +47,7 @@ class Table5(Study[Table5Config, Any]):
     def run(
         self, config: Table5Config, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
-        """Judged over processes, then timed in one, and summarised; also kept as a front."""
+        """The summary of the run, judged over processes and timed in one; also writes the front."""
         from steadyload.studies.table5.front import NAME, timed_front, write_front
         from steadyload.studies.table5.study import judge_table5, time_table5
         from steadyload.studies.table5.summary import summarise
@@ -60,7 +60,7 @@ class Table5(Study[Table5Config, Any]):
         return found
 
     def page(self, result: Any) -> Any:
-        """The table, its tests, and where methods err."""
+        """The page of the table, its tests, and the errors of methods."""
         from steadyload.studies.table5.page import table5_page
 
         return table5_page(result)

@@ -1,4 +1,4 @@
-"""Sections of the page of Table 5 on where methods err, and on the paper's own numbers."""
+"""Sections of the page of Table 5 on the errors of methods, and on the paper's own numbers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from steadyload.studies.table5.records import JudgedSet, Table5, Watch
 _LINKED = "A linked layout opens in the browser, both loadings side by side. "
 
 _ROUNDED = 0.0101
-"""So far a mean of printed numbers may be from a printed mean, both rounded to 0.01 ms."""
+"""Largest difference [ms] of a mean of printed numbers to a printed mean, rounded to 0.01 ms."""
 
 
 def beside_the_paper(found: Table5) -> Section:
@@ -139,7 +139,7 @@ def by_size(own: JudgedSet) -> Section:
 
 
 def where_methods_err(own: JudgedSet) -> Section:
-    """Over- and underestimation, and the balance of the steps at which methods part from labels."""
+    """Over- and underestimation, and the balance of steps at which methods differ from labels."""
     pictures = [
         Picture(
             "errors",
@@ -169,7 +169,7 @@ def where_methods_err(own: JudgedSet) -> Section:
 
 
 def _margins(own: JudgedSet) -> str:
-    """The two sides of balance: what does not balance and holds in time, and what balances."""
+    """Paragraph on steps that hold although out of balance, and on steps in balance."""
     slow = [bin_ for bin_ in own.margins if bin_.high <= 0.0 and bin_.holding]
     header = ("method", *(f"{_span(b.low, b.high)} (n {b.holding})" for b in slow))
     rows = [
@@ -194,7 +194,7 @@ def _span(low: float, high: float) -> str:
 
 
 def to_watch(own: JudgedSet) -> Section:
-    """Cases that divide the methods, with the commands that play them."""
+    """Section of cases on which methods differ, with the commands that play them."""
     rows = [
         (
             f"[{w.layout}]({w.view})" if w.view else w.layout,

@@ -1,4 +1,4 @@
-"""Where methods err: by the number of items, and by how well a step is in balance."""
+"""Errors of methods by number of items, and by the margin of balance of a step."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from steadyload.statistics.metrics import share
 from steadyload.studies.table5.records import MarginBin, SizeBin
 
 SIZES = ((1, 3), (4, 5), (6, 6), (7, 7), (8, 10), (11, 15), (16, 19), (20, 20))
-"""Numbers of items that go together. The paper cuts layouts to 20 items: many have just so many."""
+"""Bins of the number of items. The paper cuts layouts to 20 items, so that many have exactly 20."""
 
 MARGINS = (-np.inf, -20.0, -10.0, -5.0, -1.0, 0.0, 0.5, 1.0, 2.0, 5.0, np.inf)
-"""Edges of bins of the margin [cm]. Below 0 nothing balances, and it is a matter of time."""
+"""Edges of bins of the margin [cm]. Below 0 a step is out of balance and fails after some time."""
 
 
 def size_bins(right: pd.DataFrame, labels: pd.DataFrame) -> tuple[SizeBin, ...]:
     """Accuracy by number of items; bins without a case are left out.
 
     Args:
-        right: whether a method is right, cases x specs.
+        right: mask of the cases on which a method is right, cases x specs.
         labels: of the same cases, :data:`steadyload.runs.labels.LABELS`, in the same order.
     """
     count, lists = labels["item_count"].astype(int).to_numpy(), labels["instance"].to_numpy()
@@ -44,8 +44,8 @@ def margin_bins(
 ) -> tuple[MarginBin, ...]:
     """False alarms and misses by margin; empty where margins are not known.
 
-    A case is followed to the step where method and label part, or to the label's failing step: what
-    either would say of later steps is not known.
+    A case is followed to the step where method and label differ, or to the label's failing step:
+    verdicts on later steps are not known.
 
     Args:
         said: items placed safely, cases x specs, as :func:`steadyload.statistics.metrics.outcomes`.
@@ -83,7 +83,7 @@ def margin_bins(
 def _steps(
     labels: pd.DataFrame, margins: Sequence[Sequence[float] | None]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
-    """All steps up to the labels' failing ones: case, step, margin, whether it is that one."""
+    """All steps up to the labels' failing ones: case, step, margin, mask of the failing ones."""
     count = labels["item_count"].astype(int).to_numpy()
     safe = labels["failing_step"].fillna(labels["item_count"]).astype(int).to_numpy()
     steps = [np.arange(min(s + 1, n)) for s, n in zip(safe, count, strict=True)]

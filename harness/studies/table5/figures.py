@@ -1,4 +1,4 @@
-"""Pictures of Table 5: accuracy against cost, beside the paper, by size, and who is told apart."""
+"""Figures of Table 5: accuracy against cost, beside the paper, by size; significant differences."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from steadyload.studies.table5.records import (
 
 _GREY = "#7f7f7f"
 _PANEL = 6
-"""Most curves of a panel that are not one tuning on several engines."""
+"""Largest number of curves in a panel of methods that are not one tuning on several engines."""
 
 
 def without_engine(method: MethodKey) -> str:
@@ -35,7 +35,7 @@ def without_engine(method: MethodKey) -> str:
 
 
 def group_title(group: str, cases: int) -> str:
-    """A group for people, with its number of cases."""
+    """Title of a group, with its number of cases."""
     return f"{'all scenarios' if group == ALL else group}, n = {cases}"
 
 
@@ -245,7 +245,7 @@ def _curve(
 
 
 def plot_differences(tests: PairTests, methods: Sequence[MethodKey]) -> Figure:
-    """Accuracy of the row minus that of the column, in points; pale where not told apart.
+    """Accuracy of the row minus that of the column, in points; pale where not significant.
 
     Args:
         tests: all pairs of the methods.

@@ -1,8 +1,8 @@
-"""Which method to use: accuracy against CPU time, as it was measured on a labelled set.
+"""Choice of a method: accuracy against CPU time, as measured on a labelled set.
 
-What was measured comes from the run folder of a study on a labelled set, or of Table 5, whose times
-were taken apart. What comes with the package (``front.json``) is such a run, kept by ``steadyload
-recommend --from RUN --write``.
+Measurements come from the run folder of a study on a labelled set, or of Table 5, which has a
+separate timing pass. Those of the package (``front.json``) are of such a run, stored by
+``steadyload recommend --from RUN --write``.
 """
 
 from __future__ import annotations
@@ -24,27 +24,27 @@ from steadyload.studies.comparison.summary import manifest_lines
 from steadyload.studies.table5.records import Table5
 
 NAME = "front.json"
-"""The file in a run folder that holds its front, where times were taken apart."""
+"""The file in a run folder that holds its front, where there was a timing pass."""
 
 SPATIAL = "spatial"
-"""The folder in a run folder of Table 5 that holds the rows of layouts in space."""
+"""The folder in a run folder of Table 5 that holds the rows of 3-D methods."""
 
 FILE = Path(str(resources.files("steadyload.studies.table5"))) / NAME
-"""What was measured and comes with the package."""
+"""The measurements that come with the package."""
 
 
 class FrontError(UserError):
-    """No measured method is what was asked for, or nothing was measured."""
+    """No measured method meets the requirements, or nothing was measured."""
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """A method as it was measured.
+    """Measured accuracy and cost of a method.
 
     Attributes:
         method: its spec.
-        title: for people.
-        engine: that it runs on; None for one without.
+        title: shown in tables.
+        engine: the engine that it runs on; None for one without.
         accuracy: share of cases with the label's failing step.
         cpu: CPU time a layout [ms].
     """
@@ -62,7 +62,7 @@ class Front:
 
     Attributes:
         measured: all of them, in the order of the run.
-        about: what they were measured on and with, for people.
+        about: description of the cases and the machine of the measurement.
     """
 
     measured: tuple[Measured, ...]
@@ -70,7 +70,7 @@ class Front:
 
 
 def timed_front(found: Table5) -> Front:
-    """Methods in space of Table 5, with the times of its timing pass; those untimed are left out.
+    """3-D methods of Table 5, with the times of its timing pass; those untimed are left out.
 
     Args:
         found: the page.
@@ -83,12 +83,12 @@ def timed_front(found: Table5) -> Front:
 
 
 def measured_in(run: str | Path) -> Front:
-    """What a run folder holds: its :data:`NAME` where it has one.
+    """Measurements of a run folder, from its :data:`NAME` where it has one.
 
     Raises:
         ResultsError: not a run folder, or no case in it has been judged by all methods yet.
         FrontError: its layouts have no labels, its :data:`NAME` is damaged, or it is a Table 5
-            that is not whole yet.
+            that is not complete yet.
     """
     if (kept := Path(run) / NAME).exists():
         return load_front(kept)
@@ -116,10 +116,10 @@ def _measured(row: MethodEvaluation) -> Measured:
 
 
 def load_front(file: Path = FILE) -> Front:
-    """What comes with the package.
+    """The measurements that come with the package.
 
     Raises:
-        FrontError: the file is not there, or is damaged.
+        FrontError: the file is missing or damaged.
     """
     try:
         content = json.loads(file.read_text())
@@ -134,7 +134,9 @@ def load_front(file: Path = FILE) -> Front:
             for entry in content["measured"]
         )
         about = content["about"]
-        if not {"measured on", "machine"} <= about.keys():  # what the command tells of any front
+        if (
+            not {"measured on", "machine"} <= about.keys()
+        ):  # the part that the command prints of any front
             raise KeyError
         return Front(measured, about)
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
@@ -145,7 +147,7 @@ def load_front(file: Path = FILE) -> Front:
 
 
 def write_front(front: Front, file: Path = FILE) -> Path:
-    """Keep what was measured in the place of what was kept before; returns the file."""
+    """Write measurements over those of an earlier run; returns the file."""
     content = {
         "about": dict(front.about),
         "measured": [dataclasses.asdict(entry) for entry in front.measured],
@@ -155,10 +157,10 @@ def write_front(front: Front, file: Path = FILE) -> Path:
 
 
 def best(front: Front, engine: str | None = None) -> list[Measured]:
-    """Methods that no other is as accurate as at a lower cost, by rising cost.
+    """Methods than which no cheaper one is as accurate, by rising cost.
 
     Args:
-        front: what was measured.
+        front: the measurements.
         engine: only methods on this engine, and those that need none; None for all.
 
     Raises:
@@ -186,14 +188,14 @@ def recommend(
     """The method to use: the most accurate one within a budget, or the cheapest accurate enough.
 
     Args:
-        front: what was measured.
+        front: the measurements.
         budget: CPU time that a layout may take [ms]; None for any.
-        accuracy: share of cases that must be right; None for any. With a budget, too, the method
-            is the most accurate one of those that are both.
+        accuracy: share of cases that must be right; None for any. With both, the result is the
+            most accurate method that meets both.
         engine: see :func:`best`.
 
     Raises:
-        FrontError: no method is so; says which comes closest.
+        FrontError: no method meets the requirements; the message names the closest one.
     """
     asked = best(front, engine)
     cheap = [m for m in asked if budget is None or m.cpu.value <= budget]
@@ -212,7 +214,7 @@ def recommend(
 
 
 def described(entry: Measured) -> str:
-    """What a method reaches and costs, in words."""
+    """Sentence on the accuracy and cost of a method."""
     share = entry.accuracy
     return (
         f"{entry.method} is right in {100 * share.value:.1f} % of cases "

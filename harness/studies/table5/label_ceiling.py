@@ -1,9 +1,9 @@
-"""What the noise of labels leaves to be reached: how often other answers to the question agree.
+"""Ceiling of the labels: the agreement of the reference with itself under small changes.
 
-A label is one answer, found once. Beside it there are those of an ensemble of changed references
-(:mod:`steadyload.layouts.benchmark.confidence`), each as good an answer as the changes are small. A
-method that answers the same question by other means is one more draw from such answers: it cannot
-be expected to agree with the label more often than they agree among themselves.
+A label is one verdict of the reference. An ensemble of changed references gives further verdicts
+(:mod:`steadyload.layouts.benchmark.confidence`), which are as good as the changes are small. A
+method that predicts the same failing step by other means is one more draw from such verdicts: it
+cannot be expected to agree with the label more often than they agree among themselves.
 """
 
 from __future__ import annotations
@@ -28,21 +28,22 @@ WIDENING: tuple[tuple[str, tuple[Reason, ...]], ...] = (
         (Reason.NUMERICAL, Reason.MODEL, Reason.LIMITS),
     ),
 )
-"""Sets of changes, each with all of the one before. The last one is the ensemble."""
+"""Sets of changes, each including the one before. The last one is the ensemble."""
 
 _STABLE = -1.0
 
 Answers = NDArray[np.float64]
-"""Failing steps, -1 for a stable layout, not a number without a verdict: shape (cases, answers)."""
+"""Failing steps, -1 for a stable layout, NaN without a verdict: shape (cases, verdicts)."""
 
 
 def label_ceiling(labels: pd.DataFrame, opinions: pd.DataFrame) -> Ceiling | None:
-    """What judges that were asked again say of some cases; None where there was no ensemble.
+    """The ceiling of the labels of some cases; None where there is no ensemble.
 
     Args:
         labels: a row a case, :data:`steadyload.runs.labels.LABELS`, indexed by layout and
             scenario.
-        opinions: of these cases and others, :data:`steadyload.layouts.benchmark.tables.OPINIONS`.
+        opinions: verdicts of further methods on these cases and others,
+            :data:`steadyload.layouts.benchmark.tables.OPINIONS`.
     """
     said = opinions.assign(
         answer=opinions["failing_step"]
@@ -94,12 +95,12 @@ def _row(name: str, label: NDArray[np.float64], judges: Answers, lists: ArrayLik
 
 
 def twins(answers: Answers) -> NDArray[np.float64]:
-    """By case, the share of pairs of answers that are the same; no verdict agrees with nothing.
+    """By case, the share of pairs of equal verdicts; a missing verdict equals nothing.
 
-    It estimates without bias how often two independent draws of an answer agree.
+    It is an unbiased estimate of the probability that two independent verdicts agree.
 
     Args:
-        answers: shape (cases, answers), two or more answers.
+        answers: failing steps, shape (cases, verdicts), two or more verdicts.
     """
     count = answers.shape[1]
     same = np.zeros(len(answers))
@@ -110,19 +111,19 @@ def twins(answers: Answers) -> NDArray[np.float64]:
 
 
 def plurality(answers: Answers) -> NDArray[np.float64]:
-    """By case, how often one answer, left out, is the most frequent one of the others.
+    """By case, the share of verdicts that are the most frequent one of all the others.
 
-    It is what a judge may expect who knows how all other draws fall and names the likeliest; of
-    several that are equally frequent it names one by chance.
+    It is the expected accuracy of a method that knows all other verdicts and predicts the most
+    frequent one; of several equally frequent ones it predicts one at random.
 
     Args:
-        answers: shape (cases, answers), two or more answers.
+        answers: failing steps, shape (cases, verdicts), two or more verdicts.
     """
     found = np.zeros(len(answers))
     for row, case in enumerate(answers):
         values, counts = np.unique(case[~np.isnan(case)], return_counts=True)
         for value, count in zip(values, counts, strict=True):
-            # Without one answer of this value: where it leads now, and with how many.
+            # Without one verdict of this value: where it is most frequent, and its ties.
             others = np.where(values == value, counts - 1, counts)
             leads = others.max()
             if count - 1 == leads and leads > 0:

@@ -1,4 +1,4 @@
-"""The page of Table 5: what was found, every method's accuracy and cost, and what stands behind."""
+"""The page of Table 5: findings, every method's accuracy and cost, and details."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from steadyload.studies.table5.test_sections import (
 )
 
 NEAR = 0.01
-"""A method counts as nearly as accurate as the best that is so close."""
+"""Largest difference to the best accuracy at which a method counts as nearly as accurate."""
 
 
 def table5_page(found: Table5) -> Page:
@@ -135,7 +135,7 @@ def _found(found: Table5) -> Section:
 
 
 def _cheap(own: JudgedSet, best: MethodEvaluation) -> list[tuple[str, str, str]]:
-    """What speed costs: the cheapest nearly as accurate method, and the front."""
+    """Findings on the accuracy lost to speed: the cheapest nearly as accurate method, the front."""
     near = [
         m
         for m in own.evaluation.methods
@@ -166,7 +166,7 @@ def _cheap(own: JudgedSet, best: MethodEvaluation) -> list[tuple[str, str, str]]
 
 
 def _spread(own: JudgedSet) -> list[tuple[str, str, str]]:
-    """What the engine changes, and what the tuning does."""
+    """Findings on the effect of the engine, and of the tuning."""
     rows, cases = [], str(own.about.cases)
     for question, pairs in (
         ("Does the engine matter, with one tuning?", simulation_pairs(own, same_tuning=True)),

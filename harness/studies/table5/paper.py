@@ -15,7 +15,7 @@ from steadyload.runs.evaluation import ALL
 class PaperRow:
     """A column of the paper's Table 5, by group: accuracy, runtime [ms of wall time].
 
-    ``families``: what judges in the same way here, see :attr:`MethodKey.family`.
+    ``families``: the corresponding families of methods here, see :attr:`MethodKey.family`.
     """
 
     title: str
@@ -25,7 +25,7 @@ class PaperRow:
 
     @property
     def runtime_mean(self) -> float:
-        """Mean of the runtimes of the scenarios; the printed average may be another number."""
+        """Mean of the runtimes of the scenarios; the printed average may differ."""
         single = [value for group, value in self.runtime.items() if group != ALL]
         return sum(single) / len(single)
 

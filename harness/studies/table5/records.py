@@ -1,4 +1,4 @@
-"""What the page of Table 5 shows, as small typed records. Shares from 0 to 1, times in ms.
+"""Typed records for the page of Table 5. Shares are 0 to 1, times in ms.
 
 A *group* is a scenario, or ``all`` for all cases; mappings by group hold ``all`` first.
 """
@@ -17,13 +17,13 @@ from steadyload.studies.table5.paper import Paper
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """How the timing pass was made, beside the times in the rows of the evaluation.
+    """Facts on the timing pass besides the times in the rows of the evaluation.
 
-    ``yardstick``: the method that ratios are to. ``shares``: by group and spec, CPU time over that
-    of the yardstick on the same cases; of the methods that were timed, without the yardstick.
+    ``yardstick``: the method that ratios refer to. ``shares``: by group and spec, CPU time over
+    that of the yardstick on the same cases; of the methods that were timed, without the yardstick.
     ``spread``: by spec, largest minus smallest mean of a repeat, over the mean. ``untimed``:
-    methods without times, and why. ``refused``: of methods with times, cases that they refuse;
-    nobody was timed on those.
+    methods without times, with the reason. ``refused``: of methods with times, number of cases that
+    they refuse; no method was timed on those.
     """
 
     yardstick: MethodKey | None
@@ -56,9 +56,9 @@ class PairTest:
 class PairTests:
     """Pairs of methods in a group: all of them, or each with ``against``.
 
-    ``letters``: by spec; methods that share one are not told apart at ``level``; empty where not
-    all pairs were tested. ``sizes``: cases of every item list, the largest first. ``least``: the
-    smallest corrected p that so many lists and pairs can give.
+    ``letters``: by spec; methods that share one are not significantly different at ``level``; empty
+    where not all pairs were tested. ``sizes``: cases of every item list, the largest first.
+    ``least``: the smallest corrected p that is possible with this number of lists and pairs.
     """
 
     pairs: tuple[PairTest, ...]
@@ -69,7 +69,7 @@ class PairTests:
     against: MethodKey | None = None
 
     def of(self, first: MethodKey, second: MethodKey) -> PairTest:
-        """The test of two methods, turned round where it was made the other way.
+        """The test of two methods, with the sign reversed where they were tested in reverse order.
 
         Raises:
             KeyError: these two were not tested.
@@ -86,7 +86,7 @@ class PairTests:
 
 @dataclass(frozen=True, slots=True)
 class SizeBin:
-    """Accuracy on layouts of so many items: ``accuracy`` by spec."""
+    """Accuracy on layouts in a bin of the number of items: ``accuracy`` by spec."""
 
     fewest: int
     most: int
@@ -96,11 +96,11 @@ class SizeBin:
 
 @dataclass(frozen=True, slots=True)
 class MarginBin:
-    """Steps whose balance has a margin in [low, high) cm, and what methods make of them.
+    """Steps with a margin of balance in [low, high) cm, and the errors of methods on them.
 
-    ``false_alarms``: by spec, the share of steps that hold by the label and fail by the method;
-    ``misses``: of those that fail by the label and hold by the method. Only steps that both come to
-    are counted. ``holding``, ``failing``: steps of the labels.
+    ``false_alarms``: by spec, the share of steps stable by the label that fail by the method;
+    ``misses``: of those failing by the label that are stable by the method. Only steps that both
+    reach are counted. ``holding``, ``failing``: numbers of steps by the labels.
     """
 
     low: float
@@ -113,12 +113,12 @@ class MarginBin:
 
 @dataclass(frozen=True, slots=True)
 class Watch:
-    """A robustly labelled case on which methods part, and two of them to watch side by side.
+    """A robustly labelled case on which methods differ, and two of them to watch side by side.
 
-    ``label``, ``said``: failing steps or ``stable``. ``right``: the most accurate method that names
-    the label; ``wrong``: the most accurate one that does not. ``wrong_methods`` of ``methods`` do
-    not. ``part``: of the labelled set; ``directory``: the word of the set, empty for the large one.
-    ``view``: the page that plays both loadings, as this page may link it; empty without one.
+    ``label``, ``said``: failing steps or ``stable``. ``right``: the most accurate method with the
+    label's failing step; ``wrong``: the most accurate one without. ``wrong_methods`` of ``methods``
+    are wrong. ``part``: of the labelled set; ``directory``: the word of the set, empty for the
+    large one. ``view``: link to the page that plays both loadings; empty without one.
     """
 
     layout: str
@@ -136,18 +136,18 @@ class Watch:
 
     @property
     def name(self) -> str:
-        """Of the case as a layout, where cases are written as files."""
+        """Name of the layout of the case, where cases are written as files."""
         return f"{self.layout}_{self.scenario}"
 
 
 @dataclass(frozen=True, slots=True)
 class CeilingRow:
-    """How often answers to the same question agree that were found otherwise.
+    """Agreement of the verdicts of an ensemble of references.
 
-    ``judges``: how many further answers a case has, besides the label. ``label``: each of them
-    against the label. ``twin``: two of all answers, drawn at random, against each other.
-    ``plurality``: one of all answers, drawn at random, against the most frequent of the others.
-    The last two are None where there are no draws to compare.
+    ``judges``: number of further verdicts on a case, besides the label. ``label``: agreement of
+    each of them with the label. ``twin``: of two of all verdicts, drawn at random. ``plurality``:
+    of one of all verdicts, drawn at random, with the most frequent of the others. The last two are
+    None where there is no ensemble.
     """
 
     name: str
@@ -159,10 +159,10 @@ class CeilingRow:
 
 @dataclass(frozen=True, slots=True)
 class Ceiling:
-    """What the labels' own noise leaves to be reached.
+    """Ceiling of the labels.
 
     ``by_group``: by group, a row a set of changes, from the narrowest to the widest. ``engines``:
-    other simulators that were asked the same question, all cases.
+    other simulators under the same criterion, on all cases.
     """
 
     by_group: Mapping[str, tuple[CeilingRow, ...]]
@@ -171,7 +171,7 @@ class Ceiling:
 
 @dataclass(frozen=True, slots=True)
 class Front:
-    """Specs of methods that no other is as accurate as at a lower cost, by rising cost."""
+    """Specs of methods than which no cheaper one is as accurate, by rising cost."""
 
     specs: tuple[str, ...]
 
@@ -180,7 +180,7 @@ class Front:
 class JudgedSet:
     """All methods on a part of a labelled set.
 
-    ``tunings``: by spec of a simulation, a text of its parameters; those of one text share them.
+    ``tunings``: by spec of a simulation, a text of its parameters; equal for equal parameters.
     ``fronts`` by group; empty where nothing was timed. ``margins`` is empty where the set has none.
     """
 
@@ -209,11 +209,11 @@ class JudgedSet:
 
 @dataclass(frozen=True, slots=True)
 class Table5:
-    """The whole page.
+    """All results on the page.
 
-    ``spatial``: methods in space; ``planar``: those of two dimensions beside them on layouts that
-    they can judge, None where none was asked for. ``flat``: cases of ``spatial`` that a planar
-    engine could judge. ``left_out``: by spec, why a method is in no table.
+    ``spatial``: 3-D methods; ``planar``: these and 2-D methods on planar layouts, None without 2-D
+    methods. ``flat``: number of cases of ``spatial`` that a 2-D engine could judge. ``left_out``:
+    by spec, the reason for which a method is in no table.
     """
 
     spatial: JudgedSet

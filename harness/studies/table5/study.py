@@ -1,4 +1,4 @@
-"""What the study of Table 5 asks, and how it is judged and timed; an interrupted run goes on."""
+"""The study of Table 5: its methods, judging and timing; an interrupted run is resumed."""
 
 from __future__ import annotations
 
@@ -24,15 +24,14 @@ from steadyload.studies.table5.front import SPATIAL
 RULES = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3")
 TUNINGS = ("ps5", "ps3", "ps_opt-paper", "ps_opt")
 OTHERS = ("lstm_1", "lstm_e", "cascade@mujoco", "label@mujoco")
-"""Methods of our own; ``simulation`` is there by its tunings."""
+"""Methods of our own; ``simulation`` is included by its tunings."""
 
 
 def standard_methods() -> tuple[str, ...]:
-    """Specs of what is compared unasked: the paper's methods on every engine, our own, and more.
+    """Specs of the methods compared by default: the paper's on every engine, our own, and more.
 
-    An engine takes part that is registered and takes the steps that it is told; a registered method
-    that none of these specs names takes part with its own defaults, on every such engine where it
-    needs one.
+    Every registered engine with fixed steps takes part; a registered method that none of these
+    specs names takes part with its own defaults, on every such engine where it needs one.
     """
     engines = tuple(name for name in engine_names() if _takes_steps(name))
     listed = (*RULES, *(f"{name}@{engine}" for name in TUNINGS for engine in engines), *OTHERS)
@@ -54,35 +53,35 @@ def _everywhere(name: str, engines: tuple[str, ...]) -> tuple[str, ...]:
 
 
 YARDSTICK = "ps3@mujoco"
-"""The method that costs are ratios to, where it is among those that were timed."""
+"""The method to which cost ratios refer, where it was timed."""
 
 PART = "test"
-"""Nothing was tuned, trained or fitted on it."""
+"""Part of the labelled set; nothing was tuned, trained or fitted on it."""
 
 _SHARD_SIZE = 60
 
 _FEW = 0.1
-"""A method that refuses no more of the cases to be timed, in shares, is timed on the others."""
+"""Largest share of the timed cases that a method may refuse and still be timed on the others."""
 
 Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
 class Table5Options:
-    """What is asked.
+    """Options of the study of Table 5.
 
     Attributes:
-        methods: specs that are to be there: where one cannot judge, that is an error. Empty for
-            :func:`standard_methods`, of which what cannot judge is left out, with the reason.
+        methods: required specs: one that cannot judge is an error. Empty for
+            :func:`standard_methods`, of which those that cannot judge are left out, with a reason.
         limit: cases a scenario, those of the first ranks; None for all.
         timed: cases a scenario that are timed.
-        repeats: how often they are.
+        repeats: number of repetitions of the timing.
         block: cases that a method judges in a turn while it is timed.
         part: of the labelled sets.
 
     Raises:
-        StudyError: a number out of range, or no method judges layouts in space.
-        SpecError, EngineNotInstalledError: a method that was named cannot judge.
+        StudyError: a number out of range, or no method judges 3-D layouts.
+        SpecError, EngineNotInstalledError: a named method cannot judge.
         LearnerError: its weights cannot be read.
     """
 
@@ -93,11 +92,11 @@ class Table5Options:
     block: int = BLOCK
     part: str = PART
     spatial: tuple[str, ...] = field(init=False)
-    """Specs of the methods that judge layouts in space."""
+    """Specs of the methods that judge 3-D layouts."""
     planar: tuple[str, ...] = field(init=False)
-    """Specs of those on engines of two dimensions."""
+    """Specs of those on 2-D engines."""
     left_out: Mapping[str, str] = field(init=False)
-    """By spec, why one of :func:`standard_methods` cannot judge."""
+    """By spec, the reason why one of :func:`standard_methods` cannot judge."""
 
     def __post_init__(self) -> None:
         for name in ("limit", "timed", "repeats", "block"):
@@ -116,7 +115,7 @@ class Table5Options:
             object.__setattr__(self, key, value)
 
     def study(self, *, planar: bool) -> StudyDefinition:
-        """All methods in space on the large set, or all methods on the planar one."""
+        """Definition of all 3-D methods on the large set, or all methods on the planar one."""
         return StudyDefinition(
             name=f"table5 {PLANAR}" if planar else "table5",
             methods=(*self.spatial, *self.planar) if planar else self.spatial,
@@ -128,7 +127,7 @@ class Table5Options:
 
 
 def _able(named: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Canonical specs of methods that can judge; why the others of the unasked ones cannot."""
+    """Canonical specs of methods that can judge; reasons why other default ones cannot."""
     able: dict[str, None] = {}
     left_out = {}
     for text in named or standard_methods():
@@ -155,12 +154,12 @@ class Ran:
     """A part of the study that was judged and timed.
 
     Attributes:
-        study: what was asked.
-        directory: run folder of what was judged.
+        study: its definition.
+        directory: its run folder.
         cases: those that were timed, (layout, scenario) in the order of the times.
         times: of the methods that were timed.
-        untimed: by spec, why a method was not.
-        refused: by spec, on how many more cases nobody was timed, because the method refuses them.
+        untimed: by spec, the reason why a method was not timed.
+        refused: by spec, number of cases that no method was timed on because this one refuses them.
     """
 
     study: StudyDefinition
@@ -178,11 +177,11 @@ def judge_table5(
     workers: int | Executor,
     progress: Progress = lambda done, total: None,
 ) -> None:
-    """Judge all cases; goes on where it was interrupted.
+    """Judge all cases; an interrupted run is resumed.
 
     Args:
-        asked: what to judge.
-        work: folder of what is judged.
+        asked: the options.
+        work: folder of the run folders.
         workers: processes that judge, or an executor; 0 judges in this process.
         progress: called with rows done and rows in all, of one set after the other.
 
@@ -190,7 +189,7 @@ def judge_table5(
         ResultsError: the folder holds another study; or as the next one.
         as :func:`steadyload.runs.runner.run_study`.
     """
-    if (work / "manifest.json").exists():  # its page would be written over
+    if (work / "manifest.json").exists():  # its page would be overwritten
         name = load_manifest(work)["study"]["name"]
         raise ResultsError(f"{work}: holds the study {name!r}; choose another folder")
     for planar, folder in _folders(asked, work).items():
@@ -204,19 +203,19 @@ def time_table5(
     workers: int = 1,
     progress: Progress = lambda done, total: None,
 ) -> tuple[Ran, Ran | None]:
-    """Time some of the cases, after all were judged; goes on where it was interrupted.
+    """Time some of the cases, after all were judged; an interrupted run is resumed.
 
     Args:
-        asked: what to time.
-        work: folder of what was judged.
+        asked: the options.
+        work: folder of the run folders.
         workers: 0 times in this process, any other number in one beside it, with a single thread.
         progress: called with repeats done and repeats in all, of one set after the other.
 
     Returns:
-        The part in space, and the planar one; None where no method of two dimensions is asked.
+        The 3-D part, and the planar one; None without a 2-D method.
 
     Raises:
-        ResultsError: nothing was judged yet.
+        ResultsError: no case was judged yet.
         as :func:`steadyload.runs.timing.timed`.
     """
     found = [
@@ -227,7 +226,7 @@ def time_table5(
 
 
 def _folders(asked: Table5Options, work: Path) -> dict[bool, Path]:
-    """Run folders, by whether they hold planar layouts."""
+    """Run folders by planarity of their layouts: True for planar ones."""
     folders = {False: work / SPATIAL}
     return folders | {True: work / PLANAR} if asked.planar else folders
 
@@ -266,10 +265,11 @@ def _timed(
 def _not_judged(
     folder: Path, chosen: Sequence[tuple[str, str]]
 ) -> tuple[dict[str, str], dict[str, set[tuple[str, str]]]]:
-    """By spec, why a method is not timed at all; of the others, the cases that they refuse.
+    """Reasons by spec for methods that are not timed; of the others, the cases that they refuse.
 
-    What ended its process would end that of the timing, and the time of refusing is none of
-    judging. A few refused cases are left out for all methods: times are compared on the same ones.
+    A method that ended its process would end that of the timing, and the time of a refusal is not
+    that of a judgement. A few refused cases are left out for all methods, so that times are
+    compared on the same ones.
     """
     rows = load_results(folder, ["layout", "scenario", "method", "repetition", "status"])
     there = pd.MultiIndex.from_frame(rows[["layout", "scenario"]]).isin(list(chosen))

@@ -1,4 +1,4 @@
-"""From what was judged and timed to the records that the page of Table 5 shows."""
+"""Computation of the records for the page of Table 5 from verdicts and times."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ _WATCHED = 8
 
 
 def summarise(asked: Table5Options, spatial: Ran, planar: Ran | None) -> Table5:
-    """All that the page shows.
+    """The records for the page.
 
     Raises:
         ResultsError: see :func:`steadyload.runs.judged.load_judged`.
@@ -62,7 +62,7 @@ def summarise(asked: Table5Options, spatial: Ran, planar: Ran | None) -> Table5:
     beside, about_planar = None, {}
     if planar is not None:
         small = load_benchmark(planar.study.benchmark_directory)
-        # Too few item lists for all pairs: no difference would be too large for chance.
+        # Too few item lists for all pairs: no difference could be significant.
         beside, lines = _judged_set(asked, planar, small, all_pairs=False)
         about_planar = {f"planar {key}": lines[key] for key in ("labelled set", "layouts", "rows")}
     labels, printed = load_labels(spatial.directory), paper()
@@ -80,7 +80,7 @@ def summarise(asked: Table5Options, spatial: Ran, planar: Ran | None) -> Table5:
 
 
 def _flat(benchmark: Benchmark, labels: pd.DataFrame) -> int:
-    """Cases that an engine of two dimensions could judge."""
+    """Number of cases that a 2-D engine could judge."""
     layouts = (benchmark.layout(name, scenario) for name, scenario in labels.index)
     return sum(planar_scene(layout).across is not None for layout in layouts)
 
@@ -88,8 +88,8 @@ def _flat(benchmark: Benchmark, labels: pd.DataFrame) -> int:
 def same_order(printed: Paper, methods: Sequence[MethodEvaluation]) -> tuple[int, int]:
     """Pairs of the paper's methods in the same order of accuracy here, and all that have one there.
 
-    A column of the paper is held against the mean over engines of the first of its families that
-    was judged. A pair that is equal here is in no order.
+    A column of the paper is compared with the mean over engines of the first of its families that
+    was judged. A pair that is equal here does not count as in the same order.
     """
     ours = []
     for row in printed.rows:
@@ -155,9 +155,9 @@ def pair_tests(
 
     Args:
         methods: to compare.
-        right: whether a method is right, cases x specs.
+        right: mask of the cases on which a method is right, cases x specs.
         lists: the item list of each case.
-        against: one of the methods, to hold each of the others against; None tests all pairs.
+        against: the method to compare each of the others with; None tests all pairs.
     """
     of = {m: right[m.spec].to_numpy(int) for m in methods}
     pairs = list(combinations(methods, 2))
@@ -183,9 +183,9 @@ def pair_tests(
 
 
 def tunings(specs: Iterable[str]) -> dict[str, str]:
-    """By spec of a simulation, a text of its parameters; the same one where they are the same.
+    """By spec of a simulation, a text of its parameters, equal for equal parameters.
 
-    A preset that was tuned has others on every engine, and what only one engine has is left out.
+    A tuned preset has different ones on every engine; parameters of a single engine are left out.
     """
     methods = [make_method(spec) for spec in specs]
     return {
@@ -233,8 +233,8 @@ def _watched(
 ) -> tuple[Watch, ...]:
     """Robust cases that divide the methods most evenly, no two of one item list.
 
-    Where half the methods are right, more can be learnt than where one of them is odd. Cases whose
-    label nobody was asked again about count where none is known to be robust.
+    Cases on which about half the methods are right are preferred. Cases whose label has no ensemble
+    count where none is known to be robust.
     """
     order = sorted(methods, key=lambda m: -m.accuracy.value)
     robust = labels["robust"].fillna(False).to_numpy(bool)
@@ -271,5 +271,5 @@ def _watched(
 
 
 def _step(safe: Any, item_count: int) -> str:
-    """A failing step for people; missing or all items for a stable layout."""
+    """A failing step as text; ``safe`` is missing or all items for a stable layout."""
     return "stable" if pd.isna(safe) or int(safe) == int(item_count) else str(int(safe))

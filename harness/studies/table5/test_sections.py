@@ -1,4 +1,4 @@
-"""Sections of the page of Table 5 on what a difference of accuracy is worth."""
+"""Sections of the page of Table 5 on the significance of differences of accuracy."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def best_of(judged: JudgedSet) -> MethodEvaluation:
 
 
 def significantly_different(own: JudgedSet) -> Section:
-    """The test, all methods against the yardstick and the best one, and all pairs."""
+    """Section of the tests: all methods against the yardstick and the best one, and all pairs."""
     tests = own.tests[ALL]
     best = best_of(own)
     yard = own.timing.yardstick
@@ -84,7 +84,7 @@ def _brief(own: JudgedSet, group: str, first: MethodKey, second: MethodKey) -> s
 
 
 def what_the_engine_changes(own: JudgedSet) -> Section:
-    """The same tuning on two engines."""
+    """Section on the same tuning on two engines."""
     tests = simulation_pairs(own, same_tuning=True)
     rows = [
         (

@@ -1,4 +1,4 @@
-"""Pages that play the cases on which methods part most tellingly."""
+"""Pages that play the cases on which methods differ the most."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def with_views(
     Args:
         found: the page.
         output: its folder; views go to :data:`FOLDER` in it, half a megabyte each.
-        most: views.
+        most: largest number of views.
         progress: called with views done and views in all.
 
     Raises:

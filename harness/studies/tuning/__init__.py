@@ -1,1 +1,1 @@
-"""Tuned parameter sets on cases that no search saw."""
+"""Tuned parameter sets on cases that were used in no search."""

@@ -1,4 +1,4 @@
-"""The part of the page of tuning that changes what was found, and takes it to other engines."""
+"""The part of the page of tuning on changed parameters, and on transfer to other engines."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from steadyload.studies.tuning.records import (
 
 
 def left_out(tables: Sequence[VariantTable]) -> Section:
-    """What each part of the tuned parameters adds."""
+    """Section of the gain of each part of the tuned parameters."""
     return Section(
         "What the gain is made of",
         "\n".join(_dearest(t) for t in tables)
@@ -43,7 +43,7 @@ def left_out(tables: Sequence[VariantTable]) -> Section:
 
 
 def plausibility(tables: Sequence[VariantTable]) -> Section:
-    """Which of the found values the accuracy depends on."""
+    """Section of the tuned values on which the accuracy depends."""
     return Section(
         "Physical or fitted",
         "\n".join(_free(t) for t in tables)
@@ -109,7 +109,7 @@ def _variant_tables(tables: Sequence[VariantTable]) -> list[str]:
 
 
 def transfer(table: TransferTable, number: int) -> Section:
-    """Parameters of every engine on every other one; ``number`` tells pictures apart."""
+    """Section of the parameters of every engine on every other; ``number`` is in file names."""
     ignored = [
         f"- {judged_on} has no such setting as {names(settings)}, which were tuned on {tuned_on}."
         for (tuned_on, judged_on), settings in table.ignored.items()
@@ -163,7 +163,7 @@ def _faults(cell: TransferCell) -> str:
 
 
 def _belongs(table: TransferTable) -> str:
-    """Does a tuning belong to a problem or to an engine?"""
+    """Paragraph on whether tuned parameters are specific to an engine."""
     own = [c for c in table.cells if c.tuned_on == c.judged_on]
     foreign = [c for c in table.cells if c.tuned_on != c.judged_on]
     if not own or not foreign:

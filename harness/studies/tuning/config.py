@@ -18,7 +18,7 @@ class TuningConfig:
     limit: int | None = option(None, "only the first N cases a scenario", least=2)
 
     def check(self) -> None:
-        """See that searches can be told apart.
+        """Check that searches have different names.
 
         Raises:
             TuningError: two folders have one name.
@@ -32,7 +32,7 @@ class TuningConfig:
 
 
 class TuningStudy(Study[TuningConfig, Any]):
-    """Tuned presets on cases that no search saw."""
+    """Tuned presets on cases that were used in no search."""
 
     name = "tuning"
     question = "What does tuning a simulation bring, and which parameter brings it?"
@@ -46,7 +46,7 @@ class TuningStudy(Study[TuningConfig, Any]):
     def run(
         self, config: TuningConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
-        """Verdicts and provenance."""
+        """The evaluated presets, and provenance."""
         from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.tuning.study import tuning_study
         from steadyload.tuning.search import Search
@@ -62,7 +62,7 @@ class TuningStudy(Study[TuningConfig, Any]):
         return record, provenance_lines()
 
     def page(self, result: Any) -> Any:
-        """Presets beside others, and what each parameter brings."""
+        """The page of presets beside other methods, and of the gain of each parameter."""
         from steadyload.studies.tuning.page import tuning_page
 
         return tuning_page(*result)

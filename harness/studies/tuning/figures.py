@@ -1,4 +1,4 @@
-"""Pictures of what tuning found: the price of accuracy, changes, and transfer between engines."""
+"""Figures of tuning: the cost of accuracy, changes, and transfer between engines."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ from steadyload.studies.tuning.search_figures import (
 
 _GREY = "#7f7f7f"
 _FILLS = ("none", "bottom", "left", "top", "right")
-"""How the markers are filled of what a tuned method is held against."""
+"""Fill styles of the markers of methods that a tuned method is compared with."""
 
 _DARK = 0.7
-"""Beyond this share of the scale of colours, black does not read."""
+"""Share of the colour scale above which black text is not legible."""
 
 _FAR = 10.0
-"""Changes of more than so many points need an axis that also shows the small ones."""
+"""Change [points] above which an axis is partly logarithmic, to show small changes, too."""
 
 
 def plot_price(tuning: Tuning) -> Figure:
-    """Accuracy against CPU time: fronts as steps, and what was measured on test as points."""
+    """Accuracy against CPU time: fronts as steps, and measurements on the test part as points."""
     named = [
         *(s.engine for s in tuning.searches),
         *(p.engine for p in tuning.prices),
@@ -99,7 +99,7 @@ def _filled(fill: str) -> dict[str, Any]:
 
 
 def _family_titles(tuning: Tuning) -> dict[str, str]:
-    """Titles of methods without their engine: one entry of the legend speaks for all engines."""
+    """Titles of methods without their engine: one entry of the legend for all engines."""
     return {
         o.method.family: o.method.title.partition(" @ ")[0] for t in tuning.tests for o in t.others
     }
@@ -193,7 +193,7 @@ def _set_points(axes: Axes, ends: Sequence[float]) -> None:
 def plot_transfer(table: TransferTable) -> Figure:
     """Accuracy and CPU time of parameters tuned on one engine (rows) on another (columns).
 
-    Colour tells how far they are ahead of those tuned on the engine that they are judged on:
+    Colour is the difference of accuracy to the parameters tuned on the engine of the column, since
     engines differ by more than their tunings do.
     """
     size = len(table.engines)

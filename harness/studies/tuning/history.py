@@ -1,4 +1,4 @@
-"""From the ledger of a search to the records that a page shows."""
+"""Computation of records for a page from the ledger of a search."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CHEAPEST, DEAREST = 0.3, 100.0
 
 
 def hypervolume(front: Iterable[Entry]) -> float:
-    """Area under a front: its accuracy over log10 of the cost, as a share of all there could be.
+    """Area under a front: accuracy over log10 of the cost, as a share of the largest possible area.
 
     Args:
         front: by rising cost.
@@ -89,7 +89,7 @@ def cost_row(search: Search) -> CostRow:
 
 
 def gene_rows(search: Search, found: Genotype | None = None) -> tuple[GeneRow, ...]:
-    """What was searched, and what was found; None for the fittest."""
+    """The searched genes with the found values; ``found`` is None for the fittest genotype."""
     space = search.space
     found = search.fittest().genotype if found is None else found
     start, best = (_texts(search, genotype) for genotype in (space.start, found))
@@ -105,7 +105,7 @@ def _texts(search: Search, genotype: Genotype) -> dict[str, str]:
 
 
 def tuning_of(searches: Sequence[Search]) -> Tuning:
-    """What searches alone tell: costs, histories, and what was searched and found.
+    """Record of searches alone: costs, histories, searched genes and found values.
 
     Of several searches on an engine the first one's parameters are shown.
     """

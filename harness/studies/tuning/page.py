@@ -1,4 +1,4 @@
-"""The page of tuning: what was found for each engine, how, and what it is worth."""
+"""The page of tuning: the parameters found for each engine, the searches, and the gain."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ from steadyload.studies.tuning.records import (
 from steadyload.studies.tuning.search_sections import algorithms, luck, searches
 
 _HELD_AGAINST = {"ps3": "PS_3", "ps5": "PS_5"}
-"""Families that a tuned method is to beat."""
+"""Families that a tuned method is to exceed in accuracy."""
 
 _DEAR = "ps3"
-"""The family of which a tuned method may cost a share."""
+"""The family whose cost is the reference of the cost limit of a tuned method."""
 
 _START = "label"
-"""The family of what a search begins with."""
+"""The family of the genotype with which a search begins."""
 
 _AS_LABELS = {"t_max=0.3", "eps_t=10", "eps_r=10", "between_steps=reseat", "criterion=adams"}
-"""What a simulation is told that asks the question of the labels."""
+"""Parameters of a simulation under the criterion of the labels."""
 
 _SHARE_OF_COST = 0.2
 _ACCURATE = 0.98
@@ -89,7 +89,7 @@ def _source(tuning: Tuning) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _Bar:
-    """What a tuned method is to reach, and whether it does."""
+    """A target of a tuned method, and whether it is reached."""
 
     title: str
     met: bool
@@ -97,7 +97,7 @@ class _Bar:
 
 
 def _bars(table: TunedTable) -> list[_Bar]:
-    """Only those that the record can answer."""
+    """The targets for which the record has values."""
     bars = [
         _Bar(
             f"beats {_HELD_AGAINST[other.method.family]}",
@@ -181,7 +181,7 @@ def _sentence(table: TunedTable) -> str:
 
 
 def _begun(tests: Sequence[TunedTable]) -> list[str]:
-    """What a search begins with is right on, and what the search adds to that."""
+    """Sentences on the accuracy of the start of a search, and on the gain of the search."""
     starts = {t.engine: o for t in tests for o in t.others if o.method.family == _START}
     gains = {e: o.ahead for e, o in starts.items() if o.ahead is not None}
     if not gains:

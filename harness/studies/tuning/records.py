@@ -1,4 +1,4 @@
-"""What a page shows of tuning, as small typed records. Accuracies are shares, costs are in ms."""
+"""Typed records for the page of tuning. Accuracies are shares, costs are in ms."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from steadyload.statistics.estimate import Estimate
 class GeneRow:
     """One parameter that is searched.
 
-    ``values``: what it may be, as text (a range with its step, or a list). ``start``: its value in
-    the genotype that a search begins with. ``found``: in the one it ended with.
+    ``values``: allowed values as text (a range with its step, or a list). ``start``: its value in
+    the genotype that a search begins with. ``found``: in the best one of the search.
     """
 
     name: str
@@ -30,7 +30,7 @@ class GenerationRow:
     """A search after one of its generations, the first being number 0.
 
     ``best``: fitness of the best genotype so far, and its ``accuracy`` and ``cost``. ``median``:
-    fitness of this generation. ``judged``: genotypes judged so far, by whole or in part.
+    fitness of this generation. ``judged``: genotypes judged so far, wholly or in part.
     ``hypervolume``: of the front so far (:class:`SearchRow`).
     """
 
@@ -59,17 +59,17 @@ class SearchRow:
     """One search.
 
     Attributes:
-        engine, algorithm, space, seed: what searched where.
-        population, generations: size, and how many were finished.
-        known: genotypes of the first generation that were found before the search.
-        genotypes: different ones that were judged; ``whole`` on all cases, the others were given
-            up; ``repeats`` came up again and were not judged again.
+        engine, algorithm, space, seed: identity of the search.
+        population, generations: size, and number of finished generations.
+        known: genotypes of the first generation that were known before the search.
+        genotypes: number of different judged ones; ``whole``: of these, those judged on all cases;
+            ``repeats``: number proposed again, which were not judged again.
         cpu, wall: seconds spent.
         start, found: fitness, accuracy and cost of the genotype a search begins with and of the
             best one.
         hypervolume: area between the front and the corner of no accuracy at the highest cost
             shown, over log10 of the cost; 1 is all of it.
-        history, judged: see there.
+        history, judged: rows of the generations and of the judged genotypes.
     """
 
     engine: str
@@ -93,9 +93,9 @@ class SearchRow:
 
 @dataclass(frozen=True, slots=True)
 class CostRow:
-    """How an engine's CPU time is modelled by what a simulation does.
+    """Cost model of an engine: CPU time from the effort of a simulation.
 
-    ``terms``: microseconds by what is counted. ``correlation``: Spearman's, between modelled and
+    ``terms``: microseconds by counted quantity. ``correlation``: Spearman's, between modelled and
     measured, over ``parameter_sets``. ``error``: median of the relative error.
     """
 
@@ -108,10 +108,10 @@ class CostRow:
 
 @dataclass(frozen=True, slots=True)
 class TunedTable:
-    """A tuned method and others on one engine, on cases it was not tuned on.
+    """A tuned method and others on one engine, on cases on which it was not tuned.
 
     ``tuned`` and ``others`` were judged in the same run; each of the others is compared with the
-    tuned one: how far that is ahead, and its CPU time over theirs.
+    tuned one: the difference of accuracy, and the ratio of CPU times, tuned over other.
     """
 
     engine: str
@@ -124,8 +124,8 @@ class TunedTable:
 class Variant:
     """The tuned parameters with some of them changed.
 
-    ``change``: what was changed, ``values``: to what. ``accuracy_change`` and ``cost_change``
-    (a factor) are against the tuned ones, on the same cases.
+    ``change``: name of the change, ``values``: its new values. ``accuracy_change`` and
+    ``cost_change`` (a factor) are relative to the tuned ones, on the same cases.
     """
 
     change: str
@@ -137,7 +137,7 @@ class Variant:
 
 @dataclass(frozen=True, slots=True)
 class VariantTable:
-    """Variants of what was tuned on one engine, on one part of the labelled set."""
+    """Variants of the parameters tuned on one engine, on one part of the labelled set."""
 
     engine: str
     part: str
@@ -158,8 +158,9 @@ class TransferCell:
 
 @dataclass(frozen=True, slots=True)
 class TransferTable:
-    """All pairs of engines on the same cases. ``ignored``: by pair (tuned on, judged on), what the
-    second engine has no such setting for.
+    """All pairs of engines on the same cases.
+
+    ``ignored``: by pair (tuned on, judged on), parameters that the second engine ignores.
     """
 
     part: str
@@ -170,10 +171,10 @@ class TransferTable:
 
 @dataclass(frozen=True, slots=True)
 class PricePoint:
-    """What a budget buys: the most accurate of the parameter sets seen whose cost is below it.
+    """The most accurate of all judged parameter sets whose cost is below a budget.
 
     ``budget``: ms a layout. ``validation``: accuracy where it was chosen. ``test``: on other cases,
-    with the CPU time measured there; None where nothing is that cheap.
+    with the CPU time measured there; None where no set is within the budget.
     """
 
     engine: str
@@ -185,7 +186,7 @@ class PricePoint:
 
 @dataclass(frozen=True, slots=True)
 class SeedRow:
-    """What one seed found: on validation, and once on test."""
+    """Result of the search with one seed: on validation, and once on test."""
 
     engine: str
     seed: int
@@ -197,10 +198,10 @@ class SeedRow:
 
 @dataclass(frozen=True, slots=True)
 class Tuning:
-    """All that is known of tuning. Parts that were not computed are empty.
+    """All results on tuning. Parts that were not computed are empty.
 
-    ``goal``: by engine, the cost [ms] up to which being cheaper is worth nothing: 18.5 % of that
-    of PS_3. ``parameters``: by engine, what was found, in the order of the space. ``cost_source``:
+    ``goal``: by engine, the cost [ms] below which fitness does not grow further: 18.5 % of that of
+    PS_3. ``parameters``: by engine, the found values, in the order of the space. ``cost_source``:
     of measured CPU times; None where nothing was tested.
     """
 

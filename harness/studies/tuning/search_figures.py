@@ -1,4 +1,4 @@
-"""Pictures of searches: how their fitness grew, and what their fronts cover."""
+"""Figures of searches: their fitness by generation, and their fronts."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _COSTS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000
 
 _USUAL_COSTS = (0.3, 100.0)
 USUAL_ACCURACIES = (82.5, 99.2)
-"""Accuracies that are in sight [%] where engines are compared with each other."""
+"""Range of accuracies [%] in figures that compare engines."""
 
 _MARGIN = 0.05
-"""Markers nearer than this to an end of the axis of accuracies would be cut by it."""
+"""Margin at the ends of the axis of accuracies, so that markers are not cut."""
 
 _ALL_BUT = 1e-4
-"""Share of errors that the axis of accuracies takes for none: 0 has no logarithm."""
+"""Share of errors that is drawn for 0, which has no logarithm."""
 
 _CHEAP = 1.0
 """Fronts are shown whole from this cost on [ms]; cheaper points may be too low to be shown."""
@@ -41,10 +41,10 @@ _SPACE_LINES: tuple[Literal["-", "--", ":", "-."], ...] = ("-", "--", ":", "-.")
 
 
 def front(judged: Iterable[JudgedGenotype]) -> list[JudgedGenotype]:
-    """The points of one or several fronts than which none is as accurate at a lower cost.
+    """The points of one or several fronts than which no cheaper one is as accurate.
 
     Returns:
-        Them by rising cost, and so by rising accuracy.
+        The points by rising cost, and so by rising accuracy.
     """
     found: list[JudgedGenotype] = []
     for point in sorted(judged, key=lambda p: (p.cost, -p.accuracy)):
@@ -54,7 +54,7 @@ def front(judged: Iterable[JudgedGenotype]) -> list[JudgedGenotype]:
 
 
 def draw_front(axes: Axes, judged: Iterable[JudgedGenotype], colour: str, **style: float) -> None:
-    """The front as steps: what is reached at a cost is what the next cheaper point reaches."""
+    """Draw the front as steps: at a cost it has the accuracy of the next cheaper point."""
     points = front(judged)
     axes.step(
         [p.cost for p in points],
@@ -68,12 +68,12 @@ def draw_front(axes: Axes, judged: Iterable[JudgedGenotype], colour: str, **styl
 def set_accuracy_against_cost(
     axes: Axes, accuracies: Sequence[float], costs: Sequence[float]
 ) -> None:
-    """Make axes of accuracy [%], which spreads the top, and of cost [ms], logarithmic.
+    """Set an axis of accuracy [%], which widens high values, and a logarithmic one of cost [ms].
 
     Args:
         axes: to be set.
-        accuracies: that are to be seen, in per cent, one at least; fronts may come from below.
-        costs: that are to be seen, in ms.
+        accuracies: visible values in per cent, one at least; fronts may begin below them.
+        costs: visible values in ms.
     """
     axes.set_yscale("function", functions=(_spread, _joined))
     least, most = _spread(min(accuracies)) - _MARGIN, _spread(max(accuracies)) + _MARGIN
@@ -117,7 +117,7 @@ def plot_histories(searches: Sequence[SearchRow]) -> Figure:
             shade = algorithm_colour(search.algorithm)
             judged = [g.judged for g in search.history]
             best = [g.best for g in search.history]
-            point = "o" if len(best) == 1 else None  # a line of one point is none
+            point = "o" if len(best) == 1 else None  # a line needs two points
             axes.plot(judged, best, line, color=shade, linewidth=1.4, marker=point)
             medians = [g.median for g in search.history]
             axes.plot(judged, medians, line, color=shade, linewidth=0.7, alpha=0.5)
@@ -132,7 +132,7 @@ def plot_histories(searches: Sequence[SearchRow]) -> Figure:
 
 
 def _set_fitness(axes: Axes, searches: Sequence[SearchRow]) -> None:
-    """Show all of the best, and three quarters of the medians: the first ones are far below."""
+    """Set limits that show all best values and three quarters of the medians; others are lower."""
     best = [g.best for s in searches for g in s.history if math.isfinite(g.best)]
     medians = [g.median for s in searches for g in s.history if math.isfinite(g.median)]
     if best:
@@ -175,7 +175,7 @@ def _finish_below(figure: Figure, handles: list[Line2D]) -> None:
 
 
 def plot_algorithms(groups: Mapping[str, Sequence[SearchRow]]) -> Figure:
-    """Algorithms against each other: hypervolume over genotypes judged, and the fronts.
+    """Comparison of algorithms: hypervolume over genotypes judged, and the fronts.
 
     Args:
         groups: by title, the searches that can be compared; a row of panels each.

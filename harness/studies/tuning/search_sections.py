@@ -1,4 +1,4 @@
-"""The part of the page of tuning that holds searches against each other."""
+"""The part of the page of tuning that compares searches with each other."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from steadyload.studies.tuning.search_figures import plot_algorithms, plot_histo
 
 
 def searches(rows: Sequence[SearchRow]) -> Section:
-    """What each search spent, and what it found."""
+    """Section of the effort and result of each search."""
     judged, whole = sum(r.genotypes for r in rows), sum(r.whole for r in rows)
     said = [
         f"{len(rows)} {'search' if len(rows) == 1 else 'searches'} judged {judged:,} genotypes in "
@@ -98,7 +98,7 @@ def _table(rows: Sequence[SearchRow]) -> str:
 
 
 def algorithms(rows: Sequence[SearchRow]) -> list[Section]:
-    """Algorithms on the same engine and space; none where nothing was searched by two of them."""
+    """Sections of algorithms on the same engine and space; empty without two algorithms on one."""
     groups = _groups(rows)
     if not groups:
         return []
@@ -155,7 +155,7 @@ def _by_algorithm(rows: Sequence[SearchRow]) -> dict[str, list[SearchRow]]:
 
 
 def _larger(title: str, rows: Sequence[SearchRow]) -> str:
-    """Which algorithm has the largest hypervolume, and which the best fitness, on average."""
+    """Sentence on the algorithms with the largest mean hypervolume and the best mean fitness."""
     mine = _by_algorithm(rows)
     volume = {a: [r.hypervolume for r in group] for a, group in mine.items()}
     fitness = {a: [r.found[0] for r in group] for a, group in mine.items()}
@@ -186,7 +186,7 @@ def _mean_and_range(values: Sequence[float], digits: int) -> str:
 
 
 def luck(rows: Sequence[SeedRow]) -> Section:
-    """What the same search finds with another seed."""
+    """Section of the results of the same search with other seeds."""
     engines = list(dict.fromkeys(r.engine for r in rows))
     said, tables = [], []
     for engine in engines:

@@ -1,4 +1,4 @@
-"""What tuning brought, on cases that nothing was tuned on; fills the page of tuning."""
+"""Evaluation of tuned presets on cases on which nothing was tuned, for the page of tuning."""
 
 from __future__ import annotations
 
@@ -42,22 +42,22 @@ from steadyload.tuning.search import Search, pareto_front
 from steadyload.tuning.trial import fitness
 
 BUDGETS = (1.0, 3.0, 10.0, 30.0)
-"""ms a layout of the table of prices."""
+"""Budgets in the table of prices [ms a layout]."""
 
 PART = Part.TEST
-"""Judged once, never tuned on."""
+"""Part of the labelled set that is judged once and never used for tuning."""
 
 _SHARD_SIZE = 60
 
 _STOPPED = GOAL.partition(":")[2]
-"""What PS_3 and PS_5 are given, as all methods: looks, and a stop at rest."""
+"""Parameters of samples and of a stop at rest, which PS_3 and PS_5 are given like all methods."""
 
 Progress = Callable[[int, int], None]
 
 
 @dataclass
 class _Engine:
-    """One engine's part of the study: the specs that are to be judged, by what they are for."""
+    """One engine's part of the study: the specs that are to be judged, by their purpose."""
 
     name: str
     tuned: str
@@ -69,7 +69,7 @@ class _Engine:
     prices: list[tuple[float, Entry | None, str]]
 
     def specs(self) -> list[str]:
-        """All of them."""
+        """All specs."""
         changed = [change.spec for change in (*self.left_out, *self.physical)]
         elsewhere = [spec for spec, _ in self.carried.values()]
         priced = [spec for _, _, spec in self.prices if spec]
@@ -85,16 +85,16 @@ def tuning_study(
     limit: int | None = None,
     progress: Progress = lambda done, total: None,
 ) -> Tuning:
-    """Hold the tuned presets against others on the test part, and take apart what they gained.
+    """Compare the tuned presets with others on the test part, and measure the gain of each part.
 
-    Engines of two dimensions are judged on the planar set, on which the others are judged, too,
-    where parameters are carried over.
+    2-D engines are judged on the planar set, on which the others are judged, too, where parameters
+    are transferred.
 
     Args:
-        searches: that were made; they found the presets, fronts and seeds are theirs.
-        work: run folders of what is judged; an interrupted study goes on from there.
+        searches: finished searches, which gave the presets, fronts and seeds.
+        work: folder of the run folders; an interrupted study is resumed.
         workers: processes beside this one.
-        limit: only so many cases a scenario.
+        limit: largest number of cases a scenario; None for all.
         progress: called with rows done and rows in all, for each labelled set.
 
     Raises:
@@ -112,7 +112,7 @@ def tuning_study(
     for benchmark, on_it in sets.items():
         others = names if benchmark == PLANAR else on_it
         engines = [_engine(name, searches, others) for name in on_it]
-        # Engines of three dimensions take part on the planar set with what they are on their own.
+        # 3-D engines take part on the planar set with their own parameters.
         guests = [n for n in others if n not in on_it]
         specs = [spec for engine in engines for spec in engine.specs()]
         specs += [_carried(a, b)[0] for b in guests for a in others]
@@ -137,7 +137,7 @@ def _evaluated(
     limit: int | None,
     progress: Progress,
 ) -> Evaluation:
-    """Judge the test part of a labelled set with all of these; goes on where it was interrupted."""
+    """Evaluation of methods on the test part of a labelled set; an interrupted run is resumed."""
     study = StudyDefinition(
         name="tuning",
         methods=tuple(dict.fromkeys(specs)),
@@ -182,7 +182,7 @@ def _set_of(engine: str) -> str | None:
 
 
 def canonical_spec(spec: str) -> str:
-    """As a study's rows name it."""
+    """The spec as the rows of a study name it."""
     return str(make_method(spec).spec)
 
 
@@ -235,16 +235,16 @@ def _finder(engine: str, searches: Sequence[Search]) -> Search:
 
 
 def _carried(here: str, there: str) -> tuple[str, tuple[str, ...]]:
-    """What was tuned on one engine, as a spec on another, and what has no effect there."""
+    """Spec on one engine of the parameters tuned on another, and those without effect there."""
     if here == there:
         return canonical_spec(f"{TUNED}@{here}"), ()
     return carried_over(tuned_values(here), there)
 
 
 def apart_by_seeds(searches: Sequence[Search]) -> list[tuple[Search, str]]:
-    """Searches that differ in their seed alone, where there are such.
+    """Searches that differ in their seed alone; empty where there are none.
 
-    Of several such kinds, the one that begins with the fewest genotypes known before: these would
+    Of several such groups, the one that begins with the fewest known genotypes, since these would
     be found again with any seed.
     """
     kinds: dict[tuple[Any, ...], list[Search]] = {}

@@ -1,4 +1,4 @@
-"""Parameter sets made from a tuned one: without some gains, at physical values, elsewhere."""
+"""Parameter sets made from a tuned one: parts reset, physical values, or another engine."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _PHYSICAL: Mapping[str, Values] = {
     "margin": {"margin": 0.0},
     "thresholds and time": {"eps_t": 10.0, "eps_r": 10.0, "t_max": 0.3},
 }
-"""What the reference simulation that makes the labels has, by what is set to it."""
+"""Parameters of the reference simulation that makes the labels, by name of the change."""
 
 _EVERYTHING_PHYSICAL = "all of these"
 _EVERYTHING = "everything"
@@ -35,8 +35,8 @@ class Change:
     """A tuned parameter set with some values changed.
 
     Attributes:
-        name: of what was changed.
-        values: to what, for people.
+        name: of the change.
+        values: the new values, as text.
         spec: of the changed set.
     """
 
@@ -51,7 +51,7 @@ def tuned_values(engine: str) -> dict[str, Any]:
 
 
 def without_gains(space: Space, tuned: Values) -> list[Change]:
-    """One change for every group of genes that goes back to where the search started; and all."""
+    """One change for every group of genes that is reset to the start of the search; and all."""
     start = space.values(space.start)
     groups = {
         name: {gene: start[gene] for gene in genes if gene in start}
@@ -61,7 +61,7 @@ def without_gains(space: Space, tuned: Values) -> list[Change]:
 
 
 def physical(engine: str, tuned: Values) -> list[Change]:
-    """One change for every quantity that goes back to the value of the reference simulation."""
+    """One change for every quantity that is set to the value of the reference simulation."""
     everything = {name: value for values in _PHYSICAL.values() for name, value in values.items()}
     return _changes(engine, tuned, {**_PHYSICAL, _EVERYTHING_PHYSICAL: everything})
 
@@ -77,7 +77,7 @@ def _changes(engine: str, tuned: Values, groups: Mapping[str, Values]) -> list[C
 
 
 def carried_over(tuned: Values, engine: str) -> tuple[str, tuple[str, ...]]:
-    """A parameter set on another engine: its spec there, and what has no effect there."""
+    """A parameter set on another engine: its spec there, and parameters without effect there."""
     known = {field.name for field in dataclasses.fields(parameters_on(engine))}
     kept = {name: value for name, value in tuned.items() if name in known}
     bound = bind(parameters_on(engine), kept, where=engine)

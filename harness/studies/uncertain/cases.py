@@ -1,4 +1,4 @@
-"""What is sampled of one labelled case: a row for the page of uncertain verdicts."""
+"""Sampling of one labelled case: a row for the page of uncertain verdicts."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from steadyload.runs.verdict_reliability import (
 )
 
 VERSION = 1
-"""Of what is sampled of a case: raised when a row holds something else."""
+"""Version of the samples of a case: raised when rows change."""
 
 Row = dict[str, Any]
 """``layout, scenario, item_count``; ``nominal``, items placed safely by the plan (all: it stands),
@@ -35,7 +35,7 @@ share of random samples that stand, None where there were none."""
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A unit of work: one question to some cases, and the key of their shard."""
+    """A unit of work: one method and uncertainty on some cases, and the key of their shard."""
 
     method: str
     uncertainty: str
@@ -48,11 +48,11 @@ class Unit:
         return len(self.cases)
 
     def without(self, done: int) -> Unit:
-        """The unit without its first cases."""
+        """The unit without its first ``done`` cases."""
         return replace(self, cases=self.cases[done:])
 
     def describe(self, part: int) -> str:
-        """A case for people."""
+        """Description of a case for messages."""
         scenario, layout = self.cases[part]
         return f"{self.method} on layout {layout.name!r} ({scenario}), {self.uncertainty}"
 
@@ -103,7 +103,7 @@ def _safe(status: Status, failing_step: int | None, item_count: int) -> int | No
 
 
 def _random_share(method: Method, unit: Unit, layout: Layout) -> float:
-    """How many of random samples stand, drawn apart from the quasi-random ones."""
+    """Share of random samples that stand, drawn independently of the quasi-random ones."""
     digest = int(layout.content_hash()[:8], 16)
     random = np.random.default_rng([unit.sampling.seed, digest])
     uniforms = random.random((unit.random, dimensions(len(layout))))

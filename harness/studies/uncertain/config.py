@@ -33,7 +33,7 @@ class UncertainConfig:
 
 
 class Uncertain(Study[UncertainConfig, Any]):
-    """Verdicts of loads that deviate from their plans."""
+    """The reliability of verdicts on loads that deviate from their plans."""
 
     name = "uncertain"
     question = "How sure is a verdict when a load deviates from its plan?"
@@ -43,12 +43,12 @@ class Uncertain(Study[UncertainConfig, Any]):
     def run(
         self, config: UncertainConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
-        """Summary of the samples, and provenance."""
+        """The summary of the samples, and provenance."""
         from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.uncertain.study import UncertainOptions, run_uncertain
         from steadyload.studies.uncertain.summary import summarise
 
-        made_with = provenance_lines()  # of the code that samples
+        made_with = provenance_lines()  # of the code at the time of sampling
         given: dict[str, Any] = {
             "uncertainty": config.uncertain,
             "methods": tuple(dict.fromkeys(config.methods)) or None,
@@ -65,7 +65,7 @@ class Uncertain(Study[UncertainConfig, Any]):
         return summarise(asked, sampled), made_with
 
     def page(self, result: Any) -> Any:
-        """Accuracy, probabilities and their cost."""
+        """The page of accuracy, probabilities and their cost."""
         from steadyload.studies.uncertain.page import uncertain_page
 
         return uncertain_page(*result)

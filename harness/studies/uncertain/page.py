@@ -1,4 +1,4 @@
-"""The page of uncertain verdicts: how probable it is that a load stands, and what that is worth."""
+"""The page of uncertain verdicts: probabilities that loads stand, and their calibration."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from steadyload.studies.uncertain.records import (
 )
 
 _FEW = 10
-"""A mean of fewer cases is not shown."""
+"""Smallest number of cases of which a mean is shown."""
 
 
 def uncertain_page(found: Uncertain, manifest: Mapping[str, str]) -> Page:

@@ -1,4 +1,4 @@
-"""What the page of uncertain verdicts shows, as small typed records. Shares are 0 to 1."""
+"""Typed records for the page of uncertain verdicts. Shares are 0 to 1."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from steadyload.statistics.reliability import Abstention, Reliability
 
 @dataclass(frozen=True, slots=True)
 class UncertainRow:
-    """One method, asked what becomes of labelled cases that deviate from their plans.
+    """Reliability of one method's verdicts on labelled cases that deviate from their plans.
 
     Attributes:
         method: the method.
@@ -22,13 +22,14 @@ class UncertainRow:
         unsure: share of cases whose probability of standing is from 5 to 95 %.
         changed: mean share of samples with another failing step than the plan; ``changed_robust``
             and ``changed_fragile`` of cases whose label is so.
-        samples: mean number a case; ``endings``: cases by why there were not more.
-        lost: samples without a verdict. ``unjudged``: cases of which none has one.
+        samples: mean number a case; ``endings``: cases by the reason for which sampling ended.
+        lost: samples without a verdict. ``unjudged``: cases without any sample with a verdict.
         cpu, plan_cpu: of a case with all its samples, and of the plan alone [ms].
-        stands: what the probability that the whole load stands keeps, against the label.
-        right: likewise the share of the likeliest failing step, against whether it is the label's.
-        plan_brier: mean square of the plan's stable or not, 1 or 0, minus the label's.
-        abstention: accuracy without the cases whose likeliest step is least sure.
+        stands: calibration of the probability that the whole load stands, against the label.
+        right: calibration of the share of the likeliest failing step, against its being the
+            label's.
+        plan_brier: mean squared difference of stable (1 or 0) by the plan and by the label.
+        abstention: accuracy without the cases whose likeliest step has the smallest share.
     """
 
     method: MethodKey
@@ -53,7 +54,7 @@ class UncertainRow:
 
 @dataclass(frozen=True, slots=True)
 class Alone:
-    """What changes where one thing alone deviates: shares as in :class:`UncertainRow`."""
+    """Effect of the deviation of one quantity alone: shares as in :class:`UncertainRow`."""
 
     what: str
     changed: Estimate
@@ -74,16 +75,16 @@ class Checked:
 
     @property
     def inside(self) -> bool:
-        """The random samples' share lies in the interval."""
+        """True if the random samples' share lies in the interval."""
         return self.low <= self.random <= self.high
 
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """Probabilities against those of ``random`` random samples a layout.
+    """Comparison of probabilities with those of ``random`` random samples a layout.
 
-    ``gain``: how many random samples one sample is worth, by how far the scramblings' answers lie
-    apart.
+    ``gain``: number of random samples that one sample is worth, by the variance between the
+    scramblings.
     """
 
     method: MethodKey
@@ -95,10 +96,10 @@ class Check:
 
 @dataclass(frozen=True, slots=True)
 class Uncertain:
-    """All that the page shows.
+    """All records for the page.
 
-    ``item_lists``: what intervals stand on. ``silent``: titles of methods that had no verdict on
-    any sample.
+    ``item_lists``: number of clusters of the intervals. ``silent``: titles of methods without a
+    verdict on any sample.
     """
 
     part: str

@@ -1,7 +1,7 @@
-"""How sure verdicts are on labelled cases: what is sampled for the page of uncertain verdicts.
+"""Reliability of verdicts on labelled cases: the samples for the page of uncertain verdicts.
 
 A run folder holds ``cases/*.json``, a :class:`steadyload.runs.store.Store` with a shard for some
-cases of one question, so an interrupted run goes on where it was.
+cases of one method and uncertainty, so an interrupted run is resumed.
 """
 
 from __future__ import annotations
@@ -26,28 +26,29 @@ from steadyload.studies.uncertain import cases as uncertain_cases
 from steadyload.studies.uncertain.cases import Row, Unit, crashed_row, sample_unit
 
 CHECK = "equilibrium"
-"""The method whose probabilities are held against those of many random samples."""
+"""The method whose probabilities are compared with those of many random samples."""
 
 _SHARD = 10
 
 
 @dataclass(frozen=True, slots=True)
 class UncertainOptions:
-    """What is asked of which cases.
+    """Options of the study of uncertain verdicts.
 
     Attributes:
         part: of the labelled set that comes with the package.
-        uncertainty: what deviates, as :func:`parse_uncertainty` reads it.
+        uncertainty: the deviating quantities, as :func:`parse_uncertainty` reads them.
         methods: spec strings.
-        cases: a scenario, for methods without an engine.
-        engine_cases: a scenario, for methods with one, and for ``alone``.
-        alone: what deviates by itself, to tell what matters.
-        alone_method: which method is asked that.
-        checked: layouts on which :data:`CHECK` is held against random samples; 0 for none.
-        check_cases: a scenario, among which they are the first of which some samples stand and
-            some fall, by :data:`FIRST_LOOK` samples of another seed.
-        random: samples a checked layout.
-        sampling: how long to sample.
+        cases: number a scenario, for methods without an engine.
+        engine_cases: number a scenario, for methods with one, and for ``alone``.
+        alone: quantities that deviate one at a time, to compare their effects.
+        alone_method: spec of the method that judges ``alone``.
+        checked: number of layouts on which :data:`CHECK` is compared with random samples; 0 for
+            none.
+        check_cases: number a scenario from which the checked layouts are chosen: the first of which
+            some samples stand and some fall, by :data:`FIRST_LOOK` samples of another seed.
+        random: number of random samples a checked layout.
+        sampling: the rule by which sampling ends.
     """
 
     part: Part = Part.TEST
@@ -67,7 +68,7 @@ class UncertainOptions:
 
 @dataclass(frozen=True, slots=True)
 class Sampled:
-    """What a run found: tables with the columns of :data:`Row`, a row a case."""
+    """Results of a run: tables with the columns of :data:`Row`, a row a case."""
 
     methods: dict[str, pd.DataFrame]
     alone: dict[str, pd.DataFrame]
@@ -81,18 +82,18 @@ def run_uncertain(
     workers: int = IN_THIS_PROCESS,
     progress: Progress = lambda done, total: None,
 ) -> Sampled:
-    """Sample what is missing in ``directory``; an interrupted run is taken up again.
+    """Sample the missing cases in ``directory``; an interrupted run is resumed.
 
     Args:
-        asked: what to ask.
+        asked: the options.
         directory: made when it does not exist.
         workers: see :func:`steadyload.runs.runner.run_study`.
         progress: called with cases done and cases in all, first of all but the random samples.
 
     Raises:
-        SpecError: no such method, or nothing that can be uncertain.
+        SpecError: no such method, or not a quantity that can be uncertain.
         BenchmarkError: no such part.
-        ResultsError: the folder is none, or another run is at work in it.
+        ResultsError: it is no folder, or another run is at work in it.
         EngineNotInstalledError: a method's engine is missing.
         WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
     """
@@ -120,7 +121,7 @@ def run_uncertain(
 
 @dataclass(frozen=True, slots=True)
 class _Question:
-    """One method, asked one thing of some cases."""
+    """One method with one uncertainty on some cases."""
 
     method: str
     uncertainty: str
@@ -135,29 +136,29 @@ class _Run:
     ) -> None:
         self._asked, self._benchmark, self._store = asked, benchmark, store
         specs = dict.fromkeys((*asked.methods, asked.alone_method, CHECK))
-        # Of the code that samples, not of what it has become meanwhile.
+        # Of the code at the time of sampling, not of later changes.
         self._made_by = {spec: _made_by(spec) for spec in specs}
 
     def by_method(self, spec: str) -> _Question:
-        """How sure a method is."""
+        """The reliability of a method's verdicts."""
         asked = self._asked
         limit = asked.cases if make_method(spec).spec.engine is None else asked.engine_cases
         return _Question(spec, asked.uncertainty, self._cases(limit), asked.sampling)
 
     def alone(self, what: str) -> _Question:
-        """What changes where one thing alone deviates."""
+        """The effect of the deviation of one quantity alone."""
         asked = self._asked
         return _Question(asked.alone_method, what, self._cases(asked.engine_cases), asked.sampling)
 
     def glance(self) -> _Question:
-        """Which layouts are to be checked: by samples that do not count any more then."""
+        """Samples by which the layouts to check are chosen; they are not used otherwise."""
         asked = self._asked
         cases = self._cases(asked.check_cases) if asked.checked else ()
         few = replace(asked.sampling, most=FIRST_LOOK, seed=asked.sampling.seed + 1)
         return _Question(CHECK, asked.uncertainty, cases, few)
 
     def _cases(self, limit: int) -> tuple[tuple[str, Layout], ...]:
-        """The first so many cases a scenario."""
+        """The first ``limit`` cases of each scenario."""
         chosen = self._benchmark.select(self._asked.part, limit=limit)
         return tuple(
             (scenario, self._benchmark.layout(name, scenario))
@@ -165,19 +166,19 @@ class _Run:
         )
 
     def sample(self, questions: Sequence[_Question], workers: int, progress: Progress) -> None:
-        """Answer what is missing."""
+        """Sample the missing cases."""
         units = [unit for question in questions for unit in self._units(question)]
         self._store.complete(
             units, sample_unit, crashed=crashed_row, workers=workers, progress=progress
         )
 
     def table(self, question: _Question) -> pd.DataFrame:
-        """The answers to a question that was sampled, as they are kept."""
+        """The stored rows of a question that was sampled."""
         units = self._units(question)
         return pd.DataFrame([row for unit in units for row in self._store.read(unit.key)])
 
     def _units(self, question: _Question) -> Iterator[Unit]:
-        """A question in parts; a key is a hash of all that its rows depend on."""
+        """The units of a question; a key is a hash of everything that its rows depend on."""
         method, uncertainty = question.method, question.uncertainty
         sampling, random = question.sampling, question.random
         asked = [method, str(parse_uncertainty(uncertainty)), repr(sampling), random]
@@ -206,7 +207,7 @@ def _unsure(glance: _Question, table: pd.DataFrame) -> tuple[tuple[str, Layout],
 
 
 def _made_by(spec: str) -> dict[str, str]:
-    """What a row comes from besides what is asked."""
+    """Versions on which a row depends besides its parameters."""
     return {
         **made_by(make_method(spec)),
         **package_versions(("numpy", "scipy")),

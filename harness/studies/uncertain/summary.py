@@ -1,4 +1,4 @@
-"""From what was sampled on labelled cases to the records that a page shows."""
+"""Computation of records for a page from the samples of labelled cases."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from steadyload.studies.uncertain.records import (
 from steadyload.studies.uncertain.study import CHECK, Sampled, UncertainOptions
 
 UNSURE = (0.05, 0.95)
-"""Probabilities from the one to the other are neither stable nor unstable for sure."""
+"""Range of probabilities of standing in which a case counts as unsure."""
 
 _BINS = (0.0, UNSURE[0], 0.35, 0.65, UNSURE[1], 1.0)
-"""Few cases are unsure, so that bins of equal width would be all but empty."""
+"""Edges of bins; few cases are unsure, so that bins of equal width would be nearly empty."""
 
 
 def summarise(asked: UncertainOptions, sampled: Sampled) -> Uncertain:
-    """The records of a run, against the labels of the set that comes with the package."""
+    """The records of a run, compared with the labels of the set that comes with the package."""
     benchmark = load_benchmark()
     labels = benchmark.cases.set_index(KEYS)[["instance", "failing_step", "item_count"]]
     labels = labels.join(benchmark.confidence["robust"])
@@ -58,7 +58,7 @@ def summarise(asked: UncertainOptions, sampled: Sampled) -> Uncertain:
 
 @dataclass(frozen=True, slots=True)
 class _Answer:
-    """What samples of one case say: shares of those with a verdict; nothing where none has one."""
+    """Result of the samples of one case: shares of those with a verdict; empty without any."""
 
     stands: float
     likeliest: int
@@ -92,7 +92,7 @@ class _Cases:
         self.changed = np.array([answer.changed for answer in given])
 
     def unsure(self) -> NDArray[np.bool_]:
-        """Neither stable nor unstable for sure, of cases with an answer."""
+        """Mask of the unsure cases, of those with a result."""
         return (self.stands >= UNSURE[0]) & (self.stands <= UNSURE[1])
 
 
