@@ -13,7 +13,7 @@ class PlacementCost:
     """Cost of a placement at a number of loaded items.
 
     Attributes:
-        items: number of items at the end of the range that is averaged.
+        items: last of the consecutive items whose median is taken.
         placement: CPU time of a placement in a session [ms], a median.
         whole: CPU time of judging the whole layout instead [ms]; None where not measured.
     """
