@@ -9,7 +9,7 @@ TEST := $(BIN)/python -m pytest -n 2 --dist loadfile
 # Tests start many processes, each of which would compile all sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help study test test-deep lint types bench engines verify extremes properties benchmark planar accuracy uncertain tuning learned cascade session scale table docs clean
+.PHONY: help study test test-deep lint types bench engines verify extremes properties benchmark planar accuracy uncertain tuning learned cascade session scale table docs clean pages
 
 help: ## list these targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -43,59 +43,58 @@ types: $(READY) ## check types
 	MYPYPATH=.types $(BIN)/mypy
 
 bench: $(READY) ## measure what a judgement costs
-	$(BIN)/steadyload bench --output runs/bench
+	$(BIN)/steadyload compare-engines --output runs/bench
 
 engines: $(READY) ## remake the published comparison of engines (a quarter of an hour)
-	$(BIN)/steadyload bench --part agreement --part options --output reports/published/engines
-	$(BIN)/steadyload bench --part speed --part throughput --output reports/published/speed
+	$(BIN)/steadyload pages remake engines speed
 
 verify: $(READY) ## hold engines against mechanics and the reference against itself (half an hour)
-	$(BIN)/steadyload verify closed-forms --output reports/published/closed_forms
-	$(BIN)/steadyload verify convergence --output reports/published/convergence
+	$(BIN)/steadyload pages remake closed_forms convergence
 
 extremes: $(READY) ## take engines to their limits, remake envelopes and page (a quarter of an hour); goes on
-	$(BIN)/steadyload extremes --output reports/published/extremes --write-envelope
+	$(BIN)/steadyload pages remake extremes
 
 properties: $(READY) ## remake the page of property tests (an hour)
-	$(BIN)/steadyload properties --profile deep --seed 1 --work runs/properties -o reports/published/properties
+	$(BIN)/steadyload pages remake properties
 
 benchmark: $(READY) ## remake the labelled set (hours) and its page; goes on where it was
 	test -e runs/benchmark/manifest.json || $(BIN)/steadyload benchmark build -o runs/benchmark
-	$(BIN)/steadyload benchmark label runs/benchmark
-	$(BIN)/steadyload benchmark page runs/benchmark -o reports/published/benchmark
+	$(BIN)/steadyload pages remake benchmark
 
 planar: $(READY) ## remake the planar labelled set (a quarter of an hour); goes on where it was
 	test -e runs/planar/manifest.json || $(BIN)/steadyload benchmark build --planar -o runs/planar
 	$(BIN)/steadyload benchmark label runs/planar --judges none
 
 accuracy: $(READY) ## remake the accuracies on the whole test split (ten minutes)
-	$(BIN)/steadyload study run reports/published/accuracy/study.toml -o runs/accuracy
-	$(BIN)/steadyload report runs/accuracy -o reports/published/accuracy
+	$(BIN)/steadyload pages remake accuracy
 
 uncertain: $(READY) ## remake the page of how sure verdicts are (a quarter of an hour); goes on where it was
-	$(BIN)/steadyload uncertain --output reports/published/uncertain
+	$(BIN)/steadyload pages remake uncertain
 
 tuning: $(READY) ## remake the page of tuning from its searches, on 450 cases (a quarter of an hour); goes on
-	$(BIN)/steadyload tuned reports/published/tuning/searches/*/ --limit 150 --output reports/published/tuning
+	$(BIN)/steadyload pages remake tuning
 
 learned: $(READY) ## train what the plan of learners asks for and remake their page (hours); goes on
-	$(BIN)/steadyload learned --foreign $(wildcard ../shared/data/aclpp/*.yaml) \
-		--output reports/published/learned
+	$(BIN)/steadyload pages remake learned
 
 cascade: $(READY) ## hold the cascade against others and remake its page (ten minutes); goes on
-	$(BIN)/steadyload cascade page --output reports/published/cascade
+	$(BIN)/steadyload pages remake cascade
 
 session: $(READY) ## remake the page of loading sessions (a quarter of an hour)
-	$(BIN)/steadyload session --output reports/published/session
+	$(BIN)/steadyload pages remake session
 
 scale: $(READY) ## measure what a study of a million rows needs (a quarter of an hour)
-	$(BIN)/steadyload study measure --rows 1000000 --output reports/published/scale
+	$(BIN)/steadyload pages remake scale
 
 table: $(READY) ## judge and time all methods on the test split, for the page of Table 5 (an hour and a half); goes on
-	$(BIN)/steadyload table5 --timed 60 --repeats 2 --output reports/published/table5
+	$(BIN)/steadyload pages remake table5
 
-docs: $(READY) ## remake the generated pages
+pages: $(READY) ## remake all published pages and their index (days; goes on); `steadyload pages list` names them
+	$(BIN)/steadyload pages remake
+
+docs: $(READY) ## remake the table of engines and the index of published pages
 	$(BIN)/steadyload engines --markdown > docs/engines.md
+	$(BIN)/steadyload pages index
 
 clean: ## remove the virtual environment, caches and runs
 	rm -rf .venv .types runs .pytest_cache .ruff_cache

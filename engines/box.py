@@ -57,7 +57,7 @@ class Box:
 
 
 def check_box(box: Box, index: int) -> None:
-    """Refuse a box that no engine is to see.
+    """Refuse a box that is outside the limits of all engines.
 
     Args:
         box: as it was handed in.

@@ -1,4 +1,4 @@
-"""What a world can be asked to be, and how an engine answers, as data."""
+"""Settings of a world, and which of them each engine honours, emulates or ignores, as data."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class BroadPhase(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class WorldSettings:
-    """What a world is asked to be. Every value is that of the *contact* or the *body*, in SI.
+    """Settings of a world. Every value is that of the *contact* or the *body*, in SI.
 
     Each engine declares which of these it honours, emulates or ignores (:class:`Capabilities`).
 
@@ -54,8 +54,8 @@ class WorldSettings:
         gravity: acceleration vector [m/s2]; tilting it is the same as tilting the floor.
         emulate: settings that the engine lacks and that it shall imitate where it can do so only
             at a price (see the engine's notes). Nothing is imitated at a price unasked.
-        options: what only this engine can be asked (its ``options`` in the registry); None leaves
-            all of it at its defaults.
+        options: settings that only this engine has (its ``options`` in the registry); None leaves
+            all of them at their defaults.
 
     Raises:
         BadNumberError: a number is not finite, or not in its range.
@@ -76,13 +76,13 @@ class WorldSettings:
         check_settings(self)
 
     def requested(self) -> tuple[str, ...]:
-        """Names of the settings that ask for something, that is: differ from "nothing special"."""
+        """Names of the settings that are requested, that is: differ from "nothing special"."""
         neutral = WorldSettings(friction=0.0)
         return tuple(n for n in SETTINGS if getattr(self, n) != getattr(neutral, n))
 
 
 def check_settings(settings: WorldSettings) -> None:
-    """Refuse settings that no engine is to see.
+    """Refuse settings that are outside the limits of all engines.
 
     Raises:
         BadNumberError: a number that is not finite or out of range.
@@ -110,7 +110,7 @@ SETTINGS: tuple[str, ...] = tuple(
 
 
 class Support(StrEnum):
-    """How an engine meets a setting."""
+    """Support of a setting by an engine: honoured, emulated (also on request) or ignored."""
 
     HONOURED = "honoured"
     EMULATED = "emulated"
@@ -120,9 +120,9 @@ class Support(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class SettingSupport:
-    """One engine's answer to one setting.
+    """Support of one setting by one engine.
 
-    ``values`` limits the answer to some of the values; any other value counts as ignored.
+    ``values`` limits the support to some of the values; any other value counts as ignored.
     """
 
     support: Support
@@ -158,6 +158,8 @@ class Capabilities:
     ``error_controlled``: it chooses its own steps; a substep decides only when one can look at it.
     ``compliant``: contacts give way in proportion to their load, so that masses matter.
     ``subsets``: a world can leave out some of its boxes and take them in again.
+    ``version``: of the adapter, raised by hand when its worlds move otherwise; stored verdicts are
+    stale then. ``numerics``: packages that its motion hangs on, beside those of the registry.
     """
 
     title: str
@@ -169,9 +171,11 @@ class Capabilities:
     error_controlled: bool = False
     compliant: bool = False
     subsets: bool = False
+    version: int = 1
+    numerics: tuple[str, ...] = ("numpy",)
 
     def support(self, name: str, settings: WorldSettings) -> Support:
-        """How the setting ``name`` is met under ``settings``: honoured, emulated or ignored."""
+        """Support of the setting ``name`` under ``settings``: honoured, emulated or ignored."""
         declared = self.settings[name]
         if declared.values is not None and getattr(settings, name) not in declared.values:
             return Support.IGNORED
@@ -195,10 +199,10 @@ class Capabilities:
 
 
 def declare(**settings: SettingSupport) -> Mapping[str, SettingSupport]:
-    """The settings part of a :class:`Capabilities`, checked to answer for every setting.
+    """The settings part of a :class:`Capabilities`, checked to cover every setting.
 
     Raises:
-        ValueError: a setting of :class:`WorldSettings` has no answer, or an answer no setting.
+        ValueError: a setting of :class:`WorldSettings` is missing, or a name is no setting.
     """
     if set(SETTINGS) != set(settings):
         raise ValueError(f"declare exactly {sorted(SETTINGS)}, got {sorted(settings)}")

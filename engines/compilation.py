@@ -9,11 +9,11 @@ from numba import njit
 
 
 def compile_kept(function: Callable[..., Any], digest: str) -> Callable[..., Any]:
-    """Compile a function when it is first called, or load what was compiled before.
+    """Compile a function when it is first called, or load the compiled code.
 
     Args:
         function: to be compiled.
-        digest: of all files that it hangs on, this one too. Numba's own cache looks at the file
+        digest: of all files that it depends on, this one too. Numba's own cache looks at the file
             that a function stands in, not at those of the functions that it calls; as part of the
             name, the digest makes a change anywhere a change everywhere.
     """

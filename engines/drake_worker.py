@@ -128,7 +128,7 @@ class Scene:
         return np.hstack((q, v))
 
     def _start(self, states: np.ndarray, step: float) -> None:
-        """Begin anew. The integrator too: it reuses contacts when it thinks time stood still."""
+        """Begin anew, with the integrator: it reuses contacts if the time has not changed."""
         simulator = self._simulator
         simulator.get_mutable_context().SetTime(0.0)
         q, v = np.zeros(7 * len(states)), np.zeros(6 * len(states))

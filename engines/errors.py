@@ -1,13 +1,17 @@
-"""What an engine may raise."""
+"""Exceptions of engines."""
 
 from __future__ import annotations
 
 
 class EngineError(Exception):
-    """An engine cannot do what was asked of it."""
+    """An engine cannot do what was requested of it."""
 
 
-class EngineNotInstalledError(EngineError):
+class EngineInputError(EngineError):
+    """Input that a user can correct: one sentence says what is wrong and what is allowed."""
+
+
+class EngineNotInstalledError(EngineInputError):
     """The library behind an engine is missing; the message says how to install it."""
 
 
@@ -15,8 +19,8 @@ class WorldClosedError(EngineError):
     """A world was used after :meth:`steadyload.engines.world.World.close`."""
 
 
-class BadNumberError(EngineError, ValueError):
-    """A number that no engine is given: it says which, of which box, and what is allowed.
+class BadNumberError(EngineInputError, ValueError):
+    """A number outside its limits: says which, of which box, and what is allowed.
 
     What engines themselves do with such numbers ranges from silence to ending the process.
     """

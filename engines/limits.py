@@ -6,7 +6,7 @@ from typing import Any
 
 
 def are_within(values: Any, least: float, most: float) -> bool:
-    """Whether these are three finite numbers in a range, both ends allowed."""
+    """True for three finite numbers in a range, both ends allowed."""
     try:
         three: tuple[Any, ...] = tuple(values)
     except TypeError:
@@ -15,7 +15,7 @@ def are_within(values: Any, least: float, most: float) -> bool:
 
 
 def is_within(value: Any, least: float, most: float) -> bool:
-    """Whether this is a number in a range, both ends allowed."""
+    """True for a number in a range, both ends allowed."""
     try:
         return bool(least <= value <= most)
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""What only MuJoCo can be asked."""
+"""Options that only MuJoCo has."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _SOFTEST, _HARDEST = 1e-4, 0.9999  # MuJoCo takes what is beyond for these
 
 @dataclass(frozen=True)
 class MujocoOptions:
-    """How hard contacts are: MuJoCo's ``solimp`` without its last two, which shape the way between.
+    """Hardness of contacts: MuJoCo's ``solimp``, without the two numbers of the transition's shape.
 
     A contact is a spring whose force is scaled by its impedance d: of the acceleration that would
     end the penetration it gives the share d, and the load sinks in by some (1 - d) / d of what

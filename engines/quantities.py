@@ -1,4 +1,4 @@
-"""Fields that say what they mean: unit, range and meaning stand beside the default, once."""
+"""Fields of parameters: default, unit, range and meaning are declared once, in one place."""
 
 from __future__ import annotations
 

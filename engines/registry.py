@@ -21,9 +21,9 @@ from steadyload.engines.world import (
 
 @dataclass(frozen=True, slots=True)
 class EngineEntry:
-    """Where an engine's class lives ("module:Class") and which packages it needs.
+    """An engine in the registry: the place of its class ("module:Class") and the packages it needs.
 
-    ``options``: where a dataclass of what only this engine can be asked lives; its fields are
+    ``options``: where a dataclass of the options of this engine alone lives; its fields are
     parameters of a simulation on this engine (see :func:`steadyload.engines.quantities.quantity`).
     ``extra`` names the optional dependencies of this distribution that bring them. An engine that
     has one takes part where it is named, and in nothing that runs over all engines.
@@ -65,7 +65,7 @@ def _from_other_distributions() -> dict[str, EngineEntry]:
 
 
 def engine_names() -> tuple[str, ...]:
-    """Names of the engines that are compared unasked, in the order in which tables show them.
+    """Names of the engines that are compared by default, in the order in which tables show them.
 
     The optional ones are not among them, installed or not: what runs over all engines is then the
     same everywhere. :func:`engines` has them all.
@@ -92,7 +92,7 @@ def world_class(name: str) -> type[FixedStepWorld]:
 
 
 def capabilities(name: str) -> Capabilities:
-    """What an engine declares, also without its library where its adapter imports that later.
+    """Capabilities of an engine, also without its library if its adapter imports that later.
 
     Raises:
         KeyError, EngineNotInstalledError: see :func:`world_class`.
@@ -113,8 +113,17 @@ def _declared_class(name: str) -> type[FixedStepWorld]:
         ) from error
 
 
+def numerics(name: str) -> frozenset[str]:
+    """Packages whose numbers an engine's motion hangs on: its own, and those of its adapter.
+
+    Raises:
+        KeyError, EngineNotInstalledError: see :func:`world_class`.
+    """
+    return frozenset((*engines()[name].packages, *world_class(name).capabilities.numerics))
+
+
 def engine_options(name: str) -> type | None:
-    """The dataclass of what only this engine can be asked; None where there is none.
+    """Dataclass of the options of this engine alone; None where there are none.
 
     Raises:
         KeyError: no engine of that name.

@@ -1,4 +1,4 @@
-"""How many substeps a call to ``stepSimulation`` runs. Written once, for every engine."""
+"""Number of substeps that a call to ``stepSimulation`` runs. Written once, for every engine."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from steadyload.engines.errors import BadNumberError
 
 
 class StepCount(NamedTuple):
-    """What one ``stepSimulation`` did: substeps executed, requested by its time, and lost."""
+    """Substeps of one ``stepSimulation``: executed, requested by its time, and lost."""
 
     executed: int
     requested: int
@@ -31,7 +31,7 @@ _NONE = Fraction(0)
 
 @lru_cache(maxsize=65536)
 def _divide(remainder: Fraction, time_step: float, fixed: float) -> tuple[int, Fraction]:
-    """Whole substeps in ``remainder + time_step``, and what is left; negative time runs none."""
+    """Whole substeps in ``remainder + time_step``, and the remainder; negative time runs none."""
     total = remainder + _exact(time_step)
     requested = max(0, total // _exact(fixed))
     return requested, total - requested * _exact(fixed)

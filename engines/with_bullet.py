@@ -168,6 +168,7 @@ class BulletWorld(FixedStepWorld):
         title="Bullet (pybullet)",
         dimensions=3,
         subsets=True,
+        version=2,  # since worlds after others move as first ones under the simple broad phase
         settings=declare(
             friction=SettingSupport(
                 Support.HONOURED, "pairs multiply, so each body gets the square root"

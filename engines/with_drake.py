@@ -83,7 +83,7 @@ class _Worker:
         )
 
     def usable(self) -> bool:
-        """Whether it lives and belongs to this process, not to one that this was forked from."""
+        """True if the child lives and belongs to this process, not to one this was forked from."""
         return self.end.alive and self._owner == os.getpid()
 
     def build(self, *values: Any) -> None:
@@ -92,7 +92,7 @@ class _Worker:
         self.ask("build", *values)
 
     def is_worn_out(self) -> bool:
-        """Whether the memory that Drake loses with every build has become too much."""
+        """True once the memory that Drake loses with every build has become too much."""
         return self._builds >= _MOST_BUILDS
 
     def ask(self, *request: Any) -> FloatArray:
@@ -108,16 +108,16 @@ class _Worker:
                     raise EngineError(f"Drake gave no answer within {_PATIENCE:g} s")
                 failure, states = self._connection.recv()
             except (EOFError, OSError) as error:
-                raise EngineError(self._last_words()) from error
+                raise EngineError(self._error_output()) from error
             except BaseException:
-                # Also on an interrupt: a late answer would be taken for that to the next request.
+                # Also on an interrupt: a late answer would pass for that to the next request.
                 self.end()
                 raise
         if failure is not None:
             raise EngineError(f"Drake: {failure}")
         return states
 
-    def _last_words(self) -> str:
+    def _error_output(self) -> str:
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(_LAST_WORDS)
         code = self._process.returncode
@@ -170,8 +170,8 @@ class DrakeWorld(FixedStepWorld):
             broad_phase=SettingSupport(Support.IGNORED, "Drake offers no choice"),
             solver_iterations=SettingSupport(Support.IGNORED, "it iterates to a tolerance"),
         ),
-        notes="A second opinion, installed with `pip install 'steadyload[drake]'` and part of no "
-        "comparison unless named. Contact is a field of pressure, steps are controlled by their "
+        notes="An independent check, installed with `pip install 'steadyload[drake]'` and part of "
+        "no comparison unless named. Contact is a field of pressure, steps are controlled by their "
         "error, and a substep is the longest. It runs in a process of its own, whose CPU time is "
         "not counted: read wall time. Side faces are drawn in by 0.05 mm, and shapes stand up to "
         "5 um aside, because Drake fails on some layouts whose edges align; where it still does, "
@@ -184,7 +184,7 @@ class DrakeWorld(FixedStepWorld):
         self._bodies: list[tuple[Any, ...]] = []
         self._free: list[int] = []
         self._states = self._starts = np.zeros((0, 13))
-        # The child that has these boxes, and whether it has yet to be told the state.
+        # The child that has these boxes, and whether the state is still to be sent to it.
         self._holder: _Worker | None = None
         self._set_here = True
 

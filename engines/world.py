@@ -36,6 +36,9 @@ from steadyload.engines.substeps import StepCount, SubstepClock
 
 FloatArray = NDArray[np.float64]
 
+VERSION = 1
+"""Of what all adapters share (clock, attitudes, boxes): raised when worlds move otherwise."""
+
 
 class Poses(NamedTuple):
     """Poses of all boxes, in the order in which they were added.
@@ -56,7 +59,7 @@ class Velocities(NamedTuple):
 
 @runtime_checkable
 class World(Protocol):
-    """What the loading algorithm needs of an engine. One world judges one layout."""
+    """Operations of an engine that the loading algorithm needs. A world simulates one layout."""
 
     capabilities: ClassVar[Capabilities]
 
@@ -70,7 +73,7 @@ class World(Protocol):
         ...
 
     def prepare(self) -> None:
-        """Do now what adding boxes has put off, so that stepping is nothing but stepping."""
+        """Do the work that adding boxes has put off, so that stepping is nothing but stepping."""
         ...
 
     def stepSimulation(  # noqa: N802 - the spelling of Bullet and of the paper's Eq. 1
@@ -91,7 +94,7 @@ class World(Protocol):
         ...
 
     def speeds(self) -> FloatArray:
-        """How fast every box is, shape (n, 2): its centre of mass [m/s], and turning [rad/s]."""
+        """Speeds of every box, shape (n, 2): of the centre of mass [m/s], of rotation [rad/s]."""
         ...
 
     def set_velocities(self, velocities: Velocities) -> None:
@@ -117,7 +120,7 @@ class World(Protocol):
         ...
 
     def close(self) -> None:
-        """Give back native resources. Closing twice is allowed."""
+        """Release native resources. Closing twice is allowed."""
         ...
 
 
@@ -153,7 +156,7 @@ class FixedStepWorld(ABC):
 
     @classmethod
     def warm_up(cls, box_count: int) -> None:
-        """Make what worlds of up to ``box_count`` boxes share and keep, such as compiled models.
+        """Make everything that worlds of up to ``box_count`` boxes share, such as compiled models.
 
         Never needed; it moves a cost that occurs once out of the first judgement.
         """

@@ -33,6 +33,17 @@ def write_atomically(path: Path, content: str | bytes | Iterable[str]) -> None:
         raise type(error)(error.errno, error.strerror, str(path)) from None
 
 
+def clear_unfinished(folder: Path, name: str) -> None:
+    """Remove what :func:`write_atomically` left when its process was killed.
+
+    Args:
+        folder: where it wrote; there may be none.
+        name: of the file it wrote, or a pattern of names.
+    """
+    for unfinished in folder.glob(f".{name}.*"):
+        unfinished.unlink(missing_ok=True)
+
+
 def _replace(target: Path, parts: Iterable[bytes]) -> None:
     handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     try:

@@ -1,6 +1,6 @@
-"""Learned judges: methods that were trained on labelled layouts, and what trains them.
+"""Learned methods: methods trained on labelled layouts, and their training.
 
-What judges (:mod:`steadyload.learners.judges` and below it) needs numpy and numba alone; what
+What judges (:mod:`steadyload.learners.methods` and below it) needs numpy and numba alone; what
 trains imports torch, which comes with ``pip install 'steadyload[learners]'``.
 """
 
@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import importlib.util
 
+from steadyload.errors import UserError
+
 if __name__ != "steadyload.learners":
     raise ImportError("learners is installed as steadyload.learners: import it under that name")
 
 
-class LearnerError(ValueError):
-    """Training, data or weights that cannot be: says what was asked and what is allowed."""
+class LearnerError(UserError):
+    """Impossible training, data or weights: says what was requested and what is allowed."""
 
 
 class LeakError(LearnerError):
@@ -21,7 +23,7 @@ class LeakError(LearnerError):
 
 
 def require_training() -> None:
-    """See that what training needs is installed.
+    """Check that the packages for training are installed.
 
     Raises:
         LearnerError: it is not; says which extra installs it.

@@ -9,7 +9,7 @@ from typing import Any
 
 from steadyload.engines import compilation
 
-_COMPILED = ("features", "inference", "plane", "ranges", "support")
+_COMPILED = ("features", "inference", "convex_hull", "ranges", "support")
 """The files that hold compiled functions."""
 
 _SOURCES = hashlib.sha256(

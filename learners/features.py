@@ -1,4 +1,4 @@
-"""What a learner is told of every step: a row of numbers an item, from the items placed by then."""
+"""Features of every step: a row of numbers an item, from the items placed by then."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Array32 = NDArray[np.float32]
 
 
 class FeatureKind(StrEnum):
-    """Which features.
+    """Kind of features.
 
     ``plain``: those of the paper's Fig. 2: position, size, centre of mass and weight of the item
     and the size of the pallet. ``support``: these, and how the item and all that carries it stand
@@ -34,13 +34,16 @@ class FeatureKind(StrEnum):
     SUPPORT = "support"
 
 
+VERSION = 1
+"""Of all features: raised when a layout has others."""
+
 PLAIN = (
     "x", "y", "z", "width", "height", "depth", "mass x", "mass y", "mass z", "weight",
     "pallet width", "pallet height", "pallet depth", "scale",
 )  # fmt: skip
-"""Lengths in shares of the pallet's longest side, which ``scale`` tells [log of metres]; ``mass``
-is the centre of mass from the geometric centre; ``weight`` the log of how heavy the item would be
-on a pallet of one metre [kg], at the same density."""
+"""Lengths in shares of the pallet's longest side, the feature ``scale`` [log of metres]; ``mass``:
+centre of mass from the geometric centre; ``weight`` the log of the item's weight on a pallet of one
+metre [kg], at the same density."""
 
 _X, _Y, _Z, _WIDTH, _HEIGHT, _DEPTH, _MASS_X, _MASS_Y, _MASS_Z = range(9)
 _PALLET_X, _PALLET_Z = 10, 12
@@ -62,7 +65,7 @@ def names(kind: FeatureKind) -> tuple[str, ...]:
 def features(layout: Arrangement, kind: FeatureKind) -> Array32:
     """The features of every step, not yet normalised: shape (J, len(names(kind))).
 
-    Row j hangs on the items 0 to j alone.
+    Row j depends on the items 0 to j alone.
     """
     return features_of(
         layout.lower, layout.upper, layout.weights, layout.mass_offsets, layout.pallet.size, kind
@@ -125,7 +128,7 @@ def turned(layout: Layout, symmetry: int) -> Layout:
 
 
 def symmetry_matrices(kind: FeatureKind) -> Array32:
-    """What symmetries do to features: ``features(turned(layout, k)) == features(layout) @ m[k]``.
+    """Matrices of symmetries: ``features(turned(layout, k)) == features(layout) @ m[k]``.
 
     All plain features are linear in what a symmetry changes, and how items stand does not change.
 

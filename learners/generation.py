@@ -1,21 +1,22 @@
 """Larger sets to learn from: fresh item lists, packed, labelled by any method, in the form of a
 labelled set whose cases are all ``train``.
 
-A folder is worked on in place: every item list has a shard of its own, whole or not there, and an
-interrupted run goes on where it was.
+A folder is worked on in place: every item list has a shard of its own in a
+:class:`steadyload.runs.store.Store`, and an interrupted run goes on where it was.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
 
 from steadyload.atomic import write_atomically
 from steadyload.layouts.benchmark import BenchmarkError, Part
@@ -25,9 +26,6 @@ from steadyload.layouts.benchmark.tables import (
     CASES,
     LAYOUTS,
     OPINIONS,
-    is_table,
-    read_parquet,
-    write_parquet,
     write_tables,
 )
 from steadyload.layouts.heuristics import HEURISTICS
@@ -37,25 +35,31 @@ from steadyload.learners import LearnerError
 from steadyload.learners.sequences import HeldOut, geometry_of
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
-from steadyload.runs.executors import SinglePart, run_units
-from steadyload.runs.results import provenance
-from steadyload.runs.runner import locked
+from steadyload.runs.executors import SinglePart
+from steadyload.runs.provenance import provenance, raised
+from steadyload.runs.store import Codec, Progress, Store, locked, parquet
+
+VERSION = 1
+"""Of what is packed and drawn: raised when the same options give another set."""
 
 OWN_SEEDS = 1_000_000_000
 """Item lists are drawn from seeds above this; those of labelled sets are below."""
 
 LISTS: Mapping[int, int] = {1: 1, 2: 1, 3: 8}
 """Item lists of a class for one of the first. Labelled sets hold some eight times as many layouts
-of class 3, whose lists fill many bins: a network is to meet the classes as it will be asked."""
+of class 3, whose lists fill many bins: a network is to learn the classes as it will meet them."""
 
 _SHARDS, _ASKED, _RUNS = "shards", "asked.json", "made_with.json"
 
-Progress = Callable[[int, int], None]
+_LABELLED = parquet(pa.schema([*CASES, *(f for f in LAYOUTS if f.name not in CASES.names)]))
+"""A row a case, with all of its layout."""
+
+Row = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class GenerationOptions:
-    """What a set is drawn from and labelled by.
+    """Options of generating a labelled set.
 
     Args:
         lists: of classes 1 and 2, item lists each; of class 3 more, see :data:`LISTS`.
@@ -87,20 +91,24 @@ class GenerationOptions:
         make_method(self.label)
 
     def identity(self) -> dict[str, Any]:
-        """What makes shards those of the same set. More lists begin with the same ones."""
+        """Identity of a set, shared by all its shards. More lists begin with the same ones."""
         found = dataclasses.asdict(self)
         del found["lists"]
-        return found | {"scenarios": list(self.scenarios)}
+        return found | {"scenarios": list(self.scenarios)} | raised(VERSION)
 
 
 @dataclass(frozen=True, slots=True)
 class ListUnit(SinglePart):
-    """One item list: packed and labelled in one go, and its shard."""
+    """One item list: packed and labelled in one go, into one shard."""
 
     class_number: int
     number: int
     options: GenerationOptions
-    shard: Path
+
+    @property
+    def key(self) -> str:
+        """The key of its shard; options are those of the folder."""
+        return f"{self.class_number}_{self.number:06d}"
 
     def describe(self, part: int) -> str:
         """The list for people."""
@@ -114,7 +122,7 @@ def generate_labelled(
     workers: int = 1,
     progress: Progress = lambda done, total: None,
 ) -> dict[str, Any]:
-    """Make a labelled set to learn from; an interrupted run goes on.
+    """Make a labelled set to train on; an interrupted run is resumed.
 
     Layouts that are by chance geometries of held-out layouts are left out, and so are cases that
     the method gave no label.
@@ -134,28 +142,30 @@ def generate_labelled(
         WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
     """
     make_method(options.label).prepare()
-    directory.mkdir(parents=True, exist_ok=True)
     with locked(directory):
         _claim(directory, options)
         units = [
-            ListUnit(number, which, options, directory / _SHARDS / f"{number}_{which:06d}")
+            ListUnit(number, which, options)
             for group in range(options.lists)
             for number, many in LISTS.items()
             for which in range(group * many, (group + 1) * many)
         ]
-        waiting = [unit for unit in units if not is_table(_cases(unit.shard), CASES)]
-        runs = _runs(directory, at_work=bool(waiting))
-        done = len(units) - len(waiting)
-        progress(done, len(units))
-        crashed = []
-        for unit, (reason,) in run_units(
-            _label_list, waiting, workers=workers, crashed=lambda unit, part, reason: reason
-        ):
-            if reason:
-                crashed.append(f"{unit.describe(0)}: {reason}")
-            done += 1
-            progress(done, len(units))
-        return _gather(directory, options, units, crashed, runs)
+        store: Store[list[Row], pd.DataFrame] = Store(
+            directory / _SHARDS, Codec(".parquet", _encoded, _LABELLED.decode)
+        )
+        survey = store.survey(units)
+        runs = _runs(directory, at_work=bool(survey.missing))
+        crashed: list[str] = []
+        store.complete(
+            units,
+            _label_list,
+            lost=lambda unit, reason: crashed.append(f"{unit.describe(0)}: {reason}"),
+            workers=workers,
+            progress=progress,
+            survey=survey,
+        )
+        whole = [store.read(unit.key) for unit in units if unit.key in store]
+        return _gather(directory, options, whole, crashed, runs)
 
 
 def _claim(directory: Path, options: GenerationOptions) -> None:
@@ -174,7 +184,6 @@ def _claim(directory: Path, options: GenerationOptions) -> None:
             )
     elif any(map(_is_foreign, directory.iterdir())):
         raise LearnerError(f"{directory}: holds something else; choose another folder")
-    (directory / _SHARDS).mkdir(exist_ok=True)
     write_atomically(asked, json.dumps(options.identity(), indent=1) + "\n")
 
 
@@ -184,7 +193,7 @@ def _is_foreign(found: Path) -> bool:
 
 
 def _runs(directory: Path, *, at_work: bool) -> list[dict[str, Any]]:
-    """What made the shards, oldest first, with this run where it is about to make some."""
+    """Runs that made the shards, oldest first, with this run if it is about to make some."""
     path = directory / _RUNS
     runs = json.loads(path.read_text()) if path.exists() else []
     now = provenance()
@@ -194,14 +203,19 @@ def _runs(directory: Path, *, at_work: bool) -> list[dict[str, Any]]:
     return runs
 
 
-def _label_list(unit: ListUnit) -> Iterator[str]:
-    """Pack and label one item list into its shard; the answer is empty."""
+def _encoded(answers: Sequence[list[Row]]) -> bytes:
+    [rows] = answers
+    return _LABELLED.encode(rows)
+
+
+def _label_list(unit: ListUnit) -> Iterator[list[Row]]:
+    """Pack and label one item list: the rows of its cases."""
     method = make_method(unit.options.label)
     method.prepare()
-    return (_written(unit, method) for _ in range(1))
+    return (_rows(unit, method) for _ in range(1))
 
 
-def _written(unit: ListUnit, method: Any) -> str:
+def _rows(unit: ListUnit, method: Any) -> list[Row]:
     options = unit.options
     root = OWN_SEEDS + options.seed
     random = np.random.default_rng(np.random.SeedSequence([root, unit.class_number, unit.number]))
@@ -211,16 +225,16 @@ def _written(unit: ListUnit, method: Any) -> str:
     which = sorted(random.choice(len(HEURISTICS), options.heuristics, replace=False).tolist())
     packed = generate([instance], heuristics=[HEURISTICS[k] for k in which])
     kept = sorted(random.permutation(len(packed))[: options.most].tolist())
-    rows, cases = [], []
+    rows = []
     for k in kept:
         layout = packed[k].layout.renamed(f"Seed_{options.seed}_{packed[k].layout.name}")
-        rows.append(row_of(layout, name, unit.class_number, packed[k].sources))
+        geometry = row_of(layout, name, unit.class_number, packed[k].sources)
         for scenario in options.scenarios:
             drawn = draw_case(layout, Scenario(scenario), root)
             verdict = method.judge(drawn)
-            cases.append(
+            rows.append(
                 {
-                    "layout": layout.name,
+                    **geometry,
                     "scenario": scenario,
                     "item_count": len(layout),
                     "offsets": drawn.mass_offsets.ravel().tolist()
@@ -232,25 +246,22 @@ def _written(unit: ListUnit, method: Any) -> str:
                     "failing_step": verdict.failing_step,
                 }
             )
-    write_parquet(_layouts(unit.shard), pd.DataFrame(rows), LAYOUTS)
-    # The cases come last: they say that the shard is whole.
-    write_parquet(_cases(unit.shard), pd.DataFrame(cases).reindex(columns=CASES.names), CASES)
-    return ""
+    return rows
 
 
 def _gather(
     directory: Path,
     options: GenerationOptions,
-    units: list[ListUnit],
+    whole: list[pd.DataFrame],
     crashed: list[str],
     runs: list[dict[str, Any]],
 ) -> dict[str, Any]:
     """All shards as one labelled set."""
-    whole = [unit.shard for unit in units if is_table(_cases(unit.shard), CASES)]
     if not whole:
         raise BenchmarkError(f"{directory}: no item list could be labelled; {crashed[0]}")
-    layouts = pd.concat([read_parquet(_layouts(s), LAYOUTS) for s in whole], ignore_index=True)
-    cases = pd.concat([read_parquet(_cases(s), CASES) for s in whole], ignore_index=True)
+    rows = pd.concat(whole, ignore_index=True)
+    layouts = rows[LAYOUTS.names].drop_duplicates("layout", ignore_index=True)
+    cases = rows[CASES.names]
     held_out = HeldOut.of()
     hashes = np.array([geometry_of(row) for row in layouts.to_dict("records")])
     twins = np.isin(hashes, list(held_out.geometries))
@@ -281,11 +292,3 @@ def _gather(
     empty = pd.DataFrame({name: [] for name in OPINIONS.names})
     write_tables(directory, layouts, cases, empty, manifest)
     return manifest | {"cases": len(cases), "layouts": len(layouts)}
-
-
-def _layouts(shard: Path) -> Path:
-    return shard.with_suffix(".layouts.parquet")
-
-
-def _cases(shard: Path) -> Path:
-    return shard.with_suffix(".cases.parquet")

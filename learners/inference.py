@@ -1,4 +1,4 @@
-"""What a trained network says, by numpy and compiled loops alone: judging needs no torch.
+"""Inference of trained networks by numpy and compiled loops alone: judging needs no torch.
 
 One layout at a time is a matter of tenths of a millisecond in a loop that stays in one thread; many
 at once are matrix products. Both give what torch gives, to rounding.
@@ -15,6 +15,9 @@ import numpy as np
 
 from steadyload.learners.compiled import compiled
 from steadyload.learners.features import Array32
+
+VERSION = 1
+"""Of how networks are asked: raised when the same weights say something else."""
 
 HEADS = 4
 """Of the attention, where there is one."""
@@ -40,7 +43,7 @@ class _Attention:
 
 
 class Memory(NamedTuple):
-    """What a network carries from step to step.
+    """State that a network carries from step to step.
 
     ``seen``: so many steps. ``states``: of every layer, its output and its cell, (2, H).
     """
@@ -86,12 +89,12 @@ class Network:
         return self.go_on(rows, self.start())[0]
 
     def start(self) -> Memory:
-        """The memory of a network that has seen no step."""
+        """The state of a network before the first step."""
         widths = [len(layer.recurrent) for layer in self._layers]
         return Memory(0, tuple(np.zeros((2, width), dtype=np.float32) for width in widths))
 
     def go_on(self, rows: Array32, memory: Memory) -> tuple[Array32, Memory]:
-        """That a step is unstable, for the steps of a layout that have not been seen.
+        """Probabilities that a step is unstable, for steps after those in the memory.
 
         Args:
             rows: features of all steps, not normalised, (J, F).

@@ -1,9 +1,11 @@
-"""From data to weights in a folder: the members of a training, one after the other."""
+"""From data to weights in a folder: the members of a training, one after the other.
+
+Not the loop of :mod:`steadyload.runs.store`: a member goes on in the middle, from its checkpoint.
+"""
 
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import json
 import shlex
 from collections.abc import Callable, Mapping
@@ -24,7 +26,7 @@ from steadyload.learners.options import TrainingOptions, TrainingPreset, options
 from steadyload.learners.scoring import THRESHOLD, accuracies
 from steadyload.learners.search import search_hyperparameters
 from steadyload.learners.sequences import HeldOut, Sequences, joined, load_sequences
-from steadyload.learners.training import Epoch, Trained, Training
+from steadyload.learners.training import VERSION, Epoch, Trained, Training
 from steadyload.learners.weights import (
     WEIGHTS,
     load_arrays,
@@ -32,11 +34,11 @@ from steadyload.learners.weights import (
     save_weights,
 )
 from steadyload.methods.spec import as_plain
-from steadyload.runs.results import provenance
-from steadyload.runs.runner import locked
+from steadyload.runs.provenance import provenance
+from steadyload.runs.store import locked
 
 BENCHMARK = "benchmark"
-"""Stands for the labelled set of the package, where data are named."""
+"""Name of the labelled set of the package in a list of data."""
 
 _MADE_BY = "made_by.json"
 
@@ -45,7 +47,7 @@ Report = Callable[[int, Epoch], None]
 
 @dataclass(frozen=True)
 class TrainingJob:
-    """What is to be trained, on what.
+    """Training job: the networks to train, and their data.
 
     Args:
         options: of every member; the seeds of the members are drawn from that of the options.
@@ -104,7 +106,7 @@ class TrainingJob:
 
     @property
     def command(self) -> str:
-        """What trains the same weights again, but for the time that a budget cuts off."""
+        """Command that trains the same weights again, but for the time that a budget cuts off."""
         words = ["steadyload", "train", "--preset", "quick"]
         for field, value in as_plain(self.options).items():
             words += ["--option", f"{field}={value}"]
@@ -128,7 +130,7 @@ def train_weights(
     loading: Callable[[int, int], None] = lambda done, total: None,
     progress: Report = lambda member, epoch: None,
 ) -> Path:
-    """Train all members and write their weights; an interrupted run goes on.
+    """Train all members and write their weights; an interrupted run is resumed.
 
     Args:
         job: what.
@@ -150,8 +152,7 @@ def train_weights(
     _check_device(device)
     torch.set_num_threads(threads)
     # Of the code that trains, not of what it has become when it is done.
-    own = provenance() | {"learners": _code(), "torch": torch.__version__}
-    directory.mkdir(parents=True, exist_ok=True)
+    own = provenance() | {"training": VERSION, "torch": torch.__version__}
     with locked(directory):
         material = _material(job, loading)
         data, validation = material.data, material.validation
@@ -240,7 +241,6 @@ def search_options(
         )
     _check_device(device)
     torch.set_num_threads(threads)
-    directory.mkdir(parents=True, exist_ok=True)
     with locked(directory):
         material = _material(job, lambda done, total: None)
         learnt, stopping, _ = _split(job, 0, material.data, material.validation)
@@ -269,7 +269,7 @@ def member_options(options: TrainingOptions, number: int) -> TrainingOptions:
 
 @dataclass(frozen=True)
 class _Material:
-    """All data of a job, and what is to be said of every set."""
+    """All data of a job, and a description of every set."""
 
     data: Sequences
     validation: Sequences
@@ -318,7 +318,7 @@ def _check_device(device: str) -> None:
 
 
 def _starts(where: str) -> list[Mapping[str, np.ndarray] | None]:
-    """What the members start from, in turns; None for random weights."""
+    """Weights that the members start from, in turns; None for random weights."""
     if not where:
         return [None]
     return [load_arrays(where, k) for k in range(len(load_weights(where).networks))]
@@ -336,14 +336,6 @@ def _note(directory: Path, own: dict[str, Any]) -> None:
         write_atomically(directory / _MADE_BY, json.dumps([*noted, own], indent=1) + "\n")
 
 
-def _code() -> str:
-    """Hash of the code of this package; that of what lies below it is told by a provenance."""
-    digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
 def _folder(name: str) -> Path | None:
     return None if name == BENCHMARK else Path(name)
 
@@ -351,7 +343,7 @@ def _folder(name: str) -> Path | None:
 def _split(
     job: TrainingJob, number: int, data: Sequences, validation: Sequences
 ) -> tuple[Sequences, Sequences, list[str]]:
-    """What a member learns from, what stops it, and the item lists that it leaves out."""
+    """Training cases of a member, the cases that stop it, and the item lists that it leaves out."""
     if not job.left_out:
         return data, validation, []
     lists = np.array(sorted(set(data.instances)), dtype=object)

@@ -38,7 +38,7 @@ class LstmNetwork(nn.Module):
         self.head = nn.Linear(hidden, 1)
 
     def normalise_as(self, rows: Any) -> None:
-        """Take mean and deviation of features, (N, F), as what is normal."""
+        """Normalise by mean and deviation of features, (N, F)."""
         deviation = np.asarray(rows, dtype=np.float64).std(axis=0)
         deviation[deviation < 1e-6] = 1.0
         self.mean.copy_(torch.from_numpy(np.mean(rows, axis=0, dtype=np.float64)))

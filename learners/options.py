@@ -1,4 +1,4 @@
-"""What a training is asked for: options, and the presets of ``presets.toml``."""
+"""Options of a training, and the presets of ``presets.toml``."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ from importlib import resources
 from typing import Any
 
 from steadyload.engines.quantities import check_ranges, quantity
+from steadyload.errors import nearest
 from steadyload.learners import LearnerError
 from steadyload.learners.features import SYMMETRIES, FeatureKind
 from steadyload.learners.inference import HEADS
-from steadyload.methods.spec import SpecError, bind, nearest
+from steadyload.methods.spec import SpecError, bind
 
 
 class NetworkKind(StrEnum):
-    """Which network.
+    """Kind of network.
 
     ``lstm``: LSTM layers and one linear unit, as in the paper. ``attention``: at every step the
     state of the LSTM looks back at the features of the items placed by then (the paper's future
@@ -30,12 +31,12 @@ class NetworkKind(StrEnum):
 
 
 def allows(network: NetworkKind, hidden: int) -> bool:
-    """Whether a network can have states of a size: attention shares them among its heads."""
+    """True if a network can have states of a size: attention shares them among its heads."""
     return network is not NetworkKind.ATTENTION or hidden % HEADS == 0
 
 
 class Optimizer(StrEnum):
-    """Which optimiser of Table 4."""
+    """Optimiser, of those in Table 4."""
 
     ADAM = "adam"
     ADAMW = "adamw"
@@ -50,7 +51,7 @@ class Schedule(StrEnum):
 
 @dataclass(frozen=True)
 class TrainingOptions:
-    """How one network is trained; everything that its weights hang on but the data.
+    """Options of training one network: everything that its weights depend on but the data.
 
     Raises:
         LearnerError: a number is out of its range, or the hidden size is none for attention.

@@ -1,4 +1,4 @@
-"""What a learner was trained on, quantity by quantity, and what of a layout lies outside."""
+"""Training ranges of a learner, quantity by quantity, and the items of a layout outside them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ QUANTITIES: Mapping[str, str] = {
     "weight": " kg",
     "shift of the centre of mass": " of a side",
 }
-"""What is looked at, and its unit. Positions lie in the pallet, and need no range of their own."""
+"""Quantities with a range, and their units. Positions lie in the pallet, and need no range."""
 
 
 def _of_items(layout: Arrangement) -> FloatArray:
@@ -45,7 +45,7 @@ def _quantities(
 
 @compiled
 def _inside(of_items: FloatArray, least: FloatArray, most: FloatArray) -> int:
-    """How many of the first items are within."""
+    """Number of first items that are within."""
     for j in range(len(of_items)):
         for k in range(of_items.shape[1]):
             if not least[k] <= of_items[j, k] <= most[k]:
@@ -71,7 +71,7 @@ def extent_of(
 
 
 def trained_ranges(extents: Iterable[FloatArray]) -> dict[str, list[float]]:
-    """What many layouts span, name -> [least, greatest], from their :func:`extent_of`.
+    """Ranges that many layouts span, name -> [least, greatest], from their :func:`extent_of`.
 
     Items are from 1 on: a layout shows all its beginnings.
     """
@@ -84,7 +84,7 @@ def trained_ranges(extents: Iterable[FloatArray]) -> dict[str, list[float]]:
 
 
 def widest(ranges: Iterable[Mapping[str, list[float]]]) -> dict[str, list[float]]:
-    """What several ranges hold together."""
+    """Union of several ranges."""
     found = list(ranges)
     return {
         name: [min(r[name][0] for r in found), max(r[name][1] for r in found)]
@@ -93,7 +93,7 @@ def widest(ranges: Iterable[Mapping[str, list[float]]]) -> dict[str, list[float]
 
 
 class TrainedRanges:
-    """Ranges as a judge asks for them.
+    """Ranges as a learned method needs them.
 
     Args:
         ranges: as of :func:`trained_ranges`.
@@ -106,8 +106,8 @@ class TrainedRanges:
         self._most = ends[:, 1] * (1.0 + SLACK)
 
     def outside(self, layout: Arrangement) -> str:
-        """What lies outside, of which item: a sentence; empty where nothing does."""
-        # Asked first, so that any layout compiles all of it.
+        """Sentence on the quantity and item that lie outside; empty if none does."""
+        # Computed first, so that any layout compiles all of it.
         of_items = _of_items(layout)
         least, most = self._least[2:], self._most[2:]
         inside = _inside(of_items, least, most)
@@ -121,7 +121,7 @@ class TrainedRanges:
         return self._sentence(f"item {inside}", 2 + quantity, float(found[quantity]))
 
     def steps_inside(self, layout: Arrangement) -> int:
-        """How many first steps show nothing outside; all where :meth:`outside` is empty."""
+        """Number of first steps with nothing outside; all if :meth:`outside` is empty."""
         if not self._least[1] <= max(layout.pallet.size) <= self._most[1]:
             return 0
         inside = _inside(_of_items(layout), self._least[2:], self._most[2:])

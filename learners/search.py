@@ -21,6 +21,10 @@ from steadyload.learners.options import Optimizer, TrainingOptions, allows
 from steadyload.learners.sequences import HeldOut, Sequences
 from steadyload.learners.training import Training
 from steadyload.methods.spec import as_plain
+from steadyload.runs.provenance import raised
+
+VERSION = 1
+"""Of what is proposed: raised when the same search would propose something else."""
 
 LEARNING_RATES = (1e-4, 1e-3)
 HIDDEN = (100, 125, 150, 175, 200)
@@ -52,7 +56,7 @@ def search_hyperparameters(
     device: str = "cpu",
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> list[TrialResult]:
-    """Search; a folder of the same search goes on.
+    """Search; the folder of an interrupted search is resumed.
 
     Args:
         options: what is not searched.
@@ -82,6 +86,7 @@ def search_hyperparameters(
             "seed": seed,
             "data": data.fingerprint(),
             "stopping": stopping.fingerprint(),
+            **raised(VERSION),
         },
     )
     backend = optuna.storages.journal.JournalFileBackend(str(directory / JOURNAL))

@@ -1,4 +1,4 @@
-"""Labelled layouts as sequences of features; what is held out, and that nothing of it is learnt."""
+"""Labelled layouts as sequences of features, and the check that no held-out case is trained on."""
 
 from __future__ import annotations
 
@@ -173,7 +173,7 @@ def load_sequences(
 
 @dataclass(frozen=True)
 class _Geometry:
-    """What the cases of a layout share, as a :class:`Layout` has it; nothing is validated again."""
+    """Geometry that the cases of a layout share, from its :class:`Layout`; not validated again."""
 
     lower: FloatArray
     upper: FloatArray
@@ -218,8 +218,10 @@ def _instances(benchmark: Benchmark, instances: Iterable[str]) -> Texts:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """What nothing may be learnt from: item lists of validation and test, and all that was packed
-    from them, whether it is in a split or not.
+    """Cases that nothing may be learnt from.
+
+    These are the item lists of validation and test, and all layouts packed from them, whether they
+    are in a split or not.
     """
 
     instances: frozenset[str]
@@ -227,7 +229,7 @@ class HeldOut:
 
     @classmethod
     def of(cls, directories: Iterable[str | Path | None] = (None,)) -> HeldOut:
-        """What labelled sets hold out; None stands for the one of the package.
+        """Held-out cases of labelled sets; None stands for the set of the package.
 
         Raises:
             BenchmarkError: no such set.
@@ -248,7 +250,7 @@ class HeldOut:
         return cls(frozenset(instances), frozenset(geometries))
 
     def check(self, training: Sequences) -> None:
-        """See that training data hold nothing of it.
+        """Check that training data contain no held-out case.
 
         Raises:
             LeakError: they do; names one.

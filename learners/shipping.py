@@ -1,4 +1,4 @@
-"""Which weights become part of the package: those that anybody can make again."""
+"""Shipping of weights with the package: only of those that anybody can make again."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from steadyload.learners.weights import (
     load_weights,
     save_weights,
 )
-from steadyload.runs.results import provenance
+from steadyload.runs.provenance import provenance
 
 
 def check_before(name: str, *, leaky: bool) -> None:
-    """Ask, before hours are spent, whether what would be trained now may be shipped.
+    """Check, before hours are spent, that weights trained now may be shipped.
 
     Args:
         name: of the weights in the package.
@@ -55,7 +55,7 @@ def ship(weights: Path, name: str) -> Path:
 
 
 def check_shippable(made_by: Mapping[str, Any]) -> None:
-    """Ask whether what a training makes may be shipped.
+    """Check that the weights of a training may be shipped.
 
     Raises:
         LearnerError: its code is in no commit.

@@ -1,10 +1,11 @@
-"""How an item stands on what is below it, step by step: compiled, some microseconds a layout.
+"""Support of every item by those below it, step by step: compiled, some microseconds a layout.
 
-Everything is told from the items placed by then. At step j the weight of item j goes down one way
-(the evenest pressure that has its resultant where it must be), and every item that it reaches is
-asked two things: how far inside its support the resultant of its load lies, and, where it lies
-outside, how far the item would tip or fall within the time that a label gives it. No equilibrium is
-solved: where forces could be shared otherwise, this sees a danger that is none.
+Everything follows from the items placed by then. At step j the weight of item j goes down one way
+(the evenest pressure that has its resultant where it must be), and for every item that it reaches
+two quantities are computed: how far inside its support the resultant of its load lies, and, where
+it lies outside, how far the item would tip or fall within the time that a label gives it. No
+equilibrium is solved: where forces could be shared otherwise, this reports an instability that is
+none.
 """
 
 from __future__ import annotations
@@ -15,10 +16,10 @@ import numpy as np
 
 from steadyload.layouts.model import TOLERANCE, FloatArray
 from steadyload.learners.compiled import compiled
-from steadyload.learners.plane import hull_of, margin_in, pressures, sort_points
+from steadyload.learners.convex_hull import hull_of, margin_in, pressures, sort_points
 
 SECONDS, GRAVITY = 0.3, 980.0
-"""What a label gives an item to fall: time [s] and acceleration [cm/s2]."""
+"""Time [s] and acceleration [cm/s2] that a label gives an item to fall."""
 
 OWN = (
     "on the floor", "supported share", "supporters", "margin", "relative margin", "drop",
@@ -44,7 +45,7 @@ weight.
 """
 
 _FAR, _SAFE = 500.0, 90.0
-"""A margin of what stands on the floor [cm], and the angle that stands for nothing in the way."""
+"""Margin of items on the floor [cm], and the angle that means that nothing is in the way."""
 
 _REACH = 0.5 * GRAVITY * SECONDS * SECONDS
 
@@ -135,7 +136,7 @@ def _catch(
 
 @compiled
 def _drop(i: int, step: int, lower: FloatArray, upper: FloatArray) -> float:
-    """How far an item without support can fall [cm]."""
+    """Height that an item without support can fall [cm]."""
     gap = lower[i, 1]
     for k in range(step + 1):
         if k != i and upper[k, 1] <= lower[i, 1] + TOLERANCE:
@@ -159,7 +160,7 @@ def support_table(
         centres: centres of mass in space [cm], shape (n, 3).
 
     Returns:
-        Shape (n, len(COLUMNS)); row j hangs on the items 0 to j alone.
+        Shape (n, len(COLUMNS)); row j depends on the items 0 to j alone.
     """
     n = len(weights)
     out = np.zeros((n, 25))
@@ -225,7 +226,7 @@ def _stand(
     zs: FloatArray, areas: FloatArray, forces: FloatArray, hx: FloatArray, hz: FloatArray,
     who: FloatArray,
 ) -> None:  # fmt: skip
-    """How item i stands under its load, into ``state``; what it presses with, into ``press``."""
+    """Support of item i under its load, into ``state``; the force it exerts, into ``press``."""
     row = state[i]
     wide, deep = upper[i, 0] - lower[i, 0], upper[i, 2] - lower[i, 2]
     row[:] = 0.0

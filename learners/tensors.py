@@ -1,4 +1,4 @@
-"""Which tensors a network has: asked of a file before compiled loops, which check no bounds."""
+"""Tensors of a network: checked in a file before compiled loops, which check no bounds."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def tensor_shapes(options: TrainingOptions) -> dict[str, tuple[int, ...]]:
 def check_tensors(
     arrays: Mapping[str, np.ndarray], options: TrainingOptions, *, where: Path
 ) -> None:
-    """Hold tensors to what a network of these options has.
+    """Check that tensors are those of a network with these options.
 
     Args:
         arrays: by name.

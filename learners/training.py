@@ -1,4 +1,4 @@
-"""Training of one network: it can be killed at any time and goes on to the same weights."""
+"""Training of one network: it can be killed at any time, and resumes to the same weights."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from steadyload.atomic import write_atomically
+from steadyload.atomic import clear_unfinished, write_atomically
 from steadyload.learners import LearnerError
 from steadyload.learners.features import symmetry_matrices
 from steadyload.learners.network import NETWORKS, LstmNetwork
@@ -24,6 +24,10 @@ from steadyload.learners.options import Optimizer, Schedule, TrainingOptions
 from steadyload.learners.scoring import accuracies
 from steadyload.learners.sequences import HeldOut, Sequences
 from steadyload.methods.spec import as_plain
+from steadyload.runs.provenance import raised
+
+VERSION = 1
+"""Of trainings: raised when the same options, seed and data come to other weights."""
 
 CHECKPOINT = "checkpoint.pt"
 
@@ -36,7 +40,7 @@ _EVALUATED = 2048
 
 @dataclass(frozen=True, slots=True)
 class Epoch:
-    """How far a training has come.
+    """Progress of a training.
 
     Attributes:
         number: epochs done, from 1.
@@ -122,9 +126,9 @@ class Training:
             "stopping": stopping.fingerprint(),
             "started": _fingerprint(self._network),
             "torch": torch.__version__.partition("+")[0],
+            **raised(VERSION),
         }
-        for unfinished in directory.glob(f".{CHECKPOINT}.*"):  # of a run that was killed
-            unfinished.unlink()
+        clear_unfinished(directory, CHECKPOINT)
         if self._path.exists():
             self._go_on()
 

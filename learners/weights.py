@@ -17,13 +17,13 @@ from typing import Any
 import numpy as np
 
 from steadyload.atomic import write_atomically
+from steadyload.errors import nearest
 from steadyload.learners import LearnerError
 from steadyload.learners.features import FeatureKind, names
 from steadyload.learners.inference import Network
 from steadyload.learners.options import options_from
 from steadyload.learners.ranges import TrainedRanges
 from steadyload.learners.tensors import check_tensors
-from steadyload.methods.spec import nearest
 
 VERSION = 1
 
@@ -41,7 +41,7 @@ _MOST_HEADER = 10_000_000
 
 @dataclass(frozen=True)
 class Weights:
-    """Networks that judge together, and what they were made by.
+    """Networks of one ensemble, and the provenance of their weights.
 
     Attributes:
         kind: of features that they take.

@@ -78,7 +78,7 @@ def _saved(figure: Figure, kind: str, metadata: dict[str, None]) -> bytes:
 
 
 def reach(estimate: Estimate, scale: float = 1.0) -> list[list[float]]:
-    """How far the interval reaches to both sides, as error bars are given, shape (2, 1)."""
+    """Half-widths of the interval to both sides, in the form of error bars, shape (2, 1)."""
     return [
         [scale * max(0.0, estimate.value - estimate.low)],
         [scale * max(0.0, estimate.high - estimate.value)],
@@ -179,7 +179,9 @@ def plot_matrix(
     side = 1.8 + 0.5 * len(titles)
     figure = Figure(figsize=(side + 0.6, side))
     axes = figure.add_subplot()
-    shown = axes.imshow(values, vmin=min(least, 90.0), vmax=100, cmap="viridis")
+    lowest = min(least, 90.0)
+    dark = lowest + 0.65 * (100.0 - lowest)
+    shown = axes.imshow(values, vmin=lowest, vmax=100, cmap="viridis")
     axes.set_xticks(range(len(titles)), titles, rotation=45, ha="right")
     axes.set_yticks(range(len(titles)), titles)
     axes.spines[:].set_visible(False)
@@ -193,7 +195,7 @@ def plot_matrix(
                 ha="center",
                 va="center",
                 fontsize=8,
-                color="white" if shown.norm(value) < 0.65 else "black",
+                color="white" if value < dark else "black",
             )
     bar = figure.colorbar(shown, ax=axes, fraction=0.046, pad=0.03)
     bar.set_label(label)

@@ -6,20 +6,26 @@ share this module, and their sections can stand on one page.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import jinja2
 from matplotlib.figure import Figure
 
 from steadyload.reports.charts import image
+from steadyload.reports.table import Table
+
+_FIGURES = "figures"
+"""Folder of the pictures, beside the page."""
 
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A figure under its file name, with the sentence that says what to see in it."""
+    """A figure under its file name, with its caption."""
 
     name: str
     figure: Figure
@@ -28,17 +34,17 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A heading with text, tables (Markdown) and pictures, in that order."""
+    """A heading with text, tables (declared, or as Markdown) and pictures, in that order."""
 
     title: str
     text: str = ""
-    tables: Sequence[str] = ()
+    tables: Sequence[Table | str] = ()
     pictures: Sequence[Picture] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """A page: its title, a summary, sections, and what it was made with."""
+    """A page: its title, a summary, sections, and its provenance."""
 
     title: str
     summary: str
@@ -49,16 +55,11 @@ class Page:
 def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
     """Write a page and its pictures into ``directory``; returns the path of the Markdown file.
 
-    The same page gives the same bytes. Pictures go to ``figures/`` beside the page.
+    The same page gives the same bytes. Pictures go to ``figures/`` beside the page. All is written
+    into a folder of its own first and renamed into place then, so that no file of the page is ever
+    half-written; pictures that only the page before had are removed, and nothing else is.
     """
-    pictures = [p for section in page.sections for p in section.pictures]
-    if pictures:
-        (directory / "figures").mkdir(parents=True, exist_ok=True)
-    files: dict[str, str] = {}
-    for picture in pictures:
-        ending, drawn = image(picture.figure)
-        files[picture.name] = f"figures/{picture.name}{ending}"
-        (directory / files[picture.name]).write_bytes(drawn)
+    path, figures = directory / name, directory / _FIGURES
     template = resources.files("steadyload.reports.templates").joinpath("page.md.j2").read_text()
     # Markdown is written, not HTML: there is nothing to escape here.
     environment = jinja2.Environment(  # noqa: S701
@@ -68,6 +69,27 @@ def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
         undefined=jinja2.StrictUndefined,
     )
     directory.mkdir(parents=True, exist_ok=True)
-    path = directory / name
-    path.write_text(environment.from_string(template).render(page=page, files=files))
+    with TemporaryDirectory(prefix=f".{name}.", dir=directory) as beside:
+        fresh = Path(beside)
+        files: dict[str, str] = {}
+        for picture in (p for section in page.sections for p in section.pictures):
+            ending, drawn = image(picture.figure)
+            files[picture.name] = f"{_FIGURES}/{picture.name}{ending}"
+            (fresh / f"{picture.name}{ending}").write_bytes(drawn)
+        text = environment.from_string(template).render(page=page, files=files)
+        (fresh / name).write_text(text)
+        before, shown = _shown(path), {Path(file).name for file in files.values()}
+        if shown:
+            figures.mkdir(exist_ok=True)
+        for file in shown:
+            (fresh / file).replace(figures / file)
+        (fresh / name).replace(path)
+    for file in before - shown:
+        (figures / file).unlink(missing_ok=True)
     return path
+
+
+def _shown(path: Path) -> set[str]:
+    """The file names of the pictures that the page of an earlier run shows."""
+    text = path.read_text(errors="replace") if path.exists() else ""
+    return set(re.findall(rf"^!\[.*\]\({_FIGURES}/([^/)]+)\)$", text, re.MULTILINE))

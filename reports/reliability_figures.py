@@ -1,4 +1,4 @@
-"""Pictures of probabilities: whether they keep what they say, and what not judging gives."""
+"""Figures of calibration and abstention."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ MARKS = ("o", "s", "^", "D", "v", "P")
 
 
 def plot_reliability(kinds: Mapping[str, Mapping[str, Reliability]]) -> Figure:
-    """How often it happened against the probability that was given.
+    """Reliability diagram: observed frequency against predicted probability.
 
     Args:
-        kinds: a panel by what the probability is of, in it a curve by its judge.
+        kinds: a panel a kind of probability, in it a curve a method.
     """
     figure = Figure(figsize=(9.0, 4.2))
     panels = figure.subplots(1, len(kinds), sharey=True, squeeze=False)[0]
@@ -77,7 +77,7 @@ def draw_curve(
 
 
 def reach(estimate: Estimate) -> list[list[float]]:
-    """How far the interval reaches to both sides, in per cent."""
+    """Half-widths of the interval to both sides, in per cent."""
     return [
         [100 * max(0.0, estimate.value - estimate.low)],
         [100 * max(0.0, estimate.high - estimate.value)],

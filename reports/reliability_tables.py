@@ -9,11 +9,11 @@ from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.reliability import Abstention, Reliability
 
 Kinds = Mapping[str, Mapping[str, Reliability]]
-"""By what the probability is of, and by its judge."""
+"""By kind of probability, and by method."""
 
 
 def errors_table(kinds: Kinds) -> str:
-    """Brier score and calibration error, a row a judge and kind."""
+    """Brier score and calibration error, a row a method and kind."""
     return markdown_table(
         ("judge", "probability that", "n", "Brier", "expected calibration error"),
         [
@@ -25,7 +25,7 @@ def errors_table(kinds: Kinds) -> str:
 
 
 def bins_table(kinds: Kinds) -> str:
-    """What happened in every bin."""
+    """Table of the bins: predicted probability and observed frequency."""
     return markdown_table(
         ("judge", "probability that", "from", "to", "n", "mean probability %", "happened %"),
         [
@@ -46,7 +46,7 @@ def bins_table(kinds: Kinds) -> str:
 
 
 def abstention_table(judges: Mapping[str, Abstention]) -> str:
-    """Accuracy with and without the tenth that a judge is least sure of."""
+    """Accuracy with and without the tenth that a method is least sure of."""
     header = (
         "judge", "judges when as sure as", "n", "all %", "n", "the surer nine tenths %", "n",
         "the unsure tenth %",
@@ -69,7 +69,7 @@ def abstention_table(judges: Mapping[str, Abstention]) -> str:
 
 
 def _rows(kinds: Kinds) -> list[tuple[str, str, Reliability]]:
-    """Judge by judge."""
+    """Rows, method by method."""
     judges = dict.fromkeys(judge for each in kinds.values() for judge in each)
     return [(j, kind, each[j]) for j in judges for kind, each in kinds.items() if j in each]
 

@@ -18,7 +18,7 @@ _SHORT = 0.1
 
 
 class Drawable(Protocol):
-    """What a scene is drawn of, such as a layout: corners of boxes (n, 3) [cm], y up, in order."""
+    """Boxes that a scene is drawn of, such as a layout: corners (n, 3) [cm], y up, in order."""
 
     @property
     def pallet(self) -> Any:

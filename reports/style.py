@@ -54,7 +54,7 @@ class Identified(Protocol):
 
     @property
     def title(self) -> str:
-        """As it stands in tables and legends."""
+        """Name in tables and legends."""
 
     @property
     def spec(self) -> str:

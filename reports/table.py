@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from operator import attrgetter
+from typing import Any
 
 from steadyload.statistics.estimate import Estimate
 
@@ -67,6 +70,44 @@ def names(items: Iterable[str]) -> str:
     return ", ".join(items) or MISSING
 
 
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A column of a table: its title, where its value stands in a row, and how it reads.
+
+    Args:
+        title: as it stands in the header.
+        value: of a row: the name of an attribute, with dots for attributes of attributes, or a
+            function.
+        format: makes the cell's text of the value.
+        left: aligned left, as words are; numbers are aligned right.
+    """
+
+    title: str
+    value: str | Callable[[Any], Any]
+    format: Callable[[Any], str] = str
+    left: bool = False
+
+    def cell(self, row: Any) -> str:
+        """The text of this column in a row."""
+        value = attrgetter(self.value) if isinstance(self.value, str) else self.value
+        return self.format(value(row))
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table, declared over rows: it reads as Markdown where it is printed."""
+
+    rows: Sequence[Any]
+    columns: Sequence[Column]
+
+    def __str__(self) -> str:
+        return _markdown(
+            [column.title for column in self.columns],
+            ([column.cell(row) for column in self.columns] for row in self.rows),
+            [column.left for column in self.columns],
+        )
+
+
 def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]], *, left: int = 1) -> str:
     """A Markdown table, padded so that it also reads well as text.
 
@@ -75,19 +116,23 @@ def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]], *, left
         rows: cells as text; ``|`` and line breaks are escaped.
         left: how many columns are aligned left; the others are aligned right.
     """
+    return _markdown(header, rows, [index < left for index in range(len(header))])
+
+
+def _markdown(header: Sequence[str], rows: Iterable[Sequence[str]], left: Sequence[bool]) -> str:
     cells = [[_escaped(c) for c in row] for row in (header, *rows)]
     widths = [max(3, *(len(row[i]) for row in cells)) for i in range(len(header))]
 
     def line(row: Sequence[str]) -> str:
         padded = (
-            cell.ljust(width) if index < left else cell.rjust(width)
-            for index, (cell, width) in enumerate(zip(row, widths, strict=True))
+            cell.ljust(width) if is_left else cell.rjust(width)
+            for cell, width, is_left in zip(row, widths, left, strict=True)
         )
         return f"| {' | '.join(padded)} |"
 
     rule = (
-        "-" * width if index < left else "-" * (width - 1) + ":"
-        for index, width in enumerate(widths)
+        "-" * width if is_left else "-" * (width - 1) + ":"
+        for width, is_left in zip(widths, left, strict=True)
     )
     return "\n".join([line(cells[0]), f"| {' | '.join(rule)} |", *map(line, cells[1:])])
 

@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[1]
 FOLDERS = {"harness": "", "engines": "engines.", "learners": "learners.", "reports": "reports."}
 """Folder of the repository -> where it is installed below ``steadyload``."""
 
-_LAYOUTS = {"layouts", "statistics", "atomic"}
+_LAYOUTS = {"layouts", "statistics", "atomic", "errors"}
 _METHODS = {"methods", "engines", *_LAYOUTS}
 _RUNS = {"runs", *_METHODS}
 _LIBRARIES = {"tuning", "properties", "learners", *_RUNS}
@@ -20,7 +20,8 @@ _LIBRARIES = {"tuning", "properties", "learners", *_RUNS}
 # Package below ``steadyload`` -> what of ours it may import. ``cli`` may import everything.
 ALLOWED = {
     "statistics": {"statistics"},
-    "reports": {"reports", "statistics"},
+    "errors": set(),
+    "reports": {"reports", "statistics", "errors"},
     "engines": {"engines"},
     "atomic": set(),
     "layouts": _LAYOUTS,

@@ -60,7 +60,7 @@ def check_friction_is_that_of_the_contact(world_class: WorldClass) -> None:
 
 
 def check_restitution(world_class: WorldClass) -> None:
-    """A cube leaves the floor at e times the speed it came with, and not at all unless asked."""
+    """A cube leaves the floor at e times the speed it came with, and not at all by default."""
     support = world_class.capabilities.settings["restitution"].support
     cases = [(0.0, frozenset[str]())]
     if support is Support.ON_REQUEST:

@@ -117,7 +117,7 @@ def check_nothing_leaks_to_the_next_world(world_class: WorldClass) -> None:
 
 
 def check_solver_iterations_count(world_class: WorldClass) -> None:
-    """Where they are honoured, one iteration gives another motion than the default."""
+    """An engine that honours solver iterations moves otherwise with one than with the default."""
     require(world_class, "solver_iterations")
     few = _tumble(world_class, WorldSettings(solver_iterations=1))
     moved = np.abs(few.centres - _tumble(world_class).centres).max()
@@ -162,7 +162,7 @@ def check_no_broad_phase_remembers_worlds(world_class: WorldClass) -> None:
 
 
 def check_velocities_can_be_set(world_class: WorldClass) -> None:
-    """What is set is read back, then m (v0 + g t) and attitudes follow; a reset ends it.
+    """Velocities are read back as set, then m (v0 + g t) and attitudes follow; a reset ends it.
 
     Set on boxes in flight that have turned already, so that body axes are not the world's. One has
     its centre of mass off its middle, one is fixed, and in two dimensions all moves in the plane.

@@ -1,4 +1,4 @@
-"""Checks that what no engine may see never reaches one."""
+"""Checks that boxes and settings outside the limits never reach an engine."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _NOT_FINITE = (math.nan, math.inf, -math.inf)
 _NOT_POSITIVE = (0.0, -0.1, 5e-324)
 
 # An offset outside the box harms no engine, while a size that is no number can end the process: an
-# adapter that lets all of them pass is told so before it comes to those.
+# adapter that lets all of them pass fails on the earlier ones first.
 _BAD_BOXES: tuple[tuple[str, Box], ...] = (
     *(
         ("mass_offset", Box(CUBE, 1.0, _FINE.centre, offset))

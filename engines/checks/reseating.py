@@ -55,7 +55,7 @@ def check_reseat_equals_a_fresh_world(world_class: WorldClass) -> None:
 
 
 def check_a_subset_equals_a_world_of_its_own(world_class: WorldClass) -> None:
-    """Where boxes can be left out, the others move as if those had never been, to within 1e-9 m.
+    """With boxes left out, the others move as if those had never been added, to within 1e-9 m.
 
     Those left out carry, stop and push others while they take part, and one is fixed. They are
     taken in again, and a box is added while some are out.

@@ -1,4 +1,4 @@
-"""What checks are made of: scenes, measures, and the ways to say no."""
+"""Building blocks of checks: scenes, measures, and the exceptions for what does not apply."""
 
 from __future__ import annotations
 

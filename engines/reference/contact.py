@@ -212,7 +212,7 @@ def _on_face(law, reference, incident, axis, want, s):
 
 @compiled
 def _place_on_floor(bodies, a, p, turn, v, w, s):
-    """Fill in where a box stands as seen from the floor."""
+    """Fill in the pose of a box relative to the floor."""
     for i in range(3):
         centre = p[a, i]
         for j in range(3):
@@ -224,7 +224,7 @@ def _place_on_floor(bodies, a, p, turn, v, w, s):
 
 @compiled
 def _place(bodies, a, b, p, turn, s):
-    """Fill in where box ``b`` stands and how it is turned, as seen from box ``a``."""
+    """Fill in the pose of box ``b`` relative to box ``a``."""
     x, y, z = p[b, 0] - p[a, 0], p[b, 1] - p[a, 1], p[b, 2] - p[a, 2]
     bx, by, bz = bodies[b].offset[0], bodies[b].offset[1], bodies[b].offset[2]
     for i in range(3):
@@ -237,7 +237,7 @@ def _place(bodies, a, b, p, turn, s):
 
 @compiled
 def _move(incident, reference, p, turn, v, w, s):
-    """Fill in how the incident body moves, as seen from the reference body, which turns."""
+    """Fill in the motion of the incident body relative to the reference body, which rotates."""
     x, y, z = (
         p[incident, 0] - p[reference, 0],
         p[incident, 1] - p[reference, 1],

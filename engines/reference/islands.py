@@ -27,7 +27,7 @@ which a window begins: none jumps through another."""
 
 @compiled
 def reaches(field, bodies, v, w, duration, stretch):
-    """How far any point of each body is taken to come within ``duration`` [m], shape (n,)."""
+    """Bounds on how far any point of each body moves within ``duration`` [m], shape (n,)."""
     n = len(v)
     reach = np.empty(n)
     fall = math.sqrt(np.sum(field.gravity * field.gravity)) * duration * duration
@@ -199,7 +199,7 @@ def advance(law, field, bodies, p, turn, v, w, next_steps, duration, control, s)
 
 @compiled
 def within(bodies, p_before, turn_before, p, turn, reach):
-    """Whether no point of any free body came further than its reach."""
+    """True while no point of any free body has come further than its reach."""
     for b in range(len(p)):
         if bodies[b].fixed:
             continue

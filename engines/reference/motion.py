@@ -17,7 +17,7 @@ from steadyload.engines.reference.contact import FLOOR, chain, touch
 
 
 class Field(NamedTuple):
-    """What acts on bodies besides contact.
+    """External field: everything that acts on bodies besides contact.
 
     ``gravity`` [m/s2], shape (3,). ``floor``: height of the floor [m]. ``linear_decay``,
     ``angular_decay``: rates at which velocities decay [1/s].

@@ -1,4 +1,4 @@
-"""What can be asked of the reference simulator, and its two sets of contact parameters."""
+"""Options of the reference simulator, and its two sets of contact parameters."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Contact(StrEnum):
 
 
 class Integrator(StrEnum):
-    """Who follows the equations: our own method, or scipy's Radau to check it against."""
+    """The integrator: our own Rosenbrock method, or scipy's Radau to check it against."""
 
     RODAS = "rodas"
     RADAU = "radau"
@@ -64,7 +64,7 @@ _VALUES = MappingProxyType(
 
 @dataclass(frozen=True)
 class ReferenceOptions:
-    """Accuracy and contact. What is None comes with ``contact``.
+    """Accuracy and contact. Values that are None come with ``contact``.
 
     Raises:
         ValueError: a value outside its range, or friction that would have to become dynamic before

@@ -1,4 +1,4 @@
-"""Where two boxes touch: separating axes, and the exact contact polygon with its derivatives.
+"""Contact of two boxes: separating axes, and the exact contact polygon with its derivatives.
 
 Everything is seen from the *reference* box, the one whose face carries the contact: coordinates are
 along its axes, from its geometric centre. The other box is the *incident* one. Derivatives are by
@@ -20,7 +20,7 @@ CORNERS = 16
 """Room for a clipped polygon: a rectangle cut by four lines has at most eight corners."""
 
 _PARALLEL = 1e-6
-"""Sine of the angle below which two edges count as parallel: a face tells the same then."""
+"""Sine of the angle below which two edges count as parallel: a face gives the same axis then."""
 
 _SECOND_BIAS = 0.95
 """The second box's face must be this much less deep to carry a contact: between boxes of one size
@@ -190,7 +190,7 @@ def _close(p, q, one, two):
 
 @compiled
 def corner_weights(count, points, slopes, one, two, weights, weight_slopes, want):
-    """Exterior angle over 2 pi at every corner: what a corner carries of the contact.
+    """Exterior angle over 2 pi at every corner: the share of the contact that it carries.
 
     The weights add up to 1, and those of two corners to that of the one they split from, so the
     force is continuous while corners appear, split and merge.

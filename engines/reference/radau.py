@@ -1,4 +1,4 @@
-"""The same equations under scipy's Radau: no code of ours between the forces and the answer.
+"""The same equations under scipy's Radau: no code of ours between the forces and the solution.
 
 A check on the integrator, not a way to make labels: it is an implicit method of order 5 with its
 own error control, Newton iteration and step choice, knows nothing of groups of bodies, and takes
@@ -54,7 +54,7 @@ def advance(
     control: Control,
     scratch: np.void,
 ) -> tuple[int, int, int]:
-    """What :func:`steadyload.engines.reference.islands.advance` does, by other means.
+    """The task of :func:`steadyload.engines.reference.islands.advance`, solved by scipy's Radau.
 
     Positions are followed to a hundredth of the control's tolerance, velocities to a hundredth a
     second of that.

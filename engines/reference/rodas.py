@@ -60,7 +60,7 @@ FINISHED, STEP_TOO_SMALL, NOT_FINITE, SINGULAR, TOO_MUCH_WORK = 0, 1, 2, 3, 4
 
 
 class Control(NamedTuple):
-    """How time is cut into steps.
+    """Step-size control of the integrator.
 
     ``tolerance``: of a position [m]. ``most_time``: longest step [s]. ``most_work``: attempts
     at a step times pairs that may touch.
@@ -72,7 +72,7 @@ class Control(NamedTuple):
 
 
 class Count(NamedTuple):
-    """What an integration did: its outcome, the step it would take next [s], steps and rejects."""
+    """Counts of an integration: its outcome, the step it would take next [s], steps and rejects."""
 
     outcome: int
     next_step: float
@@ -213,7 +213,7 @@ def _orthonormal(turn):
 
 @compiled
 def _pattern(lin, touching, filled):
-    """Which bodies share a block."""
+    """Sparsity pattern: the pairs of bodies that share a block."""
     filled[:, :] = False
     for b in range(len(filled)):
         filled[b, b] = True

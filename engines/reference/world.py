@@ -59,6 +59,7 @@ class ReferenceWorld(FixedStepWorld):
     capabilities = Capabilities(
         title="reference",
         dimensions=3,
+        numerics=("numpy", "scipy"),
         error_controlled=True,
         compliant=True,
         settings=declare(
@@ -100,7 +101,7 @@ class ReferenceWorld(FixedStepWorld):
 
     @classmethod
     def warm_up(cls, box_count: int) -> None:
-        """Compile, or load what has been compiled before."""
+        """Compile, or load the compiled code."""
         with cls(WorldSettings()) as world:
             world.add_box(Box((0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.05)))
             world.stepSimulation(1e-3, 1, 1e-3)

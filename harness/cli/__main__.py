@@ -2,7 +2,7 @@
 
 import sys
 
-from steadyload.cli import main
+from steadyload.cli import command
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command())

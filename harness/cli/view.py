@@ -2,34 +2,33 @@
 
 from __future__ import annotations
 
-import argparse
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from steadyload.cli.terminal import status_line
+from steadyload.studies.options import REQUIRED, operand, option
 
 
-def add_view(commands: Any) -> None:
-    """Add the command to the parser's commands."""
-    view = commands.add_parser("view", help="write a page that plays a loading step by step")
-    view.add_argument("file", metavar="FILE", type=Path)
-    view.add_argument("--layout", metavar="NAME", help="which one of a file of several")
-    view.add_argument(
-        "--method", "-m", metavar="SPEC", default="ps3@mujoco", help="default: ps3@mujoco"
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """A layout, and who judges it."""
+
+    file: Path = operand(REQUIRED, "layouts", metavar="FILE")
+    layout: str | None = option(None, "which one of a file of several")
+    method: str = option(
+        "ps3@mujoco", "default: ps3@mujoco", names=("--method", "-m"), metavar="SPEC"
     )
-    view.add_argument("--beside", metavar="SPEC", help="another method, played side by side")
-    view.add_argument(
-        "--output", "-o", type=Path, metavar="FILE", default=Path("view.html"),
-        help="the page (default: view.html)",
-    )  # fmt: skip
-    view.set_defaults(run=_view)
+    beside: str | None = option(None, "another method, played side by side", metavar="SPEC")
+    output: Path = option(
+        Path("view.html"), "the page (default: view.html)", names=("--output", "-o")
+    )
 
+    def run(self) -> None:
+        """Write the page."""
+        from steadyload.studies.viewing import pick_layout, write_view
 
-def _view(options: argparse.Namespace) -> None:
-    from steadyload.studies.viewing import pick_layout, write_view
-
-    layout = pick_layout(options.file, options.layout)
-    methods = [options.method, *filter(None, [options.beside])]
-    with status_line() as say:
-        say(f"judging {layout.name}")
-        print(write_view(layout, methods, options.output))
+        layout = pick_layout(self.file, self.layout)
+        methods = [self.method, *filter(None, [self.beside])]
+        with status_line() as say:
+            say(f"judging {layout.name}")
+            print(write_view(layout, methods, self.output))

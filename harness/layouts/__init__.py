@@ -1,4 +1,4 @@
-"""What is judged: layouts of boxes on a pallet, in centimetres and kilograms, y up."""
+"""Layouts of boxes on a pallet, in centimetres and kilograms, y up."""
 
 from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
 

@@ -1,4 +1,4 @@
-"""Which item rests on which: the geometry that all static methods share."""
+"""Contacts between items: the geometry that all static methods share."""
 
 from __future__ import annotations
 
@@ -9,6 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray
+
+VERSION = 1
+"""Of contacts, supports and layouts that grow: raised when others are found."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,7 +43,7 @@ def deviated(
     weight: float = 0.0,
     still: int | None = None,
 ) -> list[Layout]:
-    """What a plan may become, one layout a row of random numbers; names stay.
+    """Layouts that deviate from a plan, one a row of random numbers; names stay.
 
     All deviations are normal and independent. A centre of mass stays inside its item: its
     deviations are cut off there, and the rest of the distribution scaled to 1. Places are those of
@@ -53,7 +53,7 @@ def deviated(
     Args:
         layout: the plan.
         uniforms: numbers in (0, 1), shape (n, J or more, :data:`NUMBERS_AN_ITEM`). An item's
-            deviations hang on its own numbers.
+            deviations depend on its own numbers alone.
         centre: standard deviation of a centre of mass along each axis [cm].
         place: that of the place that an item is meant for along x and z [cm]; heights stay.
         weight: that of the logarithm of a weight.
@@ -88,7 +88,7 @@ def deviated(
 
 
 def made_room(layout: Layout, meant: FloatArray) -> FloatArray:
-    """Where items come to stand that are meant for places where there is no room for all.
+    """Positions of items that are meant for places where there is no room for all of them.
 
     Items in each other's way push each other apart, each by half of what is missing, and those in
     turn the next ones; at the contour's end an item stays and the other one gives way. What stood

@@ -75,7 +75,7 @@ def scan_layouts(path: str | Path, *, snap_gap: float = 0.0) -> Iterator[Layout 
 
 
 def detect_format(head: str) -> Format | None:
-    """The format of a text that begins with ``head``; JSON is told apart only when parsed.
+    """The format of a text that begins with ``head``; JSON formats differ only when parsed.
 
     Returns :attr:`Format.NATIVE` for any JSON object.
     """

@@ -1,4 +1,4 @@
-"""Boxes found by where they are: the cost hangs on what is near, not on how many there are.
+"""Boxes found by where they are: the cost depends on what is near, not on their number.
 
 A hash grid with cells of several sizes. A box lies in one cell only, that of its lower corner, on
 the level whose cells it does not exceed: so it reaches into the next cell at most, and a search

@@ -1,4 +1,4 @@
-"""A layout that grows item by item, and shrinks again, at a cost that does not hang on its size."""
+"""A layout that grows item by item, and shrinks again, at a cost independent of its size."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _ROOM = 32
 
 
 class GrowingLayout:
-    """The items loaded so far, with who stands on whom and what is near.
+    """The items loaded so far, with the items each one stands on and those near it.
 
     What is true of a :class:`Layout` of the same items is true of it at any time, numbers included
     to the last bit.

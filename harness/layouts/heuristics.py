@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from itertools import permutations
 
+from steadyload.errors import UserError
 from steadyload.layouts.model import Vector
 from steadyload.layouts.spaces import Space, volume, without
 
@@ -24,12 +25,12 @@ SPACES_COMPARED = 3
 """How many spaces the placement rules 4 and 5 look at: the first that hold the item."""
 
 
-class HeuristicError(ValueError):
+class HeuristicError(UserError):
     """A heuristic that does not exist."""
 
 
 class BinRule(StrEnum):
-    """Which open bin an item goes to; when none holds it, a new one opens.
+    """Rule for the open bin an item goes to; when none holds it, a new one opens.
 
     The first three rules try the bins one after the other, in an order, until one holds the item:
     as they were opened (``FIRST``), the largest packed volume first (``BEST``), the smallest first
@@ -44,7 +45,7 @@ class BinRule(StrEnum):
 
 
 class SpaceRule(IntEnum):
-    """Which space is tried first; ties go to the bin, then to the space, that was made first.
+    """Rule for the space tried first; ties go to the bin, then to the space, that was made first.
 
     1. smallest x1, then z1, then y1;
     2. smallest coordinates of the corner, sorted, compared one by one;
@@ -71,7 +72,7 @@ class SpaceRule(IntEnum):
 
 
 class PlacementRule(IntEnum):
-    """How an item is turned, and in which space it goes.
+    """Rule for the orientation of an item, and for the space it goes to.
 
     Rules 1 to 3 take the first space that holds the item, and there:
 
@@ -163,7 +164,7 @@ def layout_corners(box: Space) -> tuple[Vector, Vector]:
 
 
 def orientations(item: Vector, *, planar: bool = False) -> list[_Size]:
-    """How an item of a width, height, depth [cm] may stand, as extents along the rule axes.
+    """Orientations of an item of a width, height, depth [cm], as extents along the rule axes.
 
     Args:
         item: its sides.
@@ -193,7 +194,7 @@ def pack_bins(
         items: width, height, depth [cm]; each fits into an empty bin.
         heuristic: the rules.
         planar: as in :func:`orientations`.
-        accept: asked of every place before it is taken, the one that the rules want first, then
+        accept: called for every place before it is taken, the one that the rules want first, then
             what they want without that; an item without a place even in an empty bin is left out.
 
     Returns:
@@ -206,7 +207,7 @@ def pack_bins(
 
 
 class Packer:
-    """Bins that are being filled by one heuristic; see :func:`pack_bins`."""
+    """Bins while one heuristic fills them; see :func:`pack_bins`."""
 
     def __init__(
         self,
@@ -228,7 +229,7 @@ class Packer:
         self._created = 0
 
     def forked(self, bins: BinRule) -> Packer:
-        """A copy that goes on with another bin rule."""
+        """A copy that continues with another bin rule."""
         other = Packer.__new__(Packer)
         other.__dict__.update(self.__dict__)
         other.heuristic = Heuristic(bins, self.heuristic.space, self.heuristic.placement)
@@ -338,7 +339,7 @@ class Packer:
         yield from _best_first(compared)
 
     def _boxes(self, which: int, space: Space, fitting: Sequence[_Size]) -> list[Space]:
-        """Where the item would stand in a space, by orientation, less what is refused."""
+        """Boxes that the item would fill in a space, by orientation; refused ones left out."""
         x0, y0, z0, _, y1, _ = space
         right = self.heuristic.space in _CORNER_RULES and self._size[1] - y1 < y0
         boxes: list[Space] = []
@@ -396,7 +397,7 @@ _CORNER_RULES = frozenset(
 
 
 def space_key(rule: SpaceRule, size: _Size) -> Callable[[Space], tuple[float, ...]]:
-    """What a rule sorts spaces by, the first to be tried having the smallest value."""
+    """Sorting key of a rule for spaces: the space with the smallest value is tried first."""
 
     def corner(s: Space) -> float:
         # Both bin corners lie at the back and at the bottom: they differ along y alone.

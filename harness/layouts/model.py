@@ -15,6 +15,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from steadyload.errors import UserError
+
 FloatArray = NDArray[np.float64]
 Vector = tuple[float, float, float]
 
@@ -33,8 +35,8 @@ _SIZES = ("width", "height", "depth")
 _BLOCK = 256
 
 
-class LayoutError(ValueError):
-    """A layout that cannot be: says where (file, layout, item), what, and what is allowed."""
+class LayoutError(UserError):
+    """An invalid layout: says where (file, layout, item), what, and what is allowed."""
 
     def __init__(
         self,
@@ -48,7 +50,7 @@ class LayoutError(ValueError):
         self.message, self.file, self.layout, self.item = message, file, layout, item
 
     def located(self, *, file: str | None = None, layout: str | None = None) -> LayoutError:
-        """The same error with the places it did not know of yet."""
+        """The same error with further places: file, layout or item."""
         return type(self)(
             self.message, file=self.file or file, layout=self.layout or layout, item=self.item
         )
@@ -301,7 +303,7 @@ def replace_items(layout: Layout, items: tuple[Item, ...], *, name: str | None =
 
 
 def outside_error(item: Item, pallet: Pallet, axis: int, span: tuple[float, float]) -> LayoutError:
-    """What is wrong with an item that stands out of the pallet's contour along an axis."""
+    """Error message for an item that stands out of the pallet's contour along an axis."""
     return LayoutError(
         f"spans {_AXES[axis]} = {span[0]:g} to {span[1]:g} cm; allowed: inside the pallet's "
         f"contour, 0 to {pallet.size[axis]:g} cm (+-{TOLERANCE:g})",
@@ -310,7 +312,7 @@ def outside_error(item: Item, pallet: Pallet, axis: int, span: tuple[float, floa
 
 
 def overlap_error(item: Item, other: Item, depth: float) -> LayoutError:
-    """What is wrong with an item that overlaps one placed before it, by a depth [cm]."""
+    """Error message for an item that overlaps one placed before it, by a depth [cm]."""
     return LayoutError(
         f"overlaps item {other} by {depth:g} cm along every axis; "
         f"allowed: at most {TOLERANCE:g} cm",

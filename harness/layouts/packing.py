@@ -18,6 +18,7 @@ from itertools import islice, permutations
 
 import numpy as np
 
+from steadyload.errors import UserError
 from steadyload.layouts.heuristics import (
     HEURISTICS,
     BinRule,
@@ -37,12 +38,12 @@ MOST_ITEMS = 20
 """A layout of the data set holds at most the first 20 items of a bin."""
 
 
-class PackingError(ValueError):
-    """An instance that cannot be: quotes the value and says what is allowed."""
+class PackingError(UserError):
+    """An invalid instance: quotes the value and says what is allowed."""
 
 
 class WeightRule(StrEnum):
-    """How heavy an item is.
+    """Rule for the weights of items.
 
     ``PAPER``: proportional to its volume, :data:`DENSITY`. ``AUTHORS``: as in the authors' code,
     the square root of the volume [cm3], rounded to hundredths, then up to the next 10 kg.
@@ -296,8 +297,8 @@ def pack(
         most_items: stop at this many.
         least_support: leave out spaces in which less than this share of the base would rest on
             something; 0, the default, asks for nothing.
-        accept: asked of every item at the place it would get, whether it may stand there; what is
-            accepted is placed. None asks nobody.
+        accept: called for every item at the place it would get: may it stand there? None
+            accepts all.
 
     Returns:
         The layout, or None when no item fits.

@@ -76,7 +76,7 @@ def _refusal(event: yaml.Event, what: str, allowed: str) -> FormatError:
 
 
 class _PlainLoader(_Loader):
-    """Says of every value that cannot be built where it stands."""
+    """Adds its place in the file to the error of every value that cannot be built."""
 
     def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
         """See PyYAML, whose constructors raise whatever a text leads to."""

@@ -11,7 +11,7 @@ from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
 
 
 class FormatError(LayoutError):
-    """A file that is in none of the known formats, is cut off, or cannot be written as asked."""
+    """A file that is in none of the known formats, is cut off, or cannot be written."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +79,7 @@ def _number(values: Mapping[str, Any], key: str, label: str, unit: str) -> float
 
 
 def shown(value: Any) -> str:
-    """A value for a message: short, and "missing" for what is not there."""
+    """A value for a message: short, and "missing" if there is none."""
     if value is None:
         return "missing"
     text = ascii(value)

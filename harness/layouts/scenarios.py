@@ -1,4 +1,4 @@
-"""Where the centres of mass lie: the scenarios S1, S2a and S2b of Section 5.1 of the paper."""
+"""Scenarios for the centres of mass: S1, S2a and S2b of Section 5.1 of the paper."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who judges: a method turns a layout into a verdict."""
+"""Methods: each turns a layout into a verdict."""
 
 from steadyload.methods.method import Method, Status, Verdict
 from steadyload.methods.registry import make_method

@@ -22,7 +22,10 @@ from scipy.optimize import nnls
 
 from steadyload.layouts.contacts import Patch, Supports, find_supports
 from steadyload.layouts.model import Arrangement, FloatArray
-from steadyload.methods.plane import Point
+from steadyload.methods.convex_hull import Point
+
+VERSION = 1
+"""Of balance, friction and who touches: raised when they come to other verdicts."""
 
 EDGE = 1e-5
 """A patch counts as this much wider on every side [cm]: a centre of mass exactly above an edge is
@@ -36,7 +39,7 @@ _Press = tuple[float, float, float]
 """A force [kg] and its moments about the axes, that is: force times x, force times z [kg cm]."""
 
 _Before = tuple[int, bool, dict[int, _Press]]
-"""An item, whether it was balanced, and what it pressed on those below it."""
+"""An item, whether it was balanced, and its forces on the items below."""
 
 
 class Solution(NamedTuple):
@@ -105,7 +108,7 @@ def solve(
 def corner_columns(
     items: Sequence[int], patches: Sequence[Patch], centres: FloatArray, grow: float
 ) -> FloatArray:
-    """What unit forces at the corners of patches do to every item of a group.
+    """Forces and moments that unit forces at the corners of patches exert on every item of a group.
 
     Args:
         items: the group, as indices into the arrays.
@@ -246,7 +249,7 @@ class VerticalBalance:
         changed: dict[int, dict[int, _Press]] = {}
         todo = [(-self._bases[step], step)]
         while todo:
-            # The highest base first: all that stands on an item has passed its load on by then.
+            # The highest base first: items above an item have passed on their loads before it.
             todo.sort()
             item = todo.pop(0)[1]
             if not self._balanced[item]:
@@ -263,7 +266,7 @@ class VerticalBalance:
             if loads is None:
                 return None
             changed[item] = loads
-            # Supporters that no longer get anything must hear of it, too.
+            # Supporters that no longer carry anything must be updated, too.
             for below in {*loads, *self._presses[item]}:
                 loads.setdefault(below, (0.0, 0.0, 0.0))
                 if not self._supports.on_floor[below] and (-self._bases[below], below) not in todo:

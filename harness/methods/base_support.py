@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
 from steadyload.engines.quantities import quantity
+from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.contacts import Contacts, find_contacts
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import TOLERANCE, FloatArray, Layout
@@ -16,7 +18,7 @@ from steadyload.methods.method import (
     Finding,
     Loader,
     Method,
-    StepJudge,
+    StepScorer,
     Stopwatch,
     Trait,
 )
@@ -42,6 +44,7 @@ class PartialBaseSupport(Method):
 
     title = "PBS"
     Parameters: ClassVar[type[Any]] = _PartialSupport
+    built_on: ClassVar[Mapping[str, int]] = {"contacts": CONTACTS}
 
     @property
     def traits(self) -> frozenset[Trait]:
@@ -52,7 +55,7 @@ class PartialBaseSupport(Method):
     def _alpha(self) -> float:
         return self.parameters.alpha
 
-    def steps(self, layout: Layout, watch: Stopwatch) -> StepJudge:
+    def steps(self, layout: Layout, watch: Stopwatch) -> StepScorer:
         """See :meth:`Method.steps`."""
         return _SupportedSteps(_support(layout, find_contacts(layout)), 1.0 - self._alpha)
 
@@ -68,7 +71,7 @@ class PartialBaseSupport(Method):
         return STABLE
 
     def begin(self, layout: GrowingLayout) -> Loader:
-        """A loader that looks at the new item and what it stands on."""
+        """A loader that checks the new item and the items it stands on."""
         return _SupportLoader(self, layout)
 
     def place(self, layout: GrowingLayout) -> Finding:
@@ -96,7 +99,7 @@ class PartialBaseSupport(Method):
 
 
 class _SupportLoader(Loader):
-    """Keeps nothing: what is below an item does not change, nor does its share of support."""
+    """Keeps nothing: the items below an item do not change, nor does its share of support."""
 
     def __init__(self, method: PartialBaseSupport, layout: GrowingLayout) -> None:
         super().__init__(layout)
@@ -112,19 +115,19 @@ class _SupportLoader(Loader):
         return _SupportLoader(self._method, layout)
 
 
-class _SupportedSteps(StepJudge):
-    """The risk is the largest share of a base that hangs free, of all items placed by then: what
+class _SupportedSteps(StepScorer):
+    """The score is the largest share of a base without support, of all items placed by then: what
     stands on full bases alone stands wherever centres of mass lie.
     """
 
-    def __init__(self, support: FloatArray, brink: float) -> None:
+    def __init__(self, support: FloatArray, decision_threshold: float) -> None:
         # An area is a sum of products: full support may be less by rounding.
         hanging = np.maximum(1.0 - support, 0.0)
         hanging[hanging < _ROUNDING] = 0.0
         self._risks: list[float] = np.maximum.accumulate(hanging).tolist()
-        self.brink = brink
+        self.decision_threshold = decision_threshold
 
-    def risk(self, step: int) -> float:
+    def step_score(self, step: int) -> float:
         return self._risks[step]
 
 
@@ -152,7 +155,7 @@ def _support(layout: Layout, contacts: Contacts) -> FloatArray:
 def _covered_but_for_slivers(
     base: tuple[FloatArray, FloatArray], low: FloatArray, high: FloatArray
 ) -> bool:
-    """Whether nothing of an item's base is bare but slivers narrower than :data:`TOLERANCE`.
+    """True if nothing of an item's base is bare but slivers narrower than :data:`TOLERANCE`.
 
     Such slivers come from rounding in a file; they count as supported, whatever their area.
 

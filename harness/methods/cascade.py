@@ -1,9 +1,9 @@
-"""A cascade: the cheapest judge that is sure of a step decides it, and only the rest is simulated.
+"""A cascade: cheap methods decide the steps beyond their thresholds, and the rest is simulated.
 
-Every step of a loading that starts from planned positions is a question of its own. So judges are
-cascaded over steps, not over layouts: a step is asked of one stage after the other until one is
-sure, in the order of loading, and the first unstable step ends the loading. What is asked of a
-stage is :meth:`Method.steps`; what counts as sure was fitted
+Every step of a loading that starts from planned positions can be judged by itself. So methods are
+cascaded over steps, not over layouts: in the order of loading, a step is scored by one stage after
+the other until one accepts or rejects it, and the first unstable step ends the loading. Stages give
+step scores by :meth:`Method.steps`; their accept and reject thresholds were fitted
 (:mod:`steadyload.methods.thresholds`).
 """
 
@@ -13,7 +13,7 @@ import dataclasses
 import hashlib
 import json
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from functools import cached_property
@@ -28,7 +28,7 @@ from steadyload.methods.method import (
     Method,
     RefusedError,
     Status,
-    StepJudge,
+    StepScorer,
     Stopwatch,
     Trait,
 )
@@ -46,7 +46,7 @@ from steadyload.methods.thresholds import (
 
 @dataclass(frozen=True)
 class CascadeParameters:
-    """Which thresholds a cascade has."""
+    """Parameters of a cascade: its error budget, and the file of its thresholds."""
 
     budget: float | None = quantity(
         None, "points of accuracy that thresholds may cost; none: the one they come with",
@@ -57,27 +57,27 @@ class CascadeParameters:
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """What became of a step.
+    """The decision on one step.
 
     Attributes:
         step: counted from 0.
         stage: spec of the method that decided.
-        risk: what it said of the step, on its own scale; not a number where even the last method
-            had no opinion.
+        step_score: of that method, on its own scale; not a number where even the last method has
+            none.
         unstable: the loading ends here.
     """
 
     step: int
     stage: str
-    risk: float
+    step_score: float
     unstable: bool
 
 
 class Cascade(Method):
-    """A cascade: every step goes to the cheapest judge that is sure of it, the rest is simulated.
+    """A cascade: every step goes to the cheapest method that can decide it, the rest is simulated.
 
-    Stages and thresholds were fitted on labelled layouts, so that all stages before the last cost
-    no more than a budget of accuracy. A stage that refuses a layout, or has no opinion of a step,
+    Stages and thresholds were fitted on labelled layouts, so that all stages before the last lose
+    no more accuracy than an error budget. A stage that refuses a layout, or has no score of a step,
     leaves it to the next one. Thresholds that were fitted with other weights or parameters than
     there are now are refused.
     """
@@ -93,7 +93,7 @@ class Cascade(Method):
 
     @cached_property
     def thresholds(self) -> Thresholds:
-        """What was fitted for the engine.
+        """The thresholds that were fitted for the engine.
 
         Raises:
             ThresholdsError: nothing was.
@@ -104,7 +104,7 @@ class Cascade(Method):
 
     @cached_property
     def ladder(self) -> Ladder:
-        """The stages, and what they hold sure.
+        """The stages, with their accept and reject thresholds.
 
         Raises:
             ThresholdsError: nothing was fitted for the engine and the budget.
@@ -117,63 +117,83 @@ class Cascade(Method):
         return fitted.ladders[budget]
 
     @cached_property
-    def judges(self) -> tuple[Method, ...]:
-        """The methods that are asked, in order.
+    def stage_methods(self) -> tuple[Method, ...]:
+        """The methods of all stages, in order.
 
         Raises:
-            ThresholdsError: one is not what it was when thresholds were fitted.
+            ThresholdsError: one has changed since thresholds were fitted.
             as :attr:`Method.trained` of a stage.
         """
-        judges = tuple(make_method(spec) for spec in self.ladder.methods)
-        for spec, judge in zip(self.ladder.methods, judges, strict=True):
-            if fingerprint(judge) != self.thresholds.made_of.get(spec):
+        methods = tuple(make_method(spec) for spec in self.ladder.methods)
+        for spec, method in zip(self.ladder.methods, methods, strict=True):
+            if fingerprint(method) != self.thresholds.made_of.get(spec):
                 raise ThresholdsError(
                     f"{self.spec}: its thresholds were fitted with another {spec}, whose weights "
                     "or parameters have changed since; to fit them anew run steadyload cascade fit "
                     f"--engine {self.spec.engine}"
                 )
-        return judges
+        return methods
 
     def made_of(self) -> str:
-        """See :meth:`Method.made_of`: the ladder, and what its methods are made of."""
+        """See :meth:`Method.made_of`: the ladder, and the hashes of its methods."""
         ladder = dataclasses.asdict(self.ladder) | {"found": None}
-        own = [[fingerprint(judge), judge.made_of()] for judge in self.judges]
+        own = [[fingerprint(method), method.made_of()] for method in self.stage_methods]
         return hashlib.sha256(json.dumps([ladder, own]).encode()).hexdigest()
+
+    def parts(self) -> Mapping[str, int]:
+        """See :meth:`Method.parts`: those of every stage, too."""
+        of_stages = {
+            f"{part} of {spec}": version
+            for spec, judge in zip(self.ladder.methods, self.stage_methods, strict=True)
+            for part, version in judge.parts().items()
+        }
+        return {**super().parts(), **of_stages}
+
+    def numerics(self) -> frozenset[str]:
+        """See :meth:`Method.numerics`."""
+        return super().numerics().union(*(judge.numerics() for judge in self.stage_methods))
+
+    def classes(self) -> tuple[type, ...]:
+        """See :meth:`Method.classes`."""
+        of_stages = (each for judge in self.stage_methods for each in judge.classes())
+        return tuple(dict.fromkeys((*super().classes(), *of_stages)))
 
     def prepare(self, item_count: int = 0) -> None:
         """Make every stage ready.
 
         Raises:
-            ThresholdsError: see :attr:`judges`.
+            ThresholdsError: see :attr:`stage_methods`.
             as :meth:`Method.prepare` of a stage.
         """
-        for judge in self.judges:
-            judge.prepare(item_count)
+        for method in self.stage_methods:
+            method.prepare(item_count)
 
     def decisions(self, layout: Layout) -> list[Decision]:
-        """Who decided which step: all of them, or up to the first that no stage calls stable.
+        """The decision on every step, up to the first one that is not called stable.
 
         Raises:
-            RefusedError: the last method refuses the layout, and was asked.
+            RefusedError: the last method was needed, and refuses the layout.
         """
-        with closing(_Hearing(self.judges, self.ladder.stages, layout, Stopwatch())) as hearing:
-            return list(hearing.decide())
+        with closing(
+            _LayoutRun(self.stage_methods, self.ladder.stages, layout, Stopwatch())
+        ) as run:
+            return list(run.decide())
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
-        with closing(_Hearing(self.judges, self.ladder.stages, layout, watch)) as hearing:
-            *_, decision = hearing.decide()
-            return hearing.finding(decision)
+        with closing(_LayoutRun(self.stage_methods, self.ladder.stages, layout, watch)) as run:
+            *_, decision = run.decide()
+            return run.finding(decision)
 
 
-class _Hearing:
-    """One layout before all stages; a stage is brought in when it is needed first."""
+class _LayoutRun:
+    """Decisions of all stages on one layout; a stage is set up when it is first needed."""
 
     def __init__(
         self, methods: Sequence[Method], stages: Sequence[Stage], layout: Layout, watch: Stopwatch
     ) -> None:
         self._methods, self._layout, self._watch = methods, layout, watch
         self._stages = stages
-        self._asked: list[StepJudge | None] = []
+        self._scorers: list[StepScorer | None] = []
 
     def decide(self) -> Iterator[Decision]:
         """A decision a step, up to the first that is not stable."""
@@ -181,64 +201,64 @@ class _Hearing:
             self._watch.check()
             decision = self._decide(step)
             yield decision
-            if decision.unstable or math.isnan(decision.risk):
+            if decision.unstable or math.isnan(decision.step_score):
                 return
 
     def _decide(self, step: int) -> Decision:
         for number, stage in enumerate(self._stages):
-            judge = self._judge(number)
-            if judge is not None:
-                risk = judge.risk(step)
-                unstable = stage.unstable(risk)
+            scorer = self._scorer(number)
+            if scorer is not None:
+                score = scorer.step_score(step)
+                unstable = stage.unstable(score)
                 if unstable is not None:
-                    return Decision(step, stage.method, risk, unstable)
-        last = self._judge(len(self._stages))
+                    return Decision(step, stage.method, score, unstable)
+        last = self._scorer(len(self._stages))
         assert last is not None
-        risk = last.risk(step)
-        return Decision(step, str(self._methods[-1].spec), risk, risk > last.brink)
+        score = last.step_score(step)
+        return Decision(step, str(self._methods[-1].spec), score, score > last.decision_threshold)
 
-    def _judge(self, number: int) -> StepJudge | None:
-        """A stage's judge of this layout; None where the stage refuses it."""
-        while len(self._asked) <= number:
-            method = self._methods[len(self._asked)]
+    def _scorer(self, number: int) -> StepScorer | None:
+        """A stage's scorer of this layout; None where the stage refuses it."""
+        while len(self._scorers) <= number:
+            method = self._methods[len(self._scorers)]
             try:
-                judge = method.steps(self._layout, self._watch)
+                scorer = method.steps(self._layout, self._watch)
             except RefusedError:
                 if method is self._methods[-1]:
                     raise
-                judge = None
-            self._asked.append(judge)
-        return self._asked[number]
+                scorer = None
+            self._scorers.append(scorer)
+        return self._scorers[number]
 
     def finding(self, decision: Decision) -> Finding:
-        """What a verdict says after the last decision."""
-        asked = [judge for judge in self._asked if judge is not None]
+        """The finding of the verdict, after the last decision."""
+        scorers = [scorer for scorer in self._scorers if scorer is not None]
         found = STABLE
-        if decision.unstable or math.isnan(decision.risk):
+        if decision.unstable or math.isnan(decision.step_score):
             by = next(
-                judge
-                for method, judge in zip(self._methods, self._asked, strict=False)
-                if str(method.spec) == decision.stage and judge is not None
+                scorer
+                for method, scorer in zip(self._methods, self._scorers, strict=False)
+                if str(method.spec) == decision.stage and scorer is not None
             )
             found = _spoken(by.finding(decision.step), decision)
         return dataclasses.replace(
             found,
-            ignored=tuple(dict.fromkeys(name for judge in asked for name in judge.ignored)),
-            emulated=tuple(dict.fromkeys(name for judge in asked for name in judge.emulated)),
-            effort=sum((judge.effort for judge in asked), Effort()),
+            ignored=tuple(dict.fromkeys(name for scorer in scorers for name in scorer.ignored)),
+            emulated=tuple(dict.fromkeys(name for scorer in scorers for name in scorer.emulated)),
+            effort=sum((scorer.effort for scorer in scorers), Effort()),
         )
 
     def close(self) -> None:
-        """Give back what stages took."""
-        for judge in self._asked:
-            if judge is not None:
-                judge.close()
+        """Release resources of all stages."""
+        for scorer in self._scorers:
+            if scorer is not None:
+                scorer.close()
 
 
 def _spoken(finding: Finding, decision: Decision) -> Finding:
     """A stage's finding, with the stage in its reason."""
     if decision.unstable:
-        why = finding.reason or f"risk {decision.risk:.4g}"
+        why = finding.reason or f"risk {decision.step_score:.4g}"
         reason = f"{decision.stage}: {why}"
         return dataclasses.replace(finding, failing_step=decision.step, reason=reason)
     status = Status.ERROR if finding.status is Status.DONE else finding.status

@@ -1,4 +1,4 @@
-"""When an item counts as moved (Eq. 6 and 7 of the paper, and the authors' own evaluation)."""
+"""Criteria for a moved item (Eq. 6 and 7 of the paper, and the authors' own evaluation)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Indices = NDArray[np.intp]
 
 
 class Criterion(StrEnum):
-    """What is measured, and when.
+    """The quantity that is measured, and the time at which it is.
 
     ``paper``: Eq. 6 and 7, at any sample: the geometric centre moved by more than ``eps_t``
     (Euclidean), or an angle about an axis exceeds ``eps_r``. ``adams``: the authors' evaluation of
@@ -32,8 +32,8 @@ class Criterion(StrEnum):
     ADAMS = "adams"
 
 
-class Moved(NamedTuple):
-    """How far an item is from its planned pose.
+class Movement(NamedTuple):
+    """Movement of an item away from its planned pose.
 
     Attributes:
         item: its sequence number.
@@ -108,7 +108,7 @@ class Examiner:
             f"and turned by {most.rotation:.1f} deg",
         )
 
-    def most_moved(self, poses: Poses, items: Indices) -> Moved:
+    def most_moved(self, poses: Poses, items: Indices) -> Movement:
         """The item that is furthest beyond a threshold, or closest to one.
 
         Args:
@@ -120,7 +120,7 @@ class Examiner:
         beyond = np.maximum(moved / max(self._eps_t, 1e-12), turned / max(self._eps_r, 1e-12))
         worst = int(beyond.argmax())
         item = int(np.arange(len(self._planned))[items][worst])
-        return Moved(item, float(moved[worst]), float(turned[worst]), float(beyond[worst]))
+        return Movement(item, float(moved[worst]), float(turned[worst]), float(beyond[worst]))
 
     def _clearly_stable(self, poses: Poses, items: Indices, excess: float) -> bool:
         """A cheap sufficient condition; false for anything that is not finite.
@@ -139,18 +139,18 @@ class Examiner:
         return far <= excess * self._eps_t * CM * (1.0 - 1e-12)
 
     def _displacements(self, poses: Poses, items: Indices) -> FloatArray:
-        """How far each item moved [m], shape (n,), as the criterion measures it."""
+        """Displacement of each item [m], shape (n,), as the criterion measures it."""
         if self._criterion is Criterion.PAPER:
             return self.centre_shifts(poses, items)
         return self.corner_shifts(poses, items)
 
     def centre_shifts(self, poses: Poses, items: Indices) -> FloatArray:
-        """How far each geometric centre moved [m], shape (n,)."""
+        """Displacement of each geometric centre [m], shape (n,)."""
         shift = poses.centres - self._planned[items]
         return np.sqrt((shift * shift).sum(axis=1))
 
     def corner_shifts(self, poses: Poses, items: Indices) -> FloatArray:
-        """How far each left-bottom-back corner moved along any one axis [m], shape (n,)."""
+        """Displacement of each left-bottom-back corner along its worst axis [m], shape (n,)."""
         corners = self._corners[items]
         shift = poses.centres - self._planned[items]
         shift += rotate(poses.quaternions, corners) - corners

@@ -23,7 +23,7 @@ def sobol(first: int, last: int, dimensions: int, *, seed: int, replicate: int) 
     """Points of a scrambled Sobol sequence, strictly inside the unit cube.
 
     Scrambled by a random lower triangular matrix and a digital shift (Matousek 1998), as by scipy;
-    but a coordinate hangs on seed, replicate and its own number alone, not on how many others
+    but a coordinate depends on seed, replicate and its own number alone, not on how many others
     there are. Beyond those that Sobol points are known for, coordinates are plain random numbers.
 
     Args:

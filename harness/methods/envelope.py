@@ -1,4 +1,4 @@
-"""What every engine was measured to hold, and in which ways a layout goes beyond it.
+"""Envelopes: the extremes each engine was measured to hold, and how a layout goes beyond them.
 
 ``envelopes.json`` beside this file is written by ``steadyload extremes --write-envelope`` and says
 what it was made with. It is no part of a verdict: a layout beyond an envelope is judged like any
@@ -33,7 +33,7 @@ ENVELOPES = "envelopes.json"
 
 @dataclass(frozen=True, slots=True)
 class Envelope:
-    """What one engine holds at one frequency; numbers are the largest measured that held.
+    """Extremes that one engine holds at one frequency; numbers are the largest measured that held.
 
     Attributes:
         tower_height: cubes on top of each other; with all lower towers.
@@ -56,7 +56,7 @@ class Envelope:
 
 
 class Limit(StrEnum):
-    """What of an envelope a layout can leave."""
+    """The limits of an envelope that a layout can exceed."""
 
     FALLS = "seeing falls"
     HEIGHT = "items on top of each other"
@@ -70,7 +70,7 @@ class Limit(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Extent:
-    """How far a layout goes along the axes of an envelope.
+    """Position of a layout along the axes of an envelope.
 
     Attributes:
         height: items in the longest chain of items that stand on each other.
@@ -110,7 +110,7 @@ def _rows(rows: list[dict[str, Any]], which: str) -> tuple[tuple[float | None, E
 
 
 def envelope(engine: str, frequency: float | None, *, at_rest: bool = False) -> Envelope | None:
-    """What an engine holds at a frequency: the row measured at it, or at the next one below.
+    """Envelope of an engine at a frequency: the row measured at it, or at the next one below.
 
     Args:
         engine: a registered name.
@@ -136,7 +136,7 @@ def envelope_of(method: Method, *, at_rest: bool = False) -> Envelope | None:
 
 
 def extent(layout: Layout) -> Extent:
-    """How far a layout goes; a fraction of a millisecond for tens of items."""
+    """Extent of a layout; takes a fraction of a millisecond for tens of items."""
     contacts, weights = find_contacts(layout), layout.weights
     below, above = np.nonzero(contacts.carries)
     ratios = weights[above] / weights[below]

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import ClassVar
 
 import numpy as np
 
 from steadyload.engines.attitudes import cross
 from steadyload.engines.quantities import quantity
+from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Arrangement, Layout
+from steadyload.methods.balance import VERSION as BALANCE
 from steadyload.methods.balance import VerticalBalance
-from steadyload.methods.criteria import Moved
+from steadyload.methods.criteria import Movement
 from steadyload.methods.friction import Sides, unbalanced_item
 from steadyload.methods.method import (
     STABLE,
@@ -22,16 +25,17 @@ from steadyload.methods.method import (
     Loader,
     Method,
     Status,
-    StepJudge,
+    StepScorer,
     Stopwatch,
     Trait,
 )
-from steadyload.methods.motion import Bodies, moved
+from steadyload.methods.motion import VERSION as MOTION
+from steadyload.methods.motion import Bodies, displacements_after
 from steadyload.methods.touching import touching_points
 
 
 class Cones(StrEnum):
-    """How friction cones are treated.
+    """Treatment of friction cones.
 
     ``linear``: as pyramids inside them, with ``facets`` edges. ``exact``: pyramids inside and
     around them are refined until both give the same answer.
@@ -43,7 +47,7 @@ class Cones(StrEnum):
 
 @dataclass(frozen=True)
 class EquilibriumParameters:
-    """What pushes, and how long an item that lost its balance is watched."""
+    """Parameters: the forces allowed, and how long an item that lost its balance is followed."""
 
     sides: Sides = quantity(Sides.NONE, "contact forces at side faces that touch")
     friction: float = quantity(0.5, "Coulomb friction of a contact", least=0, most=10)
@@ -65,10 +69,10 @@ _Near = Callable[[Sequence[int], float], Sequence[int]]
 class Equilibrium(Method):
     """Exact equilibrium: the loading fails where no contact forces balance every item.
 
-    At every step it is asked whether non-negative vertical forces exist, at the corners of every
-    contact patch, that carry the weight of every item and let none of them tip. That is a linear
-    programme; it is solved only where passing the new weight down one way does not prove balance,
-    and where the new item does not plainly stick out too far. A centre of mass exactly above an
+    A step is stable if non-negative vertical forces exist, at the corners of every contact patch,
+    that carry the weight of every item and let none of them tip. That is a linear programme;
+    it is solved only where passing the new weight down one way does not prove balance, and where
+    the new item does not plainly stick out too far. A centre of mass exactly above an
     edge is balanced, as with SME.
 
     ``sides`` lets side faces that touch push, too, with or without friction, and then all
@@ -84,6 +88,10 @@ class Equilibrium(Method):
 
     title = "Equilibrium"
     Parameters = EquilibriumParameters
+    built_on: ClassVar[Mapping[str, int]] = {
+        "contacts": CONTACTS, "balance": BALANCE, "motion": MOTION
+    }  # fmt: skip
+    packages = ("numpy", "scipy")
 
     @property
     def traits(self) -> frozenset[Trait]:
@@ -91,7 +99,7 @@ class Equilibrium(Method):
         exact = frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS, Trait.BALANCE))
         return exact if self.parameters.time is None else exact | {Trait.MOVEMENT}
 
-    def steps(self, layout: Layout, watch: Stopwatch) -> StepJudge:
+    def steps(self, layout: Layout, watch: Stopwatch) -> StepScorer:
         """See :meth:`Method.steps`."""
         return _BalancedSteps(self, layout)
 
@@ -105,7 +113,7 @@ class Equilibrium(Method):
         return STABLE
 
     def begin(self, layout: GrowingLayout) -> Loader:
-        """A loader that passes the new weight down, and asks more only where that fails."""
+        """A loader that passes the new weight down, and solves for forces only where that fails."""
         return _BalanceLoader(self, layout)
 
     def judge_step(
@@ -137,7 +145,7 @@ class Equilibrium(Method):
         return Finding(step, far.item, far.displacement, far.rotation, reason)
 
     def braced(self, layout: Arrangement, step: int, item: int) -> int | None:
-        """The item that forces at sides, where asked for, do not balance either; None for none.
+        """The item that forces at sides, where requested, do not balance either; None for none.
 
         Args:
             layout: any layout.
@@ -152,7 +160,7 @@ class Equilibrium(Method):
 
     def farthest(
         self, layout: Arrangement, balance: VerticalBalance, step: int, near: _Near | None = None
-    ) -> Moved:
+    ) -> Movement:
         """The item of the new one's group that gets furthest within the time.
 
         Items beside the group are in the way and do not move. Letting those move, too, that the
@@ -176,20 +184,20 @@ class Equilibrium(Method):
         rough = (points.axes == 1) | (p.sides is Sides.FRICTION)
         centres = balance.centres[items]
         bodies = Bodies(layout.weights[items], centres, sizes)
-        way = moved(bodies, points, np.where(rough, p.friction, 0.0), p.time)
+        way = displacements_after(bodies, points, np.where(rough, p.friction, 0.0), p.time)
         corners = layout.lower[items] - centres
         shifts = np.abs(way.shifts + cross(way.turns, corners)).max(axis=1)
         turns = np.degrees(np.abs(way.turns)).max(axis=1)
         beyond = np.maximum(shifts / max(p.eps_t, 1e-12), turns / max(p.eps_r, 1e-12))
         worst = int(beyond.argmax())
         turn = min(float(turns[worst]), 180.0)
-        return Moved(items[worst], float(shifts[worst]), turn, float(beyond[worst]))
+        return Movement(items[worst], float(shifts[worst]), turn, float(beyond[worst]))
 
 
-class _BalancedSteps(StepJudge):
-    """A step that balances has no risk. One that does not has 1, or with time how far something
+class _BalancedSteps(StepScorer):
+    """A step that balances scores 0. One that does not scores 1, or with time how far something
     gets, in units of its threshold. Where something placed before is out of balance, or sides are
-    needed, a step that balances is no proof that nothing moves: 0.5, or with time no opinion.
+    needed, a step that balances is no proof that nothing moves: 0.5, or with time no score.
     """
 
     def __init__(self, method: Equilibrium, layout: Layout) -> None:
@@ -199,9 +207,9 @@ class _BalancedSteps(StepJudge):
         self._disturbed = False
         self._timed = method.parameters.time is not None
         self._unsure = math.nan if self._timed else 0.5
-        self.brink = 1.0 if self._timed else 0.5
+        self.decision_threshold = 1.0 if self._timed else 0.5
 
-    def risk(self, step: int) -> float:
+    def step_score(self, step: int) -> float:
         item, disturbed = None, self._disturbed
         try:
             for placed in range(self._placed, step + 1):
@@ -221,7 +229,7 @@ class _BalancedSteps(StepJudge):
 
 
 class _BalanceLoader(Loader):
-    """Carries the forces from placement to placement, and what they were before each."""
+    """Carries the forces from placement to placement, and stores those before each."""
 
     def __init__(self, method: Equilibrium, layout: GrowingLayout) -> None:
         super().__init__(layout)

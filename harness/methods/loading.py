@@ -28,6 +28,9 @@ from steadyload.methods.simulation_parameters import (
     SimulationParameters,
 )
 
+VERSION = 1
+"""Of Algorithm 1, its placements and criteria: raised when they come to other verdicts."""
+
 
 class Loading(Placements):
     """One run of Algorithm 1.
@@ -190,7 +193,7 @@ def _across(layout: Arrangement, engine: str) -> Across:
 
 
 def _reach(layout: Arrangement, group: Indices, parameters: SimulationParameters) -> float:
-    """How far a corner of any item of a group can come before it counts as moved [cm]."""
+    """Largest distance a corner of any item of a group can move before it counts as moved [cm]."""
     sides = layout.upper[group] - layout.lower[group]
     diagonal = float(np.sqrt((sides * sides).sum(axis=1)).max())
     turn = 2.0 * math.sin(math.radians(min(parameters.eps_r, 180.0)) / 2.0)

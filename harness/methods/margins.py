@@ -1,4 +1,4 @@
-"""How far a layout is from losing its balance, step by step, and which item would lose it first.
+"""Margins of balance of a layout, step by step, and the item that would lose its balance first.
 
 The yes or no of :mod:`steadyload.methods.equilibrium` (vertical forces) says nothing of how close
 it was. Real cargo is not where the plan says by millimetres: a margin below that is a warning.
@@ -34,7 +34,7 @@ class Margin:
             not help (nothing below an item).
         centres: the least shift of a single centre of mass along x or z that loses the balance
             [cm]; negative where it is lost: every centre would have to be allowed to shift by this
-            along both axes; -inf where that does not help; nan where not asked for.
+            along both axes; -inf where that does not help; nan where not requested.
     """
 
     step: int
@@ -134,7 +134,7 @@ class _Scene:
 
     @staticmethod
     def _shifts(n: int, which: list[tuple[int, int, float]]) -> FloatArray:
-        """The moments that unit shifts of centres of mass ask for, one column a shift."""
+        """Moments due to unit shifts of centres of mass, one column a shift."""
         columns = np.zeros((n, 3, len(which)))
         for column, (k, axis, moment) in enumerate(which):
             columns[k, axis, column] = moment

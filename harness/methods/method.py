@@ -1,10 +1,9 @@
-"""The contract of every judge: a method turns a :class:`Layout` into a :class:`Verdict`."""
+"""The contract of methods: a method turns a :class:`Layout` into a :class:`Verdict`."""
 
 from __future__ import annotations
 
-import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
 from enum import StrEnum
 from typing import Any, ClassVar
@@ -12,10 +11,14 @@ from typing import Any, ClassVar
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Layout
 from steadyload.methods.spec import MethodSpec, SpecError
+from steadyload.methods.stopwatch import Phase as Phase
+from steadyload.methods.stopwatch import Seconds as Seconds
+from steadyload.methods.stopwatch import Stopwatch as Stopwatch
+from steadyload.methods.stopwatch import TimeoutExpiredError as TimeoutExpiredError
 
 
 class Status(StrEnum):
-    """How a judgement ended. Only ``done`` has a score."""
+    """Status of a verdict: how the judgement ended. Only ``done`` has a score."""
 
     DONE = "done"
     DIVERGED = "diverged"
@@ -26,13 +29,13 @@ class Status(StrEnum):
 
 
 class Trait(StrEnum):
-    """What a method declares of itself; properties are asked of methods that declare their trait.
+    """Trait that a method declares of itself; properties are tested on methods that declare theirs.
 
-    ``stepwise``: the verdict on a step hangs on the items placed by then alone.
+    ``stepwise``: the verdict on a step depends on the items placed by then alone.
     ``base support``: sees the supported share of bases, and no centre of mass.
     ``centres of mass``: sees where centres of mass lie.
     ``balance``: a loading that balances clearly at every step is stable.
-    ``movement``: a step fails by how far items move, held against thresholds.
+    ``movement``: a step fails by how far items move, compared with thresholds.
     """
 
     STEPWISE = "stepwise"
@@ -42,27 +45,9 @@ class Trait(StrEnum):
     MOVEMENT = "movement"
 
 
-class Phase(StrEnum):
-    """What the time was spent on; static methods have no phases, only a total."""
-
-    BUILD = "build"
-    STEP = "step"
-    READ = "read"
-
-
-@dataclass(frozen=True, slots=True)
-class Seconds:
-    """Time by phase [s]; ``total`` also holds what belongs to no phase."""
-
-    build: float = 0.0
-    step: float = 0.0
-    read: float = 0.0
-    total: float = 0.0
-
-
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """What a simulation did, counted: the same on every machine. All zero for other methods.
+    """Counts of a simulation's work: the same on every machine. All zero for other methods.
 
     Attributes:
         worlds: opened.
@@ -90,7 +75,7 @@ class Effort:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What a method says of a layout.
+    """Verdict of a method on a layout.
 
     Attributes:
         item_count: J, the number of items in the layout.
@@ -101,7 +86,7 @@ class Verdict:
         displacement: how far that item moved [cm], None for static methods.
         rotation: the largest angle it turned by [degrees], None for static methods.
         reason: one sentence; empty for a stable layout.
-        ignored, emulated: settings asked for that the engine ignored, or imitated by other means.
+        ignored, emulated: settings requested that the engine ignored, or imitated by other means.
         effort: what was simulated.
         cpu, wall: time spent.
     """
@@ -134,7 +119,7 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A verdict without bookkeeping: what an implementation of :meth:`Method._judge` returns.
+    """A verdict without bookkeeping, as an implementation of :meth:`Method._judge` returns it.
 
     The fields are those of :class:`Verdict`.
     """
@@ -158,57 +143,13 @@ class RefusedError(Exception):
 
 
 class NotStepwiseError(SpecError):
-    """A method that cannot be asked of single steps."""
-
-
-class TimeoutExpiredError(Exception):
-    """A judgement took longer than it may; becomes a verdict with status ``timeout``."""
-
-
-class Stopwatch:
-    """CPU and wall time by phase, and the limit on the latter."""
-
-    def __init__(self, timeout: float | None = None) -> None:
-        self.timeout = timeout
-        self._spent = {phase: [0.0, 0.0] for phase in Phase}
-        self._start = self._last = (time.process_time(), time.perf_counter())
-        self._phase: Phase | None = None
-
-    def enter(self, phase: Phase | None) -> None:
-        """What follows belongs to ``phase``."""
-        now = (time.process_time(), time.perf_counter())
-        if self._phase is not None:
-            spent = self._spent[self._phase]
-            spent[0] += now[0] - self._last[0]
-            spent[1] += now[1] - self._last[1]
-        self._phase, self._last = phase, now
-
-    def check(self) -> None:
-        """End the judgement when its time is up.
-
-        Raises:
-            TimeoutExpiredError: more wall time than the limit has passed.
-        """
-        if self.timeout is not None and time.perf_counter() - self._start[1] > self.timeout:
-            raise TimeoutExpiredError(f"no verdict within {self.timeout:g} s")
-
-    def stop(self) -> tuple[Seconds, Seconds]:
-        """CPU and wall time so far."""
-        self.enter(None)
-        cpu, wall = (
-            Seconds(
-                **{str(phase): spent[clock] for phase, spent in self._spent.items()},
-                total=self._last[clock] - self._start[clock],
-            )
-            for clock in (0, 1)
-        )
-        return cpu, wall
+    """A method that cannot judge single steps."""
 
 
 def verdict_by(
     find: Callable[[Stopwatch], Finding], item_count: int, timeout: float | None
 ) -> Verdict:
-    """The verdict that a judgement comes to, with the time that it takes.
+    """Verdict of a judgement, with the time that it takes.
 
     Args:
         find: judges; may raise :class:`RefusedError` and :class:`TimeoutExpiredError`.
@@ -231,7 +172,7 @@ class Loader(ABC):
     """Judges the items of a growing layout as they are placed, each once: see :meth:`Method.begin`.
 
     Only the last placement may have failed; whoever calls takes that item off again before the
-    next. What a loader says of a placement is what :meth:`Method.judge` says of the layout by then.
+    next. A loader's finding on a placement is that of :meth:`Method.judge` on the layout by then.
 
     Args:
         layout: what is loaded; it is changed by whoever calls.
@@ -249,14 +190,14 @@ class Loader(ABC):
 
     @abstractmethod
     def go_back(self, count: int) -> None:
-        """Forget all items but the first ``count``, those that never came to a finding too."""
+        """Forget all items but the first ``count``, also those without a finding."""
 
     @abstractmethod
     def fork(self, layout: GrowingLayout) -> Loader:
-        """A loader that has come as far, for a copy of the layout that goes on by itself."""
+        """A loader in the same state, for an independent copy of the layout."""
 
     def close(self) -> None:
-        """Give back what engines hold. Closing twice is allowed."""
+        """Release resources of engines. Closing twice is allowed."""
 
 
 class WholeLoader(Loader):
@@ -278,45 +219,45 @@ class WholeLoader(Loader):
         return WholeLoader(self._method, layout)
 
 
-class StepJudge(ABC):
-    """What a method thinks of single steps of one layout, each judged by itself.
+class StepScorer(ABC):
+    """Scores of single steps of one layout by one method, each step judged by itself.
 
-    Steps are asked in ascending order, any of them left out. That the steps before were stable is
-    taken for granted, whatever the method would have said of them.
+    Steps are scored in ascending order; any of them may be left out. All steps before are taken to
+    be stable, whatever the method's own verdict on them.
 
     Attributes:
-        brink: the risk above which the method itself calls a step unstable.
+        decision_threshold: the step score above which the method itself calls a step unstable.
         ignored, emulated: as in a :class:`Verdict`.
     """
 
-    brink: float
+    decision_threshold: float
     ignored: tuple[str, ...] = ()
     emulated: tuple[str, ...] = ()
 
     @property
     def effort(self) -> Effort:
-        """What has been simulated so far."""
+        """Effort of everything simulated so far."""
         return Effort()
 
     @abstractmethod
-    def risk(self, step: int) -> float:
-        """How unstable a step looks, on a scale of the method's own; not a number where it has no
-        opinion.
+    def step_score(self, step: int) -> float:
+        """Score of a step on the method's own scale, higher where the step is less stable; not
+        a number where the method has none.
         """
 
     def finding(self, step: int) -> Finding:
-        """What is known of the step asked last: how it fails, or why there is no opinion."""
+        """Finding on the step scored last: how it fails, or why it has no step score."""
         return Finding(failing_step=step)
 
     def close(self) -> None:
-        """Give back what asking took. Closing twice is allowed."""
+        """Release resources. Closing twice is allowed."""
 
 
 class Method(ABC):
-    """A judge with fixed parameters.
+    """A method with fixed parameters.
 
     A subclass declares ``Parameters`` (a frozen dataclass, see :mod:`steadyload.methods.spec`) and
-    :attr:`traits`, and implements :meth:`_judge`. One that can be asked of single steps overrides
+    :attr:`traits`, and implements :meth:`_judge`. One that can judge single steps overrides
     :meth:`steps`, too.
 
     Args:
@@ -327,7 +268,13 @@ class Method(ABC):
     Parameters: ClassVar[type[Any]]
     needs_engine: ClassVar[bool] = False
     title: ClassVar[str] = ""
-    """As it stands in tables and legends; empty for the registered name."""
+    """Name in tables and legends; empty for the registered name."""
+    version: ClassVar[int] = 1
+    """Version of the class's own code: raised by hand when it gives other verdicts."""
+    built_on: ClassVar[Mapping[str, int]] = {}
+    """Versions of the parts that the class builds on, by name; see :meth:`parts`."""
+    packages: ClassVar[tuple[str, ...]] = ("numpy",)
+    """Packages whose numbers the class's own code builds on; see :meth:`numerics`."""
 
     def __init__(self, spec: MethodSpec, parameters: Any) -> None:
         self.spec = spec
@@ -338,7 +285,7 @@ class Method(ABC):
 
     @property
     def traits(self) -> frozenset[Trait]:
-        """What the method, with its parameters, declares of itself."""
+        """Traits that the method declares of itself with its parameters."""
         return frozenset()
 
     @classmethod
@@ -352,20 +299,38 @@ class Method(ABC):
         return ""
 
     def made_of(self) -> str:
-        """Hash of what verdicts come from besides parameters and the code of layouts, methods and
-        engines, such as trained weights; empty where there is nothing.
+        """Hash of everything that determines verdicts besides parameters and code, such as trained
+        weights; empty where there is nothing.
         """
         return ""
+
+    def parts(self) -> Mapping[str, int]:
+        """Versions of the parts that verdicts come from, by name of the part.
+
+        A stored verdict stays valid until one of them is raised. That is done by hand, where
+        verdicts change: moving, renaming or speeding up code raises none.
+        """
+        return {"method": self.version, **self.built_on}
+
+    def numerics(self) -> frozenset[str]:
+        """Names of the packages that verdicts come from: another version makes them stale."""
+        return frozenset(self.packages)
+
+    def classes(self) -> tuple[type, ...]:
+        """The classes that verdicts come from; those of other distributions have no versions of
+        parts, so that their source stands for them.
+        """
+        return (type(self),)
 
     def prepare(self, item_count: int = 0) -> None:
         """Make ready for layouts of up to ``item_count`` items.
 
-        Raises what a user should hear before judging starts, and takes one-time costs (imports,
-        compilation) out of the first judgement.
+        Raises errors that concern the user before judging starts, and takes one-time costs
+        (imports, compilation) out of the first judgement.
         """
 
     def judge(self, layout: Layout, *, timeout: float | None = None) -> Verdict:
-        """Judge one layout. What a method cannot do is a verdict with another status than done.
+        """Judge one layout. A judgement that fails gives a verdict with another status than done.
 
         Args:
             layout: any valid layout.
@@ -391,12 +356,12 @@ class Method(ABC):
         """
         return WholeLoader(self, layout)
 
-    def steps(self, layout: Layout, watch: Stopwatch) -> StepJudge:
-        """Single steps of a layout, for a cascade to ask about.
+    def steps(self, layout: Layout, watch: Stopwatch) -> StepScorer:
+        """Scores of single steps of a layout, as a cascade needs them.
 
         Args:
             layout: any valid layout.
-            watch: of the judgement that asks.
+            watch: of the judgement in progress.
 
         Raises:
             NotStepwiseError: the method judges whole loadings alone.

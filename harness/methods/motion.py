@@ -1,4 +1,4 @@
-"""How far a group of items that lost its balance gets in a given time: a model, no simulation.
+"""Motion of a group of items that lost its balance, over a given time: a model, no simulation.
 
 Rigid items, contacts that neither stretch nor give. The model goes from event to event:
 
@@ -27,6 +27,9 @@ from steadyload.engines.world import GRAVITY
 from steadyload.layouts.model import TOLERANCE, FloatArray
 from steadyload.methods.touching import FIRM, Indices, Points, directions, wrenches
 
+VERSION = 1
+"""Of how far items get: raised when it comes to other verdicts."""
+
 _G = 100.0 * GRAVITY
 _EVENTS = 40
 _SAMPLES = 60
@@ -48,15 +51,17 @@ class Bodies:
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
-    """How far every body got: of its centre of mass [cm] and about the axes [rad], (n, 3) each."""
+class Displacements:
+    """Displacements of bodies: of centres of mass [cm] and about the axes [rad], (n, 3) each."""
 
     shifts: FloatArray
     turns: FloatArray
 
 
-def moved(bodies: Bodies, points: Points, friction: FloatArray, seconds: float) -> Way:
-    """Where a group at rest is after some time.
+def displacements_after(
+    bodies: Bodies, points: Points, friction: FloatArray, seconds: float
+) -> Displacements:
+    """Displacements of a group that starts at rest, after some time.
 
     Args:
         bodies: the group.
@@ -70,7 +75,7 @@ def moved(bodies: Bodies, points: Points, friction: FloatArray, seconds: float) 
         left -= run.advance(left)
         if left <= 0.0:
             break
-    return Way(run.way[:, :3], run.way[:, 3:])
+    return Displacements(run.way[:, :3], run.way[:, 3:])
 
 
 class _Run:

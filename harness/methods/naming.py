@@ -1,4 +1,4 @@
-"""How a method is named and recognised on pages: title, family, engine."""
+"""Names of methods on pages: title, family, engine."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from steadyload.methods.registry import method_class, presets
 
 @dataclass(frozen=True, slots=True)
 class MethodKey:
-    """How a method is named and recognised: ``family`` fixes its colour, ``engine`` its marker."""
+    """Name of a method on pages: ``family`` fixes its colour, ``engine`` its marker."""
 
     title: str
     spec: str
@@ -19,7 +19,7 @@ class MethodKey:
 
 
 def method_key(method: Method) -> MethodKey:
-    """How a method is named and recognised on a page."""
+    """Name of a method on pages."""
     return named(method.spec.name, str(method.spec), method.spec.engine)
 
 

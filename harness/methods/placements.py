@@ -1,4 +1,4 @@
-"""One placement at a time in an engine's world: what the loading loop is made of."""
+"""Placements in an engine's world, one at a time: the parts of the loading loop."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Placements:
 
     @property
     def effort(self) -> Effort:
-        """What has been simulated so far."""
+        """Effort of everything simulated so far."""
         stage = self._stage
         return Effort(stage.worlds, stage.boxes, self._looks, self._substeps, self._body_substeps)
 
@@ -84,14 +84,14 @@ class Placements:
         """
         self._looked_at = None
         alone = len(group) == 1 and on_floor
-        # What hangs over a gap would fall past what is below it, and might rest on the floor.
+        # An item over a gap would fall past the items below it, and might rest on the floor.
         apart = len(group) <= step and carried
         if alone or (apart and self._rests(step, group)):
             return None
         return self.among_all(step)
 
     def beyond(self) -> float:
-        """How far the item furthest from its plan is after the last placement, in thresholds."""
+        """Largest movement of an item after the last placement, in units of its threshold."""
         if self._looked_at is None:
             return 0.0
         world, items = self._looked_at
@@ -110,7 +110,7 @@ class Placements:
         self._looked_at = None
 
     def _rests(self, step: int, items: Indices) -> bool:
-        """Whether these items come to rest by themselves, within the limits.
+        """True if these items come to rest by themselves, within the limits.
 
         Gives up on items that speed up: they need not be watched to the end.
         """
@@ -147,7 +147,7 @@ class Placements:
                 was_calm, calm = calm, self._fastest(world) < p.rest_speed
                 if was_calm and calm:
                     return self._examine(step, world, items)
-            # What is calm has no reason to end early.
+            # Items at rest give no reason to end early.
             excess = 1.0 if last or any_sample else 0.0 if calm else p.early_exit
             if excess:
                 finding = self._examine(step, world, items, excess)

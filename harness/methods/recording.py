@@ -1,4 +1,4 @@
-"""What a judgement looks like: the poses of all items, step by step, for whoever shows them.
+"""Recording of a judgement: the poses of all items, step by step, for display.
 
 A recording runs the loading of a simulation once more, looks at the items more often, and goes on
 with the step that fails until its time is up. Neither changes what the simulation does: reading
@@ -13,8 +13,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from steadyload.engines.world import EngineError, FixedStepWorld, FloatArray, Poses
+from steadyload.errors import UserError
 from steadyload.layouts.model import Layout
-from steadyload.methods.criteria import Indices, Moved
+from steadyload.methods.criteria import Indices, Movement
 from steadyload.methods.loading import Loading
 from steadyload.methods.method import Finding, Method, Status, Stopwatch, Verdict
 from steadyload.methods.placements import NOTHING
@@ -27,13 +28,13 @@ _FRAMES = (20, 60)
 """Least and most looks at a placement, where its samples allow it."""
 
 
-class RecordingError(ValueError):
-    """There is nothing to show, or an engine did not answer twice the same."""
+class RecordingError(UserError):
+    """There is nothing to show, or an engine did not repeat its verdict."""
 
 
 @dataclass(frozen=True, slots=True)
 class RecordedStep:
-    """One placement: what happened to the items that were there by then.
+    """One placement: the motion of the items placed so far.
 
     Attributes:
         times: since the placement [s], shape (frames,); empty where nothing was simulated.
@@ -45,7 +46,7 @@ class RecordedStep:
 
     times: FloatArray
     poses: Poses
-    most_moved: tuple[Moved, ...]
+    most_moved: tuple[Movement, ...]
     judged: int
 
 
@@ -120,12 +121,12 @@ class _Take:
     asked: float = 0.0
     times: list[float] = field(default_factory=list)
     poses: list[Poses] = field(default_factory=list)
-    most_moved: list[Moved] = field(default_factory=list)
+    most_moved: list[Movement] = field(default_factory=list)
     judged: int | None = None
 
 
 class _RecordedLoading(Loading):
-    """A loading that keeps what it passes through; see :class:`Loading`."""
+    """A loading that records its poses; see :class:`Loading`."""
 
     def __init__(
         self, layout: Layout, engine: str, parameters: SimulationParameters, watch: Stopwatch

@@ -18,6 +18,7 @@ from importlib import resources
 from typing import Any
 
 from steadyload.engines.registry import capabilities, engines
+from steadyload.errors import nearest
 from steadyload.methods.method import Method
 from steadyload.methods.spec import (
     MethodSpec,
@@ -25,7 +26,6 @@ from steadyload.methods.spec import (
     allowed_values,
     bind,
     canonical,
-    nearest,
     parse_spec,
 )
 from steadyload.methods.tuned import tuned
@@ -36,8 +36,8 @@ METHODS: dict[str, str] = {
     "sme": "steadyload.methods.sme:StaticMechanicalEquilibrium",
     "equilibrium": "steadyload.methods.equilibrium:Equilibrium",
     "simulation": "steadyload.methods.simulation:Simulation",
-    "lstm_1": "steadyload.learners.judges:LearnedJudge",
-    "lstm_e": "steadyload.learners.judges:LearnedEnsemble",
+    "lstm_1": "steadyload.learners.methods:LearnedMethod",
+    "lstm_e": "steadyload.learners.methods:LearnedEnsemble",
     "cascade": "steadyload.methods.cascade:Cascade",
 }
 

@@ -1,4 +1,4 @@
-"""What a physics engine is given of a layout: boxes in metres, z up, and no more than needed."""
+"""Scene of a layout for a physics engine: boxes in metres, z up, and no more than needed."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from steadyload.engines.world import Box, Poses
 from steadyload.layouts.contacts import Contacts
 from steadyload.layouts.model import TOLERANCE, Arrangement
+
+VERSION = 1
+"""Of boxes, groups and neighbourhoods: raised when engines are given others."""
 
 CM = 0.01
 """Metres in a centimetre."""
@@ -96,7 +99,7 @@ def fixed(box: Box) -> Box:
 
 @dataclass(frozen=True, slots=True)
 class PlanarScene:
-    """Whether a layout moves in a vertical plane only, by symmetry.
+    """Planarity of a layout: by symmetry it moves in a vertical plane only, or it does not.
 
     Attributes:
         across: the horizontal axis along which nothing happens, ``width`` or ``depth``; None when
@@ -109,7 +112,7 @@ class PlanarScene:
 
 
 def planar_scene(layout: Arrangement) -> PlanarScene:
-    """Say whether a 2-D engine can judge a layout exactly.
+    """Planarity of a layout: can a 2-D engine judge it exactly?
 
     It can when all items have the same extent along one horizontal axis (walls of full depth, a
     single column of equal depth) and every centre of mass lies in the middle of it: then each item
@@ -168,7 +171,7 @@ def joined_groups(contacts: Contacts) -> list[NDArray[np.intp]]:
 
 
 def neighbourhood(layout: Arrangement, group: NDArray[np.intp], reach: float) -> Neighbourhood:
-    """What placing the last of some joined items on all items before it can affect.
+    """Items that placing the last of some joined items, on all items before it, can affect.
 
     Args:
         layout: any layout.

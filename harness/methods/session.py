@@ -5,14 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from types import TracebackType
 
+from steadyload.errors import UserError
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.methods.method import Method, Verdict, verdict_by
 from steadyload.methods.registry import make_method
 
 
-class SessionError(ValueError):
-    """A step that a session cannot go: says what was asked and what is allowed."""
+class SessionError(UserError):
+    """A request that a session cannot meet: says what was requested and what is allowed."""
 
 
 class LoadingSession:
@@ -32,7 +33,7 @@ class LoadingSession:
         EngineNotInstalledError: the library of its engine is missing.
 
     Attributes:
-        method: which judges.
+        method: that judges.
     """
 
     def __init__(
@@ -50,17 +51,17 @@ class LoadingSession:
         self._loader = self.method.begin(self._layout)
 
     def __len__(self) -> int:
-        """How many items are loaded."""
+        """Number of loaded items."""
         return len(self._layout)
 
     @property
     def pallet(self) -> Pallet:
-        """What is loaded."""
+        """The pallet that is loaded."""
         return self._layout.pallet
 
     @property
     def items(self) -> tuple[Item, ...]:
-        """What has been loaded, in order."""
+        """Items loaded so far, in order."""
         return tuple(self._layout.items)
 
     def try_place(self, item: Item) -> Verdict:
@@ -108,7 +109,7 @@ class LoadingSession:
         return gone
 
     def fork(self) -> LoadingSession:
-        """A session that has come as far and goes on by itself, as a branch of a search does.
+        """An independent session with the same items, such as a branch of a search.
 
         Nothing is judged again. The cost grows with the number of items loaded, slowly.
         """
@@ -119,7 +120,7 @@ class LoadingSession:
         return other
 
     def layout(self, name: str | None = None) -> Layout:
-        """What has been loaded, as a layout that can be saved and judged.
+        """Layout of the items loaded so far, which can be saved and judged.
 
         Args:
             name: None for the session's.
@@ -130,7 +131,7 @@ class LoadingSession:
         return self._layout.layout(name)
 
     def close(self) -> None:
-        """Give back what an engine holds. Closing twice is allowed."""
+        """Release resources of the engine. Closing twice is allowed."""
         self._loader.close()
 
     def __enter__(self) -> LoadingSession:

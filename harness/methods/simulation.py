@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import ClassVar
 
-from steadyload.engines.registry import world_class
+from steadyload.engines.registry import numerics, world_class
+from steadyload.engines.world import VERSION as WORLD
 from steadyload.engines.world import EngineError
+from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Layout
+from steadyload.methods.loading import VERSION as LOADING
 from steadyload.methods.loading import GrowingLoading, Loading
 from steadyload.methods.method import (
     Effort,
@@ -19,12 +23,13 @@ from steadyload.methods.method import (
     NotStepwiseError,
     Phase,
     Status,
-    StepJudge,
+    StepScorer,
     Stopwatch,
     TimeoutExpiredError,
     Trait,
 )
 from steadyload.methods.placements import Placements
+from steadyload.methods.scene import VERSION as SCENE
 from steadyload.methods.simulation_parameters import (
     BetweenSteps,
     SimulationParameters,
@@ -44,6 +49,9 @@ class Simulation(Method):
     title = "PS"
     Parameters = SimulationParameters
     needs_engine = True
+    built_on: ClassVar[Mapping[str, int]] = {
+        "contacts": CONTACTS, "scene": SCENE, "loading": LOADING, "world": WORLD
+    }  # fmt: skip
 
     @classmethod
     def parameters_on(cls, engine: str | None) -> type[SimulationParameters]:
@@ -54,6 +62,18 @@ class Simulation(Method):
     def traits(self) -> frozenset[Trait]:
         """See :attr:`Method.traits`."""
         return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS, Trait.BALANCE, Trait.MOVEMENT))
+
+    def parts(self) -> Mapping[str, int]:
+        """See :meth:`Method.parts`: the engine's adapter is one, too."""
+        return {**super().parts(), "engine": world_class(self.engine).capabilities.version}
+
+    def numerics(self) -> frozenset[str]:
+        """See :meth:`Method.numerics`."""
+        return super().numerics() | numerics(self.engine)
+
+    def classes(self) -> tuple[type, ...]:
+        """See :meth:`Method.classes`."""
+        return (*super().classes(), world_class(self.engine))
 
     @property
     def engine(self) -> str:
@@ -69,8 +89,8 @@ class Simulation(Method):
         """
         world_class(self.engine).warm_up(item_count)
 
-    def steps(self, layout: Layout, watch: Stopwatch) -> StepJudge:
-        """See :meth:`Method.steps`: the risk is how far an item got, in units of its threshold."""
+    def steps(self, layout: Layout, watch: Stopwatch) -> StepScorer:
+        """See :meth:`Method.steps`: the score is the largest movement in units of a threshold."""
         if self.parameters.between_steps is BetweenSteps.CARRY:
             raise NotStepwiseError(
                 f"{self.spec}: carries the state over from step to step; allowed: "
@@ -89,7 +109,7 @@ class Simulation(Method):
         return self.simulated(run, run.load)
 
     def simulated(self, run: Placements, load: Callable[[], Finding]) -> Finding:
-        """What a simulation finds, with what it took and what the engine did not honour."""
+        """Finding of a simulation, its effort and the settings that the engine did not honour."""
         try:
             finding = load()
         except EngineError as error:
@@ -129,8 +149,8 @@ class _SimulationLoader(Loader):
         self._loading.close()
 
 
-class _SimulatedSteps(StepJudge):
-    brink = 1.0
+class _SimulatedSteps(StepScorer):
+    decision_threshold = 1.0
 
     def __init__(self, method: Simulation, layout: Layout, watch: Stopwatch) -> None:
         self._watch = watch
@@ -143,7 +163,7 @@ class _SimulatedSteps(StepJudge):
     def effort(self) -> Effort:
         return self._run.effort
 
-    def risk(self, step: int) -> float:
+    def step_score(self, step: int) -> float:
         try:
             found = self._run.place(step)
             beyond = self._run.beyond() if found is None else math.nan

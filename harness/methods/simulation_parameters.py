@@ -1,4 +1,4 @@
-"""What a simulation can be asked: Table 3 of the paper, and what it leaves open."""
+"""Parameters of a simulation: those of Table 3 of the paper, and those it leaves open."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from steadyload.methods.criteria import Criterion
 
 
 class BetweenSteps(StrEnum):
-    """What happens between two placements.
+    """State of the items between two placements.
 
     ``carry``: the state goes on (Algorithm 1 as printed). ``reseat``: every item goes back to its
     planned pose, at rest (the authors' code, and the way their labels were made).
@@ -26,7 +26,7 @@ class BetweenSteps(StrEnum):
 
 
 class Scope(StrEnum):
-    """Which items are simulated when one is placed.
+    """Scope of the simulation of a placement.
 
     ``all``: all that have been placed. ``local``: those joined to the new one by standing on each
     other; items beside them are fixed, as far as a corner can come before the verdict, and the

@@ -1,12 +1,16 @@
-"""The authors' force-based rule; the exact question is :mod:`steadyload.methods.equilibrium`."""
+"""The authors' force-based rule; the exact solution is :mod:`steadyload.methods.equilibrium`."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
+from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.contacts import Supports, find_supports
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Arrangement, Layout
+from steadyload.methods.convex_hull import Point, strictly_inside_hull
 from steadyload.methods.method import STABLE, Finding, Loader, Method, Stopwatch, Trait
-from steadyload.methods.plane import Point, strictly_inside_hull
 from steadyload.methods.spec import NoParameters
 
 _ROUNDING = 1e-9
@@ -24,6 +28,7 @@ class StaticMechanicalEquilibrium(Method):
 
     title = "SME"
     Parameters = NoParameters
+    built_on: ClassVar[Mapping[str, int]] = {"contacts": CONTACTS}
 
     @property
     def traits(self) -> frozenset[Trait]:
@@ -40,7 +45,7 @@ class StaticMechanicalEquilibrium(Method):
         return STABLE
 
     def begin(self, layout: GrowingLayout) -> Loader:
-        """A loader that asks the new item and what carries it."""
+        """A loader that checks the new item and the items that carry it."""
         return _SmeLoader(layout)
 
 
@@ -93,7 +98,7 @@ class _Scene:
         """The first item at or below item ``step`` that is not supported, or None.
 
         All items before it are placed and were supported. So only it and what carries it need be
-        asked: further down nothing is loaded in another way than when it was asked last.
+        asked: further down every load is the same as at the last check.
         """
         carriers = [p.below for p in self._supports.below[step] if p.below < step]
         for item in (step, *reversed(carriers)):
@@ -102,7 +107,7 @@ class _Scene:
         return None
 
     def finding(self, step: int, culprit: int) -> Finding:
-        """What is said of an item that is not supported."""
+        """Finding on an item that is not supported."""
         below = self._supports.below[culprit]
         lies = "the resultant of its load lies outside its support"
         return Finding(step, culprit, reason=lies if below else "nothing supports it")

@@ -7,7 +7,6 @@ dataclass; each field declares its unit, its range and its meaning, and nothing 
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import math
 import re
 import types
@@ -16,6 +15,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
+
+from steadyload.errors import UserError, nearest
 
 _NAME = r"[A-Za-z0-9_][A-Za-z0-9_.\-]*"
 _SPEC = re.compile(rf"(?P<name>{_NAME})(@(?P<engine>{_NAME}))?(:(?P<rest>.*))?", re.DOTALL)
@@ -33,7 +34,7 @@ _UNITS: dict[str, dict[str, float]] = {
 }
 
 
-class SpecError(ValueError):
+class SpecError(UserError):
     """A spec string that names no method, or a parameter or value that is not allowed."""
 
 
@@ -127,7 +128,7 @@ def as_plain(parameters: Any) -> dict[str, Any]:
 
 
 def allowed_values(parameters: type[Any], name: str) -> str:
-    """What may be given for a parameter, for a listing."""
+    """Allowed values of a parameter, for a listing."""
     field = next(f for f in dataclasses.fields(parameters) if f.name == name)
     kind, optional = _kind(typing.get_type_hints(parameters)[name])
     if isinstance(kind, type) and issubclass(kind, StrEnum):
@@ -139,14 +140,6 @@ def allowed_values(parameters: type[Any], name: str) -> str:
     else:
         choices = _range(field.metadata["least"], field.metadata["most"])
     return f"none|{choices}" if optional else choices
-
-
-def nearest(name: str, known: Collection[str]) -> str:
-    """What to say of a name nobody knows: the nearest known one, and all of them."""
-    names = sorted(str(k) for k in known)
-    listing = f"allowed: {', '.join(names)}" if names else "none is allowed here"
-    close = difflib.get_close_matches(name, names, n=1)
-    return f"did you mean {close[0]!r}? {listing}" if close else listing
 
 
 def _convert(value: Any, hint: Any, field: dataclasses.Field[Any], where: str) -> Any:

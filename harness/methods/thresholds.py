@@ -1,4 +1,4 @@
-"""What the stages of a cascade hold sure: ``cascades.json``, fitted by a command, edited by nobody.
+"""Accept and reject thresholds of cascades: ``cascades.json``, written by a command, never by hand.
 
 ``{engine: {"default": budget, "budgets": {budget: {"stages": ..., "last": ..., "found": ...}},
 "made_of": ..., "made_by": ...}}``; ``steadyload cascade fit`` writes it.
@@ -23,40 +23,40 @@ FILE = Path(str(resources.files("steadyload.methods"))) / "cascades.json"
 
 
 class ThresholdsError(SpecError):
-    """No thresholds for what is asked, or ones fitted with other judges than there are now."""
+    """No thresholds for what is requested, or ones fitted with other methods than there are now."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """A method that decides the steps it is sure of.
+    """A method with accept and reject thresholds: it decides the steps whose score is beyond one.
 
     Attributes:
         method: its spec.
-        low: a risk below this is surely stable; None: no risk is.
-        high: a risk above this is surely unstable; None: no risk is.
+        low: accept threshold: a step with a lower score is stable; None: it accepts no step.
+        high: reject threshold: a step with a higher score is unstable; None: it rejects no step.
     """
 
     method: str
     low: float | None
     high: float | None
 
-    def unstable(self, risk: float) -> bool | None:
-        """What a risk says of a step; None where the stage is not sure, or has no opinion."""
-        if self.low is not None and risk < self.low:
+    def unstable(self, score: float) -> bool | None:
+        """Decision on a step by its step score; None where it is left to the next stage."""
+        if self.low is not None and score < self.low:
             return False
-        if self.high is not None and risk > self.high:
+        if self.high is not None and score > self.high:
             return True
         return None
 
 
 @dataclass(frozen=True, slots=True)
 class Ladder:
-    """Stages in the order in which they are asked.
+    """Stages of a cascade, in order.
 
     Attributes:
-        stages: that decide what they are sure of.
+        stages: that decide the steps beyond their thresholds.
         last: spec of the method that decides the rest.
-        found: what the ladder came to on the cases it was fitted on, for people.
+        found: evaluation on the cases it was fitted on, for people.
     """
 
     stages: tuple[Stage, ...]
@@ -65,16 +65,16 @@ class Ladder:
 
     @property
     def methods(self) -> tuple[str, ...]:
-        """Specs of all that are asked."""
+        """Specs of the methods of all stages."""
         return (*(stage.method for stage in self.stages), self.last)
 
 
 @dataclass(frozen=True, slots=True)
 class Thresholds:
-    """What was fitted for one engine.
+    """Thresholds that were fitted for one engine.
 
     Attributes:
-        default: the budget that is taken where none is named [points of accuracy].
+        default: the budget that is used if none is given [points of accuracy].
         ladders: by budget.
         made_of: by spec of every method, its :func:`fingerprint` when thresholds were fitted.
         made_by: everything that is needed to fit them again.
@@ -87,13 +87,13 @@ class Thresholds:
 
 
 def fingerprint(method: Method) -> str:
-    """Hash of what a method's risks come from: its parameters, and trained weights."""
+    """Hash of everything that determines a method's scores: its parameters, and trained weights."""
     values = json.dumps(as_plain(method.parameters), sort_keys=True)
     return hashlib.sha256(f"{values} {method.trained}".encode()).hexdigest()[:16]
 
 
 def load_thresholds(engine: str, file: Path = FILE) -> Thresholds:
-    """What was fitted for an engine.
+    """Thresholds that were fitted for an engine.
 
     Raises:
         ThresholdsError: nothing was, there is no such file, or it is none of thresholds.
@@ -116,7 +116,7 @@ def load_thresholds(engine: str, file: Path = FILE) -> Thresholds:
 
 
 def write_thresholds(engine: str, fitted: Thresholds, file: Path = FILE) -> Path:
-    """Put what was fitted for an engine in the place of what was there; returns the file."""
+    """Replace the thresholds of an engine by newly fitted ones; returns the file."""
     entries = _read(file)
     entries[engine] = {
         "default": fitted.default,

@@ -14,7 +14,7 @@ from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray
 Indices = NDArray[np.intp]
 
 FIRM = -1
-"""Stands for the floor and for items that do not move, where a body is named."""
+"""Index of the floor and of items that do not move, in place of a body."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +141,7 @@ def wrenches(
     point: Indices,
     force: FloatArray,
 ) -> FloatArray:
-    """What unit forces do to every body: force and moment about its centre, shape (n, 6, m).
+    """Wrenches of unit forces on every body: force and moment about its centre, shape (n, 6, m).
 
     Args:
         points: the contacts.

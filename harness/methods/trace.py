@@ -1,4 +1,4 @@
-"""How far a layout's items move at every step of its loading, whatever the thresholds.
+"""Movements of a layout's items at every step of its loading, whatever the thresholds.
 
 One simulation answers for all criteria, thresholds up to :data:`LIMIT_T` and :data:`LIMIT_R`, and
 times that end at a sample: each step is simulated until something is beyond these limits, and the
@@ -23,6 +23,9 @@ from steadyload.methods.scene import CM
 from steadyload.methods.simulation import Simulation
 from steadyload.methods.simulation_parameters import BetweenSteps, Scope
 
+VERSION = 1
+"""Of traces: raised when a layout has another one."""
+
 LIMIT_T = 20.0
 """A step is simulated no further once a corner has moved by more along one axis [cm]."""
 
@@ -31,7 +34,7 @@ LIMIT_R = 20.0
 
 
 class UndecidedError(ValueError):
-    """A trace ends before it shows what was asked."""
+    """A trace ends before it shows what was requested."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +47,7 @@ class Trace:
 
     Attributes:
         item_count: of the layout.
-        status: ``done``, or why the loading ended without an answer.
+        status: ``done``, or why the loading ended without a verdict.
         reason: of that, one sentence.
         corner: how far a left-bottom-back corner moved along any one axis [cm].
         centre: how far a geometric centre moved [cm].
@@ -152,7 +155,7 @@ _Sample = tuple[float, float, float, int]
 
 
 class _Recorder(Examiner):
-    """Writes down what it sees, and objects only to what is beyond the limits."""
+    """Records movements, and reports only those beyond the limits."""
 
     def __init__(
         self, items: Sequence[Box], criterion: Criterion, eps_t: float, eps_r: float

@@ -1,4 +1,4 @@
-"""Parameters that a search has found, with what they were found by: ``tuned.json``.
+"""Parameters that searches found, with their provenance: ``tuned.json``.
 
 ``{name: {engine: {"parameters": ..., "made_by": ...}}}``. Searches write it
 (``steadyload tune --write-preset``); nobody edits it.
@@ -25,11 +25,11 @@ FILE = Path(str(resources.files("steadyload.methods"))) / "tuned.json"
 
 @dataclass(frozen=True, slots=True)
 class Tuned:
-    """What was found on one engine.
+    """Parameters that a search found on one engine.
 
     Attributes:
         parameters: of a simulation on that engine.
-        made_by: everything that is needed to find them again, and what they came to.
+        made_by: everything that is needed to find them again, and their evaluation.
     """
 
     parameters: Mapping[str, Any]
@@ -37,7 +37,7 @@ class Tuned:
 
 
 def tuned() -> Mapping[str, Mapping[str, Tuned]]:
-    """What was found, by name of the preset and by engine."""
+    """Tuned parameters, by name of the preset and by engine."""
     return _read(FILE)
 
 
@@ -51,7 +51,7 @@ def _read(file: Path) -> Mapping[str, Mapping[str, Tuned]]:
 
 
 def write_tuned(name: str, engine: str, found: Tuned) -> Path:
-    """Put what was found on an engine in the place of what was there; returns :data:`FILE`."""
+    """Replace the tuned parameters of an engine by newly found ones; returns :data:`FILE`."""
     entries = json.loads(FILE.read_text()) if FILE.exists() else {}
     entry = {"parameters": dict(found.parameters), "made_by": dict(found.made_by)}
     entries.setdefault(name, {})[engine] = entry

@@ -1,4 +1,4 @@
-"""What is not known for sure of a loading, and what a method says of one that it may become."""
+"""Uncertainty of a loading, and a method's verdicts on layouts that deviate from the plan."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _AXES = {"width": 0, "depth": 2}
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """What deviates from the plan: standard deviations of independent normal deviations.
+    """Deviations from the plan: standard deviations of independent normal deviations.
 
     Centres of mass, places and weights deviate item by item, see
     :func:`steadyload.layouts.deviations.deviated`; friction is one number for the whole layout, cut
@@ -54,13 +54,13 @@ class Uncertainty:
         return ",".join(f"{key}={value}" for key, value in canonical(self, told))
 
     def without_effect(self, method: Method) -> tuple[str, ...]:
-        """What is uncertain and no parameter of a method."""
+        """Names of the deviations that a method has no parameter for."""
         known = not self.friction or hasattr(method.parameters, _FRICTION)
         return () if known else (_FRICTION,)
 
 
 def parse_uncertainty(text: str) -> Uncertainty:
-    """What ``com=5mm,position=3mm,weight=5%,friction=0.1`` asks for; plain lengths are in cm.
+    """Uncertainty of ``com=5mm,position=3mm,weight=5%,friction=0.1``; plain lengths are in cm.
 
     Raises:
         SpecError: not of this form, an unknown name, a value out of range or of another unit, or
@@ -71,7 +71,7 @@ def parse_uncertainty(text: str) -> Uncertainty:
 
 
 def dimensions(item_count: int) -> int:
-    """How many random numbers it takes for a layout: one for friction, then item by item."""
+    """Number of random numbers for a layout: one for friction, then item by item."""
     return 1 + NUMBERS_AN_ITEM * item_count
 
 
@@ -83,7 +83,7 @@ def judge_deviated(
     *,
     timeout: float | None = None,
 ) -> list[Verdict]:
-    """What a method says of what a plan may become; batched where the method gains from it.
+    """Verdicts on layouts that deviate from a plan; batched if the method gains from it.
 
     On an engine of two dimensions nothing deviates out of the plane of a planar layout. An
     exception of the method is a verdict of status ``error``.

@@ -3,6 +3,8 @@
 Everything but this file needs the extra ``properties`` (hypothesis).
 """
 
+from steadyload.errors import UserError
 
-class PropertyError(ValueError):
+
+class PropertyError(UserError):
     """A property, engine or package that is not there."""

@@ -1,4 +1,4 @@
-"""Properties of verdicts among themselves: what is so by definition, whoever judges."""
+"""Properties of verdicts among themselves: they hold by definition, for every method."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.methods.envelope import leaves
 from steadyload.methods.method import Trait, Verdict
 from steadyload.methods.registry import make_method
-from steadyload.properties.clear import is_clear
+from steadyload.properties.margin_filter import is_clear
 from steadyload.properties.property import (
     Case,
+    MethodUnderTest,
     Property,
-    Subject,
     Violation,
     declaring,
     spoken,
@@ -24,14 +24,14 @@ _FAR = 150.0
 """How far away a far item stands [cm]; nothing moves that far within a placement."""
 
 
-def _any_layout(subject: Subject) -> SearchStrategy[Case]:
-    return layouts(planar=subject.planar).map(Case)
+def _any_layout(tested: MethodUnderTest) -> SearchStrategy[Case]:
+    return layouts(planar=tested.planar).map(Case)
 
 
-def score_is_a_share_of_items(subject: Subject, case: Case) -> bool:
+def score_is_a_share_of_items(tested: MethodUnderTest, case: Case) -> bool:
     """The score is k / J, and k counts the items placed safely."""
     count = len(case.layout)
-    verdict = subject.verdict(case.layout)
+    verdict = tested.verdict(case.layout)
     placed = _placed(case.layout, verdict)
     if not 0 <= placed <= count or verdict.score != placed / count:
         raise Violation(f"score {verdict.score} with {placed} of {count} items placed")
@@ -42,10 +42,10 @@ def score_is_a_share_of_items(subject: Subject, case: Case) -> bool:
     return True
 
 
-def repeats(subject: Subject, case: Case) -> bool:
+def repeats(tested: MethodUnderTest, case: Case) -> bool:
     """Judging again, and by a method made anew, gives the same verdict."""
-    first = subject.verdict(case.layout)
-    for again in (subject, Subject(subject.spec)):
+    first = tested.verdict(case.layout)
+    for again in (tested, MethodUnderTest(tested.spec)):
         verdict = again.verdict(case.layout)
         for what in ("failing_step", "moved_item", "displacement", "rotation"):
             before, after = getattr(first, what), getattr(verdict, what)
@@ -55,19 +55,19 @@ def repeats(subject: Subject, case: Case) -> bool:
 
 
 @st.composite
-def _cut(draw: DrawFn, subject: Subject) -> Case:
-    layout = draw(layouts(planar=subject.planar))
+def _cut(draw: DrawFn, tested: MethodUnderTest) -> Case:
+    layout = draw(layouts(planar=tested.planar))
     # Fewer than all: the whole layout alone would only be judged twice.
     return Case(layout, {"items": draw(st.integers(1, max(1, len(layout) - 1)))})
 
 
-def first_items_alone(subject: Subject, case: Case) -> bool:
+def first_items_alone(tested: MethodUnderTest, case: Case) -> bool:
     """The first k items judged alone get the verdict that the whole layout has on them."""
     kept = int(case.change["items"])
     if kept == len(case.layout):
         return False
-    whole = subject.verdict(case.layout).failing_step
-    alone = subject.verdict(case.layout.first(kept)).failing_step
+    whole = tested.verdict(case.layout).failing_step
+    alone = tested.verdict(case.layout.first(kept)).failing_step
     expected = None if whole is None or whole >= kept else whole
     if alone != expected:
         raise Violation(
@@ -76,17 +76,17 @@ def first_items_alone(subject: Subject, case: Case) -> bool:
     return True
 
 
-def far_item_changes_nothing(subject: Subject, case: Case) -> bool:
+def far_item_changes_nothing(tested: MethodUnderTest, case: Case) -> bool:
     """An item placed last on the floor, far away, changes no clear failing step.
 
     Its placement judges all the others once more: a verdict that is not clear may fall otherwise,
     and so may one beyond the engine's envelope.
     """
-    verdict = subject.verdict(case.layout)
-    if leaves(case.layout, subject.method) or not is_clear(subject, case.layout, verdict):
+    verdict = tested.verdict(case.layout)
+    if leaves(case.layout, tested.method) or not is_clear(tested, case.layout, verdict):
         return False
     before = verdict.failing_step
-    after = subject.verdict(_with_far_item(case.layout)).failing_step
+    after = tested.verdict(_with_far_item(case.layout)).failing_step
     if before != after:
         raise Violation(f"{spoken(before)}; with an item far away: {spoken(after)}")
     return True
@@ -102,10 +102,10 @@ def _with_far_item(layout: Layout) -> Layout:
     return Layout(layout.name, pallet, (*layout.items, far))
 
 
-def full_support_is_partial_support(subject: Subject, case: Case) -> bool:
-    """What FBS accepts, PBS accepts: of every loading, and of every first part of one."""
+def full_support_is_partial_support(tested: MethodUnderTest, case: Case) -> bool:
+    """PBS accepts everything that FBS accepts: every loading, and every first part of one."""
     full = _placed(case.layout, make_method("fbs").judge(case.layout))
-    partial = _placed(case.layout, subject.verdict(case.layout))
+    partial = _placed(case.layout, tested.verdict(case.layout))
     if partial < full:
         raise Violation(f"{full} items placed with full base support, but {partial} with partial")
     return True
@@ -117,25 +117,25 @@ def _placed(layout: Layout, verdict: Verdict) -> int:
 
 
 @st.composite
-def _two_shares(draw: DrawFn, subject: Subject) -> Case:
+def _two_shares(draw: DrawFn, tested: MethodUnderTest) -> Case:
     low, high = sorted(draw(st.tuples(st.integers(0, 100), st.integers(0, 100))))
-    layout = draw(layouts(planar=subject.planar))
+    layout = draw(layouts(planar=tested.planar))
     return Case(layout, {"lower alpha": low / 100.0, "higher alpha": high / 100.0})
 
 
-def more_support_fails_no_later(subject: Subject, case: Case) -> bool:
-    """Asking for more support never lets a loading get further."""
+def more_support_fails_no_later(tested: MethodUnderTest, case: Case) -> bool:
+    """Requiring more support never makes a loading fail later."""
     steps = []
     for which in ("lower", "higher"):
-        spec = f"{subject.method.spec.name}:alpha={case.change[f'{which} alpha']:g}"
-        steps.append(_placed(case.layout, Subject(spec).verdict(case.layout)))
+        spec = f"{tested.method.spec.name}:alpha={case.change[f'{which} alpha']:g}"
+        steps.append(_placed(case.layout, MethodUnderTest(spec).verdict(case.layout)))
     if steps[1] > steps[0]:
         raise Violation(f"{steps[0]} items with less support asked for, {steps[1]} with more")
     return True
 
 
-def _partial(subject: Subject) -> bool:
-    return subject.has(Trait.BASE_SUPPORT) and hasattr(subject.method.parameters, "alpha")
+def _partial(tested: MethodUnderTest) -> bool:
+    return tested.has(Trait.BASE_SUPPORT) and hasattr(tested.method.parameters, "alpha")
 
 
 PROPERTIES = (

@@ -1,4 +1,4 @@
-"""What mechanics says of single bodies: closed forms, and equations of motion solved to 1e-12.
+"""Mechanics of single bodies: closed forms, and equations of motion solved to 1e-12.
 
 Nothing here knows an engine. Units are SI, angles in radians unless a name says otherwise.
 """
@@ -92,7 +92,7 @@ def tipping_time(size: tuple[float, float], past_edge: float, angle: float) -> f
 
 
 def harmonic_overhangs(count: int, length: float) -> list[float]:
-    """How far each of ``count`` equal blocks stands out over the one below, from the top down [m].
+    """Overhang of each of ``count`` equal blocks over the one below, from the top down [m].
 
     L/2, L/4, L/6, ...: the centre of mass of every upper part lies exactly above the edge that
     carries it. The lowest block stands on the floor, so there are ``count`` - 1 of them.

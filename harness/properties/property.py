@@ -1,4 +1,4 @@
-"""What a property is: cases drawn by a strategy, and a check that a method passes or violates."""
+"""Properties: cases drawn by a strategy, and a check that a method passes or violates."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from steadyload.methods.registry import make_method
 
 
 class Violation(Exception):  # noqa: N818 - what a check finds, no fault of the program
-    """A property does not hold; the message says what was found and what was to be expected."""
+    """A property does not hold; the message says what was found and what was expected."""
 
 
-class NotAsked(Exception):  # noqa: N818 - no fault of anybody
+class LayoutRefused(Exception):  # noqa: N818 - a result, no fault of the program
     """The method refuses a layout: it lies outside the range that the method declares."""
 
 
 @contextmanager
-def at_work() -> Iterator[None]:
-    """Where a method or an engine is at work: what it raises by itself is a violation.
+def errors_as_violations() -> Iterator[None]:
+    """Turn every exception of a method or an engine into a :class:`Violation`.
 
-    What a property's own code raises is a fault of that code, and no finding.
+    Exceptions of a property's own code are faults of that code, and no violation.
     """
     try:
         yield
@@ -38,7 +38,7 @@ def at_work() -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """What a check is asked about.
+    """Case of a property: the layout, and whatever else was drawn.
 
     Attributes:
         layout: the layout as it is to be judged first.
@@ -49,8 +49,8 @@ class Case:
     change: Mapping[str, float] = field(default_factory=dict)
 
 
-class Subject:
-    """A method under test, and what it declares of itself.
+class MethodUnderTest:
+    """A method under test, with its declared traits and capabilities.
 
     Args:
         spec: the method's spec string.
@@ -70,7 +70,7 @@ class Subject:
 
     @cached_property
     def capabilities(self) -> Capabilities | None:
-        """What the engine declares; None without one."""
+        """Capabilities of the engine; None without one."""
         return world_class(self.engine).capabilities if self.engine else None
 
     @property
@@ -79,62 +79,64 @@ class Subject:
         return self.capabilities is not None and self.capabilities.dimensions == 2
 
     def has(self, trait: Trait) -> bool:
-        """Whether the method declares a trait."""
+        """True if the method declares a trait."""
         return trait in self.method.traits
 
     def verdict(self, layout: Layout) -> Verdict:
         """The verdict on a layout.
 
         Raises:
-            NotAsked: the method refuses the layout.
+            LayoutRefused: the method refuses the layout.
             Violation: there is none (diverged, error), or the method raised an exception.
         """
-        with at_work():
+        with errors_as_violations():
             verdict = self.method.judge(layout)
         check_done(verdict.status, verdict.reason)
         return verdict
 
 
 def check_done(status: Status, reason: str) -> None:
-    """Hold a judgement to have ended well.
+    """Check that a judgement ended with a verdict.
 
     Raises:
-        NotAsked: the method refused the layout.
+        LayoutRefused: the method refused the layout.
         Violation: it ended otherwise.
     """
     if status is Status.REFUSED:
-        raise NotAsked(reason)
+        raise LayoutRefused(reason)
     if status is not Status.DONE:
         raise Violation(f"no verdict: {status} ({reason})")
 
 
-Check = Callable[[Subject, Case], bool]
-"""Raises :class:`Violation` or :class:`NotAsked`. Returns whether the case said anything: False
-where the property asks nothing of it."""
+Check = Callable[[MethodUnderTest, Case], bool]
+"""Raises :class:`Violation` or :class:`LayoutRefused`. Returns whether the case tested anything:
+False where the property requires nothing of it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Property:
-    """A property that methods are held to.
+    """A property that methods must have.
 
     Attributes:
         name: in registries and on the command line.
         about: one sentence that says what must hold.
         cases: the strategy of its cases, for a method.
-        check: asks a method about a case.
-        applies: whether the property is asked of a method, by what that declares.
+        check: tests a method on a case.
+        applies: true if the property is tested on a method, by what that declares.
+        version: raised by hand when it asks something else; stored results are stale then.
     """
 
     name: str
     about: str
-    cases: Callable[[Subject], SearchStrategy[Case]]
+    cases: Callable[[MethodUnderTest], SearchStrategy[Case]]
     check: Check
-    applies: Callable[[Subject], bool] = lambda subject: True
+    applies: Callable[[MethodUnderTest], bool] = lambda tested: True
+    version: int = 1
 
 
-def declaring(trait: Trait) -> Callable[[Subject], bool]:
-    """A property's ``applies``: asked of methods that declare a trait."""
-    return lambda subject: subject.has(trait)
+def declaring(trait: Trait) -> Callable[[MethodUnderTest], bool]:
+    """A property's ``applies``: true for methods that declare a trait."""
+    return lambda tested: tested.has(trait)
 
 
 def spoken(failing_step: int | None) -> str:

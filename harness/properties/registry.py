@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from steadyload.methods.spec import nearest
+from steadyload.errors import nearest
 from steadyload.properties import (
     PropertyError,
     consistency,

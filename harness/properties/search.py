@@ -9,7 +9,10 @@ import hypothesis
 from hypothesis import HealthCheck, Phase, settings
 from hypothesis.errors import Flaky
 
-from steadyload.properties.property import Case, NotAsked, Property, Subject, Violation
+from steadyload.properties.property import Case, LayoutRefused, MethodUnderTest, Property, Violation
+
+VERSION = 1
+"""Of cases and how the smallest one is found: raised when others would be."""
 
 PROFILES = {"quick": 20, "ci": 100, "deep": 1000}
 """Examples a property and method, by profile."""
@@ -17,22 +20,22 @@ PROFILES = {"quick": 20, "ci": 100, "deep": 1000}
 
 @dataclass(frozen=True, slots=True)
 class Counterexample:
-    """The smallest case found that violates a property, and what was found."""
+    """Smallest case found that violates a property, and the message of the violation."""
 
     case: Case
     found: str
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
-    """What came of asking one method about one property.
+class PropertyResult:
+    """Result of testing one property on one method.
 
     Attributes:
         examples: cases tried; those of the search for a smaller one not counted.
-        asked: how many of them the property said something about.
+        asked: how many of them tested the property.
         counterexample: None where the property held.
         refused: how many the method refused; they lie outside the range that it declares.
-        crashed: why there is no answer, where the engine ended the process; empty otherwise.
+        crashed: why there is no result, where the engine ended the process; empty otherwise.
     """
 
     examples: int
@@ -43,17 +46,17 @@ class Outcome:
 
 
 def search(
-    asked: Property, subject: Subject, *, examples: int, seed: int, shrink: bool = True
-) -> Outcome:
-    """Ask a method about a property, on cases that depend on the arguments alone.
+    asked: Property, tested: MethodUnderTest, *, examples: int, seed: int, shrink: bool = True
+) -> PropertyResult:
+    """Test a property on a method, with cases that depend on the arguments alone.
 
     An exception of the method's own counts as a violation, too, and so does a case that is violated
-    at one time and not at another. A case that the method refuses says nothing. What the property's
-    own code raises comes out as it is.
+    at one time and not at another. A case that the method refuses tests nothing. Exceptions of
+    the property's own code are raised as they are.
 
     Args:
         asked: the property.
-        subject: the method.
+        tested: the method.
         examples: cases at most; a strategy with fewer ends early.
         seed: of the cases; property and method have their own for each.
         shrink: make a counterexample small, which may take a hundred more cases.
@@ -61,7 +64,7 @@ def search(
     tried = said = refused = 0
     smallest: Counterexample | None = None
 
-    @hypothesis.seed(zlib.crc32(f"{seed} {asked.name} {subject.spec}".encode()))
+    @hypothesis.seed(zlib.crc32(f"{seed} {asked.name} {tested.spec}".encode()))
     @settings(
         max_examples=examples,
         database=None,
@@ -72,14 +75,14 @@ def search(
         report_multiple_bugs=False,
         print_blob=False,
     )
-    @hypothesis.given(asked.cases(subject))
-    def ask(case: Case) -> None:
+    @hypothesis.given(asked.cases(tested))
+    def check(case: Case) -> None:
         nonlocal tried, said, refused, smallest
         counting = smallest is None
         tried += counting
         try:
-            said += asked.check(subject, case) and counting
-        except NotAsked:
+            said += asked.check(tested, case) and counting
+        except LayoutRefused:
             refused += counting
         except Violation as violation:
             # Hypothesis runs the smallest one last.
@@ -87,7 +90,7 @@ def search(
             raise
 
     try:
-        ask()
+        check()
     except Flaky:
         if smallest is None:
             raise
@@ -97,4 +100,4 @@ def search(
     except Violation:
         assert smallest is not None, "what is raised here was raised by the check"
         said += 1
-    return Outcome(tried, said, smallest, refused)
+    return PropertyResult(tried, said, smallest, refused)

@@ -16,17 +16,16 @@ from steadyload.methods.method import Trait
 from steadyload.methods.simulation import Simulation
 from steadyload.methods.simulation_parameters import BetweenSteps
 from steadyload.methods.trace import Trace, trace_loading
-from steadyload.properties.clear import balance_lost
+from steadyload.properties.margin_filter import balance_lost
 from steadyload.properties.mechanics import tipping_time
-from steadyload.properties.moved import quarter_turned
 from steadyload.properties.property import (
     Case,
+    MethodUnderTest,
     Property,
-    Subject,
     Violation,
-    at_work,
     check_done,
     declaring,
+    errors_as_violations,
     spoken,
 )
 from steadyload.properties.strategies import (
@@ -40,6 +39,7 @@ from steadyload.properties.strategies import (
     towers,
     with_offsets,
 )
+from steadyload.properties.transforms import quarter_turned
 
 REST_SHIFT = 0.1
 """How far a corner may creep while its item is at rest [cm], where items are not large."""
@@ -57,39 +57,39 @@ _STEEP = 45.0
 """Thresholds up to here follow from the equation of the pendulum [degrees]."""
 
 _STICKING = 2.0
-"""Friction on all faces up to this multiple of the asked one cannot hold what is clearly out of
+"""Friction on all faces up to this multiple of the given one cannot hold what is clearly out of
 balance."""
 
 _FACETS = 8
 
 
-def _towers(subject: Subject) -> SearchStrategy[Case]:
-    return towers(planar=subject.planar).map(Case)
+def _towers(tested: MethodUnderTest) -> SearchStrategy[Case]:
+    return towers(planar=tested.planar).map(Case)
 
 
-def _items(subject: Subject) -> SearchStrategy[Case]:
-    plain = single_items(planar=subject.planar)
-    return st.one_of(plain, with_offsets(plain, planar=subject.planar)).map(Case)
+def _items(tested: MethodUnderTest) -> SearchStrategy[Case]:
+    plain = single_items(planar=tested.planar)
+    return st.one_of(plain, with_offsets(plain, planar=tested.planar)).map(Case)
 
 
-def stands(subject: Subject, case: Case) -> bool:
+def stands(tested: MethodUnderTest, case: Case) -> bool:
     """The loading is stable, within the declared envelope."""
-    if leaves(case.layout, subject.method):
+    if leaves(case.layout, tested.method):
         return False
-    failing = subject.verdict(case.layout).failing_step
+    failing = tested.verdict(case.layout).failing_step
     if failing is not None:
         raise Violation(f"{spoken(failing)}; expected: stable")
     return True
 
 
 @st.composite
-def _over_an_edge(draw: DrawFn, subject: Subject, least: int, most: int) -> Case:
+def _over_an_edge(draw: DrawFn, tested: MethodUnderTest, least: int, most: int) -> Case:
     """A box on a wider one, its centre of mass past the edge of that by a share of its width."""
     width, height = draw(st.integers(10, 40).map(float)), draw(st.integers(5, 40).map(float))
     percent = draw(st.integers(least, most))
     past = percent / 100.0 * width
     offset = 0.0
-    if subject.has(Trait.CENTRES_OF_MASS):
+    if tested.has(Trait.CENTRES_OF_MASS):
         # 1 cm of contact has to be left.
         fewest = math.ceil(100.0 * (past - 0.5 * width + 1.0) / width)
         offset = draw(st.integers(max(-40, fewest), 40)) / 100.0 * width
@@ -104,7 +104,7 @@ def _over_an_edge(draw: DrawFn, subject: Subject, least: int, most: int) -> Case
         ),
     ]
     layout = built("edge", boxes)
-    turns = draw(st.integers(0, 1)) * 2 if subject.planar else draw(st.integers(0, 3))
+    turns = draw(st.integers(0, 1)) * 2 if tested.planar else draw(st.integers(0, 3))
     for _ in range(turns):
         layout = quarter_turned(layout)
     return Case(
@@ -113,45 +113,45 @@ def _over_an_edge(draw: DrawFn, subject: Subject, least: int, most: int) -> Case
     )
 
 
-def _past(subject: Subject) -> SearchStrategy[Case]:
-    return _over_an_edge(subject, 10, 40)
+def _past(tested: MethodUnderTest) -> SearchStrategy[Case]:
+    return _over_an_edge(tested, 10, 40)
 
 
-def _inside(subject: Subject) -> SearchStrategy[Case]:
-    return _over_an_edge(subject, -40, -10)
+def _inside(tested: MethodUnderTest) -> SearchStrategy[Case]:
+    return _over_an_edge(tested, -40, -10)
 
 
-def falls(subject: Subject, case: Case) -> bool:
+def falls(tested: MethodUnderTest, case: Case) -> bool:
     """The upper of two boxes tips, in good time by the equation of the pendulum."""
-    if subject.has(Trait.MOVEMENT) and not _tips_in_time(subject, case):
+    if tested.has(Trait.MOVEMENT) and not _tips_in_time(tested, case):
         return False
-    failing = subject.verdict(case.layout).failing_step
+    failing = tested.verdict(case.layout).failing_step
     if failing != 1:
         raise Violation(f"{spoken(failing)}; expected: {spoken(1)}")
     return True
 
 
-def _tips_in_time(subject: Subject, case: Case) -> bool:
-    parameters = subject.method.parameters
+def _tips_in_time(tested: MethodUnderTest, case: Case) -> bool:
+    parameters = tested.method.parameters
     if parameters.eps_r > _STEEP:
         return False
     size = (0.01 * case.change["width [cm]"], 0.01 * case.layout.items[1].size[1])
     past = 0.01 * case.change["past the edge [cm]"]
     needed = tipping_time(size, past, math.radians(parameters.eps_r))
-    if subject.engine is None:
+    if tested.engine is None:
         return needed <= _IN_TIME * parameters.time
     if not parameters.gravity:
         return False
     return needed * math.sqrt(GRAVITY / parameters.gravity) <= _IN_TIME * parameters.t_max
 
 
-def balanced_stays(subject: Subject, case: Case) -> bool:
-    """What vertical forces balance by a clear margin is stable, and nothing moves."""
-    if balance_lost(case.layout) is not None or leaves(case.layout, subject.method, at_rest=True):
+def balanced_stays(tested: MethodUnderTest, case: Case) -> bool:
+    """A layout that vertical forces balance by a clear margin is stable, and nothing moves."""
+    if balance_lost(case.layout) is not None or leaves(case.layout, tested.method, at_rest=True):
         return False
-    if not _reseats(subject):
-        return stands(subject, case)
-    trace = _trace(case.layout, subject)
+    if not _reseats(tested):
+        return stands(tested, case)
+    trace = _trace(case.layout, tested)
     shift, angle = trace.corner[:, -1], trace.angle[:, -1]
     longest = float((case.layout.upper - case.layout.lower).max())
     allowed = max(REST_SHIFT, REST_SHARE * longest)
@@ -165,22 +165,22 @@ def balanced_stays(subject: Subject, case: Case) -> bool:
     return True
 
 
-def unbalanced_moves(subject: Subject, case: Case) -> bool:
-    """What no forces balance, not even friction on side faces, moves beyond the tolerance of rest.
+def unbalanced_moves(tested: MethodUnderTest, case: Case) -> bool:
+    """Items that no forces balance, not even friction on side faces, move beyond the tolerance.
 
-    Only the first step that does not balance is asked about, where all before balance clearly.
+    Only the first step that does not balance is tested, and only if all before balance clearly.
     """
     lost = balance_lost(case.layout)
     if lost is None or not lost[1]:
         return False
     step = lost[0]
-    friction = _STICKING * subject.method.parameters.friction
+    friction = _STICKING * tested.method.parameters.friction
     if unbalanced_item(case.layout, step, Sides.FRICTION, friction, _FACETS) is None:
         return False
     layout = case.layout.first(step + 1)
-    if leaves(layout, subject.method):
+    if leaves(layout, tested.method):
         return False
-    trace = _trace(layout, subject)
+    trace = _trace(layout, tested)
     shift, angle = float(trace.corner[step].max()), float(trace.angle[step].max())
     if shift <= REST_SHIFT and angle <= REST_ANGLE:
         raise Violation(
@@ -190,38 +190,38 @@ def unbalanced_moves(subject: Subject, case: Case) -> bool:
     return True
 
 
-def _trace(layout: Layout, subject: Subject) -> Trace:
-    assert isinstance(subject.method, Simulation)
-    parameters = subject.method.parameters
-    with at_work():
+def _trace(layout: Layout, tested: MethodUnderTest) -> Trace:
+    assert isinstance(tested.method, Simulation)
+    parameters = tested.method.parameters
+    with errors_as_violations():
         trace = trace_loading(
-            layout, subject.method, t_max=parameters.t_max, samples=parameters.samples
+            layout, tested.method, t_max=parameters.t_max, samples=parameters.samples
         )
     check_done(trace.status, trace.reason)
     return trace
 
 
-def _reseats(subject: Subject) -> bool:
+def _reseats(tested: MethodUnderTest) -> bool:
     return (
-        isinstance(subject.method, Simulation)
-        and subject.method.parameters.between_steps is BetweenSteps.RESEAT
+        isinstance(tested.method, Simulation)
+        and tested.method.parameters.between_steps is BetweenSteps.RESEAT
     )
 
 
-def _balanced(subject: Subject) -> SearchStrategy[Case]:
-    return layouts(planar=subject.planar).map(Case)
+def _balanced(tested: MethodUnderTest) -> SearchStrategy[Case]:
+    return layouts(planar=tested.planar).map(Case)
 
 
-def _often_unbalanced(subject: Subject) -> SearchStrategy[Case]:
+def _often_unbalanced(tested: MethodUnderTest) -> SearchStrategy[Case]:
     """Few ordinary layouts are out of balance clearly, most stacks of drawn shifts are."""
-    stacks = overhanging_stacks(planar=subject.planar)
-    shifted = with_offsets(stacks, planar=subject.planar)
-    return st.one_of(stacks, shifted, ordinary_layouts(planar=subject.planar)).map(Case)
+    stacks = overhanging_stacks(planar=tested.planar)
+    shifted = with_offsets(stacks, planar=tested.planar)
+    return st.one_of(stacks, shifted, ordinary_layouts(planar=tested.planar)).map(Case)
 
 
-def _needs_half_a_base(subject: Subject) -> bool:
-    share = getattr(subject.method.parameters, "alpha", 1.0)
-    return not subject.has(Trait.BASE_SUPPORT) or share >= 0.5
+def _needs_half_a_base(tested: MethodUnderTest) -> bool:
+    share = getattr(tested.method.parameters, "alpha", 1.0)
+    return not tested.has(Trait.BASE_SUPPORT) or share >= 0.5
 
 
 PROPERTIES = (

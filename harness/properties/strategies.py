@@ -169,7 +169,7 @@ def bridges(draw: DrawFn, *, planar: bool = False) -> Layout:
 
 @st.composite
 def packings(draw: DrawFn, *, most: int = 6) -> Layout:
-    """What the project's packer makes of drawn items; never planar."""
+    """Layouts that the project's packer makes of drawn items; never planar."""
     item_class = ITEM_CLASSES[draw(st.sampled_from(sorted(ITEM_CLASSES)))]
     side = sides(1, item_class.longest_side)
     sizes = draw(st.lists(st.tuples(side, side, side), min_size=1, max_size=most))

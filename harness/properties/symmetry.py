@@ -10,18 +10,18 @@ from hypothesis.strategies import DrawFn, SearchStrategy
 
 from steadyload.layouts.model import WEIGHTS, Layout, replace_items
 from steadyload.methods.method import Trait
-from steadyload.properties.clear import is_clear
-from steadyload.properties.moved import mirrored, quarter_turned, translated
+from steadyload.properties.margin_filter import is_clear
 from steadyload.properties.property import (
     Case,
     Check,
+    MethodUnderTest,
     Property,
-    Subject,
     Violation,
     declaring,
     spoken,
 )
 from steadyload.properties.strategies import ordinary_layouts
+from steadyload.properties.transforms import mirrored, quarter_turned, translated
 
 _FARTHEST = 64
 _HEAVIEST = 10
@@ -32,11 +32,11 @@ Change = Callable[[Layout, Case], Layout]
 def _keeps_failing_step(what: str, change: Change) -> Check:
     """A check that a change of the layout keeps a clear failing step."""
 
-    def check(subject: Subject, case: Case) -> bool:
-        first = subject.verdict(case.layout)
-        if not is_clear(subject, case.layout, first):
+    def check(tested: MethodUnderTest, case: Case) -> bool:
+        first = tested.verdict(case.layout)
+        if not is_clear(tested, case.layout, first):
             return False
-        second = subject.verdict(change(case.layout, case)).failing_step
+        second = tested.verdict(change(case.layout, case)).failing_step
         if second != first.failing_step:
             raise Violation(f"{spoken(first.failing_step)}; {what}: {spoken(second)}")
         return True
@@ -44,20 +44,20 @@ def _keeps_failing_step(what: str, change: Change) -> Check:
     return check
 
 
-def _ordinary(subject: Subject) -> SearchStrategy[Case]:
-    return ordinary_layouts(planar=subject.planar).map(Case)
+def _ordinary(tested: MethodUnderTest) -> SearchStrategy[Case]:
+    return ordinary_layouts(planar=tested.planar).map(Case)
 
 
 @st.composite
-def _elsewhere(draw: DrawFn, subject: Subject) -> Case:
+def _elsewhere(draw: DrawFn, tested: MethodUnderTest) -> Case:
     way = st.integers(0, _FARTHEST).map(float)
-    layout = draw(ordinary_layouts(planar=subject.planar))
+    layout = draw(ordinary_layouts(planar=tested.planar))
     return Case(layout, {"along x": draw(way), "along z": draw(way)})
 
 
 @st.composite
-def _heavier(draw: DrawFn, subject: Subject) -> Case:
-    layout = draw(ordinary_layouts(planar=subject.planar))
+def _heavier(draw: DrawFn, tested: MethodUnderTest) -> Case:
+    layout = draw(ordinary_layouts(planar=tested.planar))
     return Case(layout, {"factor": draw(st.integers(2, _HEAVIEST).map(float))})
 
 
@@ -68,10 +68,10 @@ def _with_weights(layout: Layout, factor: float) -> Layout:
     )
 
 
-def _rigid(subject: Subject) -> bool:
-    """Where contacts give way with the load, heavier items may sink further, and so tip sooner."""
-    facts = subject.capabilities
-    return subject.has(Trait.STEPWISE) and (facts is None or not facts.compliant)
+def _rigid(tested: MethodUnderTest) -> bool:
+    """True unless contacts give way with the load: heavier items may sink and tip sooner then."""
+    facts = tested.capabilities
+    return tested.has(Trait.STEPWISE) and (facts is None or not facts.compliant)
 
 
 PROPERTIES = (

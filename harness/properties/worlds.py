@@ -15,7 +15,13 @@ from steadyload.engines.registry import open_world
 from steadyload.engines.world import GRAVITY, FixedStepWorld, Velocities, WorldSettings
 from steadyload.methods.scene import Across, boxes, planar_scene
 from steadyload.methods.simulation import Simulation
-from steadyload.properties.property import Case, Property, Subject, Violation, at_work
+from steadyload.properties.property import (
+    Case,
+    MethodUnderTest,
+    Property,
+    Violation,
+    errors_as_violations,
+)
 from steadyload.properties.strategies import (
     Placed,
     built,
@@ -31,29 +37,31 @@ _SLIDING = 0.03
 """Relative error of a sliding distance, beside one substep at the starting speed."""
 
 
-class _AskedWorld:
-    """A world of which every call is asked of the engine."""
+class _ViolationWorld:
+    """A world that turns every exception of its engine into a violation."""
 
     def __init__(self, world: FixedStepWorld) -> None:
         self._world = world
 
     def __getattr__(self, name: str) -> Any:
-        with at_work():
+        with errors_as_violations():
             found = getattr(self._world, name)
-        return at_work()(found) if callable(found) else found
+        return errors_as_violations()(found) if callable(found) else found
 
 
 @contextmanager
-def _world(subject: Subject, case: Case, settings: WorldSettings) -> Iterator[FixedStepWorld]:
+def _world(
+    tested: MethodUnderTest, case: Case, settings: WorldSettings
+) -> Iterator[FixedStepWorld]:
     """The case's layout, all items at once."""
-    assert subject.engine is not None
+    assert tested.engine is not None
     across: Across = "width"
-    if subject.planar:
+    if tested.planar:
         across = planar_scene(case.layout).across or across
     content = boxes(case.layout, across=across)
-    with at_work():
-        opened = open_world(subject.engine, settings)
-    world = cast(FixedStepWorld, _AskedWorld(opened))
+    with errors_as_violations():
+        opened = open_world(tested.engine, settings)
+    world = cast(FixedStepWorld, _ViolationWorld(opened))
     with closing(world):
         for box in content:
             world.add_box(box)
@@ -71,11 +79,11 @@ def _dropped(draw: DrawFn) -> Case:
     return Case(layout, {"substeps": substeps, "frequency [Hz]": frequency})
 
 
-def falls_freely(subject: Subject, case: Case) -> bool:
+def falls_freely(tested: MethodUnderTest, case: Case) -> bool:
     """After n substeps of h the speed is g n h, the way g (n h)^2 / 2 to first order."""
     count, frequency = int(case.change["substeps"]), case.change["frequency [Hz]"]
     seconds = count / frequency
-    with _world(subject, case, WorldSettings()) as world:
+    with _world(tested, case, WorldSettings()) as world:
         start = float(world.poses().centres[0, 2])
         done = world.stepSimulation(seconds, count + 1, 1.0 / frequency)
         speed = -float(world.velocities().linear[0, 2])
@@ -101,13 +109,13 @@ def _pushed(draw: DrawFn) -> Case:
     return Case(layout, change)
 
 
-def slides_to_a_stop(subject: Subject, case: Case) -> bool:
+def slides_to_a_stop(tested: MethodUnderTest, case: Case) -> bool:
     """A flat box with a starting speed slides v^2 / (2 f g)."""
     speed, friction = case.change["speed [m/s]"], case.change["friction"]
-    frequency = subject.method.parameters.frequency
+    frequency = tested.method.parameters.frequency
     expected = speed**2 / (2.0 * friction * GRAVITY)
     steps = int(np.ceil(1.5 * speed / (friction * GRAVITY) * frequency))
-    with _world(subject, case, WorldSettings(friction=friction)) as world:
+    with _world(tested, case, WorldSettings(friction=friction)) as world:
         start = world.poses().centres[0, 0]
         push = Velocities(np.array([[speed, 0.0, 0.0]]), np.zeros((1, 3)))
         world.set_velocities(push)
@@ -118,20 +126,20 @@ def slides_to_a_stop(subject: Subject, case: Case) -> bool:
     return True
 
 
-def _piles(subject: Subject) -> SearchStrategy[Case]:
-    return ordinary_layouts(planar=subject.planar).map(Case)
+def _piles(tested: MethodUnderTest) -> SearchStrategy[Case]:
+    return ordinary_layouts(planar=tested.planar).map(Case)
 
 
-def energy_does_not_grow(subject: Subject, case: Case) -> bool:
+def energy_does_not_grow(tested: MethodUnderTest, case: Case) -> bool:
     """A pile let go at rest has at no time more energy than at the start.
 
     Allowed are what lifts everything by a millimetre, and what lifts every item by its way within
     one substep: twice what an integrator of first order is off by in free fall.
     """
-    parameters = subject.method.parameters
+    parameters = tested.method.parameters
     settings = WorldSettings(friction=parameters.friction)
     samples, length = parameters.samples, 1.0 / parameters.frequency
-    with _world(subject, case, settings) as world:
+    with _world(tested, case, settings) as world:
         weight = sum(box.mass for box in world.boxes) * GRAVITY
         start, _ = _energy(world)
         for sample in range(samples):
@@ -165,23 +173,23 @@ def _energy(world: FixedStepWorld) -> tuple[float, float]:
     return float(kinetic + GRAVITY * (masses * heights).sum()), float(mean)
 
 
-def _simulated(subject: Subject) -> bool:
+def _simulated(tested: MethodUnderTest) -> bool:
     """A world is run as the method says; one that simulates in parts only says nothing of it."""
-    return isinstance(subject.method, Simulation)
+    return isinstance(tested.method, Simulation)
 
 
 PROPERTIES = (
     Property(
         "free fall",
         "After n substeps of h a body falls at g n h, by g (n h)^2 / 2 to first order.",
-        lambda subject: _dropped(),
+        lambda tested: _dropped(),
         falls_freely,
         _simulated,
     ),
     Property(
         "sliding",
         "A flat box with a starting speed slides v^2 / (2 f g), at any friction f.",
-        lambda subject: _pushed(),
+        lambda tested: _pushed(),
         slides_to_a_stop,
         _simulated,
     ),

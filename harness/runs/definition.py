@@ -12,6 +12,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from steadyload.errors import UserError, nearest
 from steadyload.layouts.benchmark import Part
 from steadyload.layouts.benchmark.dataset import SETS
 from steadyload.layouts.formats import read_layouts
@@ -19,7 +20,7 @@ from steadyload.layouts.model import Layout
 from steadyload.layouts.packing import drawn_layouts
 from steadyload.layouts.scenarios import Scenario, apply_scenario
 from steadyload.methods.registry import make_method
-from steadyload.methods.spec import SpecError, nearest
+from steadyload.methods.spec import SpecError
 
 AS_GIVEN = "as given"
 """Scenario of layouts that keep the centres of mass of their files."""
@@ -28,7 +29,7 @@ EMBEDDED = "embedded"
 """Stands for the study that comes with the package."""
 
 
-class StudyError(ValueError):
+class StudyError(UserError):
     """A study definition that cannot be run; says which key and what is allowed."""
 
 

@@ -1,22 +1,32 @@
-"""How often methods are right: their verdicts against the labels of a labelled set.
+"""The one table of methods: how good each is, at what cost, on the cases of a run.
 
-Numbers of items placed safely are compared, which are the failing step, and all items for a stable
-layout. All intervals stand on instances (item lists): layouts packed from one list are alike.
+Every page that says how accurate or how dear a method is reads this table. Numbers of items placed
+safely are compared with labels, which are the failing step, and all items for a stable layout. All
+intervals are clustered by item list where lists are known, else by layout.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from steadyload.methods.naming import MethodKey
-from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.metrics import mean, share, weighted_share
+from steadyload.runs.accuracy import at_natural_prevalence, verdicts_against_labels
+from steadyload.runs.costs import CPU, PHASES, WALL, CostKind, Costs, CostSource, judging_costs
+from steadyload.runs.judged import JudgedCases, load_judged
+from steadyload.statistics.estimate import NOTHING, Estimate
+from steadyload.statistics.metrics import mean, ratio, share
+
+ALL = "all"
+"""The group of all cases; the other groups are scenarios."""
+
+BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,67 +40,58 @@ class PhaseTimes:
 
 
 @dataclass(frozen=True, slots=True)
-class MethodSummary:
-    """One method over all cases of a study.
+class MethodEvaluation:
+    """One method on a group of cases. Estimates that no case speaks of have n = 0.
 
-    ``agreement`` is the mean agreement with the simulations on *other* engines, None where there is
-    none to compare with. Times are a layout, in ms.
+    Attributes:
+        method: its name and spec.
+        group: :data:`ALL`, or a scenario.
+        accuracy: share of cases whose failing step is the label's. A case without a verdict
+            counts as wrong, and as neither over nor under.
+        over, under: share of cases whose failing step is later, earlier than the label's; a stable
+            layout fails later than all.
+        stable_or_not: share of cases that both call stable, or neither does.
+        within_one: share of cases whose numbers of items placed safely differ by at most one.
+        robust, fragile: accuracy on cases whose label is so.
+        natural: accuracy at the natural share of stable layouts.
+        behind: accuracy minus that of the most accurate method of the group, on the same cases;
+            None for that method itself, and without labels.
+        score: mean score of the cases with a verdict.
+        fully_stable: share of layouts that the method calls stable.
+        without_verdict: cases without a verdict, by status.
+        cpu, wall: time a layout [ms], see :attr:`Evaluation.cost_source`.
+        phases: of the CPU time; None where the source of the costs does not know them.
+        substeps: of an engine, mean a layout; the same on every machine.
+        ahead: accuracy of the method that this one is compared with minus its own, on the same
+            cases; None where it is compared with none, or with itself.
+        cost_ratio: CPU time of the method that it is compared with over its own, likewise.
     """
 
     method: MethodKey
-    score: Estimate
-    stable: Estimate
-    agreement: Estimate | None
-    cpu: Estimate
-    wall: Estimate
-    phases: PhaseTimes
-    without_verdict: Mapping[str, int]
-
-
-@dataclass(frozen=True, slots=True)
-class AgreementMatrix:
-    """Share of equal failing steps between every two methods."""
-
-    methods: tuple[MethodKey, ...]
-    shares: tuple[tuple[Estimate, ...], ...]
-
-    @property
-    def titles(self) -> tuple[str, ...]:
-        """The methods' titles, in the order of rows and columns."""
-        return tuple(method.title for method in self.methods)
-
-
-@dataclass(frozen=True, slots=True)
-class AccuracySummary:
-    """One method against the labels: shares of cases.
-
-    ``accuracy``: the failing step is the label's. ``over``, ``under``: it is later, earlier; a
-    stable layout fails later than all. ``stable``: both say stable, or neither does.
-    ``within_one``: the numbers of items placed safely differ by at most one. ``robust``,
-    ``fragile``: accuracy on cases whose label is so. ``natural``: accuracy at the natural share of
-    stable layouts. Estimates that no case speaks of have n = 0. Times are a layout, in ms.
-    ``behind``: accuracy minus that of the most accurate method on the same cases, None for that
-    method itself. A case without a verdict counts as wrong, and as neither over nor under.
-    """
-
-    method: MethodKey
-    accuracy: Estimate
-    over: Estimate
-    under: Estimate
-    stable: Estimate
-    within_one: Estimate
-    robust: Estimate
-    fragile: Estimate
-    natural: Estimate
-    cpu: Estimate
-    wall: Estimate
-    without_verdict: Mapping[str, int]
+    group: str = ALL
+    accuracy: Estimate = NOTHING
+    over: Estimate = NOTHING
+    under: Estimate = NOTHING
+    stable_or_not: Estimate = NOTHING
+    within_one: Estimate = NOTHING
+    robust: Estimate = NOTHING
+    fragile: Estimate = NOTHING
+    natural: Estimate = NOTHING
     behind: Estimate | None = None
+    score: Estimate = NOTHING
+    fully_stable: Estimate = NOTHING
+    without_verdict: Mapping[str, int] = field(default_factory=dict)
+    cpu: Estimate = NOTHING
+    wall: Estimate = NOTHING
+    phases: PhaseTimes | None = None
+    substeps: float = 0.0
+    ahead: Estimate | None = None
+    cost_ratio: Estimate | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Accuracies:
-    """All methods against the labels of a part of a labelled set.
+class LabelledPart:
+    """The labels of the cases.
 
     ``stable``, ``robust``, ``fragile``: cases whose label is so; what is neither robust nor fragile
     was not asked. ``natural_stable``: share of stable layouts by scenario in the whole set.
@@ -98,143 +99,224 @@ class Accuracies:
 
     part: str
     cases: int
-    instances: int
+    item_lists: int
     stable: int
     robust: int
     fragile: int
     natural_stable: Mapping[str, float]
-    methods: tuple[AccuracySummary, ...]
-    by_scenario: Mapping[str, tuple[AccuracySummary, ...]]
 
 
-BoolArray = NDArray[np.bool_]
+@dataclass(frozen=True)
+class Evaluation:
+    """The table of methods of a run: a row a method and group.
+
+    Attributes:
+        judged: the cases and verdicts that it is of.
+        rows: by group, a row a method, in the order of the study.
+        labelled: about the labels; None without labels.
+        costs: of judging, or of the timing pass.
+    """
+
+    judged: JudgedCases
+    rows: Mapping[str, tuple[MethodEvaluation, ...]]
+    labelled: LabelledPart | None
+    costs: Costs
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """All cases, then the scenarios where there are several."""
+        return tuple(self.rows) if len(self.rows) > 2 else (ALL,)
+
+    @property
+    def cost_source(self) -> CostSource:
+        """Where CPU and wall times come from."""
+        return self.costs.source
+
+    @property
+    def methods(self) -> tuple[MethodEvaluation, ...]:
+        """All methods on all cases."""
+        return self.rows[ALL]
+
+    def row(
+        self,
+        spec: str,
+        group: str = ALL,
+        *,
+        against: str | None = None,
+        key: MethodKey | None = None,
+    ) -> MethodEvaluation:
+        """A method's row.
+
+        Args:
+            spec: of the method, canonical.
+            group: of cases.
+            against: spec of the method that it is compared with; None for none.
+            key: how to name the method; None names it as elsewhere.
+        """
+        found = next(row for row in self.rows[group] if row.method.spec == spec)
+        if against is not None and against != spec:
+            found = dataclasses.replace(
+                found,
+                ahead=self.difference(against, spec, group),
+                cost_ratio=self.cost_ratio(against, spec, group),
+            )
+        return found if key is None else dataclasses.replace(found, method=key)
+
+    def difference(self, first: str, second: str, group: str = ALL) -> Estimate:
+        """Accuracy of the first method minus that of the second, case by case."""
+        here = in_group(self.judged, group)
+        one, other = (
+            names_the_label(self.judged, spec)[here].astype(float) for spec in (first, second)
+        )
+        return mean(one - other, self.judged.clusters[here])
+
+    def cost_ratio(self, first: str, second: str, group: str = ALL) -> Estimate:
+        """CPU time of the first method over that of the second; n = 0 where one was not timed."""
+        above, below = (self.costs.of(spec, _scenario(group)) for spec in (first, second))
+        if above is None or below is None:
+            return NOTHING
+        return ratio(above[CPU], below[CPU], self.judged.clusters.loc[above.index])
 
 
-def verdicts_against_labels(said: pd.Series, labels: pd.DataFrame) -> pd.DataFrame:
-    """How one method's verdicts compare with the labels, case by case.
+def evaluate(
+    run: str | Path | JudgedCases,
+    *,
+    costs: Costs | None = None,
+    source: CostSource | None = None,
+    by_scenario: bool = True,
+) -> Evaluation:
+    """The table of methods of a run.
 
     Args:
-        said: items placed safely, all of them for a stable layout, missing without a verdict; as a
-            column of :func:`steadyload.statistics.metrics.outcomes`.
-        labels: those of the same cases, :data:`steadyload.runs.labels.LABELS`, in the same
-            order.
+        run: its folder, or what was read of it.
+        costs: of the timing pass; None takes those of judging.
+        source: where the costs of judging come from; None says no more of them than that.
+        by_scenario: whether there are rows by scenario, too.
 
-    Returns:
-        Booleans, indexed as ``said``. ``right``: the same failing step (Eq. 5 of the paper).
-        ``over``, ``under``: it is later, earlier. ``stable``: both say stable or neither does.
-        ``within_one``: at most one item apart. A missing verdict is none of these.
+    Raises:
+        ResultsError: see :func:`steadyload.runs.judged.load_judged`.
     """
-    count = labels["item_count"].astype(int).to_numpy()
-    true = labels["failing_step"].fillna(labels["item_count"]).astype(int).to_numpy()
-    known = said.notna().to_numpy()
-    found = said.fillna(-1).astype(int).to_numpy()
-    return pd.DataFrame(
-        {
-            "right": known & (found == true),
-            "over": known & (found > true),
-            "under": known & (found < true),
-            "stable": known & ((found == count) == (true == count)),
-            "within_one": known & (np.abs(found - true) <= 1),
-        },
-        index=said.index,
-    )
+    judged = run if isinstance(run, JudgedCases) else load_judged(run)
+    if costs is None:
+        costs = judging_costs(judged.results, source or CostSource(CostKind.JUDGING))
+    scenarios = judged.scenarios if by_scenario else ()
+    rows = {ALL: _rows(judged, costs, ALL)}
+    for scenario in scenarios:
+        rows[scenario] = (
+            _rows(judged, costs, scenario)
+            if len(scenarios) > 1
+            else tuple(dataclasses.replace(row, group=scenario) for row in rows[ALL])
+        )
+    return Evaluation(judged, rows, _labelled(judged), costs)
 
 
-def accuracies(
-    about: Mapping[str, Any],
-    said: pd.DataFrame,
-    labels: pd.DataFrame,
-    summaries: Sequence[MethodSummary],
-    by_scenario: Mapping[str, Sequence[MethodSummary]],
-) -> Accuracies:
-    """All methods against the labels, over all cases and by scenario.
-
-    Args:
-        about: what the run folder's manifest says of the labels.
-        said: as :func:`steadyload.statistics.metrics.outcomes` gives it.
-        labels: those of the same cases, :data:`steadyload.runs.labels.LABELS`, in the same
-            order.
-        summaries: what methods cost, over all cases.
-        by_scenario: the same, by scenario; may be empty.
-    """
-    scenarios = said.index.get_level_values("scenario")
-    natural = {s: float(about["natural_stable"][s]) for s in dict.fromkeys(scenarios)}
-    parts = {}
-    for scenario, costs in by_scenario.items():
-        here = np.asarray(scenarios == scenario)
-        parts[scenario] = _summaries(said[here], labels[here], costs, natural)
-    return Accuracies(
+def _labelled(judged: JudgedCases) -> LabelledPart | None:
+    if judged.labels is None:
+        return None
+    labels, about = judged.labels, judged.manifest["labels"]
+    return LabelledPart(
         part=" ".join(str(about[key]) for key in ("set", "part") if key in about),
         cases=len(labels),
-        instances=labels["instance"].nunique(),
+        item_lists=labels["instance"].nunique(),
         stable=int(labels["failing_step"].isna().sum()),
         robust=int(labels["robust"].fillna(False).sum()),
         fragile=int((~labels["robust"].fillna(True)).sum()),
-        natural_stable=natural,
-        methods=_summaries(said, labels, summaries, natural),
-        by_scenario=parts,
+        natural_stable=_natural_stable(judged),
     )
 
 
-def _summaries(
-    said: pd.DataFrame,
-    labels: pd.DataFrame,
-    costs: Sequence[MethodSummary],
-    natural: Mapping[str, float],
-) -> tuple[AccuracySummary, ...]:
-    compared = {c.method.spec: verdicts_against_labels(said[c.method.spec], labels) for c in costs}
-    best = max(compared, key=lambda spec: compared[spec]["right"].mean())
-    instances = labels["instance"].to_numpy()
+def _natural_stable(judged: JudgedCases) -> dict[str, float]:
+    shares: Mapping[str, Any] = judged.manifest["labels"]["natural_stable"]
+    scenarios = dict.fromkeys(judged.said.index.get_level_values("scenario"))
+    return {str(s): float(shares[s]) for s in scenarios}
+
+
+def in_group(judged: JudgedCases, group: str) -> BoolArray:
+    """Which cases are of a group, in the order of the verdicts."""
+    scenarios = judged.said.index.get_level_values("scenario")
+    return np.ones(len(scenarios), bool) if group == ALL else np.asarray(scenarios == group)
+
+
+def _rows(judged: JudgedCases, costs: Costs, group: str) -> tuple[MethodEvaluation, ...]:
+    accuracies = _accuracies(judged, in_group(judged, group))
+    return tuple(
+        MethodEvaluation(
+            method=key,
+            group=group,
+            **accuracies.get(spec, {}),
+            **_scores(judged, spec, group),
+            **_costs(judged, costs, spec, group),
+        )
+        for spec, key in judged.keys.items()
+    )
+
+
+def _accuracies(judged: JudgedCases, here: BoolArray) -> dict[str, dict[str, Any]]:
+    """By spec, what the labels say of a method; empty without labels."""
+    if judged.labels is None:
+        return {}
+    labels, natural = judged.labels[here], _natural_stable(judged)
+    lists = labels["instance"].to_numpy()
     robust = labels["robust"].fillna(False).to_numpy(bool)
     fragile = ~labels["robust"].fillna(True).to_numpy(bool)
-    found = []
-    for cost in costs:
-        spec = cost.method.spec
-        is_ = {name: column.to_numpy(bool) for name, column in compared[spec].items()}
-        right, top = is_["right"], compared[best]["right"].to_numpy(float)
-        found.append(
-            AccuracySummary(
-                method=cost.method,
-                accuracy=share(right, instances),
-                over=share(is_["over"], instances),
-                under=share(is_["under"], instances),
-                stable=share(is_["stable"], instances),
-                within_one=share(is_["within_one"], instances),
-                robust=share(right[robust], instances[robust]),
-                fragile=share(right[fragile], instances[fragile]),
-                natural=at_natural_prevalence(right, labels, natural),
-                cpu=cost.cpu,
-                wall=cost.wall,
-                without_verdict=cost.without_verdict,
-                behind=None if spec == best else mean(right - top, instances),
-            )
-        )
-    return tuple(found)
+    compared = {
+        spec: verdicts_against_labels(judged.said[spec][here], labels) for spec in judged.keys
+    }
+    best = max(compared, key=lambda spec: compared[spec]["right"].mean())
+    found = {}
+    for spec, verdicts in compared.items():
+        is_ = {name: column.to_numpy(bool) for name, column in verdicts.items()}
+        mine, top = is_["right"], compared[best]["right"].to_numpy(float)
+        found[spec] = {
+            "accuracy": share(mine, lists),
+            **{name: share(is_[name], lists) for name in ("over", "under", "stable_or_not")},
+            "within_one": share(is_["within_one"], lists),
+            "robust": share(mine[robust], lists[robust]),
+            "fragile": share(mine[fragile], lists[fragile]),
+            "natural": at_natural_prevalence(mine, labels, natural),
+            "behind": None if spec == best else mean(mine - top, lists),
+        }
+    return found
 
 
-def at_natural_prevalence(
-    right: BoolArray, labels: pd.DataFrame, natural: Mapping[str, float]
-) -> Estimate:
-    """Accuracy if stable layouts were as frequent as in the whole labelled set.
+def _scenario(group: str) -> str | None:
+    return None if group == ALL else group
 
-    By scenario the share of stable layouts times the accuracy on them, plus the rest times the
-    accuracy on the others; then the mean of the scenarios.
 
-    Args:
-        right: whether a method is right, shape (cases,).
-        labels: of the same cases, :data:`steadyload.runs.labels.LABELS`.
-        natural: share of stable layouts by scenario.
+def _scores(judged: JudgedCases, spec: str, group: str) -> dict[str, Any]:
+    """Scores and statuses of a method; of several repetitions the first counts."""
+    own = judged.results[judged.results["method"] == spec]
+    if group != ALL:
+        own = own[own["scenario"] == group]
+    first = own[own["repetition"] == 0].set_index(["layout", "scenario"])
+    done = first[first["status"] == "done"]
+    statuses = first["status"].value_counts().sort_index()
+    return {
+        "score": mean(done["score"], judged.clusters.loc[done.index]),
+        "fully_stable": share(
+            (first["score"] == 1.0).fillna(False), judged.clusters.loc[first.index]
+        ),
+        "without_verdict": {str(k): int(v) for k, v in statuses.items() if k != "done"},
+        "substeps": float(own["substeps"].mean()),
+    }
 
-    Returns:
-        Not a number where the cases of a scenario are all stable or all unstable, and naturally
-        are not.
-    """
-    scenarios = labels.index.get_level_values("scenario")
-    stable = labels["failing_step"].isna().to_numpy()
-    strata = [f"{s} {'stable' if is_stable else 'unstable'}"
-              for s, is_stable in zip(scenarios, stable, strict=True)]  # fmt: skip
-    weights = {}
-    for scenario in dict.fromkeys(scenarios):
-        weights[f"{scenario} stable"] = natural[scenario]
-        weights[f"{scenario} unstable"] = 1.0 - natural[scenario]
-    return weighted_share(right, strata, weights, labels["instance"].to_numpy())
+
+def _costs(judged: JudgedCases, costs: Costs, spec: str, group: str) -> dict[str, Any]:
+    taken = costs.of(spec, _scenario(group))
+    if taken is None:
+        return {}
+    clusters = judged.clusters.loc[taken.index]
+    cpu = mean(taken[CPU], clusters)
+    found: dict[str, Any] = {"cpu": cpu, "wall": mean(taken[WALL], clusters)}
+    if set(PHASES) <= set(taken):
+        build, step, read = (float(taken[phase].mean()) for phase in PHASES)
+        found["phases"] = PhaseTimes(build, step, read, cpu.value - build - step - read)
+    return found
+
+
+def names_the_label(judged: JudgedCases, spec: str) -> BoolArray:
+    """Whether a method names the label's failing step, case by case."""
+    assert judged.labels is not None, "the run is on a labelled set"
+    verdicts = verdicts_against_labels(judged.said[spec], judged.labels)
+    found: BoolArray = verdicts["right"].to_numpy(bool)
+    return found

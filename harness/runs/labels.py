@@ -16,13 +16,13 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 
-from steadyload.layouts.benchmark import Benchmark, BenchmarkError, load_benchmark
+from steadyload.layouts.benchmark import Benchmark, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
-from steadyload.layouts.benchmark.tables import is_table, read_parquet, write_parquet
+from steadyload.layouts.benchmark.tables import as_parquet, from_parquet
 from steadyload.layouts.formats import read_written
 from steadyload.layouts.model import Layout
 from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.results import ResultsError
+from steadyload.runs.results import kept_file
 
 LABELS = pa.schema(
     [
@@ -42,7 +42,7 @@ label, counted from 0, null for a stable layout. ``confidence``, ``robust``: see
 ``offsets``: centre of mass minus geometric centre [cm], x, y, z of item 0, then of item 1, ...;
 null when all are zero."""
 
-_FILE = "labels.parquet"
+LABELS_FILE = "labels.parquet"
 
 
 Case = tuple[str, Layout]
@@ -111,17 +111,9 @@ def _labels(benchmark: Benchmark, chosen: pd.DataFrame) -> pd.DataFrame:
     return chosen.join(sure, on=KEYS).astype({"robust": "boolean"})[LABELS.names]
 
 
-def write_labels(directory: Path, labels: pd.DataFrame | None) -> None:
-    """Write a run folder's labels, or remove those of an earlier run that had some."""
-    if labels is None:
-        (directory / _FILE).unlink(missing_ok=True)
-    else:
-        write_parquet(directory / _FILE, labels, LABELS)
-
-
-def has_labels(directory: Path) -> bool:
-    """Whether a run folder's labels are there and can be read."""
-    return is_table(directory / _FILE, LABELS)
+def as_labels(labels: pd.DataFrame) -> bytes:
+    """Labels as the bytes of a run folder's file."""
+    return as_parquet(labels, LABELS)
 
 
 def load_labels(directory: str | Path) -> pd.DataFrame:
@@ -132,10 +124,7 @@ def load_labels(directory: str | Path) -> pd.DataFrame:
     Raises:
         ResultsError: there are none, or the file is damaged.
     """
-    try:
-        frame = read_parquet(Path(directory) / _FILE, LABELS)
-    except BenchmarkError as error:
-        raise ResultsError(f"{error}; run the study again to write it anew") from None
+    frame = from_parquet(kept_file(directory, LABELS_FILE).read_bytes(), LABELS)
     return frame.astype({"robust": "boolean"}).set_index(KEYS)
 
 

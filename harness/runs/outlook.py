@@ -24,6 +24,9 @@ from steadyload.methods.draws import sobol
 from steadyload.methods.method import Method, Status, Verdict, judge
 from steadyload.methods.uncertainty import Uncertainty, dimensions, judge_deviated
 
+VERSION = 1
+"""Of deviations, samples and intervals: raised when the same question has another answer."""
+
 REPLICATES = 16
 """Independent scramblings of the points; their answers show how far off the mean of all may be."""
 

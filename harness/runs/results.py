@@ -1,19 +1,15 @@
 """The one result schema: a row per (method, layout, scenario, repetition), in Parquet.
 
-A run folder holds ``manifest.json``, ``layouts.json`` and ``results/*.parquet``; every shard is
-either whole or not there, so a run that was interrupted at any moment can be loaded and resumed.
+A run folder holds ``manifest.json``, ``layouts.json`` and ``results/*.parquet``, a
+:class:`steadyload.runs.store.Store`: a run that was interrupted at any moment can be loaded and
+resumed. The manifest has the checksums of the single files beside it.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import inspect
 import json
-import platform
-import subprocess
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from importlib import metadata
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,13 +17,16 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from steadyload.atomic import write_atomically
-from steadyload.engines.registry import installed_versions, world_class
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import Method, Verdict
 from steadyload.methods.spec import as_plain
+from steadyload.runs.store import Codec, DamagedError, Store, checksum_of
+from steadyload.runs.store import ResultsError as ResultsError
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
+"""2: shards and the files beside them have checksums. The rows are those of 1."""
+
+LAYOUTS_FILE = "layouts.json"
 
 _SECONDS = ("build", "step", "read", "total")
 
@@ -68,10 +67,6 @@ _MANIFEST_KEYS = ("schema_version", "study", "study_hash", "data_hash", "shards"
 KEYS = ["layout", "scenario", "method", "repetition"]
 
 
-class ResultsError(ValueError):
-    """A folder that holds no study, or one of another version."""
-
-
 def result_row(
     layout: Layout, scenario: str, method: Method, repetition: int, verdict: Verdict
 ) -> dict[str, Any]:
@@ -102,11 +97,24 @@ def result_row(
     return row
 
 
-def write_shard(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:
-    """Write rows as one Parquet file, whole or not at all."""
+def _encoded(rows: Sequence[dict[str, Any]]) -> bytes:
     sink = pa.BufferOutputStream()
     pq.write_table(pa.Table.from_pylist([dict(r) for r in rows], schema=SCHEMA), sink)
-    write_atomically(path, sink.getvalue().to_pybytes())
+    return sink.getvalue().to_pybytes()
+
+
+def _decoded(content: bytes, columns: Sequence[str] | None = None) -> pa.Table:
+    wanted = None if columns is None else list(columns)
+    return pq.read_table(pa.BufferReader(content), schema=SCHEMA, columns=wanted)
+
+
+ROWS: Codec[dict[str, Any], pa.Table] = Codec(".parquet", _encoded, _decoded)
+"""A shard of rows."""
+
+
+def result_store(directory: Path) -> Store[dict[str, Any], pa.Table]:
+    """The shards of a run folder."""
+    return Store(directory / "results", ROWS)
 
 
 def load_results(directory: str | Path, columns: Sequence[str] | None = None) -> pd.DataFrame:
@@ -125,7 +133,7 @@ def load_results(directory: str | Path, columns: Sequence[str] | None = None) ->
     """
     wanted = SCHEMA.names if columns is None else list(columns)
     read = list(dict.fromkeys([*wanted, *KEYS]))
-    tables = [_read(shard, read) for shard in _shards(Path(directory))]
+    tables = [_decoded(content, read) for content in _shards(Path(directory))]
     rows = _frame(pa.concat_tables(tables)).sort_values(KEYS, kind="stable", ignore_index=True)
     return rows if read == wanted else rows[wanted]
 
@@ -142,26 +150,39 @@ def each_shard(
     Raises:
         ResultsError: as :func:`load_results`.
     """
-    for shard in _shards(Path(directory)):
-        yield _frame(_read(shard, columns))
+    for content in _shards(Path(directory)):
+        yield _frame(_decoded(content, columns))
 
 
-def _shards(directory: Path) -> list[Path]:
+def _shards(directory: Path) -> Iterator[bytes]:
+    """The shards of a run that are there, one after the other."""
     manifest = load_manifest(directory)
     found = manifest["schema_version"]
     if found != SCHEMA_VERSION:
-        raise ResultsError(f"{directory}: schema version {found!r}; allowed: {SCHEMA_VERSION}")
-    paths = [directory / "results" / f"{name}.parquet" for name in manifest["shards"]]
-    shards = [path for path in paths if path.exists()]
-    if not shards:
+        raise ResultsError(
+            f"{directory}: schema version {found!r}; allowed: {SCHEMA_VERSION}; run the study "
+            "again to compute it anew"
+        )
+    store = result_store(directory)
+    keys = [key for key in manifest["shards"] if key in store]
+    if not keys:
         raise ResultsError(f"{directory}: holds no results yet")
-    return shards
+    yield from map(store.content, keys)
 
 
-def _read(shard: Path, columns: Sequence[str] | None) -> pa.Table:
-    if not is_whole(shard):
-        raise ResultsError(f"{shard}: is damaged; run the study again to compute it anew")
-    return pq.read_table(shard, schema=SCHEMA, columns=None if columns is None else list(columns))
+def kept_file(directory: str | Path, name: str) -> Path:
+    """A single file of a run folder, as it was written.
+
+    Raises:
+        ResultsError: not a run folder, or the file is missing or damaged.
+    """
+    path = Path(directory) / name
+    expected, found = load_manifest(directory).get("files", {}).get(name), checksum_of(path)
+    if not found:
+        raise ResultsError(f"{path}: is missing; run the study again to write it anew")
+    if found != expected:
+        raise DamagedError(path)
+    return path
 
 
 def _frame(table: pa.Table) -> pd.DataFrame:
@@ -189,91 +210,3 @@ def load_manifest(directory: str | Path) -> dict[str, Any]:
     if not complete:
         raise ResultsError(f"{path}: is not the manifest of a study")
     return manifest
-
-
-def is_whole(shard: Path) -> bool:
-    """Whether a shard is there and can be read."""
-    try:
-        return pq.read_schema(shard).names == SCHEMA.names
-    except (OSError, pa.ArrowInvalid):
-        return False
-
-
-def code_fingerprint(*classes: type) -> str:
-    """Hash of everything that may change a verdict: the code of layouts, methods and engines.
-
-    Args:
-        classes: methods and worlds; the files of those from elsewhere count too.
-    """
-    import steadyload.engines
-    import steadyload.layouts
-    import steadyload.methods
-
-    digest = hashlib.sha256()
-    for outside in sorted({inspect.getsourcefile(cls) or "" for cls in classes}):
-        digest.update(Path(outside).read_bytes())
-    for package in (steadyload.layouts, steadyload.methods, steadyload.engines):
-        root = Path(package.__path__[0])
-        for path in sorted([*root.rglob("*.py"), *root.rglob("*.toml")]):
-            if "benchmark" in path.relative_to(root).parts:
-                continue  # it keeps what judges said and changes nothing of it
-            digest.update(str(path.relative_to(root)).encode())
-            digest.update(path.read_bytes())
-    return digest.hexdigest()
-
-
-def judged_by(method: Method) -> str:
-    """Hash of the code that a method's verdicts come from, its engine's adapter, a preset's values
-    and trained weights too.
-    """
-    engine = method.spec.engine
-    code = code_fingerprint(type(method), *((world_class(engine),) if engine else ()))
-    values = json.dumps(as_plain(method.parameters), sort_keys=True)
-    return hashlib.sha256(f"{code} {values} {method.made_of()}".encode()).hexdigest()
-
-
-def provenance() -> dict[str, Any]:
-    """Versions, source revision and kind of machine; nothing that identifies a person or host."""
-    packages = ("steadyload", "numpy", "pandas", "pyarrow", "scipy")
-    versions = {name: metadata.version(name) for name in packages if _installed(name)}
-    return {
-        "code": code_fingerprint()[:16],
-        "git": _git_revision(),
-        "versions": {"python": platform.python_version(), **versions, **installed_versions()},
-        "machine": f"{platform.system()} {platform.machine()}",
-    }
-
-
-def provenance_lines(made: Mapping[str, Any] | None = None) -> dict[str, str]:
-    """A provenance as a page shows it.
-
-    Args:
-        made: the manifest of a run folder; None for what would be computed now.
-    """
-    made = provenance() if made is None else made
-    return {
-        "source": f"{made['git'] or 'installed package'} (code {made['code']})",
-        "versions": ", ".join(f"{k} {v}" for k, v in made["versions"].items()),
-        "machine": made["machine"],
-    }
-
-
-def _installed(name: str) -> bool:
-    try:
-        metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return False
-    return True
-
-
-def _git_revision() -> str | None:
-    """Commit of the source tree this code runs from, marked when it has changes; None outside."""
-    root = Path(__file__).resolve().parents[2]
-    if not (root / ".git").exists():
-        return None
-    command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=12"]
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
-    except (OSError, subprocess.SubprocessError):
-        return None
-    return done.stdout.strip() or None

@@ -6,42 +6,46 @@ number. What grows with it are the names of shards and of layouts.
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from steadyload.atomic import write_atomically
+from steadyload.atomic import clear_unfinished, write_atomically
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model import Layout
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.envelope_use import EnvelopeCount
-from steadyload.runs.executors import IN_THIS_PROCESS, Executor, run_units
+from steadyload.runs.executors import IN_THIS_PROCESS, Executor
 from steadyload.runs.labels import (
+    LABELS_FILE,
     Case,
     Material,
-    has_labels,
+    as_labels,
     labelled_material,
     own_material,
-    write_labels,
 )
-from steadyload.runs.results import (
-    SCHEMA_VERSION,
+from steadyload.runs.provenance import provenance
+from steadyload.runs.results import LAYOUTS_FILE, SCHEMA_VERSION, load_manifest, result_store
+from steadyload.runs.store import (
+    Progress,
     ResultsError,
+    Survey,
+    checksum,
+    checksum_of,
     is_whole,
-    load_manifest,
-    provenance,
-    write_shard,
+    locked,
 )
-from steadyload.runs.units import Unit, crashed_row, judge_unit, made_now, study_units
+from steadyload.runs.units import crashed_row, hard_limit, judge_unit, made_now, study_units
 
-_KEPT = "layouts.json"
+_FRESH = f".{LAYOUTS_FILE}"
+"""Layouts before they are put in their place."""
+
+_SINGLE_FILES = (_FRESH, "manifest.json", LABELS_FILE)
 
 
 def run_study(
@@ -51,7 +55,7 @@ def run_study(
     workers: int | Executor = IN_THIS_PROCESS,
     rerun: bool = False,
     resume: bool = False,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = lambda done, total: None,
 ) -> int:
     """Run what is missing of a study; returns the number of rows computed now.
 
@@ -63,7 +67,8 @@ def run_study(
         study: what to compare.
         directory: the run folder; made when it does not exist.
         workers: processes beside this one, or an executor, in which an engine may crash: that costs
-            one row of status ``crashed``. 0 judges in this process, and a crash ends it.
+            one row of status ``crashed``, and a judgement that hangs beyond the study's timeout one
+            of status ``timeout``. 0 judges in this process, and a crash ends it.
         rerun: compute everything anew.
         resume: there must be a run to go on with; without it, one is begun where there is none.
         progress: called with rows done and rows in all, first with what is already there.
@@ -93,49 +98,54 @@ def _run(
     directory: Path,
     workers: int | Executor,
     rerun: bool,
-    progress: Callable[[int, int], None],
+    progress: Progress,
 ) -> int:
-    results, layouts = directory / "results", directory / f".{_KEPT}"
-    for unfinished in (*directory.glob(f".{_KEPT}*"), *results.glob(".*.parquet.*")):
-        unfinished.unlink()
+    store, layouts, kept = result_store(directory), directory / _FRESH, directory / LAYOUTS_FILE
+    for name in _SINGLE_FILES:
+        clear_unfinished(directory, name)
     made_by = made_now(study.methods)
-    survey = _Survey(EnvelopeCount(study.methods), of_cases=material.about is not None)
-    write_layouts(layouts, survey.kept(material.layouts), Format.NATIVE)
-    for unit in study_units(study, survey.judged(material.cases(layouts)), results, made_by):
-        survey.add(unit, missing=rerun or not is_whole(unit.shard))
-    progress(survey.present, survey.rows)
-    manifest = _manifest(study, material, survey)
+    passing = _Passing(EnvelopeCount(study.methods), of_cases=material.about is not None)
+    write_layouts(layouts, passing.kept(material.layouts), Format.NATIVE)
+    labels = None if material.labels is None else as_labels(material.labels)
+    units = study_units(study, passing.judged(material.cases(layouts)), made_by)
+    survey = store.survey(units, rerun=rerun)
+    manifest = _manifest(study, material, passing, survey)
+    manifest["files"] = {LAYOUTS_FILE: checksum_of(layouts)}
+    if labels is not None:
+        manifest["files"][LABELS_FILE] = checksum(labels)
     if not survey.missing and _is_finished(directory, manifest):
+        progress(survey.present, survey.parts)
         layouts.unlink()
         return 0
-    for name in survey.missing:
-        (results / f"{name}.parquet").unlink(missing_ok=True)
+    for key in survey.missing:
+        store.drop(key)
     _write_manifest(directory, manifest)
-    layouts.replace(directory / _KEPT)
-    write_labels(directory, material.labels)
-    computed = 0
-    units = study_units(study, material.cases(directory / _KEPT), results, made_by)
-    missing = (unit for unit in units if unit.shard.stem in survey.missing)
-    for unit, rows in run_units(judge_unit, missing, workers=workers, crashed=crashed_row):
-        write_shard(unit.shard, rows)
-        computed += len(rows)
-        progress(survey.present + computed, survey.rows)
+    layouts.replace(kept)
+    if labels is None:  # an earlier run may have had some
+        (directory / LABELS_FILE).unlink(missing_ok=True)
+    else:
+        write_atomically(directory / LABELS_FILE, labels)
+    computed = store.complete(
+        study_units(study, material.cases(kept), made_by),
+        judge_unit,
+        crashed=crashed_row,
+        limit=hard_limit(study.timeout),
+        workers=workers,
+        progress=progress,
+        survey=survey,
+    )
     _write_manifest(directory, {**manifest, "finished": _now()})
     return computed
 
 
 @dataclass
-class _Survey:
-    """What is to be known of a study before it begins, from going through it once."""
+class _Passing:
+    """What is to be known of a study's layouts before it begins, from going through them once."""
 
     envelope: EnvelopeCount
     of_cases: bool
     """Whether the hash of the data is one of cases, rather than of layouts: scenarios follow from a
     study's own layouts, but a labelled set has its own cases."""
-    shards: list[str] = field(default_factory=list)
-    missing: set[str] = field(default_factory=set)
-    rows: int = 0
-    present: int = 0
     layouts: int = 0
     digest: Any = field(default_factory=hashlib.sha256)
 
@@ -155,16 +165,6 @@ class _Survey:
                 self.digest.update(layout.content_hash().encode())
             yield scenario, layout
 
-    def add(self, unit: Unit, *, missing: bool) -> None:
-        """Take note of a unit."""
-        name = unit.shard.stem
-        self.shards.append(name)
-        self.rows += len(unit)
-        if missing:
-            self.missing.add(name)
-        else:
-            self.present += len(unit)
-
 
 def _claim(directory: Path, study: StudyDefinition) -> None:
     """Make the folder, or refuse one that is not this study's."""
@@ -181,22 +181,8 @@ def _claim(directory: Path, study: StudyDefinition) -> None:
 
 def _is_foreign(found: Path) -> bool:
     """Not what an interrupted beginning leaves."""
-    return found.name not in ("results", ".lock") and not found.name.startswith(f".{_KEPT}")
-
-
-@contextmanager
-def locked(directory: Path) -> Iterator[None]:
-    """One run a folder at a time; the lock goes with the process, however that ends.
-
-    Raises:
-        ResultsError: another run is at work in it.
-    """
-    with (directory / ".lock").open("w") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise ResultsError(f"{directory}: another run is at work in this folder") from None
-        yield
+    begun = (_FRESH, *(f".{name}." for name in _SINGLE_FILES))
+    return found.name not in ("results", ".lock") and not found.name.startswith(begun)
 
 
 def _is_finished(directory: Path, manifest: dict[str, Any]) -> bool:
@@ -204,12 +190,16 @@ def _is_finished(directory: Path, manifest: dict[str, Any]) -> bool:
         return False
     found = load_manifest(directory)
     # Labels may have changed under verdicts that have not.
-    same = all(found.get(key) == manifest.get(key) for key in ("shards", "labels", "envelope"))
-    complete = manifest.get("labels") is None or has_labels(directory)
-    return same and complete and found["finished"] is not None
+    told = ("schema_version", "shards", "labels", "envelope", "files")
+    if any(found.get(key) != manifest.get(key) for key in told):
+        return False
+    files = [is_whole(directory / name, total) for name, total in manifest["files"].items()]
+    return all(files) and found["finished"] is not None
 
 
-def _manifest(study: StudyDefinition, material: Material, survey: _Survey) -> dict[str, Any]:
+def _manifest(
+    study: StudyDefinition, material: Material, passing: _Passing, survey: Survey
+) -> dict[str, Any]:
     definition = {
         "name": study.name,
         "methods": list(study.methods),
@@ -229,12 +219,12 @@ def _manifest(study: StudyDefinition, material: Material, survey: _Survey) -> di
         "schema_version": SCHEMA_VERSION,
         "study": definition,
         "study_hash": hashlib.sha256(json.dumps(definition).encode()).hexdigest()[:16],
-        "data_hash": survey.digest.hexdigest()[:16],
-        "layouts": survey.layouts,
-        "rows": survey.rows,
-        "shards": survey.shards,
+        "data_hash": passing.digest.hexdigest()[:16],
+        "layouts": passing.layouts,
+        "rows": survey.parts,
+        "shards": list(survey.keys),
         **({} if material.about is None else {"labels": material.about}),
-        "envelope": survey.envelope.use,
+        "envelope": passing.envelope.use,
         **provenance(),
         "started": _now(),
         "finished": None,

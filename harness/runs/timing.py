@@ -7,31 +7,30 @@ which one comes first changes from block to block; and all is repeated.
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.atomic import write_atomically
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import judge
 from steadyload.methods.registry import make_method
-from steadyload.runs.executors import SinglePart, run_units
-from steadyload.runs.results import ResultsError
+from steadyload.runs.executors import SinglePart
+from steadyload.runs.provenance import key_of
+from steadyload.runs.store import JSON, Progress, Store, locked
 from steadyload.runs.units import made_now
+
+VERSION = 1
+"""Of how times are taken: raised when they would mean something else."""
 
 BLOCK = 50
 """Layouts that a method judges in a turn. Whoever has just judged something else pays for it."""
-
-Progress = Callable[[int, int], None]
 
 
 def taken(work: Callable[[], object]) -> tuple[float, float]:
@@ -47,7 +46,7 @@ def machine_load() -> float | None:
     return os.getloadavg()[0] if hasattr(os, "getloadavg") else None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Turn(SinglePart):
     """A unit of work: all methods judge all layouts once, in blocks.
 
@@ -70,12 +69,18 @@ class Turn(SinglePart):
             f"repeat {self.repeat}"
         )
 
-    def identity(self) -> str:
+    @cached_property
+    def key(self) -> str:
         """Hash of all that times are of."""
-        made = {spec: dict(made) for spec, made in made_now(self.methods).items()}
-        own = [self.block, self.repeat, Path(__file__).read_text()]
-        content = [made, [layout.content_hash() for layout in self.layouts], own]
-        return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:16]
+        identity = {
+            "question": "times in turns",
+            "version": VERSION,
+            "made by": {spec: dict(made) for spec, made in made_now(self.methods).items()},
+            "layouts": [layout.content_hash() for layout in self.layouts],
+            "block": self.block,
+            "repeat": self.repeat,
+        }
+        return f"times-{key_of(identity)}"
 
 
 @dataclass(frozen=True)
@@ -105,7 +110,7 @@ def timed(
 ) -> Times:
     """Times of methods on the same layouts; every repeat is kept, and not taken again.
 
-    A repeat counts as taken when methods, layouts, code and packages were the same.
+    A repeat counts as taken when methods, their versions, layouts and packages were the same.
 
     Args:
         methods: spec strings; without any there is nothing to time.
@@ -124,20 +129,10 @@ def timed(
         return Times({}, {}, None)
     chosen = tuple(layouts)
     turns = [Turn(tuple(methods), chosen, block, repeat) for repeat in range(repeats)]
-    files = [folder / f"times-{turn.identity()}.json" for turn in turns]
-    missing = [turn for turn, file in zip(turns, files, strict=True) if not file.exists()]
-    folder.mkdir(parents=True, exist_ok=True)
-    done = repeats - len(missing)
-    progress(done, repeats)
-    for turn, [found] in run_units(
-        _time, missing, workers=min(workers, 1), crashed=lambda unit, part, why: {"why": why}
-    ):
-        if "why" in found:
-            raise ResultsError(f"{turn.describe(0)}: {found['why']}")
-        write_atomically(files[turn.repeat], json.dumps(found) + "\n")
-        done += 1
-        progress(done, repeats)
-    kept = [json.loads(file.read_text()) for file in files]
+    with locked(folder):
+        store = Store(folder, JSON)
+        store.complete(turns, _time, workers=min(workers, 1), progress=progress)
+        kept = [entry for turn in turns for entry in store.read(turn.key)]
     loads = [entry["load"] for entry in kept]
     cpu, wall = (
         {spec: np.array([entry[clock][spec] for entry in kept]) for spec in methods}

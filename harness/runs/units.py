@@ -2,31 +2,26 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from importlib import metadata
 from itertools import islice
-from pathlib import Path
 from typing import Any
 
-from steadyload.engines.registry import installed_versions
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import Method, Status, Verdict, judge
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.labels import Case
-from steadyload.runs.results import SCHEMA_VERSION, ResultsError, judged_by, result_row
+from steadyload.runs.pool import PartLimit
+from steadyload.runs.provenance import key_of, made_by
+from steadyload.runs.results import SCHEMA_VERSION, ResultsError, result_row
 
 Row = dict[str, Any]
 """A row of :data:`steadyload.runs.results.SCHEMA`."""
 
 MadeBy = Mapping[str, str]
-"""What a method's rows come from: a hash of the code, and versions of packages by name."""
-
-_NUMERICS = ("numpy", "scipy")
+"""What a method's rows come from: see :func:`steadyload.runs.provenance.made_by`."""
 
 
 class OtherCodeError(ResultsError):
@@ -35,14 +30,14 @@ class OtherCodeError(ResultsError):
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A unit of work: one method, what it is to judge, and the shard the rows go to.
+    """A unit of work: one method, what it is to judge, and the key of its shard.
 
     A judgement is a repetition, a scenario and a layout; a row each.
     """
 
     method: str
     judgements: tuple[tuple[int, str, Layout], ...]
-    shard: Path
+    key: str
     made_by: MadeBy
     timeout: float | None = None
 
@@ -68,22 +63,19 @@ def made_now(methods: Iterable[str]) -> dict[str, MadeBy]:
 @cache
 def _made_here(spec: str) -> MadeBy:
     """What a method's rows come from in this process."""
-    method = make_method(spec)
-    numerics = {name: metadata.version(name) for name in _NUMERICS}
-    return {"code": judged_by(method), **numerics, **installed_versions(method.spec.engine or "")}
+    return made_by(make_method(spec))
 
 
 def study_units(
-    study: StudyDefinition, cases: Iterable[Case], folder: Path, made_by: Mapping[str, MadeBy]
+    study: StudyDefinition, cases: Iterable[Case], made_by: Mapping[str, MadeBy]
 ) -> Iterator[Unit]:
     """The study in parts, as they are asked for: every method on the first cases, then the next.
 
-    A shard's name is a hash of all that its rows depend on.
+    A unit's key is a hash of all that its rows depend on.
 
     Args:
         study: what to compare.
         cases: what is judged, in turn.
-        folder: of the shards.
         made_by: what a method's rows come from, by method.
     """
     ahead = iter(cases)
@@ -95,11 +87,18 @@ def study_units(
         )
         content = [[scenario, lay.name, lay.content_hash()] for scenario, lay in part]
         for method in study.methods:
-            identity = [method, study.repetitions, study.timeout, SCHEMA_VERSION]
-            identity += [dict(made_by[method]), content]
-            digest = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:20]
-            shard = folder / f"{digest}.parquet"
-            yield Unit(method, judgements, shard, made_by[method], study.timeout)
+            key = key_of(
+                {
+                    "question": "verdicts",
+                    "method": method,
+                    "made by": dict(made_by[method]),
+                    "repetitions": study.repetitions,
+                    "timeout": study.timeout,
+                    "schema": SCHEMA_VERSION,
+                    "cases": content,
+                }
+            )
+            yield Unit(method, judgements, key, made_by[method], study.timeout)
 
 
 def judge_unit(unit: Unit) -> Iterator[Row]:
@@ -139,8 +138,30 @@ def _rows(method: Method, unit: Unit) -> Iterator[Row]:
         yield result_row(layout, scenario, method, repetition, verdict)
 
 
+def hard_limit(timeout: float | None) -> PartLimit[Unit, Row] | None:
+    """Time after which a judgement is ended from outside, such as one in a call that hangs.
+
+    A method looks at the clock between calls of its engine, so that a verdict may take longer than
+    its ``timeout``; and the first judgement of a worker is made twice. Hence twice the timeout, and
+    5 s more.
+
+    Args:
+        timeout: wall seconds a judgement may take; None for no limit.
+    """
+    return None if timeout is None else PartLimit(2.0 * timeout + 5.0, timed_out_row)
+
+
 def crashed_row(unit: Unit, part: int, reason: str) -> Row:
     """The row of a judgement that ends the process it is made in."""
+    return _row_without_verdict(unit, part, Status.CRASHED, reason)
+
+
+def timed_out_row(unit: Unit, part: int, reason: str) -> Row:
+    """The row of a judgement that exceeds its hard limit."""
+    return _row_without_verdict(unit, part, Status.TIMEOUT, reason)
+
+
+def _row_without_verdict(unit: Unit, part: int, status: Status, reason: str) -> Row:
     repetition, scenario, layout = unit.judgements[part]
-    verdict = Verdict(item_count=len(layout), status=Status.CRASHED, reason=reason)
+    verdict = Verdict(item_count=len(layout), status=status, reason=reason)
     return result_row(layout, scenario, make_method(unit.method), repetition, verdict)

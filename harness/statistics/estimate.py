@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 
@@ -13,3 +14,7 @@ class Estimate:
     low: float
     high: float
     n: int
+
+
+NOTHING = Estimate(math.nan, math.nan, math.nan, 0)
+"""An estimate that no case speaks of."""

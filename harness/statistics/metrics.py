@@ -1,4 +1,4 @@
-"""Numbers with intervals. Every function is pure and deterministic.
+"""Estimates with intervals. Every function is pure and deterministic.
 
 Cases that share a layout (the same geometry in several scenarios), or an item list that several
 layouts were packed from, are not independent. Wherever such cases are pooled, ``clusters`` says
@@ -14,20 +14,19 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.estimate import NOTHING, Estimate
 
 _Z = 1.959963984540054
 _RESAMPLES = 2000
 _SEED = 0
-_NOTHING = Estimate(math.nan, math.nan, math.nan, 0)
 
 
 def share(hits: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
     """A proportion with its 95 % Wilson interval.
 
     With clusters, the interval is taken at the effective sample size p (1 - p) / Var(p), where the
-    variance is that between clusters (Kish's design effect), at least the size that clusters of one
-    opinion each would have (their number, where they are of one size) and at most n.
+    variance is that between clusters (Kish's design effect), at least the size that clusters of
+    equal cases would have (their number, where they are of one size) and at most n.
 
     Args:
         hits: what happened in each case, as booleans.
@@ -36,7 +35,7 @@ def share(hits: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
     happened = np.asarray(hits, dtype=float)
     n = len(happened)
     if n == 0:
-        return _NOTHING
+        return NOTHING
     p = float(happened.mean())
     low, high = _wilson(p, effective_size(happened, clusters))
     return Estimate(p, low, high, n)
@@ -51,7 +50,7 @@ def mean(values: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
     """
     array = np.asarray(values, dtype=float)
     if len(array) == 0:
-        return _NOTHING
+        return NOTHING
     sums, sizes = _cluster_sums(array, clusters)
     means = [sums[drawn].sum(axis=1) / sizes[drawn].sum(axis=1) for drawn in resamples(len(sums))]
     low, high = np.quantile(np.concatenate(means), (0.025, 0.975))
@@ -68,7 +67,7 @@ def ratio(above: ArrayLike, below: ArrayLike, clusters: ArrayLike | None = None)
     """
     over, under = np.asarray(above, dtype=float), np.asarray(below, dtype=float)
     if len(over) == 0:
-        return _NOTHING
+        return NOTHING
     top, _ = _cluster_sums(over, clusters)
     bottom, _ = _cluster_sums(under, clusters)
     drawn_ratios = [top[d].sum(axis=1) / bottom[d].sum(axis=1) for d in resamples(len(top))]
@@ -101,7 +100,7 @@ def weighted_share(
     kept = member >= 0
     happened, member = np.asarray(hits, dtype=float)[kept], member[kept]
     if len(set(member.tolist())) < len(used):
-        return _NOTHING
+        return NOTHING
     group = np.arange(len(kept)) if clusters is None else np.asarray(clusters)
     _, group = np.unique(group[kept], return_inverse=True)
     shape = (int(group.max()) + 1, len(used))
@@ -121,7 +120,7 @@ def weighted_share(
 
 
 def outcomes(results: pd.DataFrame) -> pd.DataFrame:
-    """What each method said of each case: rows (layout, scenario), a column per method.
+    """Verdicts as a table of numbers: rows (layout, scenario), a column per method.
 
     A value is the failing step, the number of items for a stable layout (so that equal values mean
     equal verdicts), and missing where a method has no verdict. Of several repetitions the first
@@ -168,7 +167,7 @@ def resamples(count: int) -> Iterator[NDArray[np.int64]]:
 
 
 def effective_size(hits: ArrayLike, clusters: ArrayLike | None) -> float:
-    """How many independent cases tell as much of a proportion as these do, see :func:`share`.
+    """Effective sample size of a proportion: the number of independent cases, see :func:`share`.
 
     Args:
         hits: what happened in each case, as booleans.
@@ -180,7 +179,7 @@ def effective_size(hits: ArrayLike, clusters: ArrayLike | None) -> float:
     count = len(sums)
     if count == n:
         return n
-    alike = n * n / float((sizes * sizes).sum())  # clusters of one opinion each
+    alike = n * n / float((sizes * sizes).sum())  # clusters of equal cases
     if count == 1 or p in (0.0, 1.0):
         return alike
     spread = ((sums - p * sizes) ** 2).sum() / (n * n) * count / (count - 1)

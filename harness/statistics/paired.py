@@ -1,11 +1,11 @@
-"""Which methods a set of cases tells apart: a paired test by item lists, corrected for many pairs.
+"""Significant differences of methods: a paired test by item lists, corrected for many pairs.
 
-Layouts packed from one item list are alike, so the item list is what counts as one observation.
-Where two methods are equally good on a list, it is by chance which of them is ahead there: the sign
-of their difference could as well be the other. The test asks how many of all ways to turn the signs
-of the lists' differences give a difference as large as the one that was found. It takes no
-normal law, which a few lists of very different size do not follow, and it is exact. McNemar's test
-would count every case as an observation of its own.
+Layouts packed from one item list are alike, so the item list counts as one observation. Under the
+null hypothesis two methods are equally good on every list, and the sign of their difference there
+is arbitrary. The p-value is the share of all sign assignments to the lists' differences that give a
+sum at least as large as the observed one. The test is exact and assumes no normal law, which a few
+lists of very different size do not follow. McNemar's test would count every case as an observation
+of its own.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 LEVEL = 0.05
-"""Two methods are told apart where the corrected p is below this."""
+"""Level of significance: two methods differ significantly if the corrected p is below this."""
 
 
 def sign_flip(differences: ArrayLike, clusters: ArrayLike) -> float:
@@ -64,11 +64,11 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
 
 def letters(order: Sequence[str], apart: Set[tuple[str, str]]) -> dict[str, str]:
-    """A compact display of pairs: two names share a letter just where they are not told apart.
+    """A compact display of pairs: two names share a letter if they do not differ significantly.
 
     Args:
         order: all names, the best first: it has the letter a.
-        apart: pairs that are told apart, in either order.
+        apart: pairs that differ significantly, in either order.
 
     Returns:
         The letters of every name, such as ``ab``; beyond z come aa, ab, ... with a dot between.
@@ -111,5 +111,5 @@ def _letter(number: int) -> str:
 
 
 def fewest_lists(count: int, level: float = LEVEL) -> int:
-    """Lists of one sign that it takes to tell one of ``count`` pairs apart at a level."""
+    """Number of lists of one sign that make one of ``count`` pairs significant at a level."""
     return max(1, math.ceil(math.log2(2.0 * count / level)))

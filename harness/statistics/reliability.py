@@ -1,4 +1,4 @@
-"""Whether probabilities keep what they say, and what not judging the unsure cases gives."""
+"""Calibration of probabilities, and the accuracy gained by abstaining from uncertain cases."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class ReliabilityBin:
 
 @dataclass(frozen=True, slots=True)
 class Reliability:
-    """How a probability keeps what it says.
+    """Calibration of a probability.
 
     ``brier``: mean square of probability minus outcome. ``error``: expected calibration error, the
     mean over ``bins`` (of equal width) of the distance between the mean probability and the share
@@ -39,9 +39,9 @@ class Reliability:
 
 @dataclass(frozen=True, slots=True)
 class Abstention:
-    """What is won by not judging what a judge is least sure of.
+    """Gain of abstaining from the cases that a method is least sure of.
 
-    ``least``: how sure it must be to judge. ``curve``: (share of cases judged, the surest first;
+    ``least``: least confidence to judge. ``curve``: (share of cases judged, the most certain first;
     share of these that are wrong).
     """
 
@@ -69,11 +69,11 @@ def reliability(
     clusters: ArrayLike,
     edges: Sequence[float] = EDGES,
 ) -> Reliability:
-    """How probabilities keep what they say.
+    """Calibration of probabilities.
 
     The interval of the expected calibration error is a percentile bootstrap over clusters. Noise
-    moves every bin away from its line, so that an interval leans upward, and that of a judge
-    without any error does not hold 0.
+    moves every bin away from its line, so that an interval leans upward, and that of a method
+    without any error does not contain 0.
 
     Args:
         said: probabilities, 0 to 1, one or more.
@@ -109,7 +109,7 @@ def reliability(
 
 
 def abstention(sure: ArrayLike, right: ArrayLike, clusters: ArrayLike) -> Abstention:
-    """What is won by not judging the tenth that a judge is least sure of.
+    """Gain of abstaining from the tenth of the cases that a method is least sure of.
 
     Args:
         sure: how sure it is of each case, 0 to 1.

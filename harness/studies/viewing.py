@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from steadyload.atomic import write_atomically
+from steadyload.errors import UserError, nearest
 from steadyload.layouts.formats import read_layouts
 from steadyload.layouts.model import Layout
 from steadyload.methods.recording import RecordedStep, Recording, record_loading
 from steadyload.methods.registry import make_method
-from steadyload.methods.spec import nearest
 from steadyload.reports.viewer.records import (
     Movement,
     View,
@@ -18,10 +18,10 @@ from steadyload.reports.viewer.records import (
     ViewedLoading,
     ViewedStep,
 )
-from steadyload.runs.results import provenance_lines
+from steadyload.runs.provenance import provenance_lines
 
 
-class ViewError(ValueError):
+class ViewError(UserError):
     """A layout that is not there, or none named where there are several."""
 
 

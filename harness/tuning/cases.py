@@ -23,7 +23,7 @@ class Case:
         safe: items placed safely, all of them for a stable layout.
         scenario: where its centres of mass are from.
         instance: the item list that it was packed from.
-        robust: whether the label stands whatever judge is asked; None where none was.
+        robust: whether all further methods agree with the label; None where none judged it.
     """
 
     layout: Layout
@@ -35,7 +35,7 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class CaseSource:
-    """Which cases: a part of a labelled set, and the folder of the set, None for the shipped one.
+    """Source of cases: a part of a labelled set, and the set's folder, None for the shipped one.
 
     ``limit``: only so many a scenario, those of the first ranks.
     """

@@ -1,4 +1,4 @@
-"""CPU time as a sum over what a simulation does, so that a search can be made again.
+"""CPU time as a sum over a simulation's counted work, so that a search can be repeated.
 
 The terms are counted (:class:`steadyload.methods.method.Effort`) and equal on every machine; what
 each takes is measured once an engine, as the non-negative weights that fit the CPU times of random
@@ -27,15 +27,18 @@ from steadyload.methods.simulation_parameters import SimulationParameters
 from steadyload.methods.spec import SpecError
 from steadyload.methods.tuned import TUNED, tuned
 from steadyload.runs.executors import SinglePart, run_units
-from steadyload.runs.results import judged_by
+from steadyload.runs.provenance import made_by
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource, load_cases
 from steadyload.tuning.space import Space
 
 FloatArray = NDArray[np.float64]
 
+VERSION = 1
+"""Of the terms that costs are sums of, and of the goal: raised when they change."""
+
 GOAL = "ps3@{engine}:samples=10,rest_speed=0.01"
-"""What a goal is a share of: PS_3, stopped at rest and looked at as others are."""
+"""The method that defines the goal: PS_3, stopped at rest and sampled as others are."""
 
 TERMS = (
     "layout",
@@ -48,8 +51,8 @@ TERMS = (
     "body and substep, neighbours close",
     "body, substep and iteration",
 )
-"""What is counted. Bodies and iterations count by what is asked for: an engine may do with less.
-Neighbours touch, or come to touch, all the more the less their side faces are drawn in."""
+"""What is counted. Bodies and iterations count as requested: an engine may use fewer.
+Neighbours touch, or begin to touch, the more often the less their side faces are drawn in."""
 
 _CLOSE = 1e-4
 """[m]; neighbours drawn in by this are half as close."""
@@ -59,7 +62,7 @@ _REDRAWN = 0.3
 
 _ANCHOR_WEIGHT = 16.0
 """Of the goal, the start of a space and what was found in it before, among parameter sets: every
-cost of a search is held against the first, and searches spend their time near the others."""
+cost of a search is compared with the first, and searches spend their time near the others."""
 
 _USUAL_ITERATIONS = 50
 """Of an engine that was not told."""
@@ -67,7 +70,7 @@ _USUAL_ITERATIONS = 50
 
 @dataclass(frozen=True)
 class CostModel:
-    """What a judgement costs on one engine.
+    """Model of the CPU time of a judgement on one engine.
 
     Attributes:
         microseconds: by term of :data:`TERMS`.
@@ -91,7 +94,7 @@ class CostModel:
 
 
 def counts(effort: Effort, parameters: SimulationParameters) -> FloatArray:
-    """How often each of :data:`TERMS` occurred in the judgement of one layout."""
+    """Count of each of :data:`TERMS` in the judgement of one layout."""
     iterations = parameters.solver_iterations or _USUAL_ITERATIONS
     closeness = 1.0 / (1.0 + parameters.shrink / _CLOSE)
     simple = effort.worlds if parameters.broad_phase is BroadPhase.SIMPLE else 0
@@ -180,7 +183,7 @@ def kept_model(
 ) -> CostModel:
     """The cost model of an engine on a space, measured once and kept in a file.
 
-    Measured again when the engine's code has changed since. Measure it while nothing else runs.
+    Measured again when the engine's version has changed since. Measure it while nothing else runs.
 
     Args:
         path: of the file.
@@ -195,7 +198,8 @@ def kept_model(
     about = {
         "engine": space.engine,
         "space": space.name,
-        "code": judged_by(make_method(f"simulation@{space.engine}")),
+        "version": VERSION,
+        "made_by": made_by(make_method(f"simulation@{space.engine}")),
     }
     if path.exists():
         try:
@@ -247,4 +251,4 @@ def _measure(unit: _Measurement) -> Iterator[_Counted]:
 
 
 def _crashed(unit: _Measurement, part: int, reason: str) -> None:
-    """A parameter set that ends its process tells nothing of cost."""
+    """A parameter set that ends its process gives no cost."""

@@ -1,20 +1,17 @@
-"""What makes a search the same search, by which one that goes on is known."""
+"""Identity of a search: two runs with the same identity are one search, which can be resumed."""
 
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation_parameters import parameters_on
-from steadyload.runs.results import judged_by
+from steadyload.runs.provenance import made_by
+from steadyload.tuning import cost, proposers, trial
 from steadyload.tuning.options import SearchOptions
 from steadyload.tuning.space import Gene, Space
-
-_DECIDING = ("cases", "cost", "judging", "options", "proposers", "search")
 
 
 def space_of(found: Mapping[str, Any]) -> Space:
@@ -28,7 +25,7 @@ def space_of(found: Mapping[str, Any]) -> Space:
 
 
 def identity(options: SearchOptions, space: Space) -> dict[str, Any]:
-    """What makes a search the same search. Budgets are not part of it: one may go on longer."""
+    """Identity of a search. Budgets are not part of it: a search may go on longer."""
     method = make_method(space.spec(space.start))
     return {
         "engine": options.engine,
@@ -41,14 +38,10 @@ def identity(options: SearchOptions, space: Space) -> dict[str, Any]:
         "population": options.population,
         "begin_with": list(options.begin_with),
         "source": dataclasses.asdict(options.source),
-        "code": judged_by(method)[:16],
-        "search": _search_code(),
+        "made_by": made_by(method),
+        "search": {
+            "proposals": proposers.VERSION,
+            "judging": trial.VERSION,
+            "cost": cost.VERSION,
+        },
     }
-
-
-def _search_code() -> str:
-    """Hash of the code that decides what is proposed and what is given up."""
-    digest = hashlib.sha256()
-    for module in _DECIDING:
-        digest.update(Path(__file__).with_name(f"{module}.py").read_bytes())
-    return digest.hexdigest()[:16]

@@ -1,7 +1,8 @@
-"""Everything a search has found out, line by line in one file; it goes on from there.
+"""All results of a search, line by line in one file, from which it can be resumed.
 
 A line is written as soon as it is known. A search that is started again proposes the same genotypes
-in the same order, finds those that were judged, and goes on where it was interrupted.
+in the same order, finds those that were judged, and goes on where it was interrupted. Not a
+:class:`steadyload.runs.store.Store`: what is judged next follows from all that is known by then.
 """
 
 from __future__ import annotations
@@ -17,22 +18,24 @@ from typing import Any
 import numpy as np
 
 from steadyload.atomic import write_atomically
+from steadyload.runs.store import checksum
 from steadyload.tuning import TuningError
-from steadyload.tuning.judging import Sheet
 from steadyload.tuning.space import Genotype
+from steadyload.tuning.trial import TrialResult
 
 _FILE = "search.jsonl"
+_SUM = "sum"
 _KEPT = f"{_FILE}.xz"
 """A finished search as it is kept: to be read, not to be gone on with."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A genotype, the generation in which it was judged, and what came out."""
+    """A genotype, the generation in which it was judged, and its trial."""
 
     genotype: Genotype
     generation: int
-    sheet: Sheet
+    trial: TrialResult
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,18 +95,18 @@ class Ledger:
         self._write({"fact": name, "value": value})
 
     def add(self, entry: Entry) -> None:
-        """Write down what came out for a genotype."""
+        """Store the trial of a genotype."""
         self.entries[entry.genotype] = entry
-        sheet = entry.sheet
+        trial = entry.trial
         self._write(
             {
                 "genotype": list(entry.genotype),
                 "generation": entry.generation,
-                "n": len(sheet),
-                "right": np.packbits(sheet.right).tobytes().hex(),
-                "cost": sheet.cost.tolist(),
-                "cpu": round(sheet.cpu, 3),
-                **({"reason": sheet.reason} if sheet.reason else {}),
+                "n": len(trial),
+                "right": np.packbits(trial.right).tobytes().hex(),
+                "cost": trial.cost.tolist(),
+                "cpu": round(trial.cpu, 3),
+                **({"reason": trial.reason} if trial.reason else {}),
             }
         )
 
@@ -118,10 +121,10 @@ class Ledger:
         if self._cut is not None:
             os.truncate(self._path, self._cut)
             self._cut = None
-        lines = [line] if self._begun else [{"search": self._identity}, line]
+        begin = [] if self._begun else [json.dumps({"search": self._identity})]
         self._begun = True
         with self._path.open("a") as file:
-            file.writelines(json.dumps(line) + "\n" for line in lines)
+            file.writelines(text + "\n" for text in (*begin, _checked(line)))
 
     def _read(self, identity: dict[str, Any]) -> bool:
         """Take in the file; returns whether it held a whole line."""
@@ -140,6 +143,9 @@ class Ledger:
                 "folder, or remove it"
             )
         for line in lines:
+            told = line.pop(_SUM, None)  # of lines of earlier versions none is known
+            if told not in (None, checksum(json.dumps(line).encode())):
+                raise _damaged(self._path)
             try:
                 self._take(line)
             except (KeyError, TypeError, ValueError):
@@ -186,6 +192,11 @@ def _identity(first: Mapping[str, Any], path: Path) -> dict[str, Any]:
     return found
 
 
+def _checked(line: Mapping[str, Any]) -> str:
+    """A line with the checksum of what it says."""
+    return json.dumps({**line, _SUM: checksum(json.dumps(line).encode())})
+
+
 def _damaged(path: Path) -> TuningError:
     return TuningError(f"{path}: is damaged; remove it to start anew")
 
@@ -193,5 +204,5 @@ def _damaged(path: Path) -> TuningError:
 def _entry(line: Mapping[str, Any]) -> Entry:
     bits = np.frombuffer(bytes.fromhex(line["right"]), dtype=np.uint8)
     right = np.unpackbits(bits, count=line["n"]).astype(bool)
-    sheet = Sheet(right, np.array(line["cost"]), line["cpu"], line.get("reason", ""))
-    return Entry(tuple(line["genotype"]), line["generation"], sheet)
+    trial = TrialResult(right, np.array(line["cost"]), line["cpu"], line.get("reason", ""))
+    return Entry(tuple(line["genotype"]), line["generation"], trial)

@@ -1,4 +1,4 @@
-"""Options of a search: what is searched, by whom, for how long."""
+"""Options of searches, checked before a search begins."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from steadyload.engines.registry import engines, world_class
+from steadyload.errors import nearest
 from steadyload.layouts.benchmark import PLANAR
-from steadyload.methods.spec import nearest
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import CostModel
@@ -17,7 +17,7 @@ from steadyload.tuning.space import DEFAULT
 
 @dataclass(frozen=True, slots=True)
 class SearchOptions:
-    """What is searched, by whom, for how long.
+    """Options of a search: engine, algorithm, space and budget.
 
     Attributes:
         engine: registered name.

@@ -12,10 +12,10 @@ from steadyload.methods.tuned import TUNED, Tuned, tuned, write_tuned
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import CostModel
-from steadyload.tuning.judging import fitness
 from steadyload.tuning.ledger import Entry
 from steadyload.tuning.options import SearchOptions
 from steadyload.tuning.search import Search
+from steadyload.tuning.trial import fitness
 
 
 def write_preset(search: Search) -> Path:
@@ -37,11 +37,11 @@ def by_worth(searches: Iterable[Search]) -> dict[str, list[Search]]:
 
 
 def _worth(search: Search) -> float:
-    return fitness(search.fittest().sheet, search.goal)
+    return fitness(search.fittest().trial, search.goal)
 
 
 def check_remakable(made_by: Mapping[str, Any]) -> None:
-    """Ask whether what a search finds may be a preset.
+    """Check that the result of a search may become a preset.
 
     Args:
         made_by: provenance of the search.
@@ -80,7 +80,7 @@ def options_of(spec: str) -> SearchOptions:
 
 
 def differences(spec: str, found: Tuned) -> list[str]:
-    """What is not as in a preset: parameters, and what they came to; empty when all is."""
+    """Differences from a preset: parameters, and their evaluation; empty when there are none."""
     stored = _entry(spec)
     pairs = [
         (stored.parameters, found.parameters),
@@ -137,5 +137,5 @@ def preset(search: Search) -> Tuned:
 
 def worth(search: Search, entry: Entry) -> tuple[float, float, float]:
     """Fitness, accuracy (0 to 1) and mean cost [ms] of a judged genotype."""
-    sheet = entry.sheet
-    return fitness(sheet, search.goal), sheet.accuracy, sheet.mean_cost
+    trial = entry.trial
+    return fitness(trial, search.goal), trial.accuracy, trial.mean_cost

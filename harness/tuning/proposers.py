@@ -1,4 +1,4 @@
-"""Who proposes genotypes: a genetic algorithm, and a multi-objective one."""
+"""Proposers of genotypes: a genetic algorithm, and a multi-objective one."""
 
 from __future__ import annotations
 
@@ -11,8 +11,11 @@ from typing import ClassVar, Protocol
 
 import numpy as np
 
-from steadyload.runs.workers import interrupts_held_back
+from steadyload.runs.worker import interrupts_blocked, worker_environment
 from steadyload.tuning.space import Genotype, Space
+
+VERSION = 1
+"""Of what a search proposes: raised when the same search would propose something else."""
 
 _WHEEL = 150
 """The roulette wheel turns on this power of the fitness: fitnesses lie within a few per cent of
@@ -25,7 +28,7 @@ _ELITE = 2
 
 
 class Proposer(Protocol):
-    """Proposes generations of genotypes and is told what each is worth.
+    """Proposes generations of genotypes and receives their values (ask and tell).
 
     Proposals are fixed by the seed and by what has been told.
 
@@ -47,14 +50,14 @@ class Proposer(Protocol):
         ...
 
     def close(self) -> None:
-        """No more is asked."""
+        """No further genotypes are proposed."""
         ...
 
 
 def first_generation(
     space: Space, population: int, seed: int, known: Sequence[Genotype] = ()
 ) -> list[Genotype]:
-    """The start of the space, what was known before, and random genotypes."""
+    """The start of the space, genotypes given beforehand, and random ones."""
     random = np.random.default_rng(seed)
     sizes = [len(gene.values) for gene in space.genes]
     drawn = [tuple(map(int, random.integers(sizes))) for _ in range(population - 1 - len(known))]
@@ -81,7 +84,7 @@ class Genetic:
         self._process = context.Process(
             target=_evolve, args=(theirs, first, sizes, seed), daemon=True
         )
-        with interrupts_held_back():
+        with worker_environment(), interrupts_blocked():
             self._process.start()
         theirs.close()
 
@@ -101,7 +104,7 @@ class Genetic:
 
 
 def _evolve(line: Connection, first: list[Genotype], sizes: list[int], seed: int) -> None:
-    """Run PyGAD until nobody is at the other end of the line."""
+    """Run PyGAD until the other end of the connection is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     import pygad
 

@@ -14,29 +14,29 @@ from typing import Any
 import numpy as np
 
 from steadyload.runs.executors import run_units
-from steadyload.runs.results import provenance
-from steadyload.runs.runner import locked
+from steadyload.runs.provenance import provenance
+from steadyload.runs.store import locked
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource, fingerprint, load_cases
 from steadyload.tuning.cost import GOAL, CostModel, calibrate
 from steadyload.tuning.identity import identity, space_of
-from steadyload.tuning.judging import (
-    GROWTH,
-    WORST_COST,
-    FitnessRace,
-    FrontRace,
-    JudgeUnit,
-    Race,
-    Sheet,
-    crashed_sheet,
-    estimated,
-    fitness,
-    judge_unit,
-)
 from steadyload.tuning.ledger import Entry, GenerationEnd, Ledger
 from steadyload.tuning.options import SearchOptions
 from steadyload.tuning.proposers import ALGORITHMS
 from steadyload.tuning.space import Genotype, space_on
+from steadyload.tuning.trial import (
+    GROWTH,
+    WORST_COST,
+    FitnessRace,
+    FrontRace,
+    Race,
+    TrialResult,
+    TrialUnit,
+    crashed_trial,
+    estimated,
+    fitness,
+    run_trial,
+)
 
 GOAL_SHARE = 0.185
 """Less than the fifth that a tuned method may cost: the model is off by some per cent."""
@@ -61,7 +61,7 @@ class Search:
     def __init__(self, directory: Path, options: SearchOptions) -> None:
         self.space = space_on(options.engine, options.space)
         self.known = tuple(self.space.genotype(spec) for spec in options.begin_with)
-        # Spelled out: a preset may be another one when the search goes on.
+        # Spelled out: a preset may have changed when the search is resumed.
         spelled = tuple(self.space.spec(genotype) for genotype in self.known)
         self.options = options = dataclasses.replace(options, begin_with=spelled)
         self.cases = load_cases(options.source)
@@ -107,7 +107,7 @@ class Search:
 
     @cached_property
     def model(self) -> CostModel:
-        """What judging costs on the engine."""
+        """Cost model of the engine."""
         return CostModel(**self.ledger.facts["model"])
 
     def run(
@@ -167,7 +167,7 @@ class Search:
             before: only from generations with smaller numbers; the start always counts. None for
                 all finished generations.
         """
-        return max(self.whole(before), key=lambda entry: fitness(entry.sheet, self.goal))
+        return max(self.whole(before), key=lambda entry: fitness(entry.trial, self.goal))
 
     def judged(self, before: int | None = None) -> list[Entry]:
         """All genotypes of finished generations, in an order that any run of the search has.
@@ -183,14 +183,14 @@ class Search:
 
     def whole(self, before: int | None = None) -> list[Entry]:
         """Those of :meth:`judged` that were judged on all cases."""
-        return [e for e in self.judged(before) if len(e.sheet) == len(self.cases)]
+        return [e for e in self.judged(before) if len(e.trial) == len(self.cases)]
 
     def front(self, before: int | None = None) -> list[Entry]:
         """Genotypes judged on all cases that no other is as accurate as at a lower cost."""
         return pareto_front(self.whole(before))
 
     def _prepare(self, workers: int, report: Report) -> None:
-        """Measure what judging costs, what PS_3 costs, and what the start is worth."""
+        """Measure the cost model, the cost of PS_3, and the values of the start."""
         options, facts = self.options, self.ledger.facts
         if "made_by" not in facts:
             made_by, package = provenance(), ALGORITHMS[options.algorithm].needs
@@ -217,14 +217,14 @@ class Search:
             )
         if "goal" not in facts:
             spec = GOAL.format(engine=options.engine)
-            sheet = self._judge({spec: spec}, FrontRace(), workers)[spec]
-            self.ledger.state("goal", round(GOAL_SHARE * sheet.mean_cost, 4))
+            trial = self._judge({spec: spec}, FrontRace(), workers)[spec]
+            self.ledger.state("goal", round(GOAL_SHARE * trial.mean_cost, 4))
         start = self.space.start
         if start not in self.ledger.entries:
-            sheet = self._judge({start: self.space.spec(start)}, FrontRace(), workers)[start]
-            if len(sheet) < len(self.cases):
-                raise TuningError(f"the start of the space cannot be judged: {sheet.reason}")
-            self.ledger.add(Entry(start, -1, sheet))
+            trial = self._judge({start: self.space.spec(start)}, FrontRace(), workers)[start]
+            if len(trial) < len(self.cases):
+                raise TuningError(f"the start of the space cannot be judged: {trial.reason}")
+            self.ledger.add(Entry(start, -1, trial))
 
     def _finished(self, number: int) -> bool:
         generations, budget = self.options.generations, self.options.budget
@@ -252,7 +252,7 @@ class Search:
         self.ledger.end(GenerationEnd(number, len(proposed), float(np.median(values)), wall))
 
     def _check_code(self) -> None:
-        """Workers read the code anew; it must be what it was when the search was begun."""
+        """Workers read the code anew; it must be the code with which the search began."""
         if identity(self.options, self.space) != self._identity:
             raise TuningError(
                 f"{self._directory}: code was changed while the search was running; put it back to "
@@ -274,47 +274,47 @@ class Search:
         try:
             return self.space.spec(genotype)
         except ValueError as error:
-            empty = Sheet(np.zeros(0, dtype=bool), np.zeros(0), reason=str(error))
+            empty = TrialResult(np.zeros(0, dtype=bool), np.zeros(0), reason=str(error))
             self.ledger.add(Entry(genotype, number, empty))
             return None
 
     def _race(self, number: int) -> Race:
-        """What a genotype of a generation is held against: only what was known before it."""
+        """Race for the genotypes of a generation, against rivals of earlier generations only."""
         if ALGORITHMS[self.options.algorithm].wants_front:
-            return FrontRace(tuple(entry.sheet for entry in self.front(number)))
-        return FitnessRace(self.goal, self.fittest(number).sheet)
+            return FrontRace(tuple(entry.trial for entry in self.front(number)))
+        return FitnessRace(self.goal, self.fittest(number).trial)
 
     def _judge(
         self, specs: Mapping[Any, str], race: Race, workers: int, number: int | None = None
-    ) -> dict[Any, Sheet]:
-        """Judge specs; those of a generation are written down as soon as they are known."""
+    ) -> dict[Any, TrialResult]:
+        """Judge specs; those of a generation are stored as soon as they are judged."""
         source, model = self.options.source, self.model
         keys = {spec: key for key, spec in specs.items()}
-        units = [JudgeUnit(spec, source, model, race) for spec in keys]
-        found: dict[Any, Sheet] = {}
-        for unit, [sheet] in run_units(judge_unit, units, workers=workers, crashed=crashed_sheet):
-            found[keys[unit.spec]] = sheet
+        units = [TrialUnit(spec, source, model, race) for spec in keys]
+        found: dict[Any, TrialResult] = {}
+        for unit, [trial] in run_units(run_trial, units, workers=workers, crashed=crashed_trial):
+            found[keys[unit.spec]] = trial
             if number is not None:
-                self.ledger.add(Entry(keys[unit.spec], number, sheet))
+                self.ledger.add(Entry(keys[unit.spec], number, trial))
         return found
 
     def _worth(self, proposed: list[Genotype], number: int) -> list[tuple[float, float, float]]:
-        """Fitness, accuracy and cost of genotypes, as a proposer is told.
+        """Fitness, accuracy and cost of genotypes, for the proposer.
 
         What was given up is told to be behind the fittest, or one of the front that costs no more,
         by what it was on the cases that it was judged on and what that usually grows by.
         """
-        race, fittest = self._race(number), self.fittest(number).sheet
+        race, fittest = self._race(number), self.fittest(number).trial
         found = []
         for genotype in proposed:
-            sheet = self.ledger.entries[genotype].sheet
-            if not len(sheet):
+            trial = self.ledger.entries[genotype].trial
+            if not len(trial):
                 found.append((0.0, 0.0, WORST_COST))
-            elif len(sheet) == len(self.cases):
-                found.append((fitness(sheet, self.goal), sheet.accuracy, sheet.mean_cost))
+            elif len(trial) == len(self.cases):
+                found.append((fitness(trial, self.goal), trial.accuracy, trial.mean_cost))
             else:
-                rival = race.ahead(sheet) or fittest
-                found.append(estimated(sheet, rival, self.goal, GROWTH[len(sheet)]))
+                rival = race.ahead(trial) or fittest
+                found.append(estimated(trial, rival, self.goal, GROWTH[len(trial)]))
         return found
 
     def _tell(self, number: int, progress: Progress, report: Report) -> None:
@@ -323,7 +323,7 @@ class Search:
             progress(number, options.generations)
         else:
             progress(int(self.wall), int(options.budget or 0))
-        best = self.fittest(number).sheet
+        best = self.fittest(number).trial
         report(
             f"generation {number - 1}: fitness {fitness(best, self.goal):.4f}, accuracy "
             f"{100 * best.accuracy:.2f} %, {best.mean_cost:.2f} ms; "
@@ -334,7 +334,7 @@ class Search:
 def pareto_front(entries: list[Entry]) -> list[Entry]:
     """Those that no other is as accurate as at a lower cost, by rising cost."""
     front: list[Entry] = []
-    for entry in sorted(entries, key=lambda e: (e.sheet.mean_cost, -e.sheet.accuracy)):
-        if not front or entry.sheet.accuracy > front[-1].sheet.accuracy:
+    for entry in sorted(entries, key=lambda e: (e.trial.mean_cost, -e.trial.accuracy)):
+        if not front or entry.trial.accuracy > front[-1].trial.accuracy:
             front.append(entry)
     return front

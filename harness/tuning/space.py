@@ -1,4 +1,4 @@
-"""What is searched on an engine: genes, their values, and where a search starts."""
+"""Search spaces of engines: genes, their values, and the start of a search."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ import numpy as np
 
 from steadyload.engines.registry import engines, world_class
 from steadyload.engines.world import SETTINGS, Support
+from steadyload.errors import nearest
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation_parameters import (
     SimulationParameters,
     parameters_on,
 )
-from steadyload.methods.spec import as_plain, bind, canonical, nearest
+from steadyload.methods.spec import as_plain, bind, canonical
 from steadyload.tuning import TuningError
 
 DEFAULT = "extended"

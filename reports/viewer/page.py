@@ -24,7 +24,7 @@ from steadyload.reports.viewer.records import Movement, View, ViewedLoading, Vie
 from steadyload.reports.viewer.three_js import three_js
 
 STILL_CM = 0.01
-"""What moves by less within a step is drawn at rest [cm]."""
+"""Items that move by less within a step are drawn at rest [cm]."""
 
 _STILL_TURN = 1e-4
 _PER_CM = 1000
@@ -70,7 +70,7 @@ def _summary(view: View) -> str:
 
 
 def _caption(loading: ViewedLoading, items: int) -> dict[str, Any]:
-    """What stands above the scene of a method."""
+    """Caption above the scene of a method."""
     if loading.status != "done":
         kind, headline = "none", f"no verdict: {loading.status}"
     elif loading.failing_step is None:

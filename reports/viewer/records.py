@@ -1,4 +1,4 @@
-"""What a page that plays a loading shows, as small typed records."""
+"""Records of a page that plays a loading."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Movement:
 
 @dataclass(frozen=True, slots=True)
 class ViewedStep:
-    """What followed a placement.
+    """Motion after a placement.
 
     Attributes:
         times: of the frames, since the placement [s]; empty where nothing was simulated.
@@ -54,7 +54,7 @@ class ViewedStep:
 
 @dataclass(frozen=True, slots=True)
 class ViewedLoading:
-    """One method's answer, and the motion it rests on.
+    """One method's verdict, and the motion it rests on.
 
     Attributes:
         method: spec string.
@@ -87,7 +87,7 @@ class ViewedLoading:
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """A layout, the loadings to play side by side, and what the page was made with."""
+    """A layout, the loadings to play side by side, and the provenance of the page."""
 
     name: str
     pallet: Triple

@@ -12,12 +12,14 @@ from __future__ import annotations
 import zipfile
 from importlib import metadata
 
+from steadyload.errors import UserError
+
 _ARCHIVE = "trimesh/resources/templates/viewer.zip"
 _MEMBER = "viewer.html.template"
 _BEGIN, _BODY = "/**\n * @license", "\n!function"
 
 
-class ThreeJsError(ValueError):
+class ThreeJsError(UserError):
     """three.js is not where it should be."""
 
 

@@ -1,18 +1,34 @@
-"""The command in a fresh process, as a user runs it."""
+"""The command as a user runs it: in this process, and in a fresh one where that says more."""
 
 import json
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 
+from steadyload.cli import main
 from steadyload.layouts.formats import Format, read_layouts, write_layouts
 
 ITEM = {"sequence": 0, "position": [0, 0, 0], "size": [10, 10, 10], "weight": 1}
 SECOND = {"sequence": 1, "position": [20, 0, 0], "size": [10, 10, 10], "weight": 1}
 
 
-def steadyload(*arguments, cwd):
+@pytest.fixture
+def steadyload(monkeypatch, capfd):
+    """Runs the command in this process; what engines print by themselves is seen, too."""
+
+    def run(*arguments, cwd):
+        monkeypatch.chdir(cwd)
+        capfd.readouterr()
+        status = main([str(word) for word in arguments])
+        told = capfd.readouterr()
+        return SimpleNamespace(returncode=status, stdout=told.out, stderr=told.err)
+
+    return run
+
+
+def in_a_fresh_process(*arguments, cwd):
     return subprocess.run(
         [sys.executable, "-m", "steadyload.cli", *map(str, arguments)],
         capture_output=True,
@@ -52,7 +68,7 @@ def layout_file(tmp_path, stack):
         "truncated", "wrong-format", "empty",
     ],
 )  # fmt: skip
-def test_bad_input_is_one_sentence_and_status_2(tmp_path, content, message):
+def test_bad_input_is_one_sentence_and_status_2(steadyload, tmp_path, content, message):
     (tmp_path / "bad.json").write_text(content)
     done = steadyload("score", "bad.json", "--json", "-m", "ps3@mujoco", "-m", "sme", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
@@ -62,7 +78,7 @@ def test_bad_input_is_one_sentence_and_status_2(tmp_path, content, message):
     assert [p.name for p in tmp_path.iterdir()] == ["bad.json"]
 
 
-def test_a_large_garbage_file_is_refused(tmp_path):
+def test_a_large_garbage_file_is_refused(steadyload, tmp_path):
     (tmp_path / "garbage").write_bytes(bytes(range(256)) * (20 * 1024 * 4))
     done = steadyload("score", "garbage", cwd=tmp_path)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
@@ -86,18 +102,23 @@ def test_a_large_garbage_file_is_refused(tmp_path):
         ("study", "run", "embedded", "--executor", "serial", "-j", "2"),
         ("study", "run", "embedded", "--scheduler", "tcp://127.0.0.1:9"),
         ("study", "run", "embedded", "--executor", "dask", "--scheduler", "nowhere"),
+        ("study", "run", "embedded", "--executor", "dusk"),
         ("methods", "nothing"),
-        (),
+        ("pages", "remake", "tabel5"),
+        ("scroe", "layouts.json"),
+        ("verify", "closed-form"),
+        ("convert", "layouts.json"),
+        ("score",),
     ],
 )
-def test_wrong_arguments_end_with_status_2_and_no_traceback(layout_file, arguments):
+def test_wrong_arguments_end_with_status_2_and_no_traceback(steadyload, layout_file, arguments):
     done = steadyload(*arguments, cwd=layout_file.parent)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr
     assert "Traceback" not in done.stderr
 
 
-def test_scores_as_json(layout_file):
+def test_scores_as_json(steadyload, layout_file):
     done = steadyload(
         "score", layout_file, "-m", "sme", "-m", "ps3@bullet", "--json", cwd=layout_file.parent
     )
@@ -115,7 +136,7 @@ def test_scores_as_json(layout_file):
         assert (record["failing_step"], record["score"]) == ((1, 0.5) if falls else (None, 1.0))
 
 
-def test_scores_for_people(layout_file):
+def test_scores_for_people(steadyload, layout_file):
     done = steadyload("score", layout_file, cwd=layout_file.parent)
     header, first, second = done.stdout.splitlines()
     assert header.split()[:3] == ["layout", "method", "items"]
@@ -123,7 +144,7 @@ def test_scores_for_people(layout_file):
     assert second.split()[:5] == ["falls", "sme", "2", "0.500", "1"]
 
 
-def test_an_invalid_layout_can_be_a_record(tmp_path):
+def test_an_invalid_layout_can_be_a_record(steadyload, tmp_path):
     content = json.loads(native(ITEM))
     content["layouts"].append(
         json.loads(native(ITEM | {"weight": 0}))["layouts"][0] | {"name": "B"}
@@ -145,7 +166,7 @@ def test_a_reader_that_goes_away_is_no_error(layout_file):
     assert done.stderr == ""
 
 
-def test_converting_there_and_back(layout_file, tmp_path):
+def test_converting_there_and_back(steadyload, layout_file, tmp_path):
     for arguments in (("-o", "a.csv"), ("-o", "b.json", "--to", "job")):
         assert steadyload("convert", layout_file, *arguments, cwd=tmp_path).returncode == 0
     original = read_layouts(layout_file)
@@ -155,7 +176,7 @@ def test_converting_there_and_back(layout_file, tmp_path):
         ]
 
 
-def test_a_study_from_definition_to_report(layout_file, tmp_path):
+def test_a_study_from_definition_to_report(steadyload, layout_file, tmp_path):
     (tmp_path / "s.toml").write_text(
         'layouts = ["layouts.json"]\nmethods = ["fbs", "simulation@bullet:frequency=60"]\n'
     )
@@ -166,7 +187,7 @@ def test_a_study_from_definition_to_report(layout_file, tmp_path):
     assert (tmp_path / "runs" / "s" / "report.md").read_text().startswith("# Study: s")
 
 
-def test_a_timeout_is_a_record(layout_file):
+def test_a_timeout_is_a_record(steadyload, layout_file):
     done = steadyload(
         *("score", layout_file, "-m", "ps3-literal@dart", "--timeout", "1e-6", "--json"),
         cwd=layout_file.parent,
@@ -176,7 +197,7 @@ def test_a_timeout_is_a_record(layout_file):
         assert (record["status"], record["score"]) == ("timeout", None)
 
 
-def test_the_benchmark_writes_its_page(tmp_path):
+def test_the_benchmark_writes_its_page(steadyload, tmp_path):
     arguments = ("bench", "-o", "out", "--layouts", "3", "--most-items", "20")
     parts = ("--part", "agreement", "--part", "options")
     done = steadyload(*arguments, *parts, cwd=tmp_path)
@@ -187,7 +208,7 @@ def test_the_benchmark_writes_its_page(tmp_path):
     assert (tmp_path / "out" / "figures" / "convergence.svg").stat().st_size > 10_000
 
 
-def test_closed_forms_write_a_page_of_their_own(tmp_path):
+def test_closed_forms_write_a_page_of_their_own(steadyload, tmp_path):
     part = ("verify", "closed-forms", "-o", "out")
     done = steadyload(*part, "--engine", "chipmunk", cwd=tmp_path)
     assert done.stdout.strip() == "out/report.md"
@@ -199,7 +220,7 @@ def test_closed_forms_write_a_page_of_their_own(tmp_path):
     assert "unknown engine 'bulet'" in done.stderr
 
 
-def test_convergence_writes_a_page_and_goes_on_where_it_stopped(tmp_path):
+def test_convergence_writes_a_page_and_goes_on_where_it_stopped(steadyload, tmp_path):
     part = ("verify", "convergence", "--layouts", "2", "--sample", "1", "--workers", "1")
     done = steadyload(*part, "--work", "work", "-o", "out", cwd=tmp_path)
     assert done.stdout.strip() == "out/report.md", done.stderr
@@ -216,7 +237,7 @@ def test_convergence_writes_a_page_and_goes_on_where_it_stopped(tmp_path):
 
 def test_engines_leave_no_files_behind_and_keep_quiet(layout_file):
     before = sorted(p.name for p in layout_file.parent.iterdir())
-    done = steadyload(
+    done = in_a_fresh_process(
         *("score", layout_file, "-m", "ps3@bullet", "-m", "ps3@mujoco", "-m", "ps3@dart", "--json"),
         cwd=layout_file.parent,
     )
@@ -225,7 +246,7 @@ def test_engines_leave_no_files_behind_and_keep_quiet(layout_file):
     assert sorted(p.name for p in layout_file.parent.iterdir()) == before
 
 
-def test_real_schedules_score_twice_the_same(aclpp_files, tmp_path):
+def test_real_schedules_score_twice_the_same(steadyload, aclpp_files, tmp_path):
     command = (
         *("score", *aclpp_files[:2], "-m", "sme", "-m", "ps_opt-paper@mujoco", "--json"),
         *("--max-items", 12, "--scenario", "S1", "--limit", 20),

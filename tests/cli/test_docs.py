@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from steadyload.cli import command_parser
+from steadyload.cli.running import command_of
 from steadyload.methods.registry import make_method
 
 ROOT = Path(__file__).parents[2]
@@ -36,7 +36,7 @@ TOLD = [(page.name, command) for page in PAGES for command in commands(page)]
 
 @pytest.mark.parametrize(("page", "command"), TOLD)
 def test_a_command_is_one_that_is_taken(page, command):
-    command_parser().parse_args(arguments(command))
+    command_of(arguments(command))
 
 
 def test_commands_are_found_in_most_pages():

@@ -38,7 +38,7 @@ from steadyload.learners.weights import (
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method, method_listing
 from steadyload.methods.spec import SpecError
-from steadyload.runs.results import judged_by
+from steadyload.runs.provenance import made_by
 
 ROOT = Path(__file__).parents[2]
 
@@ -366,11 +366,11 @@ def test_other_weights_are_another_judge(weights, tmp_path):
     arrays = load_arrays(weights)
     manifest = {k: v for k, v in load_weights(weights).manifest.items() if k != "hashes"}
     save_weights(tmp_path, [arrays], manifest)
-    one = judged_by(judge(tmp_path))
-    assert one == judged_by(judge(tmp_path))
+    one = made_by(judge(tmp_path))
+    assert one == made_by(judge(tmp_path))
     arrays["head.bias"] = arrays["head.bias"] + 0.5
     save_weights(tmp_path, [arrays], manifest)
-    assert judged_by(judge(tmp_path)) != one
+    assert made_by(judge(tmp_path)) != one
 
 
 def test_preparing_compiles_all_that_judging_runs(weights):

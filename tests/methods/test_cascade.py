@@ -19,7 +19,7 @@ from steadyload.methods.method import (
     Finding,
     RefusedError,
     Status,
-    StepJudge,
+    StepScorer,
     Stopwatch,
 )
 from steadyload.methods.registry import make_method
@@ -33,7 +33,7 @@ from steadyload.methods.thresholds import (
     load_thresholds,
     write_thresholds,
 )
-from steadyload.properties.property import Subject
+from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import search
 
@@ -70,13 +70,13 @@ class Planted(FullBaseSupport):
         return _PlantedSteps(self, layout)
 
 
-class _PlantedSteps(StepJudge):
-    brink = 0.5
+class _PlantedSteps(StepScorer):
+    decision_threshold = 0.5
 
     def __init__(self, method, layout):
         self._method, self._layout = method, layout
 
-    def risk(self, step):
+    def step_score(self, step):
         self._method.asked.append(step)
         return self._method.says(self._layout, step)
 
@@ -114,12 +114,16 @@ STEPWISE = (
 
 
 @pytest.mark.parametrize("spec", STEPWISE)
-def test_the_first_step_beyond_the_brink_is_the_failing_step_of_the_method(spec, layouts):
+def test_the_first_step_above_the_decision_threshold_is_the_failing_step_of_the_method(
+    spec, layouts
+):
     method = make_method(spec)
     method.prepare()
     for layout in layouts[:8]:
         with closing(method.steps(layout, Stopwatch())) as judge:
-            unstable = (s for s in range(len(layout)) if judge.risk(s) > judge.brink)
+            unstable = (
+                s for s in range(len(layout)) if judge.step_score(s) > judge.decision_threshold
+            )
             verdict = method.judge(layout)
             assert next(unstable, None) == verdict.failing_step
             if "@" in spec and verdict.failing_step is not None:
@@ -131,10 +135,10 @@ def test_a_simulated_step_hangs_on_no_step_that_was_left_out(spec, layouts):
     method = make_method(spec)
     for layout in layouts[:4]:
         with closing(method.steps(layout, Stopwatch())) as judge:
-            one_by_one = [judge.risk(step) for step in range(len(layout))]
+            one_by_one = [judge.step_score(step) for step in range(len(layout))]
         for step in range(len(layout) - 1, 0, -3):
             with closing(method.steps(layout, Stopwatch())) as judge:
-                assert judge.risk(step) == one_by_one[step]
+                assert judge.step_score(step) == one_by_one[step]
 
 
 def test_a_method_that_carries_the_state_over_has_no_single_steps(layouts):
@@ -179,14 +183,14 @@ def test_only_what_no_stage_is_sure_of_is_simulated(cascade, planted, layouts):
         alone = make_method(LAST)
         for decision in last:
             with closing(alone.steps(layout, Stopwatch())) as judge:
-                assert decision.unstable == (judge.risk(decision.step) > 1.0)
+                assert decision.unstable == (judge.step_score(decision.step) > 1.0)
 
 
-@pytest.mark.parametrize("risk", [0.2, 0.5, 0.9, math.nan])
+@pytest.mark.parametrize("score", [0.2, 0.5, 0.9, math.nan])
 def test_a_stage_at_or_between_its_thresholds_or_without_an_opinion_decides_nothing(
-    risk, cascade, planted, layouts
+    score, cascade, planted, layouts
 ):
-    planted(lambda layout, step: risk)
+    planted(lambda layout, step: score)
     asked = cascade(("planted", 0.2, 0.9))
     assert {d.stage for layout in layouts[:3] for d in asked.decisions(layout)} == {LAST}
 
@@ -306,7 +310,7 @@ def test_full_bases_have_no_risk_wherever_centres_of_mass_lie(stack):
     layout = stack(0.0, 0.0, 3.0, 3.0)
     with closing(make_method("fbs").steps(layout, Stopwatch())) as judge:
         # Item 3 stands on item 2 in full, which does not.
-        assert [judge.risk(step) for step in range(4)] == pytest.approx([0.0, 0.0, 0.3, 0.3])
+        assert [judge.step_score(step) for step in range(4)] == pytest.approx([0.0, 0.0, 0.3, 0.3])
 
 
 def test_what_is_out_of_balance_disturbs_what_comes_after():
@@ -319,10 +323,10 @@ def test_what_is_out_of_balance_disturbs_what_comes_after():
     )
     for spec, expected in (("equilibrium", 0.5), ("equilibrium:time=0.3", math.nan)):
         with closing(make_method(spec).steps(layout, Stopwatch())) as judge:
-            risks = [judge.risk(step) for step in range(3)]
-        assert risks[0] == 0.0
-        assert risks[1] >= 1.0
-        np.testing.assert_equal(risks[2], expected)
+            scores = [judge.step_score(step) for step in range(3)]
+        assert scores[0] == 0.0
+        assert scores[1] >= 1.0
+        np.testing.assert_equal(scores[2], expected)
 
 
 def test_a_learner_has_no_opinion_from_the_first_item_on_that_it_does_not_know(stack):
@@ -332,10 +336,10 @@ def test_a_learner_has_no_opinion_from_the_first_item_on_that_it_does_not_know(s
     learner = make_method("lstm_1")
     assert learner.judge(strange).status is Status.REFUSED
     with closing(learner.steps(strange, Stopwatch())) as judge:
-        risks = [judge.risk(step) for step in range(4)]
-    assert np.isfinite(risks).tolist() == [True, True, False, False]
+        scores = [judge.step_score(step) for step in range(4)]
+    assert np.isfinite(scores).tolist() == [True, True, False, False]
     with closing(learner.steps(strange.first(2), Stopwatch())) as judge:
-        assert [judge.risk(step) for step in range(2)] == risks[:2]
+        assert [judge.step_score(step) for step in range(2)] == scores[:2]
 
 
 def test_a_layout_that_the_learner_refuses_is_judged_by_what_follows(cascade, stack):
@@ -350,8 +354,8 @@ def test_a_layout_that_the_learner_refuses_is_judged_by_what_follows(cascade, st
 @pytest.mark.parametrize("name", ["score", "repeat", "prefix"])
 def test_a_cascade_is_judged_step_by_step(name, cascade):
     asked = cascade(("equilibrium", 0.5, None), ("lstm_1", 0.05, 0.95))
-    assert PROPERTIES[name].applies(Subject(str(asked.spec)))
-    found = search(PROPERTIES[name], Subject(str(asked.spec)), examples=15, seed=1)
+    assert PROPERTIES[name].applies(MethodUnderTest(str(asked.spec)))
+    found = search(PROPERTIES[name], MethodUnderTest(str(asked.spec)), examples=15, seed=1)
     assert found.counterexample is None
     assert found.asked > 0
 

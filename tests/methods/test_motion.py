@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from steadyload.engines.world import GRAVITY
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import make_method
-from steadyload.methods.motion import Bodies, moved
+from steadyload.methods.motion import Bodies, displacements_after
 from steadyload.methods.touching import touching_points
 
 PALLET = Pallet(200.0, 200.0, 200.0)
@@ -37,7 +37,7 @@ def way(layout, items, seconds, *, reach=10.0):
     points = touching_points(layout, items, firm, reach=reach)
     centres = (0.5 * (layout.lower + layout.upper) + layout.mass_offsets)[items]
     bodies = Bodies(layout.weights[items], centres, (layout.upper - layout.lower)[items])
-    return moved(bodies, points, np.where(points.axes == 1, 0.5, 0.0), seconds)
+    return displacements_after(bodies, points, np.where(points.axes == 1, 0.5, 0.0), seconds)
 
 
 @pytest.mark.parametrize("past_edge", [0.05, 0.3, 1.0, 2.0])

@@ -14,9 +14,9 @@ from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.contacts import find_supports
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods import Status, equilibrium
+from steadyload.methods.convex_hull import strictly_inside_hull
 from steadyload.methods.method import STABLE, Finding, Method, WholeLoader
 from steadyload.methods.placements import Placements
-from steadyload.methods.plane import strictly_inside_hull
 from steadyload.methods.session import LoadingSession, SessionError
 from steadyload.methods.spec import MethodSpec
 from steadyload.methods.touching import touching_points

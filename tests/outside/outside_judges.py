@@ -32,6 +32,7 @@ class Harm(StrEnum):
     KILL = "kill"
     KILL_PARENT = "kill-parent"
     PREPARE = "prepare"
+    HANG = "hang"
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,8 @@ class Harmful(Method):
                     ctypes.CDLL(None).exit(3)
                 case Harm.KILL:
                     os.kill(os.getpid(), signal.SIGKILL)
+                case Harm.HANG:
+                    ctypes.PyDLL(None).sleep(600)
                 case Harm.KILL_PARENT:
                     os.kill(os.getppid(), signal.SIGKILL)
                     time.sleep(60)
@@ -94,6 +97,16 @@ class Words:
 
 def variables(unit):
     return (os.getenv(word) for word in unit.words)
+
+
+def pauses(unit):
+    for seconds in unit.words:
+        time.sleep(seconds)
+        yield seconds
+
+
+def told_why(unit, part, reason):
+    return part, reason
 
 
 def processes(unit):

@@ -6,7 +6,7 @@ import pytest
 
 from steadyload.engines.world import EngineNotInstalledError
 from steadyload.properties.findings import MOST_PER_ENGINE, finding, known_findings
-from steadyload.properties.property import Subject, Violation
+from steadyload.properties.property import MethodUnderTest, Violation
 from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import PROFILES, search
 from steadyload.studies.properties.study import methods_on
@@ -14,12 +14,12 @@ from steadyload.studies.properties.study import methods_on
 FEWEST = 8
 """Examples of every pair where it must be quick."""
 EXAMPLES = PROFILES[os.environ.get("STEADYLOAD_PROFILE", "quick")]
-SUBJECTS = {spec: Subject(spec) for spec in methods_on(None)}
+TESTED = {spec: MethodUnderTest(spec) for spec in methods_on(None)}
 PAIRS = [
     (name, spec)
-    for spec, subject in SUBJECTS.items()
+    for spec, tested in TESTED.items()
     for name, asked in PROPERTIES.items()
-    if asked.applies(subject)
+    if asked.applies(tested)
 ]
 
 
@@ -35,15 +35,15 @@ def test_a_property_holds_on_more_layouts(name, spec):
 
 
 def ask(name, spec, examples):
-    subject = SUBJECTS[spec]
-    subject.method.prepare()
+    tested = TESTED[spec]
+    tested.method.prepare()
     known = finding(name, spec)
     if known is not None:
         # Strict: a finding whose counterexample passes has to go.
         with pytest.raises(Violation):
-            PROPERTIES[name].check(subject, known.case)
+            PROPERTIES[name].check(tested, known.case)
         return
-    outcome = search(PROPERTIES[name], subject, examples=examples, seed=1)
+    outcome = search(PROPERTIES[name], tested, examples=examples, seed=1)
     assert outcome.counterexample is None, outcome.counterexample
     assert outcome.asked > 0
 
@@ -51,10 +51,10 @@ def ask(name, spec, examples):
 def test_findings_are_few_and_of_pairs_that_are_asked():
     by_engine = {}
     for known in known_findings():
-        subject = Subject(known.method)
-        assert PROPERTIES[known.property].applies(subject)
+        tested = MethodUnderTest(known.method)
+        assert PROPERTIES[known.property].applies(tested)
         assert known.why
-        by_engine.setdefault(subject.engine, []).append(known.property)
+        by_engine.setdefault(tested.engine, []).append(known.property)
     assert all(len(names) <= MOST_PER_ENGINE for names in by_engine.values())
 
 
@@ -67,10 +67,10 @@ def test_every_property_is_asked_of_several_methods():
 
 @pytest.mark.deep("needs the extra drake")
 def test_an_optional_engine_is_asked_too():
-    subject = Subject("label@drake")
+    tested = MethodUnderTest("label@drake")
     try:
-        subject.method.prepare()
+        tested.method.prepare()
     except EngineNotInstalledError as reason:
         pytest.skip(str(reason))
     for name in ("past the edge", "sliding", "free fall"):
-        assert search(PROPERTIES[name], subject, examples=2, seed=1).counterexample is None
+        assert search(PROPERTIES[name], tested, examples=2, seed=1).counterexample is None

@@ -13,7 +13,7 @@ from steadyload.engines.world import Velocities
 from steadyload.methods import registry as method_registry
 from steadyload.methods.base_support import FullBaseSupport, PartialBaseSupport
 from steadyload.methods.method import STABLE, Finding
-from steadyload.properties.property import Subject
+from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import search
 
@@ -89,9 +89,9 @@ def test_a_property_catches_an_engine_that_is_wrong(name, monkeypatch):
     options = engine_registry.engines()["mujoco"].options
     entry = EngineEntry("planted:World", (), options)
     monkeypatch.setitem(engine_registry.ENGINES, "planted", entry)
-    subject = Subject("label@planted")
-    assert PROPERTIES[name].applies(subject)
-    found = search(PROPERTIES[name], subject, examples=60, seed=1, shrink=False)
+    tested = MethodUnderTest("label@planted")
+    assert PROPERTIES[name].applies(tested)
+    found = search(PROPERTIES[name], tested, examples=60, seed=1, shrink=False)
     assert "Error" not in found.counterexample.found
 
 
@@ -129,9 +129,9 @@ METHODS = {
 def test_a_property_catches_a_method_that_is_wrong(name, monkeypatch):
     monkeypatch.setitem(sys.modules, "planted", types.SimpleNamespace(Judge=METHODS[name]))
     monkeypatch.setitem(method_registry.METHODS, "planted", "planted:Judge")
-    subject = Subject("planted")
-    assert PROPERTIES[name].applies(subject)
-    found = search(PROPERTIES[name], subject, examples=60, seed=1)
+    tested = MethodUnderTest("planted")
+    assert PROPERTIES[name].applies(tested)
+    found = search(PROPERTIES[name], tested, examples=60, seed=1)
     assert "Error" not in found.counterexample.found
 
 
@@ -142,18 +142,20 @@ def test_every_property_has_something_to_catch():
 
 def test_first_parts_are_fewer_items_than_all():
     """All items alone are the whole layout, and say nothing."""
-    outcome = search(PROPERTIES["prefix"], Subject("fbs"), examples=60, seed=1)
+    outcome = search(PROPERTIES["prefix"], MethodUnderTest("fbs"), examples=60, seed=1)
     assert 0 < outcome.asked < outcome.examples
 
 
 def test_partial_support_is_compared_on_layouts_that_full_support_refuses_too():
-    outcome = search(PROPERTIES["full implies partial"], Subject("pbs"), examples=60, seed=1)
+    outcome = search(
+        PROPERTIES["full implies partial"], MethodUnderTest("pbs"), examples=60, seed=1
+    )
     assert outcome.asked == outcome.examples
 
 
 @pytest.mark.parametrize("engine", ["chipmunk", "mujoco"])
 def test_what_is_out_of_balance_is_not_left_to_chance(engine):
     outcome = search(
-        PROPERTIES["unbalanced moves"], Subject(f"label@{engine}"), examples=60, seed=1
+        PROPERTIES["unbalanced moves"], MethodUnderTest(f"label@{engine}"), examples=60, seed=1
     )
     assert 3 * outcome.asked >= outcome.examples

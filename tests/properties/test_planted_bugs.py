@@ -8,7 +8,7 @@ import pytest
 
 from steadyload.engines import registry
 from steadyload.engines.registry import EngineEntry, engine_names, world_class
-from steadyload.properties.property import Subject
+from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import search
 
@@ -80,17 +80,17 @@ def test_a_planted_bug_is_caught(bug, engine, monkeypatch):
     monkeypatch.setitem(sys.modules, "planted", module)
     options = registry.engines()[engine].options
     monkeypatch.setitem(registry.ENGINES, "planted", EngineEntry("planted:World", (), options))
-    subject = Subject("label@planted")
+    tested = MethodUnderTest("label@planted")
     caught = [
         name
         for name in CAUGHT_BY[bug]
-        if search(PROPERTIES[name], subject, examples=150, seed=1, shrink=False).counterexample
+        if search(PROPERTIES[name], tested, examples=150, seed=1, shrink=False).counterexample
     ]
     assert caught == list(CAUGHT_BY[bug])
 
 
 @pytest.mark.parametrize("name", sorted({n for names in CAUGHT_BY.values() for n in names}))
 def test_the_engine_without_the_bug_passes(name):
-    outcome = search(PROPERTIES[name], Subject("label@mujoco"), examples=150, seed=1)
+    outcome = search(PROPERTIES[name], MethodUnderTest("label@mujoco"), examples=150, seed=1)
     assert outcome.counterexample is None
     assert outcome.asked > 50

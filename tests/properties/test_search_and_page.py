@@ -1,5 +1,6 @@
 """The search, its files, findings, and the page."""
 
+import dataclasses
 import json
 import sys
 import types
@@ -14,18 +15,20 @@ from steadyload.methods.method import RefusedError
 from steadyload.methods.registry import METHODS
 from steadyload.properties import PropertyError, findings, registry
 from steadyload.properties.findings import KnownFinding
-from steadyload.properties.property import Case, Property, Subject, Violation
+from steadyload.properties.property import Case, MethodUnderTest, Property, Violation
 from steadyload.properties.registry import PROPERTIES, chosen
 from steadyload.properties.search import search
 from steadyload.properties.strategies import layouts
 from steadyload.reports.page import Page, write_page
 from steadyload.runs.definition import load_study
 from steadyload.runs.runner import run_study
+from steadyload.runs.store import Store
 from steadyload.studies.comparison.page import study_page
 from steadyload.studies.comparison.summary import compare
 from steadyload.studies.properties.page import properties_page, property_sections
 from steadyload.studies.properties.records import Standing
 from steadyload.studies.properties.study import (
+    OUTCOMES,
     PropertyStudy,
     made_with,
     methods_on,
@@ -33,7 +36,7 @@ from steadyload.studies.properties.study import (
 )
 
 
-def below_three(subject, case):
+def below_three(tested, case):
     if len(case.layout) >= 3:
         raise Violation(f"{len(case.layout)} items")
     return len(case.layout) == 2
@@ -50,7 +53,7 @@ def few_items(monkeypatch):
 
 
 def test_a_violation_is_made_as_small_as_it_gets():
-    outcome = search(FEW_ITEMS, Subject("fbs"), examples=200, seed=1)
+    outcome = search(FEW_ITEMS, MethodUnderTest("fbs"), examples=200, seed=1)
     assert outcome.counterexample.found == "3 items"
     layout = outcome.counterexample.case.layout
     assert len(layout) == 3
@@ -62,12 +65,12 @@ def test_the_same_seed_draws_the_same_cases():
     def drawn(seed):
         seen = []
 
-        def look(subject, case):
+        def look(tested, case):
             seen.append(case.layout.content_hash())
             return True
 
         asked = Property("look", "", lambda _: layouts().map(Case), look)
-        search(asked, Subject("fbs"), examples=30, seed=seed)
+        search(asked, MethodUnderTest("fbs"), examples=30, seed=seed)
         return seen
 
     assert drawn(1) == drawn(1)
@@ -117,8 +120,8 @@ def planted(monkeypatch):
 
 
 def test_an_exception_of_the_method_is_a_violation(planted):
-    subject = Subject(planted(Fails))
-    outcome = search(PROPERTIES["score"], subject, examples=5, seed=1)
+    tested = MethodUnderTest(planted(Fails))
+    outcome = search(PROPERTIES["score"], tested, examples=5, seed=1)
     assert outcome.counterexample.found == "ZeroDivisionError: too few"
 
 
@@ -126,29 +129,29 @@ def test_an_exception_of_the_method_is_a_violation(planted):
 def test_an_exception_of_the_engine_is_a_violation(name, monkeypatch):
     monkeypatch.setitem(sys.modules, "planted", types.SimpleNamespace(World=Halts))
     monkeypatch.setitem(ENGINES, "planted", EngineEntry("planted:World", ()))
-    outcome = search(PROPERTIES[name], Subject("label@planted"), examples=5, seed=1)
+    outcome = search(PROPERTIES[name], MethodUnderTest("label@planted"), examples=5, seed=1)
     assert outcome.counterexample.found == "RuntimeError: stuck"
 
 
 def test_an_exception_of_the_property_is_no_violation():
-    def fail(subject, case):
-        return subject.verdict(case.layout).scor
+    def fail(tested, case):
+        return tested.verdict(case.layout).scor
 
     asked = Property("x", "", lambda _: layouts().map(Case), fail)
     with pytest.raises(AttributeError, match="scor"):
-        search(asked, Subject("fbs"), examples=5, seed=1)
+        search(asked, MethodUnderTest("fbs"), examples=5, seed=1)
 
 
 def test_what_a_method_refuses_is_not_asked(planted, tmp_path):
-    subject = Subject(planted(RefusesMany))
-    outcome = search(PROPERTIES["score"], subject, examples=40, seed=1)
+    tested = MethodUnderTest(planted(RefusesMany))
+    outcome = search(PROPERTIES["score"], tested, examples=40, seed=1)
     assert outcome.counterexample is None
     assert outcome.asked > 0
     assert outcome.refused > 0
     assert outcome.asked + outcome.refused == outcome.examples == 40
     # What cannot be asked of the changed layout is not asked of the layout either.
-    assert search(PROPERTIES["far item"], subject, examples=40, seed=1).counterexample is None
-    outcome = search(PROPERTIES["score"], Subject(planted(RefusesAll)), examples=5, seed=1)
+    assert search(PROPERTIES["far item"], tested, examples=40, seed=1).counterexample is None
+    outcome = search(PROPERTIES["score"], MethodUnderTest(planted(RefusesAll)), examples=5, seed=1)
     assert (outcome.examples, outcome.asked, outcome.refused) == (5, 0, 5)
 
 
@@ -191,14 +194,14 @@ def test_a_cascade_is_asked_like_any_method(tmp_path, capsys):
 def test_what_is_violated_at_one_time_and_not_at_another_is_a_violation():
     asked_before = set()
 
-    def first_time_only(subject, case):
+    def first_time_only(tested, case):
         if len(case.layout) >= 3 and case.layout.content_hash() not in asked_before:
             asked_before.add(case.layout.content_hash())
             raise Violation("three items or more")
         return True
 
     asked = Property("x", "", lambda _: layouts().map(Case), first_time_only)
-    outcome = search(asked, Subject("fbs"), examples=100, seed=1)
+    outcome = search(asked, MethodUnderTest("fbs"), examples=100, seed=1)
     assert "three items or more (not every time" in outcome.counterexample.found
     assert len(outcome.counterexample.case.layout) >= 3
     assert outcome.asked <= outcome.examples
@@ -291,7 +294,7 @@ def test_an_engine_from_elsewhere_is_asked_anew_when_its_code_changes(tmp_path, 
 def test_a_declared_finding_is_no_violation_and_shows_even_when_missed(
     tmp_path, few_items, monkeypatch
 ):
-    smallest = search(FEW_ITEMS, Subject("fbs"), examples=200, seed=1).counterexample
+    smallest = search(FEW_ITEMS, MethodUnderTest("fbs"), examples=200, seed=1).counterexample
     declared = KnownFinding("few items", "fbs", smallest.found, "They are drawn.", smallest.case)
     monkeypatch.setattr(findings, "known_findings", lambda: (declared,))
     found = run_properties(study("fbs", examples=1), tmp_path)
@@ -353,9 +356,10 @@ def test_the_command_writes_a_page_and_says_what_is_violated(tmp_path, capsys):
 def test_an_engine_that_ends_its_process_is_a_violation_with_its_reason(tmp_path):
     asked = PropertyStudy(("fbs",), tuple(chosen(["score"])), 5)
     run_properties(asked, tmp_path)
-    (file,) = (tmp_path / "results").glob("*.json")
-    kept = json.loads(file.read_text())
-    file.write_text(json.dumps({**kept, "asked": 0, "crashed": "ended by SIGABRT"}))
+    store = Store(tmp_path / "results", OUTCOMES)
+    [key] = store.keys()
+    crashed = dataclasses.replace(store.read(key), asked=0, crashed="ended by SIGABRT")
+    store.write(key, [crashed])
     (row,) = run_properties(asked, tmp_path).rows
     assert row.standing is Standing.VIOLATED
     page = write_page(properties_page(run_properties(asked, tmp_path), {}), tmp_path).read_text()

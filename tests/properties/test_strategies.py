@@ -11,7 +11,7 @@ from steadyload.layouts.scenarios import Scenario
 from steadyload.methods import make_method
 from steadyload.methods.scene import planar_scene
 from steadyload.properties import strategies as s
-from steadyload.properties.moved import mirrored, quarter_turned, translated
+from steadyload.properties.transforms import mirrored, quarter_turned, translated
 
 FEW = settings(
     max_examples=60, deadline=None, derandomize=True, database=None,

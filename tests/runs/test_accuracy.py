@@ -20,13 +20,19 @@ from steadyload.layouts.benchmark.tables import (
     read_tables,
     write_tables,
 )
+from steadyload.methods.naming import MethodKey
 from steadyload.methods.registry import make_method
 from steadyload.reports.page import write_page
+from steadyload.runs.accuracy import at_natural_prevalence, verdicts_against_labels
+from steadyload.runs.costs import CostKind, timed_costs
 from steadyload.runs.definition import StudyDefinition, StudyError, load_study
-from steadyload.runs.evaluation import at_natural_prevalence, verdicts_against_labels
-from steadyload.runs.labels import load_labels
+from steadyload.runs.evaluation import ALL, evaluate
+from steadyload.runs.judged import load_judged
+from steadyload.runs.labels import as_labels, load_labels
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
+from steadyload.runs.store import checksum
+from steadyload.runs.timing import Times
 from steadyload.statistics.metrics import mean, share
 from steadyload.studies.comparison.page import study_page
 from steadyload.studies.comparison.summary import compare
@@ -118,9 +124,9 @@ def test_scenarios_and_parts_pick_cases(study, labelled_set, tmp_path):
     labels = load_labels(tmp_path / "run")
     chosen = load_benchmark(labelled_set).select("validation", scenarios=("S2b",), limit=4)
     assert labels.index.tolist() == list(zip(chosen["layout"], chosen["scenario"], strict=True))
-    comparison = compare(tmp_path / "run")
-    assert comparison.accuracies.by_scenario == {}
-    assert comparison.accuracies.methods[0].behind is None
+    evaluation = evaluate(tmp_path / "run")
+    assert evaluation.groups == (ALL,)
+    assert evaluation.methods[0].behind is None
 
 
 def test_a_second_run_is_finished_and_new_labels_reach_the_folder(
@@ -140,7 +146,8 @@ def test_a_second_run_is_finished_and_new_labels_reach_the_folder(
     plain = StudyDefinition("labelled", ("fbs",), generated=2)
     assert run_study(plain, mine) == 2
     assert not (mine / "labels.parquet").exists()
-    assert compare(mine).accuracies is None
+    assert evaluate(mine).labelled is None
+    assert evaluate(mine).methods[0].accuracy.n == 0
 
 
 def test_verdicts_count_as_by_hand():
@@ -153,7 +160,7 @@ def test_verdicts_count_as_by_hand():
         "right": [1, 0, 0, 1, 0, 0, 0],
         "over": [0, 1, 0, 0, 0, 1, 0],
         "under": [0, 0, 1, 0, 1, 0, 0],
-        "stable": [1, 1, 1, 1, 0, 0, 0],
+        "stable_or_not": [1, 1, 1, 1, 0, 0, 0],
         "within_one": [1, 0, 1, 1, 1, 1, 0],
     }
     assert {name: column.astype(int).tolist() for name, column in found.items()} == expected
@@ -174,37 +181,40 @@ def test_accuracies_count_as_scores_do(run, labelled_set):
     """Eq. 5 by scores, rounded to three decimals, as the authors' code compares them."""
     both = counted(run, labelled_set)
     both["right"] = both["score"].round(3) == both["truth"].round(3)
-    accuracies = compare(run).accuracies
-    assert (accuracies.cases, accuracies.stable, accuracies.instances) == (48, 24, 3)
-    assert accuracies.methods[2].accuracy.value == 1.0  # it has made the labels
-    assert 0.0 < accuracies.methods[1].accuracy.value < 1.0
-    for summary in accuracies.methods:
+    evaluation = evaluate(run)
+    about = evaluation.labelled
+    assert (about.cases, about.stable, about.item_lists) == (48, 24, 3)
+    assert evaluation.methods[2].accuracy.value == 1.0  # it has made the labels
+    assert 0.0 < evaluation.methods[1].accuracy.value < 1.0
+    for summary in evaluation.methods:
         mine = both[both["method"] == summary.method.spec]
         assert summary.accuracy == share(mine["right"], mine["instance"])
         assert summary.over.value == (mine["score"] > mine["truth"] + 1e-9).mean()
         assert summary.under.value == (mine["score"] < mine["truth"] - 1e-9).mean()
         alike = (mine["score"] == 1.0) == (mine["truth"] == 1.0)
-        assert summary.stable.value == alike.mean()
-        for scenario, there in accuracies.by_scenario.items():
-            (here,) = [s for s in there if s.method == summary.method]
+        assert summary.stable_or_not.value == alike.mean()
+        assert evaluation.groups == (ALL, "S1", "S2a", "S2b")
+        for scenario in evaluation.groups[1:]:
+            here = evaluation.row(summary.method.spec, scenario)
+            assert (here.method, here.group) == (summary.method, scenario)
             assert here.accuracy.value == mine[mine["scenario"] == scenario]["right"].mean()
-    best = accuracies.methods[2]
+    best = evaluation.methods[2]
     assert best.behind is None
-    sme = accuracies.methods[1]
+    sme = evaluation.methods[1]
     assert sme.behind.value == pytest.approx(sme.accuracy.value - best.accuracy.value)
     assert sme.behind.low <= sme.behind.value <= sme.behind.high
 
 
 def test_robust_and_fragile_cases_are_told_apart(run):
-    labels, accuracies = load_labels(run), compare(run).accuracies
+    labels, evaluation = load_labels(run), evaluate(run)
     sure = labels["robust"].fillna(False).to_numpy(bool)
     unsure = (~labels["robust"]).fillna(False).to_numpy(bool)
-    assert (accuracies.robust, accuracies.fragile) == (sure.sum(), unsure.sum())
+    assert (evaluation.labelled.robust, evaluation.labelled.fragile) == (sure.sum(), unsure.sum())
     assert 0 < sure.sum() + unsure.sum() < len(labels)
     rows = load_results(run)
     said = rows[rows["method"] == "sme"].set_index(["layout", "scenario"]).loc[labels.index]
     right = said["failing_step"].fillna(-1) == labels["failing_step"].fillna(-1)
-    sme = accuracies.methods[1]
+    sme = evaluation.methods[1]
     assert (sme.robust.n, sme.robust.value) == (sure.sum(), right[sure].mean())
     assert (sme.fragile.n, sme.fragile.value) == (unsure.sum(), right[unsure].mean())
 
@@ -214,7 +224,7 @@ def test_natural_prevalence_weighs_stable_cases(run, labelled_set):
     both["right"] = (both["score"] - both["truth"]).abs() < 1e-9
     cases = pd.read_parquet(labelled_set / "cases.parquet")
     shares = cases["failing_step"].isna().groupby(cases["scenario"]).mean()
-    for summary in compare(run).accuracies.methods:
+    for summary in evaluate(run).methods:
         mine = both[both["method"] == summary.method.spec]
         expected = []
         for scenario, rows in mine.groupby("scenario"):
@@ -241,12 +251,11 @@ def test_what_is_naturally_frequent_needs_no_weights():
 
 
 def test_intervals_stand_on_item_lists(run, labelled_set):
-    both, comparison = counted(run, labelled_set), compare(run)
-    for summary, accuracy in zip(comparison.methods, comparison.accuracies.methods, strict=True):
+    both = counted(run, labelled_set)
+    for summary in evaluate(run).methods:
         mine = both[both["method"] == summary.method.spec]
         assert summary.score == mean(mine["score"], mine["instance"])
-        assert summary.stable == share(mine["score"] == 1.0, mine["instance"])
-        assert accuracy.cpu == summary.cpu
+        assert summary.fully_stable == share(mine["score"] == 1.0, mine["instance"])
     # Not the same as by layout: the test could not tell otherwise.
     assert summary.score != mean(mine["score"], mine["layout"])
 
@@ -256,8 +265,13 @@ def test_a_missing_verdict_is_wrong_and_reported_apart(study, tmp_path, monkeypa
     monkeypatch.setattr(method, "_judge", lambda *_: 1 / 0)
     run_study(dataclasses.replace(study, methods=("sme", "fbs")), tmp_path / "run")
     comparison = compare(tmp_path / "run")
-    sme = comparison.accuracies.methods[0]
-    assert (sme.accuracy.value, sme.over.value, sme.under.value, sme.stable.value) == (0, 0, 0, 0)
+    sme = comparison.evaluation.methods[0]
+    assert (sme.accuracy.value, sme.over.value, sme.under.value, sme.stable_or_not.value) == (
+        0,
+        0,
+        0,
+        0,
+    )
     assert sme.without_verdict == {"error": 48}
     assert "48 error" in write_page(study_page(comparison), tmp_path).read_text()
 
@@ -287,7 +301,8 @@ def test_disagreements_show_stored_centres_of_mass_and_the_label(run, labelled_s
     for case in shown:
         layout = benchmark.layout(case.layout, case.scenario)
         centres = 0.5 * (layout.lower + layout.upper) + layout.mass_offsets
-        np.testing.assert_array_equal(case.scene.mass_centres, centres)
+        drawn = 0.5 * (case.drawn.lower + case.drawn.upper) + case.drawn.mass_offsets
+        np.testing.assert_array_equal(drawn, centres)
         step = labels.loc[(case.layout, case.scenario), "failing_step"]
         assert case.said["label"] == ("stable" if pd.isna(step) else str(step))
 
@@ -301,9 +316,10 @@ def test_a_folder_without_its_labels_says_so(run, tmp_path):
     (mine / "labels.parquet").unlink()
     with pytest.raises(ResultsError, match=r"labels\.parquet: is missing; run the study again"):
         compare(mine)
-    from steadyload.runs.labels import write_labels
-
-    write_labels(mine, frame[1:])
+    content, manifest = as_labels(frame[1:]), load_manifest(mine)
+    (mine / "labels.parquet").write_bytes(content)
+    manifest["files"]["labels.parquet"] = checksum(content)
+    (mine / "manifest.json").write_text(json.dumps(manifest))
     with pytest.raises(ResultsError, match="has no label in scenario 'S1'"):
         compare(mine)
 
@@ -351,4 +367,39 @@ def test_the_embedded_study_runs_on_the_shipped_set(tmp_path):
         pytest.skip(f"the labelled set is not in {SHIPPED}")
     quick = dataclasses.replace(study, methods=("fbs", "sme"), limit=4)
     assert run_study(quick, tmp_path / "run") == 2 * 3 * 4
-    assert compare(tmp_path / "run").accuracies.stable == 6
+    assert evaluate(tmp_path / "run").labelled.stable == 6
+
+
+def test_a_row_is_compared_with_another_on_the_same_cases(run, labelled_set):
+    evaluation, both = evaluate(run), counted(run, labelled_set)
+    assert evaluation.cost_source.kind == CostKind.JUDGING
+    sme = evaluation.row("sme", "S2b", against="fbs", key=MethodKey("mine", "mine", "mine"))
+    here = both[both["scenario"] == "S2b"].set_index(["method", "layout"]).sort_index()
+    right = (here["score"] - here["truth"]).abs() < 1e-9
+    assert sme.ahead.value == pytest.approx(right["fbs"].mean() - right["sme"].mean())
+    cpu = load_results(run).query("scenario == 'S2b'").groupby("method")["cpu_total"].sum()
+    assert sme.cost_ratio.value == pytest.approx(cpu["fbs"] / cpu["sme"])
+    assert (sme.method.title, sme.accuracy) == ("mine", evaluation.row("sme", "S2b").accuracy)
+    own = evaluation.row("sme", against="sme")
+    assert (own.ahead, own.cost_ratio) == (None, None)
+
+
+def test_costs_are_those_of_the_timing_pass_where_there_was_one(run):
+    judged = load_judged(run)
+    few = judged.said.index[judged.said.index.get_level_values("scenario") != "S2a"][:10]
+    cpu = {"sme": np.array([np.arange(10.0), np.full(10, 9.0), np.full(10, 4.0)])}
+    times = Times(cpu, {"sme": 2.0 * cpu["sme"]}, 3.0)
+    plain, timed = evaluate(judged), evaluate(judged, costs=timed_costs(times, few))
+    sme = timed.row("sme")
+    assert (sme.cpu.n, sme.cpu.value) == (10, np.median(cpu["sme"], axis=0).mean())
+    assert sme.wall.value == 2.0 * sme.cpu.value
+    assert sme.phases is None
+    assert sme.accuracy == plain.row("sme").accuracy
+    # What was not timed has no costs, and no scenario borrows those of another.
+    assert (timed.row("fbs").cpu.n, timed.row("sme", "S2a").cpu.n) == (0, 0)
+    assert timed.cost_ratio("fbs", "sme").n == 0
+    told = timed.cost_source.explained()
+    assert "the timing pass, on 10 of the cases" in told
+    assert "3.0 processes wanted to run" in told
+    assert "The machine was busy" in told
+    assert plain.row("fbs").phases.other == pytest.approx(plain.row("fbs").cpu.value)

@@ -1,5 +1,6 @@
 """A study on a Dask cluster: a real scheduler, real workers, and the rows of this process."""
 
+import asyncio
 import json
 import os
 import signal
@@ -12,12 +13,13 @@ from itertools import count, islice
 
 import dask
 import pandas as pd
+import psutil
 import pytest
-from distributed import Client
+from distributed import Client, Security
+from distributed.comm import connect
 
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.packing import random_layouts
-from steadyload.runs.cluster import Dask
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.executors import (
     ExecutorError,
@@ -28,6 +30,7 @@ from steadyload.runs.executors import (
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.units import OtherCodeError
+from steadyload.runs.with_dask import Dask
 
 _BAD = "layout-0002"
 
@@ -149,7 +152,8 @@ def test_other_code_on_a_worker_is_refused(cluster, tmp_path):
 
 def test_a_worker_without_this_package_is_told_so(cluster, tmp_path):
     (tmp_path / "empty" / "steadyload").mkdir(parents=True)
-    (tmp_path / "empty" / "steadyload" / "__init__.py").touch()
+    missing = "raise ModuleNotFoundError('steadyload')\n"  # a development install lends submodules
+    (tmp_path / "empty" / "steadyload" / "__init__.py").write_text(missing)
     cluster.add("--no-nanny", path=[str(tmp_path / "empty")])
     with Client(cluster.address) as client:
         client.wait_for_workers(1, timeout=60)
@@ -172,6 +176,44 @@ def test_no_more_units_are_handed_over_than_there_is_room_for(outside, cluster):
             assert answer == [None]
             assert len(drawn) - done < executor.room
         answers.close()
+
+
+def test_only_the_certificate_of_a_local_cluster_opens_its_ports(outside):
+    """Another user of the machine reaches all of them."""
+    me, stranger = psutil.Process(), Security.temporary()
+    before = {c.laddr.port for c in _listening(me)}
+    with Dask(workers=1) as executor:
+        unit = outside.Words(("HOME",))
+        ((_, answers),) = run_units(
+            outside.variables, [unit], workers=executor, crashed=outside.no_crash
+        )
+        assert answers == [os.environ["HOME"]]
+        found = [c for p in (me, *me.children(recursive=True)) for c in _listening(p)]
+        ports = {c.laddr.port for c in found} - before
+        assert {c.laddr.ip for c in found} == {"127.0.0.1"}
+        assert not any(_opens("tcp", port, Security()) for port in ports)
+        assert not any(_opens("tls", port, stranger) for port in ports)
+        own = executor._client.security
+        # The scheduler, the nanny, and the worker; others speak HTTP.
+        assert sum(_opens("tls", port, own) for port in ports) == 3
+
+
+def _opens(scheme, port, security):
+    """Whether something at a port talks Dask's protocol with whoever has these certificates."""
+
+    async def ask():
+        arguments = security.get_connection_args("client")
+        (await connect(f"{scheme}://127.0.0.1:{port}", timeout=0.5, **arguments)).abort()
+
+    try:
+        asyncio.run(asyncio.wait_for(ask(), 2.0))
+    except OSError:
+        return False
+    return True
+
+
+def _listening(process):
+    return [c for c in process.net_connections("tcp") if c.status == psutil.CONN_LISTEN]
 
 
 def test_a_scheduler_that_does_not_answer_is_named():
@@ -264,7 +306,10 @@ def test_executors_are_told_what_they_have():
 
 
 def test_a_missing_package_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "cryptography", None)
+    with pytest.raises(ExecutorError, match=r"cryptography: pip install 'steadyload\[dask\]'"):
+        make_executor("dask", workers=1)
     monkeypatch.setitem(sys.modules, "distributed", None)
-    monkeypatch.delitem(sys.modules, "steadyload.runs.cluster")
+    monkeypatch.delitem(sys.modules, "steadyload.runs.with_dask")
     with pytest.raises(ExecutorError, match=r"pip install 'steadyload\[dask\]'"):
         make_executor("dask")

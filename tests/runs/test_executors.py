@@ -17,9 +17,10 @@ from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.packing import random_layouts
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.executors import Processes, WorkerDiedError, run_units
+from steadyload.runs.pool import PartLimit
 from steadyload.runs.results import ResultsError, load_results
 from steadyload.runs.runner import run_study
-from steadyload.runs.workers import RemoteTracebackError, UnpicklableError
+from steadyload.runs.worker import RemoteTracebackError, UnpicklableError
 from steadyload.studies.comparison.summary import compare
 
 BAD = "layout-0002"
@@ -140,6 +141,86 @@ def test_a_layout_that_is_always_killed_ends_the_study_unmarked(tmp_path):
 
 
 @pytest.mark.usefixtures("outside")
+def test_a_native_call_that_hangs_costs_one_row_of_status_timeout(tmp_path):
+    """It holds Python's lock, so that nothing in its process can end it."""
+    study = study_of("harmful:harm=hang", "fbs", timeout=0.1)
+    assert run_study(study, tmp_path / "run", workers=1) == 12
+    frame = load_results(tmp_path / "run")
+    (late,) = frame[frame["status"] != "done"].itertuples()
+    assert (late.method, late.layout, late.status) == ("harmful:harm=hang", BAD, "timeout")
+    assert late.reason == "no answer within 5.2 s; its process was killed"
+    assert pd.isna(late.score)
+    assert judged(tmp_path).count(BAD) == 1
+    assert not multiprocessing.active_children()
+
+
+def test_a_hard_limit_is_one_of_every_part(outside):
+    unit, quick = outside.Words((0.6, 0.6, 600, 0.6, 600)), outside.Words((0.0,))
+    limit = PartLimit(1.5, outside.told_why)
+    found = dict(run_units(outside.pauses, [unit, quick], workers=2, crashed=no_crash, limit=limit))
+    why = "no answer within 1.5 s; its process was killed"
+    assert found == {unit: [0.6, 0.6, (2, why), 0.6, (4, why)], quick: [0.0]}
+    assert not multiprocessing.active_children()
+
+
+@pytest.fixture
+def command(tmp_path):
+    """Runs a script as a console script is run: its own folder is on the path, not the user's."""
+
+    def run(folder, script, *arguments):
+        return subprocess.run(
+            [sys.executable, str(script), *arguments], capture_output=True, text=True, cwd=folder,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}, timeout=120,
+        )  # fmt: skip
+
+    return run
+
+
+def test_workers_import_nothing_from_the_working_directory(command, tmp_path):
+    (tmp_path / "bin").mkdir()
+    script = tmp_path / "bin" / "command.py"
+    script.write_text(
+        "from steadyload.cli import main\n"
+        "if __name__ == '__main__':\n"
+        "    raise SystemExit(main())\n"
+    )
+    folder = tmp_path / "here"
+    (folder / "multiprocessing").mkdir(parents=True)
+    (folder / "multiprocessing" / "__init__.py").write_text("raise SystemExit('imported')\n")
+    (folder / "study.toml").write_text('generated = 2\nmethods = ["fbs"]\n')
+    done = command(folder, script, "study", "run", "study.toml", "-o", "run", "-j", "1")
+    assert done.returncode == 0, done.stderr
+    assert "imported" not in done.stderr
+    assert set(load_results(folder / "run")["status"]) == {"done"}
+
+
+def test_a_method_beside_the_script_is_found_by_workers(command, tmp_path):
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    (folder / "my_method.py").write_text(
+        "from steadyload.methods.base_support import FullBaseSupport\n"
+        "from steadyload.methods.method import STABLE\n"
+        "class Mine(FullBaseSupport):\n"
+        "    def _judge(self, layout, watch):\n"
+        "        return STABLE\n"
+    )
+    (folder / "script.py").write_text(
+        "from pathlib import Path\n"
+        "from steadyload.methods.registry import METHODS\n"
+        "from steadyload.runs.definition import StudyDefinition\n"
+        "from steadyload.runs.runner import run_study\n"
+        "METHODS['mine'] = 'my_method:Mine'\n"
+        "if __name__ == '__main__':\n"
+        "    run_study(StudyDefinition('s', ('mine',), generated=2), Path('run'), workers=1)\n"
+    )
+    done = command(tmp_path, folder / "script.py")
+    assert done.returncode == 0, done.stderr
+    frame = load_results(tmp_path / "run")
+    assert [*frame["method"]] == ["mine", "mine"]
+    assert set(frame["status"]) == {"done"}
+
+
+@pytest.mark.usefixtures("outside")
 def test_an_exception_of_the_work_is_raised_here(tmp_path):
     with pytest.raises(ZeroDivisionError, match="nothing was prepared") as caught:
         run_study(study_of("harmful:harm=prepare"), tmp_path / "run", workers=2)
@@ -211,6 +292,9 @@ def test_an_executor_keeps_its_workers_for_the_same_work(outside):
         assert answers(outside.variables) == {None}
         again = answers(outside.processes)
         assert again == answers(outside.processes) != first
+        with pytest.raises(UnpicklableError):
+            answers(lambda unit: iter(unit.words))
+        assert answers(outside.processes) != again
     assert not multiprocessing.active_children()
 
 

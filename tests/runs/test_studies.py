@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from importlib import metadata
 from pathlib import Path
 
 import pandas as pd
@@ -20,6 +21,7 @@ from steadyload.layouts.packing import random_layouts
 from steadyload.methods import Status
 from steadyload.methods.method import judge
 from steadyload.methods.registry import make_method
+from steadyload.methods.sme import StaticMechanicalEquilibrium
 from steadyload.runs.definition import StudyError, load_study
 from steadyload.runs.results import SCHEMA, ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
@@ -102,11 +104,11 @@ def test_a_changed_method_or_layout_counts_as_missing(study_file, tmp_path, stac
     assert len(load_results(run)) == 6
 
 
-def test_changed_code_counts_as_missing(study_file, tmp_path, monkeypatch):
+def test_a_raised_version_counts_as_missing(study_file, tmp_path, monkeypatch):
     study, run = load_study(study_file), tmp_path / "run"
     run_study(study, run)
-    monkeypatch.setattr("steadyload.runs.results.code_fingerprint", lambda *_: "another")
-    assert run_study(study, run) == 18
+    monkeypatch.setattr(StaticMechanicalEquilibrium, "version", 2)
+    assert run_study(study, run) == 6
     assert len(load_results(run)) == 18
 
 
@@ -115,8 +117,8 @@ def test_other_code_where_it_is_judged_is_refused(stack):
     judgements = ((0, "S1", stack(0.0)),)
     assert len(list(judge_unit(Unit("sme", judgements, Path("x"), made_by)))) == 1
     for name, value, message in (
-        ("code", "another", f"would judge by code {made_by['code'][:16]} instead of another;"),
-        ("mujoco", "99", f"would judge by mujoco {made_by['mujoco']} instead of 99;"),
+        ("version of method", "0", "would judge by version of method 1 instead of 0;"),
+        ("numpy", "99", f"would judge by numpy {made_by['numpy']} instead of 99;"),
         ("jolt", "5", "would judge by jolt missing instead of 5;"),
     ):
         with pytest.raises(OtherCodeError, match=re.escape(message)):
@@ -258,10 +260,9 @@ def test_a_missing_engine_is_said_before_anything_is_judged(study_file, tmp_path
 def test_new_engine_versions_count_as_missing(study_file, tmp_path, monkeypatch):
     study, run = load_study(study_file), tmp_path / "run"
     run_study(study, run)
-    monkeypatch.setattr(
-        "steadyload.runs.units.installed_versions", lambda engine=None: {"mujoco": "99"}
-    )
-    assert run_study(study, run) == 18
+    real = metadata.version
+    monkeypatch.setattr(metadata, "version", lambda p: "99" if p == "mujoco" else real(p))
+    assert run_study(study, run) == 6, "only those of methods that declare the package"
 
 
 def test_max_items_judges_a_prefix_of_the_same_layout(study_file):

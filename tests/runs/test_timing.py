@@ -1,6 +1,5 @@
 """The timing pass: equal layouts for all, in turns, kept, and taken again only when needed."""
 
-import json
 import sys
 import time
 import types
@@ -13,6 +12,7 @@ from steadyload.layouts.packing import random_layouts
 from steadyload.methods import registry
 from steadyload.methods.method import STABLE, Method
 from steadyload.runs.results import ResultsError
+from steadyload.runs.store import JSON, Store
 from steadyload.runs.timing import taken, timed
 
 METHODS = ("noting", "noting:mark=1", "noting:mark=2")
@@ -90,8 +90,10 @@ def test_a_repeat_that_was_taken_is_not_taken_again(asked, layouts, tmp_path):
 
 def test_the_load_is_the_largest_of_all_repeats(asked, layouts, tmp_path):
     timed(METHODS[:1], layouts, tmp_path, repeats=2, workers=0)
-    for load, file in zip((0.4, 2.5), sorted(tmp_path.glob("times-*.json")), strict=True):
-        file.write_text(json.dumps(json.loads(file.read_text()) | {"load": load}))
+    store = Store(tmp_path, JSON)
+    for load, key in zip((0.4, 2.5), sorted(store.keys()), strict=True):
+        [found] = store.read(key)
+        store.write(key, [found | {"load": load}])
     assert timed(METHODS[:1], layouts, tmp_path, repeats=2, workers=0).load == 2.5
 
 

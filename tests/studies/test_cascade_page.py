@@ -17,10 +17,10 @@ from steadyload.methods.thresholds import (
     write_thresholds,
 )
 from steadyload.reports.page import write_page
+from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.runs.results import load_results
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.cascade.page import cascade_page
-from steadyload.studies.cascade.records import HeldAgainst
 from steadyload.studies.cascade.study import cascade_study
 from steadyload.tuning import TuningError
 
@@ -80,12 +80,13 @@ def test_a_layout_belongs_to_the_last_stage_that_it_needed(study):
 def test_all_are_judged_on_the_same_cases_and_held_against_the_cascade(study):
     record, folder = study
     assert record.cases == 18
-    assert [m.budget for m in record.methods] == [0.5, 2.0, None, None]
+    assert [record.budgets.get(m.method.spec) for m in record.methods] == [0.5, 2.0, None, None]
     by_title = {m.method.spec: m for m in record.methods}
     fbs = by_title["fbs"]
     assert fbs.ahead.value == pytest.approx(record.cascade.accuracy.value - fbs.accuracy.value)
-    assert by_title[LAST].simulation
-    assert not record.cascade.simulation
+    assert record.simulations == [by_title[LAST]]
+    assert record.swept == list(record.methods[:2])
+    assert (record.cascade.ahead, record.cascade.cost_ratio) == (None, None)
     # With no stage before it, the last method is asked of every step: the same substeps.
     assert record.methods[1].substeps == by_title[LAST].substeps > record.cascade.substeps > 0.0
     rows = load_results(folder / "run")
@@ -100,7 +101,7 @@ def test_an_interrupted_study_goes_on(study):
         beside=("fbs", LAST),
     )  # fmt: skip
     assert {m.method.spec: m.cpu for m in again.methods} == times
-    assert again.load == record.load
+    assert again.cost_source == record.cost_source
 
 
 def text_of(record, folder):
@@ -116,7 +117,7 @@ def test_the_page_shows_what_was_found(study, tmp_path):
     assert "5 of 900" in text
     assert "2 (3)" in text
     assert "1.23" in text
-    assert "- thresholds fitted by: 0123456789ab (code c)" in text
+    assert "- thresholds fitted by: git 0123456789ab" in text
     assert (tmp_path / "figures" / "cascade-sweep.svg").stat().st_size > 10_000
 
 
@@ -127,9 +128,10 @@ def aimed(record, accuracy, cpu, ahead, cost):
         return Estimate(value, value, value, 18)
 
     cascade = dataclasses.replace(record.cascade, accuracy=about(accuracy), cpu=about(cpu))
-    simulation = HeldAgainst(
-        record.methods[-1].method, about(accuracy - ahead), about(0.0), about(0.0),
-        about(cpu / cost), about(ahead), about(cost), 50.0, True, None,
+    simulation = MethodEvaluation(
+        record.methods[-1].method, accuracy=about(accuracy - ahead), over=about(0.0),
+        under=about(0.0), cpu=about(cpu / cost), ahead=about(ahead), cost_ratio=about(cost),
+        substeps=50.0,
     )  # fmt: skip
     return dataclasses.replace(record, methods=(cascade, simulation))
 
@@ -150,9 +152,11 @@ def test_whether_an_aim_is_reached_is_said(numbers, reached, study, tmp_path):
 def test_a_busy_machine_is_told(study, tmp_path):
     record, _ = study
     busy = "The machine was busy"
-    assert busy in text_of(dataclasses.replace(record, load=5.0), tmp_path)
-    assert busy not in text_of(dataclasses.replace(record, load=1.1), tmp_path)
-    assert busy not in text_of(dataclasses.replace(record, load=None), tmp_path)
+    for load, told in ((5.0, True), (1.1, False), (None, False)):
+        source = dataclasses.replace(record.cost_source, load=load)
+        text = text_of(dataclasses.replace(record, cost_source=source), tmp_path)
+        assert (busy in text) == told
+        assert "in one process and one thread, methods in turns of many cases" in text
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,8 @@ import pytest
 
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.page import write_page
+from steadyload.runs.costs import CostKind, CostSource
+from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.reliability import (
     BINS,
@@ -19,18 +21,18 @@ from steadyload.statistics.reliability import (
 from steadyload.studies.learned.calibration import sureness
 from steadyload.studies.learned.page import learned_page
 from steadyload.studies.learned.records import (
+    BatchTimes,
     Foreign,
     ForeignRow,
     JudgeCalibration,
-    JudgeRow,
     JudgeTable,
     LeakRow,
     Learned,
     ProvenanceRow,
     SizeCurve,
-    TimeRow,
     TrainedRow,
 )
+from steadyload.studies.table5.paper import paper
 
 SCENARIOS = ("S1", "S2a", "S2b")
 PARTS = ("all", *SCENARIOS)
@@ -44,17 +46,25 @@ def each(*values):
     return dict(zip(PARTS, map(about, values), strict=True))
 
 
-def judge(title, accuracy, difference=None, paper=None):
+def judge(title, accuracy, ahead=(None, None, None, None)):
+    """A row a part."""
     key = MethodKey(title, title.lower(), title.lower())
-    return JudgeRow(
-        key, each(*accuracy), each(0.03, 0.01, 0.03, 0.04), each(0.02, 0.01, 0.03, 0.04),
-        None if difference is None else each(*difference), paper or {},
-        26.44 if paper else None, {},
-    )  # fmt: skip
+    over, under = (0.03, 0.01, 0.03, 0.04), (0.02, 0.01, 0.03, 0.04)
+    return [
+        MethodEvaluation(
+            key, part, accuracy=about(right), over=about(late), under=about(early),
+            ahead=None if lead is None else about(lead),
+        )
+        for part, right, late, early, lead in zip(PARTS, accuracy, over, under, ahead, strict=True)
+    ]  # fmt: skip
 
 
-def times(row, wall, batched):
-    return TimeRow(row.method, 300, 5, 0.9 * wall, wall, batched)
+def times(rows, wall, batched):
+    return BatchTimes(rows[0].method, 300, 5, 0.9 * wall, wall, batched)
+
+
+def timed(load):
+    return CostSource(CostKind.TIMED, 300, load)
 
 
 def trained(title, accuracy, *, cases=900, lists=30, difference=None):
@@ -65,13 +75,14 @@ def trained(title, accuracy, *, cases=900, lists=30, difference=None):
     )  # fmt: skip
 
 
-LSTM = judge("LSTM_e", (0.85, 0.98, 0.79, 0.77), None, {"S1": 0.9867, "S2a": 0.78, "S2b": 0.74})
+LSTM = judge("LSTM_e", (0.85, 0.98, 0.79, 0.77))
 RULE = judge("SME", (0.80, 0.86, 0.80, 0.74), (0.05, 0.12, 0.0, 0.03))
 TABLE = JudgeTable(
-    "LSTM_e",
-    (RULE, LSTM),
+    LSTM[0].method,
+    {part: rows for part, *rows in zip(PARTS, RULE, LSTM, strict=True)},
+    {"lstm_e": next(row for row in paper().rows if row.title == "LSTM_e")},
     (times(RULE, 0.2, {}), times(LSTM, 0.35, {8: (0.2, 0.25), 64: (0.06, 0.08)})),
-    1.0,
+    timed(1.0),
 )
 PLAIN = trained("plain", (0.80, 0.95, 0.75, 0.70))
 SUPPORT = trained("support", (0.90, 0.97, 0.88, 0.85), difference=(0.10, 0.02, 0.13, 0.15))
@@ -89,7 +100,7 @@ CALIBRATED = JudgeCalibration(
 )  # fmt: skip
 FOREIGN = Foreign(
     2, 40, 20,
-    (ForeignRow(LSTM.method, about(0.9, n=40), (("weight", 31, (0.5, 180.0), (4.0, 1305.0)),),
+    (ForeignRow(LSTM[0].method, about(0.9, n=40), (("weight", 31, (0.5, 180.0), (4.0, 1305.0)),),
                 {"SME": about(0.55, n=40)}, {"SME": about(0.75, n=4)}, about(0.5, n=40)),),
     {"SME": about(0.8, n=40)},
     {("SME", "FBS"): about(0.6, n=40)},
@@ -183,12 +194,12 @@ def test_bars_are_met_or_missed():
     assert "S2b 77.0 % against 74.0 % (reached)" in told
     assert "0.350 ms a layout one at a time, at most 0.4 ms (0.315 ms of CPU time)" in told
     assert "12500 layouts/s with 64 at once, at least 10000 (16667 a second" in told
-    slow = replace(TABLE, times=(times(LSTM, 0.5, {8: (0.1, 0.2)}),), load=3.0)
+    slow = replace(TABLE, times=(times(LSTM, 0.5, {8: (0.1, 0.2)}),), cost_source=timed(3.0))
     told = said(replace(WHOLE, table=slow), "Beside other methods")
     assert "0.500 ms a layout one at a time, above 0.4 ms (0.450 ms" in told
     assert "5000 layouts/s with 8 at once" in told
     assert "below 10000" in told
-    assert "(load 3.0)" in told
+    assert "3.0 processes wanted to run, one of them ours. **The machine was busy" in told
     told = said(WHOLE, "Shifted centres of mass")
     assert "plain 25.0; support 12.0; turned 23.0" in told
     assert "At least 8 points above plain on S2b: support." in told

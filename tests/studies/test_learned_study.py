@@ -187,19 +187,24 @@ def test_accuracies_are_those_counted_by_hand(learned, workshop, cases):
 
 def test_the_table_tells_every_method_alike(learned, workshop, cases):
     table = learned.table
-    rule, shipped, own = table.rows
+    rule, shipped, own = table.rows["all"]
     by_rule, by_shipped = rights("sme", cases), rights("lstm_1", cases)
-    assert rule.accuracy["all"].value == pytest.approx(by_rule.mean())
-    assert rule.difference["all"].value == pytest.approx((1.0 * by_shipped - by_rule).mean())
+    assert rule.accuracy.value == pytest.approx(by_rule.mean())
+    assert rule.ahead.value == pytest.approx((1.0 * by_shipped - by_rule).mean())
     s2b = (cases[0]["scenario"] == "S2b").to_numpy()
-    assert shipped.accuracy["S2b"].value == pytest.approx(by_shipped[s2b].mean())
-    assert shipped.difference is None
-    assert table.held == shipped.method.title == "LSTM_1"
-    assert shipped.paper == {"S1": 0.9733, "S2a": 0.76, "S2b": 0.7167, "all": 0.8167}
-    assert (own.method.title, own.paper) == ("small, seed 0", {})
+    assert table.rows["S2b"][1].accuracy.value == pytest.approx(by_shipped[s2b].mean())
+    assert shipped.ahead is None
+    assert table.held == shipped.method
+    assert table.held.title == "LSTM_1"
+    assert set(table.paper) == {"sme", "lstm_1"}
+    printed = {"S1": 0.9733, "S2a": 0.76, "S2b": 0.7167, "all": 0.8167}
+    assert table.paper["lstm_1"].accuracy == pytest.approx(printed)
+    assert table.paper["lstm_1"].runtime["all"] == 3.67
+    assert own.method.title == "small, seed 0"
     for row in (rule, shipped):
-        wrong = row.over["all"].value + row.under["all"].value
-        assert wrong == pytest.approx(1.0 - row.accuracy["all"].value)
+        wrong = row.over.value + row.under.value
+        assert wrong == pytest.approx(1.0 - row.accuracy.value)
+        assert row.cpu.n == 9
     assert [sorted(row.batched) for row in table.times] == [[], [2, 8], [2, 8]]
     assert all(row.cpu > 0.0 and row.layouts == 9 for row in table.times)
 

@@ -10,7 +10,14 @@ from steadyload.methods.naming import MethodKey
 from steadyload.reports.charts import CostPoint, plot_cost_accuracy
 from steadyload.reports.page import write_page
 from steadyload.reports.style import colour, face, marker
-from steadyload.reports.table import markdown_table, milliseconds, percent, significant
+from steadyload.reports.table import (
+    Column,
+    Table,
+    markdown_table,
+    milliseconds,
+    percent,
+    significant,
+)
 from steadyload.runs.definition import load_study
 from steadyload.runs.runner import run_study
 from steadyload.statistics.estimate import Estimate
@@ -119,11 +126,11 @@ def test_rules_against_simulations_are_disagreements(tmp_path, stack):
 def test_an_unfinished_study_names_what_is_missing(run, tmp_path):
     import shutil
 
-    from steadyload.runs.results import load_manifest
+    from steadyload.runs.results import load_manifest, result_store
 
     shutil.copytree(run, tmp_path / "run")
     for shard in load_manifest(run)["shards"][-1:]:
-        (tmp_path / "run" / "results" / f"{shard}.parquet").unlink()
+        result_store(tmp_path / "run").drop(shard)
     text = write_page(study_page(compare(tmp_path / "run")), tmp_path / "page").read_text()
     assert "**Partial: 12 rows are still missing.**" in text
     assert "without ps_opt-paper@dart, which have judged none" in text
@@ -142,6 +149,25 @@ def test_a_table_escapes_what_would_break_it():
     table = markdown_table(("a", "b"), [("x|y", "1\n2")])
     assert table.splitlines()[2] == "| x\\|y | 1 2 |"
     assert len({len(line) for line in table.splitlines()}) == 1
+
+
+def test_a_declared_table_reads_as_the_same_rows_written_by_hand():
+    rows = [
+        CostPoint(
+            MethodKey("SME", "sme", "sme"), Estimate(0.8, 0.7, 0.9, 100), Estimate(2, 1, 3, 9)
+        ),
+        CostPoint(MethodKey("a|b", "x", "x"), Estimate(0.5, 0.4, 0.6, 50), Estimate(1, 1, 1, 9)),
+    ]
+    columns = [
+        Column("method", "method.title", left=True),
+        Column("n", "share.n"),
+        Column("accuracy %", "share", percent),
+        Column("cheap", lambda row: row.cost.value < 2.0),
+    ]
+    assert str(Table(rows, columns)) == markdown_table(
+        ("method", "n", "accuracy %", "cheap"),
+        [("SME", "100", "80.0 [70.0, 90.0]", "False"), ("a|b", "50", "50.0 [40.0, 60.0]", "True")],
+    )
 
 
 def test_style_is_fixed_by_method_and_engine():

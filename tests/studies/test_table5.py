@@ -19,14 +19,14 @@ from steadyload.methods.method import RefusedError
 from steadyload.methods.naming import method_key
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.evaluation import AccuracySummary
+from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.runs.runner import run_study
 from steadyload.statistics.metrics import mean
 from steadyload.studies.table5 import study as table5
 from steadyload.studies.table5.accuracy_sections import time_a_layout, what_rows_are
 from steadyload.studies.table5.front import measured_in
 from steadyload.studies.table5.paper import paper
-from steadyload.studies.table5.records import ALL, JudgedSet
+from steadyload.studies.table5.records import JudgedSet
 from steadyload.studies.table5.study import Questions, judge_table5, time_table5
 from steadyload.studies.table5.summary import (
     pair_tests,
@@ -149,7 +149,7 @@ def test_the_folder_of_another_study_is_left_alone(capsys, tmp_path):
 
 
 def test_a_method_that_cannot_judge_is_left_out_where_nobody_named_it(monkeypatch):
-    monkeypatch.setattr(table5, "METHODS", ("sme", "cascade@dart"))
+    monkeypatch.setattr(table5, "standard_methods", lambda: ("sme", "cascade@dart"))
     asked = Questions()
     assert asked.spatial == ("sme",)
     assert "steadyload cascade fit --engine dart" in asked.left_out["cascade@dart"]
@@ -233,7 +233,7 @@ def judged(**parts):
 def named(*specs):
     """A judged set that knows its methods alone."""
     methods = [types.SimpleNamespace(method=method_key(make_method(spec))) for spec in specs]
-    return judged(accuracies=types.SimpleNamespace(methods=methods))
+    return judged(evaluation=types.SimpleNamespace(methods=methods))
 
 
 def test_a_page_says_which_rows_are_not_the_papers_own():
@@ -281,12 +281,7 @@ def test_a_pair_that_is_equal_in_the_paper_is_no_order_to_be_kept():
     )
 
     def summary(spec, right):
-        shares = {
-            f.name: mean([right])
-            for f in dataclasses.fields(AccuracySummary)
-            if f.name not in ("method", "without_verdict", "behind")
-        }
-        return AccuracySummary(method_key(make_method(spec)), without_verdict={}, **shares)
+        return MethodEvaluation(method_key(make_method(spec)), accuracy=mean([right]))
 
     ours = [summary("fbs", 0.5), summary("sme", 0.8), summary("lstm_e", 0.9)]
     assert same_order(few, ours) == (2, 2)

@@ -10,6 +10,8 @@ import pytest
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.page import write_page
 from steadyload.reports.table import duration, factor
+from steadyload.runs.costs import CostKind, CostSource
+from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.tuning.figures import plot_changes, plot_price
 from steadyload.studies.tuning.page import tuning_page
@@ -18,17 +20,16 @@ from steadyload.studies.tuning.records import (
     GenerationRow,
     GeneRow,
     JudgedGenotype,
-    Outcome,
     PricePoint,
     SearchRow,
     SeedRow,
     TransferCell,
     TransferTable,
+    TunedTable,
     Tuning,
     Variant,
     VariantTable,
 )
-from steadyload.studies.tuning.records import OutcomeTable as HeldAgainst
 from steadyload.studies.tuning.search_figures import front, plot_algorithms
 
 
@@ -36,15 +37,16 @@ def about(value, half=0.005):
     return Estimate(value, value - half, value + half, 400)
 
 
-def outcome(title, engine, accuracy, cpu, difference=None):
+def outcome(title, engine, accuracy, cpu, ahead=None, cost_ratio=None):
     family = title.partition(" ")[0].lower().replace("_", "")
-    return Outcome(
+    return MethodEvaluation(
         method=MethodKey(f"{title} @ {engine}", f"{family}@{engine}", family, engine),
         accuracy=about(accuracy),
         over=about(0.012),
         under=about(0.007),
         cpu=about(cpu, 0.1 * cpu),
-        difference=difference,
+        ahead=ahead,
+        cost_ratio=cost_ratio,
     )
 
 
@@ -53,15 +55,14 @@ def bought(engine, accuracy, cpu):
 
 
 def held_against(engine, *, accuracy=0.985, ahead_of_ps5=0.08, ratio=0.13):
-    return HeldAgainst(
+    return TunedTable(
         engine,
         "test",
         outcome("Tuned", engine, accuracy, 5.2),
         (
-            outcome("PS_3", engine, 0.893, 43.0, about(0.092)),
-            outcome("PS_5", engine, 0.905, 71.0, about(ahead_of_ps5)),
+            outcome("PS_3", engine, 0.893, 43.0, about(0.092), about(ratio, 0.01)),
+            outcome("PS_5", engine, 0.905, 71.0, about(ahead_of_ps5), about(0.07, 0.01)),
         ),
-        {f"ps3@{engine}": about(ratio, 0.01), f"ps5@{engine}": about(0.07, 0.01)},
     )
 
 
@@ -83,7 +84,9 @@ def changes(*rows):
         "bullet",
         "validation",
         tuple(
-            Variant(name, "0.5", about(0.98 + change), about(change), 5.0 * cost, cost)
+            Variant(
+                name, "0.5", outcome(name, "bullet", 0.98 + change, 5.0 * cost), about(change), cost
+            )
             for name, change, cost in rows
         ),
     )
@@ -281,6 +284,12 @@ def test_outcomes_have_the_numbers_of_their_records():
         "1.2 [0.7, 1.7]", "0.7 [0.2, 1.2]",
     ]  # fmt: skip
     assert cells(table, "Tuned @ dart")[1:4] == ["97.1 [96.6, 97.6]", "-", "5.20 [4.68, 5.72]"]
+
+
+def test_where_measured_times_come_from_is_said_where_there_are_some():
+    assert "*CPU* is measured. Being cheaper" in tuning_page(FULL, {}).summary
+    judged = replace(FULL, cost_source=CostSource(CostKind.JUDGING))
+    assert "CPU times are of judging, where several" in tuning_page(judged, {}).summary
 
 
 def test_a_budget_below_all_parameter_sets_buys_nothing():

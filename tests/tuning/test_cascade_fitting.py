@@ -16,6 +16,7 @@ from steadyload.methods.thresholds import Stage, write_thresholds
 from steadyload.statistics.metrics import effective_size
 from steadyload.tuning import TuningError
 from steadyload.tuning.cascade import fitted as fitted_module
+from steadyload.tuning.cascade.evaluation import evaluate
 from steadyload.tuning.cascade.fitted import FitOptions, check_remakable, fit_cascade
 from steadyload.tuning.cascade.fitting import (
     allowed_losses,
@@ -24,15 +25,16 @@ from steadyload.tuning.cascade.fitting import (
     left_out,
     upper_bound,
 )
-from steadyload.tuning.cascade.opinions import Opinions, Table, ask
-from steadyload.tuning.cascade.outcome import outcome
+from steadyload.tuning.cascade.step_scores import StepScores, Table, score_steps
 from steadyload.tuning.cases import CaseSource, load_cases
 
 
-def opinions(risks, cost=1.0, opening=0.0, brink=0.5, cases=None, trained=True):
-    risks = np.asarray(risks, dtype=float)
-    count = len(risks) if cases is None else cases
-    return Opinions(risks, np.full(len(risks), cost), np.full(count, opening), brink, trained)
+def step_scores(scores, cost=1.0, opening=0.0, decision_threshold=0.5, cases=None, trained=True):
+    scores = np.asarray(scores, dtype=float)
+    count = len(scores) if cases is None else cases
+    return StepScores(
+        scores, np.full(len(scores), cost), np.full(count, opening), decision_threshold, trained
+    )
 
 
 @pytest.fixture
@@ -44,15 +46,17 @@ def three():
         of=np.array([0, 0, 1, 1, 2]),
         fails=np.array([False, True, False, False, True]),
         lists=np.array(["a", "b", "b"], dtype=object),
-        opinions={
-            "quick": opinions([0.1, 0.4, 0.3, 0.9, 0.8], cost=1.0, opening=10.0, cases=3),
-            "last": opinions([0.0, 2.0, 0.0, 0.0, 0.0], cost=100.0, brink=1.0, cases=3),
+        step_scores={
+            "quick": step_scores([0.1, 0.4, 0.3, 0.9, 0.8], cost=1.0, opening=10.0, cases=3),
+            "last": step_scores(
+                [0.0, 2.0, 0.0, 0.0, 0.0], cost=100.0, decision_threshold=1.0, cases=3
+            ),
         },
     )
 
 
 def test_a_table_of_three_cases_by_hand(three):
-    found = outcome(three, (Stage("quick", 0.35, 0.85),), "last")
+    found = evaluate(three, (Stage("quick", 0.35, 0.85),), "last")
     # Of case 0, quick says stable, last unstable. Of case 1, quick stable, then unstable, wrongly.
     # Of case 2, last says stable, wrongly.
     assert found.by.tolist() == [0, 1, 0, 0, 1]
@@ -65,29 +69,29 @@ def test_a_table_of_three_cases_by_hand(three):
 
 
 def test_what_a_stage_gains_is_told_apart_from_what_it_loses(three):
-    found = outcome(three, (Stage("quick", 0.35, 0.7),), "last")
+    found = evaluate(three, (Stage("quick", 0.35, 0.7),), "last")
     assert found.gained.tolist() == [False, False, True]
     assert found.lost.tolist() == [False, True, False]
 
 
 def test_nothing_is_asked_after_the_first_step_that_is_called_unstable(three):
-    found = outcome(three, (Stage("quick", None, 0.2),), "last")
+    found = evaluate(three, (Stage("quick", None, 0.2),), "last")
     assert found.asked.tolist() == [True, True, True, False, True]
     assert found.cost[1] == 10 + 1
 
 
 def test_without_an_opinion_of_the_last_there_is_no_right_verdict(three):
-    three.opinions["last"].risks[0] = np.nan
-    assert outcome(three, (), "last").right.tolist() == [False, True, False]
+    three.step_scores["last"].scores[0] = np.nan
+    assert evaluate(three, (), "last").right.tolist() == [False, True, False]
     # Nobody asks the last method of a step that a stage has decided.
-    assert outcome(three, (Stage("quick", 0.2, None),), "last").right.tolist()[0]
+    assert evaluate(three, (Stage("quick", 0.2, None),), "last").right.tolist()[0]
 
 
 def test_a_part_of_a_table_is_the_table_of_those_cases(three):
     part = three.chosen(np.array([True, False, True]))
     assert part.of.tolist() == [0, 0, 1]
     assert part.starts.tolist() == [0, 2]
-    whole, own = (outcome(t, (Stage("quick", 0.35, 0.85),), "last") for t in (three, part))
+    whole, own = (evaluate(t, (Stage("quick", 0.35, 0.85),), "last") for t in (three, part))
     assert own.cost.tolist() == whole.cost[[0, 2]].tolist()
     assert own.right.tolist() == whole.right[[0, 2]].tolist()
 
@@ -130,10 +134,10 @@ def drawn():
         fails,
         lists,
         {
-            "cheap": opinions(cheap, cost=0.01, opening=0.1, cases=600),
-            "idle": opinions(np.full(len(of), np.nan), cost=0.01, opening=0.1, cases=600),
-            "costly": opinions(dear, cost=50.0, cases=600),
-            "last": opinions(dear, cost=10.0, cases=600),
+            "cheap": step_scores(cheap, cost=0.01, opening=0.1, cases=600),
+            "idle": step_scores(np.full(len(of), np.nan), cost=0.01, opening=0.1, cases=600),
+            "costly": step_scores(dear, cost=50.0, cases=600),
+            "last": step_scores(dear, cost=10.0, cases=600),
         },
     )
 
@@ -146,35 +150,35 @@ def test_the_budget_is_kept_and_what_is_spent_goes_down_with_it(drawn, budget):
     independent = independent_cases(drawn, CANDIDATES, "last")
     found = fit(drawn, CANDIDATES, "last", budget=budget, confidence=0.5, independent=independent)
     assert [stage.method for stage in found.stages] == ["cheap"]
-    assert found.outcome.lost.sum() <= found.most
+    assert found.evaluation.lost.sum() <= found.most
     assert found.bound(0.5) <= budget
     assert found.bound(0.95) > found.bound(0.5)
-    alone = outcome(drawn, (), "last").cost.mean()
+    alone = evaluate(drawn, (), "last").cost.mean()
     tighter = fit(drawn, CANDIDATES, "last", budget=0.003, confidence=0.5, independent=independent)
-    assert found.outcome.cost.mean() < tighter.outcome.cost.mean() < alone
+    assert found.evaluation.cost.mean() < tighter.evaluation.cost.mean() < alone
 
 
 def test_no_other_thresholds_of_one_stage_pass_less_on(drawn):
-    """Against every pair among the risks that are in the way."""
+    """Against every pair among the scores that are in the way."""
     found = fit(drawn, ("cheap",), "last", budget=0.02, confidence=0.5, independent=500.0)
-    risks = drawn.opinions["cheap"].risks
-    lows = np.sort(risks[drawn.fails])[:30]
-    highs = np.sort(risks[~drawn.fails])[-30:]
+    scores = drawn.step_scores["cheap"].scores
+    lows = np.sort(scores[drawn.fails])[:30]
+    highs = np.sort(scores[~drawn.fails])[-30:]
     tried = 0
     for low, high in itertools.product(lows[lows <= 0.5], highs[highs >= 0.5]):
-        other = outcome(drawn, (Stage("cheap", low, high),), "last")
+        other = evaluate(drawn, (Stage("cheap", low, high),), "last")
         if other.lost.sum() <= found.most:
             tried += 1
-            assert found.outcome.cost.mean() <= other.cost.mean() + 1e-9
+            assert found.evaluation.cost.mean() <= other.cost.mean() + 1e-9
     assert tried > 20
 
 
 def test_thresholds_stay_on_their_side_of_the_brink(drawn):
     """Where no case is in the way, nothing speaks for calling what looks unstable stable."""
-    fine = dataclasses.replace(drawn, opinions=dict(drawn.opinions))
-    risks = np.where(drawn.fails, 0.9, 0.1)
-    fine.opinions["cheap"] = opinions(risks, cost=0.01, cases=600)
-    fine.opinions["last"] = opinions(risks, cost=10.0, cases=600)
+    fine = dataclasses.replace(drawn, step_scores=dict(drawn.step_scores))
+    scores = np.where(drawn.fails, 0.9, 0.1)
+    fine.step_scores["cheap"] = step_scores(scores, cost=0.01, cases=600)
+    fine.step_scores["last"] = step_scores(scores, cost=10.0, cases=600)
     [stage] = fit(fine, ("cheap",), "last", budget=0.5, confidence=0.5, independent=600.0).stages
     assert (stage.low, stage.high) == (0.5, 0.5)
 
@@ -200,7 +204,7 @@ def test_lists_that_were_left_out_lose_more_than_those_fitted_on(drawn):
     found = fit(drawn, CANDIDATES, "last", budget=0.02, confidence=0.5, independent=independent)
     lost, cases = left_out(drawn, found, budget=0.02, confidence=0.5)
     assert cases == 600
-    assert lost > found.outcome.lost.sum()
+    assert lost > found.evaluation.lost.sum()
     assert lost < 0.1 * cases
 
 
@@ -211,7 +215,7 @@ def real():
 
 
 def test_methods_are_asked_of_every_step_that_has_a_label(real):
-    table = ask(["fbs", "equilibrium"], real)
+    table = score_steps(["fbs", "equilibrium"], real)
     assert len(table.of) == sum(min(case.safe + 1, len(case.layout)) for case in real)
     assert table.fails.sum() == sum(case.safe < len(case.layout) for case in real)
     for number, case in enumerate(real):
@@ -219,9 +223,9 @@ def test_methods_are_asked_of_every_step_that_has_a_label(real):
         failing = np.flatnonzero(table.fails[own])
         assert failing.tolist() == ([case.safe] if case.safe < len(case.layout) else [])
         with closing(make_method("equilibrium").steps(case.layout, Stopwatch())) as judge:
-            expected = [judge.risk(step) for step in range(int(own.sum()))]
-        assert table.opinions["equilibrium"].risks[own].tolist() == expected
-    assert not table.opinions["fbs"].trained
+            expected = [judge.step_score(step) for step in range(int(own.sum()))]
+        assert table.step_scores["equilibrium"].scores[own].tolist() == expected
+    assert not table.step_scores["fbs"].trained
 
 
 @pytest.fixture(scope="module")

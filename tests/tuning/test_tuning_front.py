@@ -4,21 +4,21 @@ import numpy as np
 import pytest
 
 from steadyload.tuning.cases import CaseSource
-from steadyload.tuning.judging import FrontRace, Sheet
 from steadyload.tuning.ledger import Entry
 from steadyload.tuning.options import SearchOptions
 from steadyload.tuning.search import Search
+from steadyload.tuning.trial import FrontRace, TrialResult
 
 CASES = 36
 
 
-def sheet(right, count, cost):
+def trial(right, count, cost):
     """The first ``right`` of ``count`` cases are right; each costs the same."""
-    return Sheet(np.arange(count) < right, np.full(count, cost))
+    return TrialResult(np.arange(count) < right, np.full(count, cost))
 
 
-DEAR, CHEAP = sheet(36, CASES, 10.0), sheet(20, CASES, 2.0)
-LOST = sheet(15, 30, 2.1)
+DEAR, CHEAP = trial(36, CASES, 10.0), trial(20, CASES, 2.0)
+LOST = trial(15, 30, 2.1)
 """Behind the cheap one by 5, and a little dearer."""
 
 
@@ -26,7 +26,7 @@ def test_the_one_ahead_costs_no_more():
     race = FrontRace((CHEAP, DEAR))
     assert race.lost(LOST)
     assert race.ahead(LOST) is CHEAP
-    assert race.ahead(sheet(0, 30, 11.0)) is DEAR
+    assert race.ahead(trial(0, 30, 11.0)) is DEAR
     assert FrontRace((DEAR,)).ahead(LOST) is None
 
 

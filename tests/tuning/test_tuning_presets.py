@@ -14,10 +14,10 @@ from steadyload.studies.tuning.study import tuning_study
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import TERMS, CostModel
-from steadyload.tuning.judging import fitness
 from steadyload.tuning.options import SearchOptions
 from steadyload.tuning.presets import differences, options_of, preset, write_preset
 from steadyload.tuning.search import Search
+from steadyload.tuning.trial import fitness
 
 MODEL = CostModel(dict.fromkeys(TERMS, 0.0) | {"layout": 500.0, "substep": 20.0}, 24, 0.9, 0.1)
 
@@ -132,7 +132,7 @@ def test_what_a_search_began_with_is_written_down(search, presets_file, tmp_path
     best = later.run(workers=0)
     judged = later.ledger.entries[known]
     assert judged.generation == 0
-    assert fitness(best.sheet, later.goal) >= fitness(judged.sheet, later.goal)
+    assert fitness(best.trial, later.goal) >= fitness(judged.trial, later.goal)
     assert Search.of(tmp_path / "later").options.begin_with == (search.space.spec(known),)
     assert tuning_of([later]).searches[0].known == 1
     write_tuned("ps_opt", "mujoco", preset(later))

@@ -6,13 +6,14 @@ import multiprocessing
 import os
 import signal
 import time
+from pathlib import Path
 
 import pytest
 
 from steadyload.cli import main
 from steadyload.methods import tuned
 from steadyload.methods.tuned import write_tuned
-from steadyload.runs import results
+from steadyload.runs import provenance
 from steadyload.studies.tuning.study import apart_by_seeds
 from steadyload.tuning import TuningError, identity
 from steadyload.tuning import search as searching
@@ -75,7 +76,7 @@ def test_code_that_changes_under_a_search_ends_it(tmp_path, monkeypatch):
     judge = searching.run_units
 
     def edited_meanwhile(*given, **options):
-        monkeypatch.setattr(identity, "judged_by", lambda method: "of other code")
+        monkeypatch.setattr(identity, "made_by", lambda method: "of another version")
         yield from judge(*given, **options)
 
     monkeypatch.setattr(searching, "run_units", edited_meanwhile)
@@ -92,6 +93,16 @@ def test_a_ledger_is_begun_by_its_first_line(tmp_path):
     assert Ledger(tmp_path, {"engine": "mujoco"}).facts == {"goal": 1.0}
     with pytest.raises(TuningError, match="engine differ"):
         Ledger(tmp_path, {"engine": "dart"})
+
+
+def test_a_number_that_has_changed_is_noticed(searched, tmp_path):
+    lines = searched.splitlines(keepends=True)
+    for at in (k for k, line in enumerate(lines) if '"cost"' in line):
+        changed = lines[at].replace('"cpu": 0', '"cpu": 1')
+        assert changed != lines[at]
+        (tmp_path / "search.jsonl").write_text("".join([*lines[:at], changed, *lines[at + 1 :]]))
+        with pytest.raises(TuningError, match=r"search\.jsonl: is damaged"):
+            Search.of(tmp_path)
 
 
 def test_a_search_is_kept_to_be_read(searched, tmp_path):
@@ -151,7 +162,7 @@ def test_a_search_keeps_its_goal(searched, tmp_path, monkeypatch):
 def test_what_is_remade_is_compared_before_it_is_written(searched, tmp_path, monkeypatch, capfd):
     """The preset at hand is not what the search finds."""
     monkeypatch.setattr(tuned, "FILE", tmp_path / "tuned.json")
-    monkeypatch.setattr(results, "_git_revision", lambda: "0123456789ab")
+    monkeypatch.setattr(provenance, "_git_revision", lambda: "0123456789ab")
     (tmp_path / "search.jsonl").write_text(searched)
     found = preset(Search.of(tmp_path))
     other = dataclasses.replace(found, parameters={**found.parameters, "eps_t": 99})
@@ -174,3 +185,23 @@ def test_whoever_proposes_leaves_an_interrupt_to_others():
     assert proposer.ask()
     proposer.close()
     assert not process.is_alive()
+
+
+PUBLISHED = Path(__file__).parents[2] / "reports" / "published" / "tuning" / "searches"
+
+
+@pytest.mark.parametrize("folder", sorted(PUBLISHED.iterdir()), ids=lambda folder: folder.name)
+def test_a_published_search_can_be_gone_on_with(folder):
+    """Unless a part was raised since: its verdicts would be those of two versions."""
+    found, _ = Ledger.of(folder)
+    options = SearchOptions(
+        found["engine"], algorithm=found["algorithm"], space=found["space"], seed=found["seed"],
+        population=found["population"], generations=1, begin_with=tuple(found["begin_with"]),
+        source=CaseSource(**found["source"]),
+    )  # fmt: skip
+    now = identity.identity(options, space_on(options.engine, options.space))
+    made, made_now = found.pop("made_by"), now.pop("made_by")
+    assert found == now
+    packages = {name for name in made if not name.startswith(("version of ", "parameters"))}
+    differs = {k for k in {*made, *made_now} - packages if made.get(k) != made_now.get(k)}
+    assert differs == ({"version of engine"} if options.engine == "bullet" else set())

@@ -17,12 +17,12 @@ from steadyload.studies.tuning.history import search_row, tuning_of
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import CostModel
-from steadyload.tuning.judging import fitness
 from steadyload.tuning.ledger import Ledger
 from steadyload.tuning.options import SearchOptions
 from steadyload.tuning.proposers import ALGORITHMS
 from steadyload.tuning.search import Search
 from steadyload.tuning.space import space_on
+from steadyload.tuning.trial import fitness
 
 MODEL = CostModel(
     {
@@ -74,7 +74,7 @@ def nothing_tuned(tmp_path, monkeypatch):
 def verdicts(folder):
     ledger = Ledger.of(folder)[1]
     entries = {
-        g: (e.generation, e.sheet.right.tolist(), e.sheet.cost.tolist(), e.sheet.reason)
+        g: (e.generation, e.trial.right.tolist(), e.trial.cost.tolist(), e.trial.reason)
         for g, e in ledger.entries.items()
     }
     return entries, [(end.number, end.asked, end.median) for end in ledger.ends]
@@ -121,13 +121,13 @@ def test_proposals_are_fixed_by_the_seed(name):
 def test_a_search_never_ends_below_its_start_nor_falls(finished):
     search, _ = finished
     start = search.ledger.entries[search.space.start]
-    assert len(start.sheet) == len(search.cases) == CASES
-    assert start.sheet.accuracy < 1, "nothing to gain"
-    best = [fitness(search.fittest(n).sheet, search.goal) for n in range(4)]
-    assert best[0] == fitness(start.sheet, search.goal)
+    assert len(start.trial) == len(search.cases) == CASES
+    assert start.trial.accuracy < 1, "nothing to gain"
+    best = [fitness(search.fittest(n).trial, search.goal) for n in range(4)]
+    assert best[0] == fitness(start.trial, search.goal)
     assert best == sorted(best)
     assert search.fittest() == search.fittest(3)
-    assert all(fitness(e.sheet, search.goal) <= best[-1] for e in search.whole())
+    assert all(fitness(e.trial, search.goal) <= best[-1] for e in search.whole())
     row = search_row(search)
     assert [g.best for g in row.history] == best[1:]
     volumes = [g.hypervolume for g in row.history]
@@ -144,15 +144,15 @@ def test_every_genotype_is_judged_once_and_as_its_spec_says(finished):
     asked = sum(end.asked for end in search.ledger.ends)
     assert row.genotypes + row.repeats == asked + 1, "the start is judged unasked, then proposed"
     assert row.repeats >= 1
-    assert {len(e.sheet) for e in search.judged()} <= {30, CASES}
+    assert {len(e.trial) for e in search.judged()} <= {30, CASES}
     best = search.fittest()
     method = make_method(search.space.spec(best.genotype))
     said = [method.judge(case.layout) for case in search.cases]
     safe = [v.item_count if v.failing_step is None else v.failing_step for v in said]
     right = [s == case.safe for s, case in zip(safe, search.cases, strict=True)]
-    assert right == best.sheet.right.tolist()
+    assert right == best.trial.right.tolist()
     costs = [MODEL.milliseconds(v.effort, method.parameters) for v in said]
-    np.testing.assert_allclose(best.sheet.cost, costs, atol=1e-4)
+    np.testing.assert_allclose(best.trial.cost, costs, atol=1e-4)
 
 
 SCRIPT = """

@@ -1,4 +1,4 @@
-"""The labelled benchmark: layouts, labels, how sure they are, and which split each belongs to."""
+"""The labelled set: layouts, labels with their confidence, and splits."""
 
 from steadyload.layouts.benchmark.dataset import (
     PLANAR,

@@ -61,12 +61,12 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True, slots=True)
 class ImportSummary:
-    """What came of an import. Files are named relative to the folder that was read.
+    """Summary of an import. Files are named relative to the folder that was read.
 
     Attributes:
         layouts, cases: rows of the two tables.
         labelled, unlabelled: cases with a score, and without.
-        checked: labelled cases whose raw observations were held against the label's rule.
+        checked: labelled cases whose raw observations were compared with the label's rule.
         mismatches: those of them where the rule names another failing step than the score does.
         conflicts: job files that repeat a case but have another score; the first one counts.
         refused: files that could not be used, each with the reason.
@@ -256,7 +256,7 @@ class _Collected:
         )
 
     def _doubts(self, unit: RotationUnit) -> Iterator[str]:
-        """Whether the angles are plausible: what falls turns by far more than 6 degrees."""
+        """Doubts about the angles: an item that falls turns by far more than 6 degrees."""
         angle = max((m.largest_value for m in self._found.values()), default=0.0)
         fell = any(m.corner_last.max() > LABEL_T for m in self._found.values())
         if unit is RotationUnit.DEGREES and fell and angle <= _LONGEST_ANGLE:
@@ -266,7 +266,7 @@ class _Collected:
 
 
 def _instance(name: str) -> tuple[str, int]:
-    """The item list that a name tells of, and its class; 0 where it tells none."""
+    """Item list and item class in a name; 0 for a name without a class."""
     packed = _PACKED.fullmatch(name)
     if packed is not None and int(packed[2]) < 128:
         return packed[1], int(packed[2])

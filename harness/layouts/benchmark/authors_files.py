@@ -46,7 +46,7 @@ class Job:
 
     @property
     def key(self) -> Key:
-        """What its files of results are found by."""
+        """The key by which its files of results are found."""
         return self.dataset, self.scenario, self.name
 
     @property
@@ -80,7 +80,7 @@ def _datasets(root: Path) -> list[Path]:
 
 
 def _named_files(root: Path) -> Iterator[tuple[Path, Path, Scenario | None, str]]:
-    """JSON files: data set, path, scenario that the folders tell, and name without either."""
+    """JSON files: data set, path, scenario from the folders' names, and name without either."""
     for dataset in _datasets(root):
         for path in sorted(dataset.rglob("*.json")):
             folders = [part.lower() for part in path.relative_to(dataset).parts[:-1]]
@@ -159,7 +159,7 @@ class Reader:
 
     def refuse(self, path: Path, error: Exception) -> None:
         """Write down a file that cannot be used, and why."""
-        # A layout's error begins with the file that it is in; the place is said once.
+        # A layout's error begins with the file that it is in; the place is named once.
         reason = str(error).removeprefix(f"{path}: ")
         self.refused.append((path.relative_to(self.root).as_posix(), reason))
 

@@ -1,4 +1,4 @@
-"""Which layouts are labelled: instances packed with every heuristic, each geometry once."""
+"""Layouts of a labelled set: instances packed with every heuristic, each geometry once."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from steadyload.layouts.packing import (
 from steadyload.layouts.scenarios import Scenario, apply_scenario
 
 _OFFSET_DECIMALS = 2
-"""Centres of mass lie on tenths of a millimetre: what is stored is what is judged."""
+"""Centres of mass lie on tenths of a millimetre: the stored values are those judged."""
 
 
 @dataclass(frozen=True, slots=True)
 class BuildOptions:
-    """What a labelled set is drawn from.
+    """Options of building a labelled set.
 
     Args:
         seed: root of all random draws, 0 or more.
         instances: item lists of every class.
         item_counts: items of an instance by class, where they are not the class's own. Class 3
-            has 32 instead of 64: splits and intervals stand on item lists, and this gives more.
+            has 32 instead of 64: splits and intervals are by item list, and this gives more.
         weights: how heavy items are.
         planar: every layout is a planar scene in every scenario; see
             :class:`steadyload.layouts.packing.Instance` and
@@ -54,11 +54,11 @@ PLANAR_OPTIONS = BuildOptions(
     # Side by side a bin holds far fewer items than in space: these fill one, seldom two or three.
     item_counts={1: 24, 2: 30, 3: 8},
     planar=True,
-    # Bins of class 3 often hold one or two items, which tell judges little apart.
+    # Bins of class 3 often hold one or two items, on which methods differ little.
     fewest_items=3,
     splits=SplitSizes(test=300, validation=300, test_lists=4, validation_lists=4),
 )
-"""What the planar set that comes with the package is drawn from."""
+"""Options of the planar set that comes with the package."""
 
 
 def build(

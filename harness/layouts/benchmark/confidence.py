@@ -1,4 +1,4 @@
-"""How sure a label is: the share of an ensemble of further judges that says the same."""
+"""Confidence of a label: the share of an ensemble of further methods that agrees with it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pandas as pd
 
 
 class Reason(StrEnum):
-    """Why a further judge could disagree with a label.
+    """The respect in which a further method differs from the one that made the labels.
 
     ``numerical``: the same question, solved with other numerics (tolerance, positions disturbed by
     less than any plan's precision). ``model``: other properties of the contacts. ``limits``: other
@@ -28,11 +28,12 @@ ENSEMBLE = (Reason.NUMERICAL, Reason.MODEL, Reason.LIMITS)
 
 
 def agrees(cases: pd.DataFrame, opinions: pd.DataFrame) -> pd.Series:
-    """Whether each opinion names the label's failing step; one without a verdict never does.
+    """True for each verdict that names the label's failing step; a missing verdict does not.
 
     Args:
         cases: labels, :data:`steadyload.layouts.benchmark.tables.CASES`.
-        opinions: on some of them, :data:`steadyload.layouts.benchmark.tables.OPINIONS`.
+        opinions: verdicts of further methods on some of them,
+            :data:`steadyload.layouts.benchmark.tables.OPINIONS`.
 
     Returns:
         Booleans, indexed as ``opinions``.
@@ -45,16 +46,17 @@ def agrees(cases: pd.DataFrame, opinions: pd.DataFrame) -> pd.Series:
 
 
 def confidence(cases: pd.DataFrame, opinions: pd.DataFrame) -> pd.DataFrame:
-    """How sure the labels are of those cases that the ensemble was asked.
+    """Confidence of the labels of those cases that the ensemble has judged.
 
     Args:
         cases: labels, :data:`steadyload.layouts.benchmark.tables.CASES`.
-        opinions: on some of them, :data:`steadyload.layouts.benchmark.tables.OPINIONS`.
+        opinions: verdicts of further methods on some of them,
+            :data:`steadyload.layouts.benchmark.tables.OPINIONS`.
 
     Returns:
         Indexed by layout and scenario: ``confidence``, the share of the ensemble that agrees;
         ``numerical``, ``model``, ``limits``: the share of each part; ``robust``: all agree; missing
-        where a part of the ensemble has not been asked yet.
+        where a part of the ensemble has not judged the case yet.
     """
     asked = opinions[opinions["reason"].isin([str(r) for r in ENSEMBLE])]
     same = asked.assign(same=agrees(cases, asked).astype(float))

@@ -30,10 +30,10 @@ SHIPPED = _PACKAGE / "data"
 """The folder of the set that comes with the package."""
 
 PLANAR = "planar"
-"""Stands for the small set of planar layouts that comes with the package, too."""
+"""Name of the small set of planar layouts that comes with the package, too."""
 
 SETS: Mapping[str, Path] = {PLANAR: _PACKAGE / "data_planar"}
-"""Words that stand for further sets of the package, and their folders."""
+"""Names of further sets of the package, and their folders."""
 
 
 class Part(StrEnum):
@@ -52,7 +52,7 @@ class Part(StrEnum):
 
 
 UNLEARNT = (Part.VALIDATION, Part.TEST, Part.TEST_300)
-"""Parts whose item lists nothing is learnt from: what was trained may be judged on them."""
+"""Held-out parts: nothing is trained on their item lists."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Benchmark:
             ``layout``.
         cases: a row a layout and scenario, :data:`steadyload.layouts.benchmark.tables.CASES`, and
             the column ``instance``.
-        opinions: what other judges said of some cases,
+        opinions: verdicts of further methods on some cases,
             :data:`steadyload.layouts.benchmark.tables.OPINIONS`.
         manifest: what it was made with.
         notes: what people found when they looked at its disputed labels, as Markdown; its folder
@@ -79,7 +79,7 @@ class Benchmark:
 
     @cached_property
     def confidence(self) -> pd.DataFrame:
-        """How sure labels are, a row a case that was asked again; see :func:`confidence`."""
+        """Confidence of labels, a row a case that the ensemble judged; see :func:`confidence`."""
         return confidence(self.cases, self.opinions)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""How far items moved in the authors' reference simulations, read off their raw observations."""
+"""Movements of items in the authors' reference simulations, read off their raw observations."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _FULL_TURN = 360.0
 
 
 class RotationUnit(StrEnum):
-    """What the angles of raw observations are in."""
+    """Unit of the angles of raw observations."""
 
     DEGREES = "degrees"
     RADIANS = "radians"
@@ -30,7 +30,7 @@ class RotationUnit(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Movements:
-    """What moved, a value a step; the largest over all items placed by then.
+    """Movements, a value a step; the largest over all items placed by then.
 
     Attributes:
         corner_last, corner_most: how far a corner marker moved along any one axis [cm], at the

@@ -1,4 +1,4 @@
-"""What a labelled set holds, counted."""
+"""Overview of a labelled set: counts of its layouts, cases and labels."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def overview(benchmark: Benchmark) -> dict[str, Any]:
         ``natural_stable``: share of stable cases by scenario over all labelled ones;
         ``confidence``: ``cases`` that were judged again, how many of their labels are ``robust``
         and ``fragile`` (somebody of the ensemble disagrees), and the ``mean`` confidence, null
-        where there are none; ``judges``: a row a further judge with ``reason``, ``cases`` and
+        where there are none; ``judges``: a row a further method with ``reason``, ``cases`` and
         ``agreement``, the share of these that name the label's failing step.
     """
     cases = benchmark.cases
@@ -43,8 +43,8 @@ def overview(benchmark: Benchmark) -> dict[str, Any]:
         "status": {str(k): int(n) for k, n in cases["status"].value_counts().items()},
         "splits": [_counts(name, which, part) for name, which, part in parts if len(part)],
         "natural_stable": benchmark.natural_stable,
-        "confidence": _sureness(benchmark),
-        "judges": _judges(benchmark),
+        "confidence": _confidence(benchmark),
+        "judges": _further_methods(benchmark),
     }
 
 
@@ -62,7 +62,7 @@ def _counts(split: str, scenario: str, part: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def _sureness(benchmark: Benchmark) -> dict[str, Any]:
+def _confidence(benchmark: Benchmark) -> dict[str, Any]:
     table = benchmark.confidence
     table = table[table["robust"].notna()]
     robust = int(table["robust"].sum())
@@ -70,7 +70,7 @@ def _sureness(benchmark: Benchmark) -> dict[str, Any]:
     return {"cases": len(table), "robust": robust, "fragile": len(table) - robust, "mean": mean}
 
 
-def _judges(benchmark: Benchmark) -> list[dict[str, Any]]:
+def _further_methods(benchmark: Benchmark) -> list[dict[str, Any]]:
     opinions = benchmark.opinions
     same = opinions.assign(same=agrees(benchmark.cases, opinions))
     groups = same.groupby(["reason", "judge"], sort=False)["same"]

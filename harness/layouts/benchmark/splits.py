@@ -12,12 +12,12 @@ from steadyload.layouts.benchmark.tables import BenchmarkError
 
 @dataclass(frozen=True, slots=True)
 class SplitSizes:
-    """How much is held out.
+    """Sizes of the held-out splits.
 
     Args:
         test, validation: cases a scenario, half of them stable: even numbers.
         test_lists, validation_lists: item lists of every class that these cases come from, or more
-            where so many do not hold enough. Intervals stand on item lists.
+            where so many do not hold enough. Intervals are clustered by item list.
 
     Raises:
         BenchmarkError: a number is odd or below 2.

@@ -11,11 +11,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from steadyload.atomic import write_atomically
+from steadyload.errors import UserError
 
 VERSION = 1
 
 UNLABELLED = "unlabelled"
-"""Status of a case that nobody has judged yet."""
+"""Status of a case that has not been judged yet."""
 
 _TEXT, _NUMBERS = pa.string(), pa.list_(pa.float64())
 
@@ -80,15 +81,15 @@ OPINIONS = pa.schema(
         pa.field("failing_step", pa.int16()),
     ]
 )
-"""A row a layout, scenario and further judge. ``reason``: why it could disagree, see
+"""A row a layout, scenario and further method. ``reason``: why it could disagree, see
 :class:`steadyload.layouts.benchmark.confidence.Reason`; ``judge``: what was changed, or a
 method."""
 
 _TABLES = {"layouts": LAYOUTS, "cases": CASES, "opinions": OPINIONS}
 
 
-class BenchmarkError(ValueError):
-    """A folder that holds no labelled set, a damaged one, or a question it cannot answer."""
+class BenchmarkError(UserError):
+    """A folder that holds no labelled set, a damaged one, or one that lacks what is needed."""
 
 
 def write_tables(
@@ -150,7 +151,7 @@ def _plain(column: pd.Series) -> list[Any]:
 def read_tables(
     directory: Path,
 ) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame, dict[str, Any]]:
-    """Layouts, cases, opinions and manifest of a folder.
+    """Layouts, cases, verdicts of further methods and manifest of a folder.
 
     Whole numbers that may be missing come as pandas' nullable integers.
 
@@ -172,14 +173,6 @@ def read_tables(
     return layouts, cases, opinions, manifest
 
 
-def is_table(path: Path, schema: pa.Schema) -> bool:
-    """Whether a table is there and can be read."""
-    try:
-        return pq.read_schema(path).names == schema.names
-    except (OSError, pa.ArrowInvalid):
-        return False
-
-
 def read_parquet(path: Path, schema: pa.Schema) -> pd.DataFrame:
     """A table of one of the schemas above.
 
@@ -187,12 +180,20 @@ def read_parquet(path: Path, schema: pa.Schema) -> pd.DataFrame:
         BenchmarkError: it is missing, damaged, or of another schema.
     """
     try:
-        table = pq.read_table(path)
+        return from_parquet(path.read_bytes(), schema)
     except FileNotFoundError:
         raise BenchmarkError(f"{path}: is missing") from None
-    except (OSError, pa.ArrowInvalid) as error:
-        raise BenchmarkError(f"{path}: cannot be read as Parquet ({error})") from None
+    except BenchmarkError as error:
+        raise BenchmarkError(f"{path}: {error}") from None
+
+
+def from_parquet(content: bytes, schema: pa.Schema) -> pd.DataFrame:
+    """A table from the bytes of a Parquet file; raises as :func:`read_parquet`."""
+    try:
+        table = pq.read_table(pa.BufferReader(content))
+    except (OSError, pa.ArrowException) as error:
+        raise BenchmarkError(f"cannot be read as Parquet ({error})") from None
     if table.schema.names != schema.names or table.schema.types != schema.types:
-        raise BenchmarkError(f"{path}: has other columns than a labelled set")
+        raise BenchmarkError("has other columns than a labelled set")
     nullable = {pa.int16(): pd.Int16Dtype(), pa.int32(): pd.Int32Dtype()}
     return table.to_pandas(types_mapper=nullable.get)

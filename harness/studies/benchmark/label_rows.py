@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,9 @@ from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation import Simulation
 from steadyload.methods.trace import Trace, UndecidedError, trace_loading
+
+VERSION = 1
+"""Of what is read off a trace, margins included: raised when a row holds something else."""
 
 LABEL = "label@reference"
 
@@ -50,10 +52,10 @@ there is no label, where there is none."""
 
 @dataclass(frozen=True, slots=True)
 class TraceUnit:
-    """A unit of work: some cases, and the shard that their rows go to."""
+    """A unit of work: some cases, and the key of their shard."""
 
     cases: tuple[tuple[str, Layout], ...]
-    shard: Path
+    key: str
 
     def __len__(self) -> int:
         return len(self.cases)

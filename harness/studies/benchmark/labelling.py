@@ -1,14 +1,12 @@
 """Labels for a set of layouts: traces by the reference, splits, and what other judges say.
 
 A folder is worked on in place. ``traces/`` and ``opinions/`` in it hold what is computed, in shards
-that are whole or not there: an interrupted run goes on where it was.
+of a :class:`steadyload.runs.store.Store`: an interrupted run goes on where it was.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +14,6 @@ from typing import Any
 
 import pandas as pd
 
-from steadyload.engines.registry import installed_versions
 from steadyload.layouts.benchmark.build import BuildOptions, build
 from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import Benchmark, load_benchmark
@@ -30,20 +27,20 @@ from steadyload.layouts.benchmark.tables import (
     OPINIONS,
     UNLABELLED,
     BenchmarkError,
-    is_table,
-    read_parquet,
     read_tables,
     refuse_foreign,
-    write_parquet,
     write_tables,
 )
 from steadyload.layouts.model import Layout
+from steadyload.methods import trace
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.executors import IN_THIS_PROCESS, run_units
-from steadyload.runs.results import code_fingerprint, load_results, provenance
-from steadyload.runs.runner import locked, run_study
+from steadyload.runs.executors import IN_THIS_PROCESS
+from steadyload.runs.provenance import key_of, made_by, package_versions, provenance
+from steadyload.runs.results import load_results
+from steadyload.runs.runner import run_study
+from steadyload.runs.store import Store, locked, parquet
 from steadyload.studies.benchmark import label_rows
 from steadyload.studies.benchmark.label_rows import (
     LABEL,
@@ -230,31 +227,27 @@ def _traced(directory: Path, workers: int, progress: Callable[[int, int], None])
     benchmark = load_benchmark(directory)
     names = zip(benchmark.cases["scenario"], benchmark.cases["layout"], strict=True)
     cases = [(scenario, benchmark.layout(name, scenario)) for scenario, name in names]
-    folder = directory / "traces"
-    folder.mkdir(exist_ok=True)
-    for unfinished in folder.glob(".*.parquet.*"):
-        unfinished.unlink()
-    rules = Path(label_rows.__file__).read_bytes()
-    made_by = [
-        code_fingerprint(),
-        hashlib.sha256(rules).hexdigest(),
-        installed_versions("reference"),
-    ]
+    made = {
+        **made_by(make_method(LABEL)),
+        **package_versions(("numpy", "scipy")),
+        "version of traces": str(trace.VERSION),
+        "version of rows": str(label_rows.VERSION),
+    }
     units = []
     for start in range(0, len(cases), _SHARD):
         part = tuple(cases[start : start + _SHARD])
-        identity = [*made_by, [[s, lay.name, lay.content_hash()] for s, lay in part]]
-        digest = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:20]
-        units.append(TraceUnit(part, folder / f"{digest}.parquet"))
-    missing = [unit for unit in units if not is_table(unit.shard, TRACES)]
-    missing.sort(key=_turn(benchmark))
-    done = len(cases) - sum(len(unit.cases) for unit in missing)
-    progress(done, len(cases))
-    for unit, rows in run_units(trace_unit, missing, workers=workers, crashed=crashed_row):
-        write_parquet(unit.shard, pd.DataFrame(rows).reindex(columns=TRACES.names), TRACES)
-        done += len(rows)
-        progress(done, len(cases))
-    return pd.concat([read_parquet(u.shard, TRACES) for u in units], ignore_index=True)
+        content = [[scenario, lay.name, lay.content_hash()] for scenario, lay in part]
+        key = key_of({"question": "traces", "made by": made, "cases": content})
+        units.append(TraceUnit(part, key))
+    store = Store(directory / "traces", parquet(TRACES))
+    store.complete(
+        sorted(units, key=_turn(benchmark)),
+        trace_unit,
+        crashed=crashed_row,
+        workers=workers,
+        progress=progress,
+    )
+    return pd.concat([store.read(unit.key) for unit in units], ignore_index=True)
 
 
 def _turn(benchmark: Benchmark) -> Callable[[TraceUnit], int]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from matplotlib.figure import Figure
 
 from steadyload.reports.charts import (
@@ -15,19 +13,16 @@ from steadyload.reports.charts import (
     spread_the_top,
 )
 from steadyload.reports.style import colour, marker
-from steadyload.studies.cascade.records import HeldAgainst
-
-_TOP = 100.5
-_TICKS = (0.0, 20.0, 40.0, 60.0, 80.0, 90.0, 95.0, 98.0, 99.0, 99.5, 100.0)
+from steadyload.studies.cascade.summary import CascadeStudy
 
 
-def plot_sweep(methods: Sequence[HeldAgainst]) -> Figure:
+def plot_sweep(study: CascadeStudy) -> Figure:
     """Accuracy over CPU time: methods as points, and a line through a cascade's budgets."""
     figure = Figure(figsize=(7.6, 4.6))
     axes = figure.add_subplot()
-    swept = sorted((m for m in methods if m.budget is not None), key=lambda m: m.budget or 0.0)
+    methods, swept = study.methods, study.swept
     for row in methods:
-        if row.budget is None:
+        if row not in swept:
             point = CostPoint(row.method, row.accuracy, row.cpu)
             draw_cost_point(axes, point, linestyle="none", label=row.method.title)
     if swept:
@@ -44,7 +39,7 @@ def plot_sweep(methods: Sequence[HeldAgainst]) -> Figure:
         )
         for number, row in enumerate(swept):
             axes.annotate(
-                f"{row.budget:g}",
+                f"{study.budgets[row.method.spec]:g}",
                 (row.cpu.value, 100 * row.accuracy.value),
                 xytext=(-4, -11 if number % 2 else 5),
                 textcoords="offset points",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import (
@@ -15,7 +15,7 @@ from steadyload.reports.table import (
     percent,
 )
 from steadyload.studies.cascade.figures import plot_sweep
-from steadyload.studies.cascade.records import CascadeStudy, FittedLadder, HeldAgainst
+from steadyload.studies.cascade.summary import CascadeStudy, FittedLadder
 
 WITHIN = 0.005
 """What the cascade may be behind the most accurate simulation."""
@@ -60,12 +60,12 @@ def _fitted_there(study: CascadeStudy) -> str:
 
 
 def _aims(study: CascadeStudy) -> Section:
-    own, simulations = study.cascade, [m for m in study.methods if m.simulation]
+    own, simulations = study.cascade, study.simulations
     best = max(simulations, key=lambda m: m.accuracy.value)
     accurate = [m for m in simulations if m.accuracy.value >= best.accuracy.value - NEAR]
     cheapest = min(accurate, key=lambda m: m.cpu.value)
     assert best.ahead is not None
-    assert cheapest.cost is not None
+    assert cheapest.cost_ratio is not None
     rows = [
         (
             f"no more than {100 * WITHIN:g} points behind the most accurate simulation, "
@@ -81,33 +81,20 @@ def _aims(study: CascadeStudy) -> Section:
         (
             f"no more than {TENTH:g} of the CPU time of the cheapest simulation within "
             f"{100 * NEAR:g} point of the best, {cheapest.method.title}",
-            factor(cheapest.cost),
-            _reached(cheapest.cost.value <= TENTH),
+            factor(cheapest.cost_ratio),
+            _reached(cheapest.cost_ratio.value <= TENTH),
         ),
     ]
     return Section(
         "What was aimed at",
-        f"{own.method.title}: {percent(own.accuracy)} % of cases right. {_times(study)}",
+        f"{own.method.title}: {percent(own.accuracy)} % of cases right. "
+        f"{study.cost_source.explained()}",
         [markdown_table(("aim", "measured", "reached"), rows, left=3)],
     )
 
 
 def _reached(yes: bool) -> str:
     return "yes" if yes else "no"
-
-
-def _times(study: CascadeStudy) -> str:
-    taken = "CPU times are taken in one process and thread, methods in turns of many cases."
-    if study.load is None:
-        return taken
-    busy = " **The machine was busy: compare times with one another alone.**"
-    return (
-        f"{taken} While they were, {study.load:.1f} processes wanted to run, one of them ours."
-        f"{busy if study.load > _IDLE else ''}"
-    )
-
-
-_IDLE = 1.5
 
 
 def _comparison(study: CascadeStudy) -> Section:
@@ -129,11 +116,11 @@ def _comparison(study: CascadeStudy) -> Section:
                         percent(m.under),
                         milliseconds(m.cpu),
                         percent(m.ahead),
-                        factor(m.cost),
+                        factor(m.cost_ratio),
                         f"{m.substeps:.1f}" if m.substeps else MISSING,
                     )
                     for m in study.methods
-                    if m.budget is None or m is study.cascade
+                    if m is study.cascade or m.method.spec not in study.budgets
                 ],
             )
         ],
@@ -170,16 +157,15 @@ def _stages(study: CascadeStudy) -> Section:
 
 
 def _sweep(study: CascadeStudy) -> Section:
-    swept = [m for m in study.methods if m.budget is not None]
     return Section(
         "Accuracy for time",
         "The same cascade with thresholds fitted for other budgets: the more accuracy the stages "
         "before the last may cost, the less is simulated.",
-        [_budgets(swept)],
+        [_budgets(study)],
         [
             Picture(
                 "cascade-sweep",
-                plot_sweep(study.methods),
+                plot_sweep(study),
                 "Accuracy over CPU time, with 95 % intervals; good methods stand at the upper "
                 "left. Numbers at the line are budgets in percentage points.",
             )
@@ -187,12 +173,17 @@ def _sweep(study: CascadeStudy) -> Section:
     )
 
 
-def _budgets(swept: Sequence[HeldAgainst]) -> str:
+def _budgets(study: CascadeStudy) -> str:
     return markdown_table(
         ("budget, points", "n", "accuracy %", "CPU ms"),
         [
-            (f"{m.budget:g}", str(m.accuracy.n), percent(m.accuracy), milliseconds(m.cpu))
-            for m in sorted(swept, key=lambda m: m.budget or 0.0)
+            (
+                f"{study.budgets[m.method.spec]:g}",
+                str(m.accuracy.n),
+                percent(m.accuracy),
+                milliseconds(m.cpu),
+            )
+            for m in study.swept
         ],
     )
 

@@ -27,6 +27,9 @@ from steadyload.engines.world import (
 from steadyload.methods.method import Stopwatch
 from steadyload.properties import mechanics
 
+VERSION = 1
+"""Of how engines answer, and of the closed forms: raised when an answer or a form changes."""
+
 SIDE = 0.1
 _CUBE = (SIDE, SIDE, SIDE)
 FLAT = (0.4, 0.1, 0.05)

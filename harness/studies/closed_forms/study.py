@@ -15,7 +15,7 @@ import numpy as np
 
 from steadyload.engines.registry import engine_names, world_class
 from steadyload.engines.world import EngineError
-from steadyload.methods.spec import nearest
+from steadyload.errors import nearest
 from steadyload.properties import mechanics
 from steadyload.runs.definition import StudyError
 from steadyload.studies.closed_forms import measuring as runs

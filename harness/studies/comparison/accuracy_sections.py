@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from steadyload.reports.charts import CostPoint, plot_cost_accuracy
 from steadyload.reports.page import Picture, Section
 from steadyload.reports.table import markdown_table, milliseconds, names, percent
-from steadyload.runs.evaluation import Accuracies, AccuracySummary
+from steadyload.runs.evaluation import ALL, Evaluation, MethodEvaluation
 
 LABELS_EXPLAINED = (
     "A *label* is the failing step that the labelled set keeps for a case, found once by the "
@@ -15,7 +15,7 @@ LABELS_EXPLAINED = (
 )
 
 
-def accuracy_sections(found: Accuracies) -> list[Section]:
+def accuracy_sections(found: Evaluation) -> list[Section]:
     """Accuracy against cost, and what the most accurate method is ahead by."""
     sections = [_accuracy(found)]
     if len(found.methods) > 1:
@@ -23,15 +23,20 @@ def accuracy_sections(found: Accuracies) -> list[Section]:
     return sections
 
 
-def _accuracy(found: Accuracies) -> Section:
-    tables = [_table(found.methods)]
-    for scenario, methods in found.by_scenario.items():
-        tables.append(f"**Scenario {scenario}**\n\n{_table(methods)}")
-    natural = ", ".join(f"{s} {100 * share:.1f} %" for s, share in found.natural_stable.items())
+def _accuracy(found: Evaluation) -> Section:
+    about = found.labelled
+    assert about is not None, "the run is on a labelled set"
+    tables = [
+        _table(found.rows[group])
+        if group == ALL
+        else f"**Scenario {group}**\n\n{_table(found.rows[group])}"
+        for group in found.groups
+    ]
+    natural = ", ".join(f"{s} {100 * share:.1f} %" for s, share in about.natural_stable.items())
     return Section(
         "Accuracy and cost",
-        f"Part `{found.part}` of the labelled set: {found.cases} cases, of which {found.stable} "
-        f"are stable, {found.robust} have a robust label and {found.fragile} a fragile one. All "
+        f"Part `{about.part}` of the labelled set: {about.cases} cases, of which {about.stable} "
+        f"are stable, {about.robust} have a robust label and {about.fragile} a fragile one. All "
         "cases first, then each scenario by itself.\n\n"
         "*Overestimated*: the method lets the loading fail later than the label does, or not at "
         "all; *underestimated*: earlier. *Stable or not*: both say that the whole layout is "
@@ -41,7 +46,7 @@ def _accuracy(found: Accuracies) -> Section:
         "stable and on unstable cases, weighted by scenario with the share of stable layouts in "
         f"the whole set ({natural}). A case without a verdict counts as wrong in every accuracy, "
         "and as neither over- nor underestimated. Intervals stand on the "
-        f"{found.instances} item lists.",
+        f"{about.item_lists} item lists. {found.cost_source.explained()}",
         tables,
         [
             Picture(
@@ -57,7 +62,7 @@ def _accuracy(found: Accuracies) -> Section:
     )
 
 
-def _table(methods: Sequence[AccuracySummary]) -> str:
+def _table(methods: Sequence[MethodEvaluation]) -> str:
     header = (
         "method",
         "n",
@@ -85,7 +90,7 @@ def _table(methods: Sequence[AccuracySummary]) -> str:
                         m.accuracy,
                         m.over,
                         m.under,
-                        m.stable,
+                        m.stable_or_not,
                         m.within_one,
                         m.robust,
                         m.fragile,
@@ -101,7 +106,7 @@ def _table(methods: Sequence[AccuracySummary]) -> str:
     )
 
 
-def _differences(found: Accuracies) -> Section:
+def _differences(found: Evaluation) -> Section:
     best = next(m for m in found.methods if m.behind is None)
     rows = [
         (m.method.title, str(m.behind.n), percent(m.behind))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from steadyload.reports.charts import CostPoint, plot_cost_accuracy, plot_matrix
 from steadyload.reports.page import Page, Picture, Section
@@ -15,13 +15,14 @@ from steadyload.reports.table import (
     percent,
     significant,
 )
-from steadyload.runs.evaluation import MethodSummary
+from steadyload.runs.evaluation import ALL, MethodEvaluation
+from steadyload.statistics.estimate import Estimate
 from steadyload.studies.comparison.accuracy_sections import (
     LABELS_EXPLAINED,
     accuracy_sections,
 )
 from steadyload.studies.comparison.figures import plot_phases
-from steadyload.studies.comparison.records import (
+from steadyload.studies.comparison.summary import (
     BeyondEnvelope,
     Comparison,
     SameTuning,
@@ -34,14 +35,15 @@ _PICTURED_DISAGREEMENTS = 2
 def study_page(comparison: Comparison) -> Page:
     """Compose the page of a comparison."""
     scenarios = ", ".join(comparison.scenarios)
-    several = len(comparison.methods) > 1
-    labelled = comparison.accuracies
-    packed = f"packed from {labelled.instances} item lists, " if labelled else ""
+    methods = comparison.evaluation.methods
+    several = len(methods) > 1
+    labelled = comparison.evaluation.labelled
+    packed = f"packed from {labelled.item_lists} item lists, " if labelled else ""
     counted = "where scenarios are pooled, both count layouts, not cases"
     if labelled:
         counted = "both count item lists, not cases"
     summary = (
-        f"{len(comparison.methods)} methods on {comparison.cases} cases: {comparison.layouts} "
+        f"{len(methods)} methods on {comparison.cases} cases: {comparison.layouts} "
         f"layouts, {packed}scenarios {scenarios}. "
         f"On {comparison.disputed} of {comparison.cases} cases the methods do not all agree.\n\n"
         "A *score* is the share of a layout's items that can be loaded one after the other before "
@@ -64,7 +66,7 @@ def study_page(comparison: Comparison) -> Page:
             + f"; run the study again to go on.\n\n{summary}"
         )
     sections = [
-        *(accuracy_sections(labelled) if labelled else []),
+        *(accuracy_sections(comparison.evaluation) if labelled else []),
         _scores(comparison),
         *_same_tunings(comparison.tunings),
         _costs(comparison),
@@ -76,9 +78,13 @@ def study_page(comparison: Comparison) -> Page:
 
 
 def _scores(comparison: Comparison) -> Section:
-    tables = [_score_table(comparison.methods)]
-    for scenario, methods in comparison.by_scenario.items():
-        tables.append(f"**Scenario {scenario}**\n\n{_score_table(methods)}")
+    evaluation, agreement = comparison.evaluation, comparison.agreement
+    tables = []
+    for group in evaluation.groups:
+        table = _score_table(evaluation.rows[group], agreement[group])
+        tables.append(table if group == ALL else f"**Scenario {group}**\n\n{table}")
+    points = [(m, agreement[ALL][m.method.spec]) for m in evaluation.methods]
+    shown = [CostPoint(m.method, agreed, m.cpu) for m, agreed in points if agreed is not None]
     return Section(
         "Scores and cost",
         "All cases first, then each scenario by itself. *Agreement with simulations* is the mean "
@@ -88,11 +94,7 @@ def _scores(comparison: Comparison) -> Section:
             Picture(
                 "trade_off",
                 plot_cost_accuracy(
-                    [
-                        CostPoint(m.method, m.agreement, m.cpu)
-                        for m in comparison.methods
-                        if m.agreement is not None
-                    ],
+                    shown,
                     y_label="agreement with simulations on other engines (%)",
                 ),
                 "Agreement against CPU time; good methods stand at the upper left. "
@@ -100,12 +102,14 @@ def _scores(comparison: Comparison) -> Section:
                 "of their own, bars are 95 % intervals; equal methods hide each other.",
             )
         ]
-        if any(m.agreement for m in comparison.methods)
+        if shown
         else [],
     )
 
 
-def _score_table(methods: Sequence[MethodSummary]) -> str:
+def _score_table(
+    methods: Sequence[MethodEvaluation], agreement: Mapping[str, Estimate | None]
+) -> str:
     header = (
         "method",
         "n",
@@ -120,10 +124,10 @@ def _score_table(methods: Sequence[MethodSummary]) -> str:
         [
             (
                 m.method.title,
-                str(m.stable.n),
+                str(m.fully_stable.n),
                 percent(m.score),
-                percent(m.stable),
-                percent(m.agreement),
+                percent(m.fully_stable),
+                percent(agreement[m.method.spec]),
                 milliseconds(m.cpu),
                 names(f"{count} {status}" for status, count in m.without_verdict.items()),
             )
@@ -153,9 +157,9 @@ def _same_tunings(tunings: Sequence[SameTuning]) -> list[Section]:
         rows = [
             (
                 str(row.method.engine),
-                str(row.stable.n),
+                str(row.fully_stable.n),
                 percent(row.score),
-                percent(row.stable),
+                percent(row.fully_stable),
                 *(
                     percent(tuning.agreement.get((str(row.method.engine), engine)))
                     for engine in engines
@@ -181,6 +185,7 @@ def _same_tunings(tunings: Sequence[SameTuning]) -> list[Section]:
 
 def _costs(comparison: Comparison) -> Section:
     header = ("method", "n", "CPU ms", "wall ms", "build ms", "step ms", "read ms", "other ms")
+    methods = comparison.evaluation.methods
     rows = [
         (
             m.method.title,
@@ -193,24 +198,27 @@ def _costs(comparison: Comparison) -> Section:
             ),
             significant(m.phases.other),
         )
-        for m in comparison.methods
+        for m in methods
+        if m.phases is not None
     ]
     pictures = []
-    if any(m.phases.step for m in comparison.methods):
+    if any(m.phases and m.phases.step for m in methods):
         caption = "Where the CPU time of a simulation goes."
-        pictures = [Picture("phases", plot_phases(comparison.methods), caption)]
+        pictures = [Picture("phases", plot_phases(methods), caption)]
     return Section(
         "Time a layout, by phase",
         "*Build* makes worlds and adds boxes, *step* is the engine's own work, *read* looks at the "
-        "poses. Each worker judges a layout once before it measures. Several workers share the "
-        "machine, so compare ratios, not milliseconds.",
+        "poses. Each worker judges a layout once before it measures. "
+        f"{comparison.evaluation.cost_source.explained()}",
         [markdown_table(header, rows)],
         pictures,
     )
 
 
-def _phases(row: MethodSummary) -> str:
+def _phases(row: MethodEvaluation) -> str:
     p = row.phases
+    if p is None:
+        return MISSING
     return f"{significant(p.build)} / {significant(p.step)} / {significant(p.read)}"
 
 

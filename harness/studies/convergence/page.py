@@ -13,6 +13,7 @@ from steadyload.reports.table import (
     percent,
     significant,
 )
+from steadyload.runs.costs import CostKind, CostSource
 from steadyload.studies.convergence.figures import (
     plot_engines_against_reference,
     plot_sweeps,
@@ -35,8 +36,8 @@ def convergence_page(found: Convergence, manifest: Mapping[str, str]) -> Page:
         "A label is the failing step of a layout by `label@reference`: every placement afresh, "
         "0.3 s, 10 cm or 10 degrees. It is compared with itself under other numerics and other "
         "models, with other engines, and with unrelated integrators. Brackets hold 95 % intervals "
-        "(Wilson for shares, bootstrap for means). Times are CPU times of one process on a machine "
-        "with other work; compare ratios, not milliseconds.",
+        "(Wilson for shares, bootstrap for means). "
+        f"{CostSource(CostKind.ONE_PROCESS).explained()}",
         sections,
         manifest,
     )

@@ -14,7 +14,8 @@ from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.executors import IN_THIS_PROCESS
-from steadyload.runs.results import load_manifest, load_results, provenance_lines
+from steadyload.runs.provenance import provenance_lines
+from steadyload.runs.results import load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share

@@ -12,6 +12,7 @@ from steadyload.reports.table import (
     percent,
     significant,
 )
+from steadyload.runs.costs import CostKind, CostSource
 from steadyload.studies.engines.figures import plot_convergence, plot_growth
 from steadyload.studies.engines.records import (
     EngineAgreement,
@@ -41,8 +42,8 @@ def engine_study_page(
     return Page(
         "The same question asked of several engines",
         "One loading algorithm, equal SI values, every engine. Brackets hold 95 % intervals "
-        "(Wilson for shares, bootstrap for means). Times are CPU times of one process; compare "
-        "ratios, not milliseconds.",
+        "(Wilson for shares, bootstrap for means). "
+        f"{CostSource(CostKind.ONE_PROCESS).explained()}",
         sections,
         manifest,
     )

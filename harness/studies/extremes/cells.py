@@ -1,41 +1,31 @@
 """Running the cells of the extremes: in rounds, over processes, resumable.
 
-A run folder holds ``cells/*.json``, one file an engine and sweep, named by a hash of all that its
-cells depend on, and ``manifest.json``. Every file is whole or not there.
+A run folder holds ``cells/*.json``, a :class:`steadyload.runs.store.Store` with a shard for every
+cell, and ``manifest.json``. The store is completed in rounds: which cells are missing depends on
+those before them.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import inspect
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import steadyload.engines
 from steadyload.atomic import write_atomically
-from steadyload.engines.registry import engine_names, installed_versions, world_class
+from steadyload.engines.registry import engine_names, world_class
 from steadyload.engines.registry import engines as registered
-from steadyload.methods import criteria
-from steadyload.methods.spec import nearest
-from steadyload.properties import mechanics
+from steadyload.errors import nearest
+from steadyload.methods import loading
 from steadyload.runs.definition import StudyError
-from steadyload.runs.executors import IN_THIS_PROCESS, SinglePart, run_units
-from steadyload.runs.results import ResultsError, provenance
-from steadyload.runs.runner import locked
+from steadyload.runs.executors import IN_THIS_PROCESS, SinglePart
+from steadyload.runs.provenance import key_of, made_on, package_versions, provenance
+from steadyload.runs.store import Codec, Progress, Store, locked
 from steadyload.studies.closed_forms import measuring as closed_form_runs
-from steadyload.studies.extremes import (
-    measuring as extreme_runs,
-)
-from steadyload.studies.extremes import (
-    scenes as extreme_scenes,
-)
-from steadyload.studies.extremes import (
-    sweeps as extremes,
-)
+from steadyload.studies.extremes import measuring as extreme_runs
+from steadyload.studies.extremes import sweeps as sweeps_of
 from steadyload.studies.extremes.records import ExtremeCell, Outcome
 from steadyload.studies.extremes.sweeps import (
     FREQUENCIES,
@@ -45,11 +35,8 @@ from steadyload.studies.extremes.sweeps import (
     sweeps,
 )
 
-_MEASURING = (extremes, extreme_runs, extreme_scenes, closed_form_runs, mechanics, criteria)
-"""The modules whose code a cell depends on, besides the engines."""
-
-Key = tuple[int | None, float]
-"""A cell's place in its sweep: frequency and value."""
+MadeBy = Mapping[str, str]
+"""Versions of the parts and packages that a cell depends on, by name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +48,22 @@ class CellUnit(SinglePart):
     frequency: int | None
     value: float
     timeout: float
+    made_by: MadeBy
+
+    @property
+    def key(self) -> str:
+        """The key of its shard."""
+        return key_of(
+            {
+                "question": "extremes",
+                "sweep": self.sweep,
+                "engine": self.engine,
+                "frequency": self.frequency,
+                "value": self.value,
+                "timeout": self.timeout,
+                "made by": dict(self.made_by),
+            }
+        )
 
     def describe(self, part: int) -> str:
         """The cell for people."""
@@ -88,7 +91,7 @@ def run_extremes(
     frequencies: Sequence[int] = FREQUENCIES,
     timeout: float = TIMEOUT,
     workers: int = IN_THIS_PROCESS,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = lambda done, total: None,
 ) -> list[ExtremeCell]:
     """Measure what is missing of the sweeps; returns all cells asked for, in order of the page.
 
@@ -112,131 +115,99 @@ def run_extremes(
     """
     names = _known(only_engines, engine_names(), registered(), "engine")
     picked = _known(only_sweeps, sweep_names(), sweep_names(), "sweep")
-    lines = [
-        Line(sweep, engine, frequency)
-        for sweep in picked
-        for engine in names
-        for frequency in _frequencies(engine, frequencies)
-    ]
-    if directory.exists() and not directory.is_dir():
-        raise ResultsError(f"{directory}: is not a folder")
-    (directory / "cells").mkdir(parents=True, exist_ok=True)
     with locked(directory):
-        made_by = provenance()
-        shards = {
-            (sweep, engine): Shard(directory / "cells", sweep, engine, timeout)
+        made_with = provenance()
+        made_by = {engine: _made_by(engine) for engine in names}
+        lines = [
+            Line.of(sweep, engine, frequency, timeout, made_by[engine])
             for sweep in picked
             for engine in names
-        }
-        most = sum(len(sweeps()[line.sweep].about.values) for line in lines)
+            for frequency in _frequencies(engine, frequencies)
+        ]
+        units = [unit for line in lines for unit in line.units]
+        store = Store(directory / "cells", _CELLS)
+        missing = store.survey(units).missing
+        cells = {unit.key: store.read(unit.key) for unit in units if unit.key not in missing}
         while True:
-            waiting = [
-                CellUnit(line.sweep, line.engine, line.frequency, value, timeout)
-                for line in lines
-                for value in line.next_values(shards[line.sweep, line.engine])
-            ]
-            left = {line: line.left(shards[line.sweep, line.engine]) for line in lines}
-            progress(most - sum(left.values()), most)
+            done = len(units) - sum(len(line.left(cells)) for line in lines)
+            progress(done, len(units))
+            waiting = [unit for line in lines for unit in line.measurable(cells)]
             if not waiting:
                 break
-            measured = run_units(
-                measure_unit,
+            store.complete(
                 waiting,
-                workers=workers,
+                measure_unit,
                 crashed=lambda unit, part, reason: crashed_cell(unit, reason),
+                workers=workers,
+                progress=lambda new, _, done=done: progress(done + new, len(units)),  # type: ignore[misc]
             )
-            for _, (cell,) in measured:
-                shard = shards[cell.sweep, cell.engine]
-                shard.add(cell)
-                line = Line(cell.sweep, cell.engine, cell.frequency)
-                left[line] = line.left(shard)
-                progress(most - sum(left.values()), most)
-        manifest = {"engines": names, "sweeps": picked, "timeout": timeout, **made_by}
+            cells |= {unit.key: store.read(unit.key) for unit in waiting}
+        manifest = {"engines": names, "sweeps": picked, "timeout": timeout, **made_with}
         write_atomically(directory / "manifest.json", json.dumps(manifest, indent=1) + "\n")
-    return [cell for line in lines for cell in line.cells(shards[line.sweep, line.engine])]
+    return [cell for line in lines for cell in line.measured(cells)]
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """All values of one sweep on one engine at one frequency."""
+    """All cells of one sweep on one engine at one frequency.
 
-    sweep: str
-    engine: str
-    frequency: int | None
-
-    def cells(self, shard: Shard) -> list[ExtremeCell]:
-        """Cells that are there, values rising."""
-        values = sweeps()[self.sweep].about.values
-        found = (shard.cells.get((self.frequency, value)) for value in values)
-        return [cell for cell in found if cell is not None]
-
-    def next_values(self, shard: Shard) -> list[float]:
-        """Values that can be measured now."""
-        about = sweeps()[self.sweep].about
-        missing = [v for v in about.values if (self.frequency, v) not in shard.cells]
-        if about.stops is None:
-            return missing
-        return [] if not missing or self._stopped(shard) else missing[:1]
-
-    def left(self, shard: Shard) -> int:
-        """How many values are still to be measured, at most."""
-        about = sweeps()[self.sweep].about
-        if self._stopped(shard):
-            return 0
-        return sum((self.frequency, v) not in shard.cells for v in about.values)
-
-    def _stopped(self, shard: Shard) -> bool:
-        stops = sweeps()[self.sweep].about.stops
-        if stops is None:
-            return False
-        last = self.cells(shard)[-stops:]
-        return len(last) == stops and not any(cell.outcome.good for cell in last)
-
-
-class Shard:
-    """The cells of one engine and sweep, kept in a file that is rewritten with every cell.
-
-    Args:
-        folder: where the file lies.
-        sweep, engine: whose cells they are.
-        timeout: that they were measured under [s].
+    Attributes:
+        units: values rising.
+        stops: failures in a row after which the sweep ends; None for never.
     """
 
-    def __init__(self, folder: Path, sweep: str, engine: str, timeout: float) -> None:
-        identity = [
-            sweep, engine, timeout, _fingerprint(engine), installed_versions(engine)
-        ]  # fmt: skip
-        digest = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:20]
-        self.path = folder / f"{digest}.json"
-        self._about = {"sweep": sweep, "engine": engine}
-        self.cells: dict[Key, ExtremeCell] = {}
-        for record in self._read():
-            cell = ExtremeCell(**{**record, "outcome": Outcome(record["outcome"])})
-            self.cells[cell.frequency, cell.value] = cell
+    units: tuple[CellUnit, ...]
+    stops: int | None
 
-    def add(self, cell: ExtremeCell) -> None:
-        """Keep a cell."""
-        self.cells[cell.frequency, cell.value] = cell
-        records = [dataclasses.asdict(c) for c in self.cells.values()]
-        write_atomically(self.path, json.dumps({**self._about, "cells": records}) + "\n")
+    @classmethod
+    def of(
+        cls, sweep: str, engine: str, frequency: int | None, timeout: float, made_by: MadeBy
+    ) -> Line:
+        """The line of a sweep."""
+        about = sweeps()[sweep].about
+        units = (CellUnit(sweep, engine, frequency, v, timeout, made_by) for v in about.values)
+        return cls(tuple(units), about.stops)
 
-    def _read(self) -> list[dict[str, Any]]:
-        """What is there; a file that cannot be read counts as not there."""
-        try:
-            return json.loads(self.path.read_bytes())["cells"]
-        except (FileNotFoundError, ValueError):
+    def measured(self, cells: Mapping[str, ExtremeCell]) -> list[ExtremeCell]:
+        """Those of some cells, by key, that are of this line."""
+        return [cells[unit.key] for unit in self.units if unit.key in cells]
+
+    def measurable(self, cells: Mapping[str, ExtremeCell]) -> list[CellUnit]:
+        """What can be measured now: where a sweep may end, one value after the other."""
+        left = self.left(cells)
+        return left if self.stops is None else left[:1]
+
+    def left(self, cells: Mapping[str, ExtremeCell]) -> list[CellUnit]:
+        """What is still to be measured, at most."""
+        last = self.measured(cells)[-self.stops :] if self.stops else []
+        if last and len(last) == self.stops and not any(cell.outcome.good for cell in last):
             return []
+        return [unit for unit in self.units if unit.key not in cells]
 
 
-def _fingerprint(engine: str) -> str:
-    """Hash of the code that a cell depends on."""
-    package = Path(steadyload.engines.__path__[0])
-    adapter = Path(inspect.getsourcefile(world_class(engine)) or "")
-    measuring = [Path(str(module.__file__)) for module in _MEASURING]
-    digest = hashlib.sha256()
-    for path in dict.fromkeys([*sorted(package.rglob("*.py")), *measuring, adapter]):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
+def _encoded(answers: Sequence[ExtremeCell]) -> bytes:
+    [cell] = answers
+    return (json.dumps(dataclasses.asdict(cell), indent=1) + "\n").encode()
+
+
+def _decoded(content: bytes) -> ExtremeCell:
+    record = json.loads(content)
+    return ExtremeCell(**{**record, "outcome": Outcome(record["outcome"])})
+
+
+_CELLS: Codec[ExtremeCell, ExtremeCell] = Codec(".json", _encoded, _decoded)
+
+
+def _made_by(engine: str) -> dict[str, str]:
+    """What a cell comes from besides what is asked."""
+    parts = {
+        "sweeps": sweeps_of.VERSION,
+        "measuring": extreme_runs.VERSION,
+        "closed forms": closed_form_runs.VERSION,
+        "loading": loading.VERSION,
+    }
+    versions = {f"version of {part}": str(number) for part, number in parts.items()}
+    return made_on(engine) | package_versions(("numpy", "scipy")) | versions
 
 
 def _frequencies(engine: str, frequencies: Sequence[int]) -> tuple[int | None, ...]:

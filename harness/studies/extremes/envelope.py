@@ -171,7 +171,6 @@ def write_envelopes(
         entries[engine] = {
             "made": {
                 "git": made_by["git"],
-                "code": made_by["code"],
                 "versions": {name: made_by["versions"][name] for name in sorted(packages)},
             },
             "rows": [

@@ -27,6 +27,9 @@ from steadyload.studies.closed_forms.measuring import Stage
 from steadyload.studies.extremes import scenes as scenes
 from steadyload.studies.extremes.records import Outcome
 
+VERSION = 1
+"""Of how a cell is measured: raised when the same engine would have another one."""
+
 SECONDS = 0.3
 """Simulated time of a placement, as the label has it."""
 

@@ -20,6 +20,9 @@ from steadyload.studies.extremes import scenes as scenes
 from steadyload.studies.extremes.measuring import Finding
 from steadyload.studies.extremes.records import ExtremeCell, ExtremeSweep, Outcome
 
+VERSION = 1
+"""Of what is swept and what counts as held, scenes included: raised when cells would differ."""
+
 FREQUENCIES = (5, 10, 15, 30, 60, 90, 120, 240, 480, 1000)
 
 SAMPLING = 240

@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
 from steadyload.reports.reliability_figures import LINES, MARKS, draw_curve, reach
-from steadyload.studies.learned.records import ALL, SizeCurve, TrainedRow
+from steadyload.runs.evaluation import ALL
+from steadyload.studies.learned.records import SizeCurve, TrainedRow
 
 _ROOM = 1.2
 """Ticks of a log axis by less than this factor apart run into each other."""

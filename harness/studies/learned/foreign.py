@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from steadyload.layouts.model import Layout
-from steadyload.learners.judges import LearnedJudge
+from steadyload.learners.methods import LearnedMethod
 from steadyload.learners.ranges import QUANTITIES, SLACK, extent_of
 from steadyload.methods.naming import method_key
 from steadyload.methods.registry import make_method
@@ -96,7 +96,7 @@ def _row(
     items: np.ndarray,
 ) -> ForeignRow:
     judge = make_method(spec)
-    assert isinstance(judge, LearnedJudge)
+    assert isinstance(judge, LearnedMethod)
     ranges = judge.weights.ranges.ranges
     trained = np.array([ranges[name] for name in QUANTITIES])
     found = np.array([_extent(layout) for layout in layouts])

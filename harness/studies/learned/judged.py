@@ -15,9 +15,10 @@ from steadyload.learners.jobs import BENCHMARK
 from steadyload.learners.scoring import items_safe
 from steadyload.learners.sequences import Sequences, load_sequences
 from steadyload.learners.weights import Weights, load_weights
+from steadyload.runs.accuracy import accuracy_of_seeds, difference_of_seeds
+from steadyload.runs.evaluation import ALL
 from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.metrics import mean, share
-from steadyload.studies.learned.records import ALL, ProvenanceRow, TrainedRow
+from steadyload.studies.learned.records import ProvenanceRow, TrainedRow
 from steadyload.studies.learned.trainings import Run
 
 Rights = NDArray[np.bool_]
@@ -76,17 +77,16 @@ class JudgedPart:
     def by_scenario(self, rights: Rights) -> dict[str, Estimate]:
         """Accuracy, the mean of the seeds; intervals stand on item lists."""
         return {
-            name: share(rights[0, which], self.cases.instances[which])
-            if len(rights) == 1
-            else mean(rights[:, which].mean(axis=0), self.cases.instances[which])
+            name: accuracy_of_seeds(rights[:, which], self.cases.instances[which])
             for name, which in self._parts().items()
         }
 
     def differences(self, rights: Rights, others: Rights) -> dict[str, Estimate]:
         """Accuracy minus that of others, both the mean of their seeds, case by case."""
-        ahead = rights.mean(axis=0) - others.mean(axis=0)
         return {
-            name: mean(ahead[which], self.cases.instances[which])
+            name: difference_of_seeds(
+                rights[:, which], others[:, which], self.cases.instances[which]
+            )
             for name, which in self._parts().items()
         }
 

@@ -9,13 +9,14 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, TypeVar
 
+from steadyload.errors import nearest
 from steadyload.layouts.benchmark import UNLEARNT, Part
 from steadyload.learners import LearnerError
 from steadyload.learners.generation import GenerationOptions
 from steadyload.learners.jobs import BENCHMARK
 from steadyload.learners.options import options_from, training_preset
 from steadyload.methods.registry import make_method
-from steadyload.methods.spec import SpecError, nearest
+from steadyload.methods.spec import SpecError
 from steadyload.studies.learned.plan import (
     CalibrationPlan,
     Contrast,

@@ -9,34 +9,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from steadyload.methods.naming import MethodKey
+from steadyload.runs.costs import CostSource
+from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.reliability import Abstention, Reliability
-
-ALL = "all"
-
-
-@dataclass(frozen=True, slots=True)
-class JudgeRow:
-    """A method beside others on the same cases, by scenario.
-
-    ``difference``: the accuracy of the method that all are held against minus its own, case by
-    case; None for that method itself. ``paper``: accuracy that the paper prints, ``paper_wall`` its
-    time a layout [ms]; empty and None where it prints none. ``without_verdict``: cases by status.
-    """
-
-    method: MethodKey
-    accuracy: Mapping[str, Estimate]
-    over: Mapping[str, Estimate]
-    under: Mapping[str, Estimate]
-    difference: Mapping[str, Estimate] | None
-    paper: Mapping[str, float]
-    paper_wall: float | None
-    without_verdict: Mapping[str, int]
+from steadyload.studies.table5.paper import PaperRow
 
 
 @dataclass(frozen=True, slots=True)
-class TimeRow:
-    """What a method costs, in turns with the others of the table.
+class BatchTimes:
+    """What a method costs that may judge several layouts at once.
 
     ``cpu``, ``wall``: a layout [ms], one at a time, medians over ``repeats`` of the mean over
     ``layouts``. ``batched``: by the number of layouts at once, CPU and wall time a layout [ms],
@@ -53,16 +35,17 @@ class TimeRow:
 
 @dataclass(frozen=True, slots=True)
 class JudgeTable:
-    """Learners beside other methods. ``held``: title of the one that all are held against.
+    """Learners beside other methods.
 
-    ``load``: processes that wanted to run while times were taken, one of them ours; None where it
-    is not known.
+    ``rows``: by group, a row a method, compared with the method ``held``. ``paper``: by spec, the
+    column of the paper's Table 5 that has the method's name. ``cost_source``: of the times.
     """
 
-    held: str
-    rows: tuple[JudgeRow, ...]
-    times: tuple[TimeRow, ...]
-    load: float | None
+    held: MethodKey
+    rows: Mapping[str, tuple[MethodEvaluation, ...]]
+    paper: Mapping[str, PaperRow]
+    times: tuple[BatchTimes, ...]
+    cost_source: CostSource
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 
 from steadyload.reports.page import Picture, Section
 from steadyload.reports.table import MISSING, markdown_table, names, percent
+from steadyload.runs.evaluation import ALL
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.learned.figures import plot_remedies, plot_size
-from steadyload.studies.learned.records import ALL, LeakRow, SizeCurve, TrainedRow
+from steadyload.studies.learned.records import LeakRow, SizeCurve, TrainedRow
 
 _SHIFTED = "S2b"
 """The scenario whose centres of mass are shifted the most."""

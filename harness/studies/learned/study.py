@@ -6,12 +6,12 @@ import dataclasses
 from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 
+from steadyload.errors import nearest
 from steadyload.layouts.benchmark import Part, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.learners import LearnerError
 from steadyload.learners.jobs import BENCHMARK
 from steadyload.learners.weights import load_weights, shipped_weights
-from steadyload.methods.spec import nearest
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
 from steadyload.studies.learned.calibration import calibration

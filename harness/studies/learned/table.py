@@ -10,33 +10,31 @@ import numpy as np
 import pandas as pd
 
 from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
+from steadyload.runs.costs import timed_costs
 from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.evaluation import verdicts_against_labels
-from steadyload.runs.labels import load_labels
-from steadyload.runs.results import load_results
+from steadyload.runs.evaluation import evaluate
 from steadyload.runs.runner import run_study
-from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.metrics import mean, outcomes, share
 from steadyload.studies.learned.plan import Plan, TablePlan
-from steadyload.studies.learned.records import ALL, JudgeRow, JudgeTable, TimeRow
-from steadyload.studies.learned.timing import TimingUnit, timed
+from steadyload.studies.learned.records import BatchTimes, JudgeTable
+from steadyload.studies.learned.timing import timed
 from steadyload.studies.learned.trainings import Workshop
+from steadyload.studies.table5.paper import paper
 
-PAPER: Mapping[str, tuple[tuple[float, float, float, float], float]] = {
-    "fbs": ((0.6200, 0.6000, 0.5333, 0.5844), 0.02),
-    "pbs:alpha=0.9": ((0.6600, 0.6233, 0.5767, 0.6200), 0.03),
-    "pbs:alpha=0.7": ((0.8033, 0.7633, 0.6733, 0.7467), 0.03),
-    "pbs:alpha=0.5": ((0.8533, 0.7933, 0.6800, 0.7756), 0.01),
-    "sme": ((0.8633, 0.8533, 0.7900, 0.8356), 0.18),
-    "lstm_1": ((0.9733, 0.7600, 0.7167, 0.8167), 3.67),
-    "lstm_e": ((0.9867, 0.7800, 0.7400, 0.8356), 26.44),
+PAPER_COLUMNS: Mapping[str, str] = {
+    "fbs": "FBS",
+    "pbs:alpha=0.9": "PBS 0.9",
+    "pbs:alpha=0.7": "PBS 0.7",
+    "pbs:alpha=0.5": "PBS 0.5",
+    "sme": "SME",
+    "lstm_1": "LSTM_1",
+    "lstm_e": "LSTM_e",
 }
-"""Table 5 of the paper, on its own test set of 900 cases: accuracy on S1, S2a, S2b and all, and ms
-a layout. Its PS_opt is another one than ours, and stands for none of these methods."""
+"""Columns of the paper's Table 5 by spec of the method of that name. Its PS_opt is another one than
+ours, and stands for none of these methods."""
 
-_SCENARIOS = ("S1", "S2a", "S2b", ALL)
 _SHARD_SIZE = 100
 
 
@@ -75,44 +73,38 @@ def judge_table(
         shard_size=_SHARD_SIZE,
     )
     run_study(study, folder / "verdicts", workers=workers, progress=progress)
-    results = load_results(folder / "verdicts")
-    said = outcomes(results)
-    labels = load_labels(folder / "verdicts").loc[said.index]
-    held = str(make_method(specs[table.held]).spec)
-    benchmark = load_benchmark()
-    cases = benchmark.select(plan.part, limit=limit)
+    cases = load_benchmark().select(plan.part, limit=limit)
     few = cases.groupby("scenario", sort=False).head(
         max(1, table.timed // cases["scenario"].nunique())
     )
-    layouts = tuple(
-        benchmark.layout(name, scenario)
-        for name, scenario in zip(few["layout"], few["scenario"], strict=True)
+    times = timed(table, tuple(keys), few, folder, workers=workers)
+    evaluation = evaluate(
+        folder / "verdicts",
+        costs=timed_costs(times.single, pd.MultiIndex.from_frame(few[KEYS])),
     )
-    unit = TimingUnit(tuple(keys), layouts, table.repeats, table.batches)
-    times = timed(unit, folder, workers=workers)
-    compared = {spec: verdicts_against_labels(said[spec], labels) for spec in keys}
-    statuses = results.groupby("method")["status"].value_counts()
+    held = str(make_method(specs[table.held]).spec)
+    printed = {row.title: row for row in paper().rows}
     return JudgeTable(
-        held=keys[held].title,
-        rows=tuple(
-            _row(key, compared[spec], None if spec == held else compared[held], labels, statuses)
-            for spec, key in keys.items()
-        ),
+        held=keys[held],
+        rows={
+            group: tuple(
+                evaluation.row(spec, group, against=held, key=key) for spec, key in keys.items()
+            )
+            for group in evaluation.rows
+        },
+        paper={spec: printed[PAPER_COLUMNS[spec]] for spec in keys if spec in PAPER_COLUMNS},
         times=tuple(
-            TimeRow(
-                key,
-                len(layouts),
-                table.repeats,
-                times["methods"][spec]["cpu"],
-                times["methods"][spec]["wall"],
-                {
-                    int(size): (cpu, wall)
-                    for size, (cpu, wall) in times["methods"][spec]["batched"].items()
-                },
+            BatchTimes(
+                method=key,
+                layouts=len(few),
+                repeats=table.repeats,
+                cpu=float(np.median(times.single.cpu[spec].mean(axis=1))),
+                wall=float(np.median(times.single.wall[spec].mean(axis=1))),
+                batched=times.batched[spec],
             )
             for spec, key in keys.items()
         ),
-        load=times["load"],
+        cost_source=evaluation.cost_source,
     )
 
 
@@ -134,41 +126,3 @@ def _named(name: str, spec: str, workshop: Workshop) -> tuple[str, MethodKey]:
         title = f"{training.title}, seed {training.seeds[0]}"
         key = dataclasses.replace(key, title=title, family=name)
     return str(method.spec), key
-
-
-def _row(
-    key: MethodKey,
-    mine: pd.DataFrame,
-    held: pd.DataFrame | None,
-    labels: pd.DataFrame,
-    statuses: pd.Series,
-) -> JudgeRow:
-    instances = labels["instance"].to_numpy()
-    scenarios = labels.index.get_level_values("scenario").to_numpy()
-    parts = {ALL: np.ones(len(labels), dtype=bool)} | {
-        str(s): scenarios == s for s in sorted(set(scenarios))
-    }
-
-    def shares(column: str) -> dict[str, Estimate]:
-        hits = mine[column].to_numpy(bool)
-        return {name: share(hits[which], instances[which]) for name, which in parts.items()}
-
-    right = mine["right"].to_numpy(float)
-    ahead = None if held is None else held["right"].to_numpy(float) - right
-    accuracy, wall = PAPER.get(key.spec, ((), None))
-    return JudgeRow(
-        method=key,
-        accuracy=shares("right"),
-        over=shares("over"),
-        under=shares("under"),
-        difference=None
-        if ahead is None
-        else {name: mean(ahead[which], instances[which]) for name, which in parts.items()},
-        paper=dict(zip(_SCENARIOS, accuracy, strict=False)),
-        paper_wall=wall,
-        without_verdict={
-            str(status): int(count)
-            for (spec, status), count in statuses.items()
-            if spec == key.spec and status != "done"
-        },
-    )

@@ -13,8 +13,9 @@ from steadyload.reports.table import (
     percent,
     significant,
 )
+from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.learned.records import ALL, JudgeRow, JudgeTable, TimeRow
+from steadyload.studies.learned.records import BatchTimes, JudgeTable
 
 _MOST_WALL = 0.4
 """ms a layout that a learned judge may take, one at a time."""
@@ -49,27 +50,35 @@ def _part_title(part: str) -> str:
 def _accuracies(table: JudgeTable, part: str) -> str:
     header = (
         "method", "n", "accuracy %", "paper %", "overestimated %", "underestimated %",
-        f"{table.held} minus it", *(("no verdict",) if part == ALL else ()),
+        f"{table.held.title} minus it", *(("no verdict",) if part == ALL else ()),
     )  # fmt: skip
     return markdown_table(
         header,
         [
             (
                 row.method.title,
-                str(row.accuracy[part].n),
-                percent(row.accuracy[part]),
-                f"{100 * row.paper[part]:.1f}" if part in row.paper else MISSING,
-                percent(row.over[part]),
-                percent(row.under[part]),
-                percent(row.difference[part] if row.difference else None),
+                str(row.accuracy.n),
+                percent(row.accuracy),
+                _printed(table, row, part),
+                percent(row.over),
+                percent(row.under),
+                percent(row.ahead),
                 *((_without(row),) if part == ALL else ()),
             )
-            for row in table.rows
+            for row in table.rows[part]
         ],
     )
 
 
-def _without(row: JudgeRow) -> str:
+def _printed(table: JudgeTable, row: MethodEvaluation, part: str) -> str:
+    """The accuracy that the paper prints of the method of that name."""
+    printed = table.paper.get(row.method.spec)
+    if printed is None or part not in printed.accuracy:
+        return MISSING
+    return f"{100 * printed.accuracy[part]:.1f}"
+
+
+def _without(row: MethodEvaluation) -> str:
     return names(f"{count} {status}" for status, count in row.without_verdict.items())
 
 
@@ -78,7 +87,7 @@ def _times(table: JudgeTable) -> str:
         "method", "n", "repeats", "CPU ms", "wall ms", "paper wall ms",
         "layouts/s one by one", "best batch", "layouts/s at that", "layouts per CPU s",
     )  # fmt: skip
-    paper = {row.method.spec: row.paper_wall for row in table.rows}
+    paper = {spec: row.runtime[ALL] for spec, row in table.paper.items()}
     rows = []
     for row in table.times:
         size, rate, cpu_rate = _best(row)
@@ -119,7 +128,7 @@ def _rates(table: JudgeTable) -> str:
     )
 
 
-def _best(row: TimeRow) -> tuple[int, float, float]:
+def _best(row: BatchTimes) -> tuple[int, float, float]:
     """The number of layouts at once that takes the least CPU time, which others at work on the
     machine disturb the least, and layouts a second of wall and CPU time.
 
@@ -133,24 +142,27 @@ def _best(row: TimeRow) -> tuple[int, float, float]:
 
 def _held_bars(table: JudgeTable, scenarios: Sequence[str]) -> list[str]:
     """Whether the method that all are held against is as good as the paper's of that name."""
-    held = next(row for row in table.rows if row.difference is None)
-    if not held.paper:
+    held = table.held
+    if held.spec not in table.paper:
         return []
-    told = [
-        f"{s} {100 * held.accuracy[s].value:.1f} % against {100 * held.paper[s]:.1f} % "
-        f"({'reached' if held.accuracy[s].value >= held.paper[s] else 'missed'}"
-        f"{_unsure(held.accuracy[s], held.paper[s])})"
-        for s in scenarios
-        if s in held.paper
-    ]
-    return [f"- {held.method.title} beside the paper's: {'; '.join(told)}."]
+    told = []
+    for scenario in scenarios:
+        bar = table.paper[held.spec].accuracy.get(scenario)
+        if bar is not None:
+            row = next(row for row in table.rows[scenario] if row.method == held)
+            reached = "reached" if row.accuracy.value >= bar else "missed"
+            told.append(
+                f"{scenario} {100 * row.accuracy.value:.1f} % against {100 * bar:.1f} % "
+                f"({reached}{_unsure(row.accuracy, bar)})"
+            )
+    return [f"- {held.title} beside the paper's: {'; '.join(told)}."]
 
 
 def _unsure(found: Estimate, bar: float) -> str:
     return ", the interval holds the bar" if found.low < bar < found.high else ""
 
 
-def _time_bars(times: Sequence[TimeRow]) -> list[str]:
+def _time_bars(times: Sequence[BatchTimes]) -> list[str]:
     said = []
     for row in times:
         size, rate, cpu_rate = _best(row)
@@ -169,23 +181,17 @@ def _time_bars(times: Sequence[TimeRow]) -> list[str]:
 def _how_timed(table: JudgeTable) -> str:
     if not table.times:
         return ""
-    said = (
-        "Times were taken in one process and one thread, all methods in turns on the same layouts, "
-        "medians over the repeats; nothing that a method does once is in them."
+    return (
+        f"{table.cost_source.explained()} Times are medians over the repeats; nothing that a "
+        "method does once is in them."
     )
-    if table.load is not None and table.load > 1.5:
-        said += (
-            f" Other processes were at work meanwhile (load {table.load:.1f}): compare CPU times, "
-            "and ratios."
-        )
-    return said
 
 
 def _pictures(table: JudgeTable) -> list[Picture]:
     times = {row.method.spec: row for row in table.times}
     points = [
-        CostPoint(row.method, row.accuracy[ALL], _point(times[row.method.spec]))
-        for row in table.rows
+        CostPoint(row.method, row.accuracy, _point(times[row.method.spec]))
+        for row in table.rows[ALL]
         if row.method.spec in times
     ]
     if not points:
@@ -200,5 +206,5 @@ def _pictures(table: JudgeTable) -> list[Picture]:
     ]
 
 
-def _point(row: TimeRow) -> Estimate:
+def _point(row: BatchTimes) -> Estimate:
     return Estimate(row.cpu, row.cpu, row.cpu, row.layouts)

@@ -1,42 +1,45 @@
-"""What judging costs, all methods in turns, in one process and one thread."""
+"""What judging costs: the timing pass, and many layouts at once where methods know that."""
 
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
+import pandas as pd
 
-from steadyload.atomic import write_atomically
+from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.model import Layout
 from steadyload.learners import LearnerError
 from steadyload.methods.method import Method
 from steadyload.methods.registry import make_method
-from steadyload.runs.executors import SinglePart, run_units
-from steadyload.runs.results import judged_by
-from steadyload.runs.timing import machine_load, taken
+from steadyload.runs.executors import SinglePart
+from steadyload.runs.provenance import key_of, made_by
+from steadyload.runs.store import JSON, Store, locked
+from steadyload.runs.timing import Times, taken
+from steadyload.runs.timing import timed as taken_singly
+from steadyload.studies.learned.plan import TablePlan
 
-_FILE = "times.json"
+VERSION = 1
+"""Version of how times are taken: raised when they would mean something else."""
 
 _BATCH = "batch"
 """The parameter of a method that judges many layouts at once."""
 
 
-@dataclass(frozen=True, slots=True)
-class TimingUnit(SinglePart):
-    """What is timed.
+@dataclass(frozen=True)
+class BatchUnit(SinglePart):
+    """What is timed where methods judge many layouts at once.
 
     Attributes:
-        methods: spec strings.
-        layouts: that every method judges, one at a time.
+        methods: spec strings of methods that know batches.
+        layouts: that every method judges.
         repeats: how often, all methods in turns.
-        batches: layouts at once, where a method knows batches.
+        batches: layouts at once.
     """
 
     methods: tuple[str, ...]
@@ -46,101 +49,113 @@ class TimingUnit(SinglePart):
 
     def describe(self, part: int) -> str:
         """The unit for people."""
-        return f"timing {len(self.methods)} methods on {len(self.layouts)} layouts"
+        return f"timing batches of {len(self.methods)} methods on {len(self.layouts)} layouts"
 
-    def identity(self) -> str:
+    @cached_property
+    def key(self) -> str:
         """Hash of all that times are of."""
-        parts = [judged_by(make_method(spec)) for spec in self.methods]
-        parts += [layout.content_hash() for layout in self.layouts]
-        own = [self.repeats, list(self.batches), Path(__file__).read_text()]
-        return hashlib.sha256(json.dumps([*parts, *own]).encode()).hexdigest()[:16]
+        identity = {
+            "question": "times in batches",
+            "version": VERSION,
+            "made by": {spec: made_by(make_method(spec)) for spec in self.methods},
+            "layouts": [layout.content_hash() for layout in self.layouts],
+            "repeats": self.repeats,
+            "batches": list(self.batches),
+        }
+        return f"times-{key_of(identity)}"
 
 
-Times = dict[str, Any]
-"""``load``, and ``methods``: by spec ``cpu`` and ``wall`` [ms a layout] one at a time, and
-``batched``: by number at once, as text, a pair of the same."""
+Batched = Mapping[int, tuple[float, float]]
+"""By number of layouts at once, CPU and wall time a layout [ms]."""
 
 
-def timed(unit: TimingUnit, folder: Path, *, workers: int) -> Times:
-    """Times of a unit; kept in the folder, and taken again only for another unit.
+@dataclass(frozen=True)
+class TableTimes:
+    """Times of all methods of the table.
+
+    ``single``: of the timing pass, one layout at a time. ``batched``: by spec; empty where a method
+    knows no batches.
+    """
+
+    single: Times
+    batched: Mapping[str, Batched]
+
+
+def timed(
+    table: TablePlan, methods: Sequence[str], cases: pd.DataFrame, folder: Path, *, workers: int
+) -> TableTimes:
+    """Times of the methods of a table; kept in the folder, and not taken again.
 
     Args:
-        unit: what to time.
+        table: how often, and how many at once.
+        methods: specs.
+        cases: of the labelled set, by layout and scenario.
         folder: made when it does not exist.
         workers: 0 times in this process, any other number in one with a single thread.
 
     Raises:
-        LearnerError: a method ended its process.
+        LearnerError: a method ended its process while many layouts were judged at once.
+        ResultsError: it did one at a time.
     """
-    path, identity = folder / _FILE, unit.identity()
-    if path.exists():
-        found: Times = json.loads(path.read_text())
-        if found["identity"] == identity:
-            return found
-    [(_, [times])] = run_units(
-        _time, [unit], workers=min(workers, 1), crashed=lambda unit, part, reason: {"why": reason}
+    benchmark = load_benchmark()
+    layouts = tuple(
+        benchmark.layout(name, scenario)
+        for name, scenario in zip(cases["layout"], cases["scenario"], strict=True)
     )
-    if "why" in times:
-        raise LearnerError(f"{unit.describe(0)}: {times['why']}")
-    folder.mkdir(parents=True, exist_ok=True)
-    write_atomically(path, json.dumps({"identity": identity, **times}, indent=1) + "\n")
-    return times
+    # A block of all layouts: whoever judges in batches has them at hand in one piece, too.
+    single = taken_singly(
+        methods, layouts, folder / "times", repeats=table.repeats, block=len(layouts),
+        workers=workers,
+    )  # fmt: skip
+    able = tuple(spec for spec in methods if _knows_batches(spec))
+    batched: dict[str, Batched] = {spec: {} for spec in methods}
+    if able and table.batches:
+        unit = BatchUnit(able, layouts, table.repeats, table.batches)
+        batched |= _timed_batches(unit, folder, workers)
+    return TableTimes(single, batched)
 
 
-def _time(unit: TimingUnit) -> Iterator[Times]:
+def _timed_batches(unit: BatchUnit, folder: Path, workers: int) -> dict[str, Batched]:
+    with locked(folder):
+        store = Store(folder, JSON)
+        store.complete([unit], _time, lost=_refuse, workers=min(workers, 1))
+        [times] = store.read(unit.key)
+    return {
+        spec: {int(size): (cpu, wall) for size, (cpu, wall) in sizes.items()}
+        for spec, sizes in times.items()
+    }
+
+
+def _refuse(unit: BatchUnit, reason: str) -> NoReturn:
+    raise LearnerError(f"{unit.describe(0)}: {reason}")
+
+
+def _time(unit: BatchUnit) -> Iterator[dict[str, Any]]:
     return (_times(unit) for _ in range(1))
 
 
-def _times(unit: TimingUnit) -> Times:
-    methods = {spec: make_method(spec) for spec in unit.methods}
-    batched = {spec: _batched(method, unit.batches) for spec, method in methods.items()}
+def _times(unit: BatchUnit) -> dict[str, Any]:
+    most = max(map(len, unit.layouts))
+    methods = {(spec, size): _at_once(spec, size) for spec in unit.methods for size in unit.batches}
     for method in methods.values():
-        method.prepare(max(map(len, unit.layouts)))
+        method.prepare(most)
         method.judge(unit.layouts[0])
-    load = machine_load()
-    single: dict[str, list[tuple[float, float]]] = {spec: [] for spec in methods}
-    many: dict[str, dict[int, list[tuple[float, float]]]] = {
-        spec: {size: [] for size in sizes} for spec, sizes in batched.items()
-    }
+    found: dict[tuple[str, int], list[tuple[float, float]]] = {each: [] for each in methods}
     for _ in range(unit.repeats):
-        for spec, method in methods.items():
-            single[spec].append(_taken(partial(_one_by_one, method), unit.layouts))
-            for size, judge in batched[spec].items():
-                many[spec][size].append(_taken(judge.judge_many, unit.layouts))
+        for each, method in methods.items():
+            cpu, wall = taken(partial(method.judge_many, unit.layouts))
+            found[each].append((cpu / len(unit.layouts), wall / len(unit.layouts)))
     return {
-        "load": load,
-        "methods": {
-            spec: {
-                "cpu": _medians(taken)[0],
-                "wall": _medians(taken)[1],
-                "batched": {str(size): _medians(each) for size, each in many[spec].items()},
-            }
-            for spec, taken in single.items()
-        },
+        spec: {str(size): np.median(found[spec, size], axis=0).tolist() for size in unit.batches}
+        for spec in unit.methods
     }
 
 
-def _batched(method: Method, sizes: Sequence[int]) -> Mapping[int, Method]:
-    """The method for every number of layouts at once; none where it knows no batches."""
-    if _BATCH not in {f.name for f in dataclasses.fields(method.parameters)}:
-        return {}
-    plain = str(method.spec)
-    mark = "," if ":" in plain else ":"
-    return {size: make_method(f"{plain}{mark}{_BATCH}={size}") for size in sizes}
+def _knows_batches(spec: str) -> bool:
+    return _BATCH in {f.name for f in dataclasses.fields(make_method(spec).parameters)}
 
 
-def _one_by_one(method: Method, layouts: Sequence[Layout]) -> None:
-    for layout in layouts:
-        method.judge(layout)
-
-
-def _taken(
-    judge: Callable[[Sequence[Layout]], object], layouts: Sequence[Layout]
-) -> tuple[float, float]:
-    """CPU and wall time a layout [ms]."""
-    cpu, wall = taken(partial(judge, layouts))
-    return cpu / len(layouts), wall / len(layouts)
-
-
-def _medians(taken: Sequence[tuple[float, float]]) -> list[float]:
-    return np.median(np.array(taken), axis=0).tolist()
+def _at_once(spec: str, size: int) -> Method:
+    """The method for a number of layouts at once."""
+    plain = str(make_method(spec).spec)
+    return make_method(f"{plain}{',' if ':' in plain else ':'}{_BATCH}={size}")

@@ -1,7 +1,8 @@
 """The sets and trainings of a plan, made where they are missing; each has a folder of its own.
 
 A folder's name holds a hash of what it is made from: a plan that changes finds what has not
-changed, and leaves the rest where it is.
+changed, and leaves the rest where it is. Not the loop of :mod:`steadyload.runs.store`: what is made
+is no shard but a folder, and later trainings start from the weights of earlier ones.
 """
 
 from __future__ import annotations

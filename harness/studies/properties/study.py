@@ -1,35 +1,37 @@
 """Properties x methods: asked over processes, kept in files, resumable.
 
-A folder holds ``results/*.json``, one file a property and method; beside the page lie
+A folder holds ``results/*.json``, a :class:`steadyload.runs.store.Store` with a shard for every
+property and method; beside the page lie
 ``counterexamples/*.json``, layout files that can be read like any other.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
 import re
 import zlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib import metadata, resources
 from pathlib import Path
 
-from steadyload.atomic import write_atomically
-from steadyload.engines.registry import engine_names, engines, installed_versions
-from steadyload.layouts.formats import Format, read_layouts, write_layouts
+from steadyload.engines.registry import engine_names, engines
+from steadyload.errors import nearest
+from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model import Layout
+from steadyload.layouts.readers import read_json
+from steadyload.layouts.record import Record, to_layout
+from steadyload.layouts.writers import as_native
 from steadyload.methods.envelope import ENVELOPES
 from steadyload.methods.naming import method_key
-from steadyload.methods.spec import nearest
 from steadyload.properties import PropertyError
 from steadyload.properties.findings import finding
-from steadyload.properties.property import Case, Property, Subject
+from steadyload.properties.property import Case, MethodUnderTest, Property
 from steadyload.properties.registry import PROPERTIES
-from steadyload.properties.search import Counterexample, Outcome, search
-from steadyload.runs.executors import IN_THIS_PROCESS, SinglePart, run_units
-from steadyload.runs.results import judged_by, provenance_lines
-from steadyload.runs.runner import locked
+from steadyload.properties.search import VERSION, Counterexample, PropertyResult, search
+from steadyload.runs.executors import IN_THIS_PROCESS, SinglePart
+from steadyload.runs.provenance import key_of, made_by, package_versions, provenance_lines
+from steadyload.runs.store import Codec, Progress, Store, locked
 from steadyload.studies.properties.records import (
     ItemRow,
     PropertyRow,
@@ -75,7 +77,7 @@ class _Unit(SinglePart):
     method: str
     examples: int
     seed: int
-    file: Path
+    key: str
 
     def describe(self, part: int) -> str:
         return f"{self.property!r} of {self.method}"
@@ -106,7 +108,7 @@ def run_properties(
     *,
     output: Path | None = None,
     workers: int = IN_THIS_PROCESS,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = lambda done, total: None,
 ) -> PropertyTable:
     """Ask what has not been asked yet.
 
@@ -124,30 +126,24 @@ def run_properties(
         ResultsError: another run is at work in the folder.
         WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
     """
-    subjects = list({s.spec: s for s in map(Subject, study.methods)}.values())
+    subjects = list({s.spec: s for s in map(MethodUnderTest, study.methods)}.values())
     for subject in subjects:
         subject.method.prepare()
-    units = [unit for subject in subjects for unit in _units(subject, study, directory / "results")]
+    units = [unit for subject in subjects for unit in _units(subject, study)]
     if not units:
         asked_about = ", ".join(repr(each.name) for each in study.properties)
         raise PropertyError(f"{asked_about}: asked of none of {', '.join(study.methods)}")
-    (directory / "results").mkdir(parents=True, exist_ok=True)
     with locked(directory):
-        missing = [unit for unit in units if not _is_whole(unit.file)]
-        progress(len(units) - len(missing), len(units))
-        done = len(units) - len(missing)
-        asked = run_units(
+        store = Store(directory / "results", OUTCOMES)
+        store.complete(
+            units,
             _ask,
-            missing,
-            workers=workers,
             # Of an engine that ends its process; the case it did so on is not known.
-            crashed=lambda unit, part, reason: Outcome(0, 0, None, crashed=reason),
+            crashed=lambda unit, part, reason: PropertyResult(0, 0, None, crashed=reason),
+            workers=workers,
+            progress=progress,
         )
-        for unit, (answer,) in asked:
-            _keep(unit, answer)
-            done += 1
-            progress(done, len(units))
-        rows = [_row(unit, output or directory) for unit in units]
+        rows = [_row(unit, store.read(unit.key), output or directory) for unit in units]
     return PropertyTable(
         about={asked.name: asked.about for asked in study.properties},
         methods=tuple(method_key(subject.method) for subject in subjects),
@@ -164,35 +160,45 @@ def made_with(study: PropertyStudy) -> dict[str, str]:
     }
 
 
-def _units(subject: Subject, study: PropertyStudy, folder: Path) -> Iterator[_Unit]:
-    """What a method is asked, and the files of its results: hashes of all that they depend on."""
-    library = Path(str(resources.files("steadyload.properties")))
-    code = [*sorted(library.glob("*.py")), Path(__file__)]
-    rules = hashlib.sha256(b"".join(path.read_bytes() for path in code))
-    rules.update(resources.files("steadyload.methods").joinpath(ENVELOPES).read_bytes())
-    made_by = [
-        subject.spec, study.examples, study.seed, rules.hexdigest(),
-        metadata.version("hypothesis"), judged_by(subject.method),
-        installed_versions(subject.engine or ""),
-    ]  # fmt: skip
+def _units(subject: MethodUnderTest, study: PropertyStudy) -> Iterator[_Unit]:
+    """What a method is asked; a key is a hash of all that the outcome depends on."""
+    envelopes = json.loads(resources.files("steadyload.methods").joinpath(ENVELOPES).read_bytes())
+    made = {
+        **made_by(subject.method),
+        **package_versions(("hypothesis",)),
+        "version of search": str(VERSION),
+        "envelopes": key_of({engine: entry["rows"] for engine, entry in envelopes.items()}),
+    }
     for asked in study.properties:
         if asked.applies(subject):
-            digest = hashlib.sha256(json.dumps([asked.name, *made_by]).encode()).hexdigest()[:20]
-            file = folder / f"{digest}.json"
-            yield _Unit(asked.name, subject.spec, study.examples, study.seed, file)
+            key = key_of(
+                {
+                    "question": asked.name,
+                    "version": asked.version,
+                    "method": subject.spec,
+                    "made by": made,
+                    "examples": study.examples,
+                    "seed": study.seed,
+                }
+            )
+            yield _Unit(asked.name, subject.spec, study.examples, study.seed, key)
 
 
-def _ask(unit: _Unit) -> Iterator[Outcome]:
-    subject = Subject(unit.method)
+def _ask(unit: _Unit) -> Iterator[PropertyResult]:
+    subject = MethodUnderTest(unit.method)
     subject.method.prepare()
     yield search(PROPERTIES[unit.property], subject, examples=unit.examples, seed=unit.seed)
 
 
-def _keep(unit: _Unit, outcome: Outcome) -> None:
+def _encoded(answers: Sequence[PropertyResult]) -> bytes:
+    [outcome] = answers
     held, failure = outcome.counterexample, None
     if held is not None:
-        write_layouts(unit.file.with_suffix(".layout"), [held.case.layout], Format.NATIVE)
-        failure = {"found": held.found, "change": dict(held.case.change)}
+        failure = {
+            "found": held.found,
+            "change": dict(held.case.change),
+            "layout": json.loads("".join(as_native([held.case.layout]))),
+        }
     result = {
         "examples": outcome.examples,
         "asked": outcome.asked,
@@ -200,31 +206,29 @@ def _keep(unit: _Unit, outcome: Outcome) -> None:
         "failure": failure,
         "crashed": outcome.crashed,
     }
-    write_atomically(unit.file, json.dumps(result, indent=1) + "\n")
+    return (json.dumps(result, indent=1) + "\n").encode()
 
 
-def _is_whole(file: Path) -> bool:
-    """Whether a result is there and can be read."""
-    try:
-        return "crashed" in json.loads(file.read_bytes())
-    except (FileNotFoundError, ValueError):
-        return False
-
-
-def _kept(unit: _Unit) -> Outcome:
-    result = json.loads(unit.file.read_text())
+def _decoded(content: bytes) -> PropertyResult:
+    result = json.loads(content)
     failure, counterexample = result["failure"], None
     if failure is not None:
-        (layout,) = read_layouts(unit.file.with_suffix(".layout"))
-        counterexample = Counterexample(Case(layout, failure["change"]), failure["found"])
-    return Outcome(
+        [record] = read_json(json.dumps(failure["layout"]))
+        assert isinstance(record, Record)
+        case = Case(to_layout(record), failure["change"])
+        counterexample = Counterexample(case, failure["found"])
+    return PropertyResult(
         result["examples"], result["asked"], counterexample, result["refused"], result["crashed"]
     )
 
 
-def _row(unit: _Unit, directory: Path) -> PropertyRow:
+OUTCOMES: Codec[PropertyResult, PropertyResult] = Codec(".json", _encoded, _decoded)
+"""A shard of what came out for a property and method."""
+
+
+def _row(unit: _Unit, outcome: PropertyResult, directory: Path) -> PropertyRow:
     """A result as a page shows it; a declared finding shows even where this run missed it."""
-    outcome, known = _kept(unit), finding(unit.property, unit.method)
+    known = finding(unit.property, unit.method)
     shown, standing = outcome.counterexample, Standing.HOLDS
     if known is not None:
         standing = Standing.FINDING
@@ -235,7 +239,7 @@ def _row(unit: _Unit, directory: Path) -> PropertyRow:
         standing = Standing.NOT_ASKED
     return PropertyRow(
         property=unit.property,
-        method=method_key(Subject(unit.method).method),
+        method=method_key(MethodUnderTest(unit.method).method),
         standing=standing,
         examples=outcome.examples,
         asked=outcome.asked,

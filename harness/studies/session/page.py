@@ -12,6 +12,7 @@ from steadyload.reports.table import (
     percent,
     significant,
 )
+from steadyload.runs.costs import CostKind, CostSource
 from steadyload.studies.session.figures import plot_placement_costs
 from steadyload.studies.session.records import PackingGain, PackingTask, SessionCurve
 
@@ -41,7 +42,7 @@ def session_page(
     return Page(
         "Loading judged while it is planned",
         "A loading session places items one after the other and judges each at once "
-        "(`LoadingSession`). Times are CPU times of one process; compare ratios, not milliseconds.",
+        f"(`LoadingSession`). {CostSource(CostKind.ONE_PROCESS).explained()}",
         sections,
         manifest,
     )

@@ -14,9 +14,10 @@ from steadyload.reports.table import (
     percent,
     significant,
 )
-from steadyload.runs.evaluation import AccuracySummary
+from steadyload.runs.costs import load_explained
+from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.studies.table5.figures import plot_fronts, rows_of
-from steadyload.studies.table5.records import ALL, JudgedSet, Table5
+from steadyload.studies.table5.records import JudgedSet, Table5
 
 _NETWORKS = frozenset({"lstm_1", "lstm_e"})
 _CONVERTED = frozenset({"ps3", "ps5"})
@@ -35,9 +36,6 @@ _READING = (
     "on its own 900 cases; the converted `ps3@bullet` is right on 88.3 [83.9, 91.6] % of those 300."
 )
 
-_IDLE = 1.5
-"""Beyond this load the machine was busy: one process is ours."""
-
 
 def accuracy_and_cost(found: Table5) -> Section:
     """All methods, by group, with Fig. 3 of the paper."""
@@ -47,9 +45,7 @@ def accuracy_and_cost(found: Table5) -> Section:
         table = _table(found, own, group)
         tables.append(table if group == ALL else f"**Scenario {group}**\n\n{table}")
     yard = own.timing.yardstick
-    natural = ", ".join(
-        f"{s} {100 * share:.1f} %" for s, share in own.accuracies.natural_stable.items()
-    )
+    natural = ", ".join(f"{s} {100 * share:.1f} %" for s, share in own.about.natural_stable.items())
     return Section(
         "Accuracy and cost",
         "All scenarios first, then each by itself. *Paper*: what the paper's Table 5 has. "
@@ -58,10 +54,8 @@ def accuracy_and_cost(found: Table5) -> Section:
         "or not at all; *underestimated*: earlier; the paper does not part the two. A label is "
         "*robust* when every judge of its ensemble names the same step, and *fragile* when one "
         "does not. *Natural prevalence*: as accurate as if stable layouts were as frequent as in "
-        f"the whole set ({natural}). CPU times are those of the timing pass, "
-        f"on {own.timing.layouts} of the cases"
-        + ("" if yard is None else f"; *share*: of the CPU time of {yard.title} on the same cases")
-        + "."
+        f"the whole set ({natural}). {own.evaluation.cost_source.explained()}"
+        + ("" if yard is None else f" *Share*: of the CPU time of {yard.title} on the same cases.")
         + what_rows_are(own),
         tables,
         [
@@ -79,7 +73,7 @@ def accuracy_and_cost(found: Table5) -> Section:
 
 def what_rows_are(own: JudgedSet) -> str:
     """In what rows differ from the paper's methods of the same name, where there are such rows."""
-    families = {row.method.family for row in own.accuracies.methods}
+    families = {row.method.family for row in own.evaluation.methods}
     told = [
         said
         for rows, said in ((_NETWORKS, _OWN_NETWORKS), (_CONVERTED, _READING))
@@ -119,10 +113,8 @@ def _table(found: Table5, own: JudgedSet, group: str) -> str:
     return markdown_table(header, lines)
 
 
-def _line(found: Table5, own: JudgedSet, group: str, row: AccuracySummary) -> tuple[str, ...]:
+def _line(found: Table5, own: JudgedSet, group: str, row: MethodEvaluation) -> tuple[str, ...]:
     printed = found.paper.row_of(row.method) if own is found.spatial else None
-    cost = own.timing.cost(group, row.method)
-    yard = cost is not None and row.method == own.timing.yardstick
     return (
         row.method.title,
         str(row.accuracy.n),
@@ -131,21 +123,28 @@ def _line(found: Table5, own: JudgedSet, group: str, row: AccuracySummary) -> tu
         own.tests[group].letters[row.method.spec],
         percent(row.over),
         percent(row.under),
-        percent(row.stable),
+        percent(row.stable_or_not),
         percent(row.robust),
         percent(row.fragile),
         percent(row.natural),
-        milliseconds(cost.cpu) if cost is not None else MISSING,
-        "1" if yard else factor(cost.ratio if cost is not None else None),
+        milliseconds(row.cpu),
+        _share(own, group, row),
         names(f"{count} {status}" for status, count in row.without_verdict.items()),
     )
+
+
+def _share(own: JudgedSet, group: str, row: MethodEvaluation) -> str:
+    """CPU time over that of the yardstick."""
+    if row.method == own.timing.yardstick:
+        return "1"
+    return factor(own.timing.shares[group].get(row.method.spec))
 
 
 def noise_of_labels(found: Table5) -> Section:
     """How often answers to a label's question agree, and on which labels methods err."""
     assert found.ceiling is not None
     own, ceiling = found.spatial, found.ceiling
-    n = str(own.accuracies.cases)
+    n = str(own.about.cases)
     rows = [
         (
             row.name,
@@ -164,7 +163,7 @@ def noise_of_labels(found: Table5) -> Section:
         f"{what}, {group} %" for group in own.groups for what in ("two answers", "best guess")
     ))  # fmt: skip
     others = [(row.name, str(row.label.n), percent(row.label)) for row in ceiling.engines]
-    fragile = own.accuracies.fragile
+    fragile = own.about.fragile
     errors = [
         (
             m.method.title,
@@ -173,7 +172,7 @@ def noise_of_labels(found: Table5) -> Section:
             percent(m.fragile),
             _share_of_errors(m),
         )
-        for m in own.accuracies.methods
+        for m in own.evaluation.methods
     ]
     return Section(
         "What the labels leave to be reached",
@@ -207,7 +206,7 @@ def noise_of_labels(found: Table5) -> Section:
     )
 
 
-def _share_of_errors(row: AccuracySummary) -> str:
+def _share_of_errors(row: MethodEvaluation) -> str:
     """How much of a method's errors lies on fragile labels."""
     if row.fragile.n == 0 or row.accuracy.value == 1.0:
         return MISSING
@@ -221,15 +220,16 @@ def time_a_layout(own: JudgedSet) -> Section:
     yard = timing.yardstick
     rows = [
         (
-            cost.method.title,
-            str(cost.cpu.n),
-            milliseconds(cost.cpu),
-            milliseconds(cost.wall),
-            "1" if cost.method == yard else factor(cost.ratio),
-            *(_cpu(own, group, cost.method) for group in own.groups[1:]),
-            f"{100 * cost.spread:.0f}" if timing.repeats > 1 else MISSING,
+            row.method.title,
+            str(row.cpu.n),
+            milliseconds(row.cpu),
+            milliseconds(row.wall),
+            _share(own, ALL, row),
+            *(_cpu(own, group, row.method) for group in own.groups[1:]),
+            f"{100 * timing.spread[row.method.spec]:.0f}" if timing.repeats > 1 else MISSING,
         )
-        for cost in timing.costs[ALL]
+        for row in own.evaluation.methods
+        if row.cpu.n
     ]
     header = (
         "method",
@@ -240,13 +240,7 @@ def time_a_layout(own: JudgedSet) -> Section:
         *(f"{group} CPU ms" for group in own.groups[1:]),
         "spread of repeats %",
     )
-    busy = ""
-    if timing.load is not None:
-        busy = (
-            f" While times were taken, {timing.load:.1f} processes wanted to run, one of them ours."
-        )
-        if timing.load > _IDLE:
-            busy += " **The machine was busy: compare times with one another alone.**"
+    busy = load_explained(own.evaluation.cost_source.load)
     untimed = "".join(f" {spec} was not timed: {why}." for spec, why in timing.untimed.items())
     refused = names(f"{spec} {count}" for spec, count in timing.refused.items())
     without = f", without those that a method refuses ({refused})" if timing.refused else ""
@@ -263,56 +257,48 @@ def time_a_layout(own: JudgedSet) -> Section:
 
 
 def _cpu(own: JudgedSet, group: str, method: MethodKey) -> str:
-    cost = own.timing.cost(group, method)
-    return MISSING if cost is None else significant(cost.cpu.value)
+    cpu = own.evaluation.row(method.spec, group).cpu
+    return significant(cpu.value) if cpu.n else MISSING
 
 
 def planar_layouts(planar: JudgedSet) -> Section:
     """All methods on layouts that an engine of two dimensions can judge."""
-    about, tests = planar.accuracies, planar.tests[ALL]
+    about, tests = planar.about, planar.tests[ALL]
     against = tests.against
     assert against is not None, "there are too few item lists for all pairs"
-    rows = []
-    for row in about.methods:
-        cost = planar.timing.cost(ALL, row.method)
-        rows.append(
-            (
-                row.method.title,
-                str(row.accuracy.n),
-                percent(row.accuracy),
-                *_held(planar, row.method),
-                percent(row.over),
-                percent(row.under),
-                *(
-                    percent(at.accuracy)
-                    for group in planar.groups[1:]
-                    for at in rows_of(planar, group)
-                    if at.method == row.method
-                ),
-                milliseconds(cost.cpu) if cost is not None else MISSING,
-                "1"
-                if row.method == planar.timing.yardstick
-                else factor(cost.ratio if cost is not None else None),
-                names(f"{count} {status}" for status, count in row.without_verdict.items()),
-            )
+    rows = [
+        (
+            row.method.title,
+            str(row.accuracy.n),
+            percent(row.accuracy),
+            *_held(planar, row.method),
+            percent(row.over),
+            percent(row.under),
+            *(
+                percent(planar.evaluation.row(row.method.spec, group).accuracy)
+                for group in planar.groups[1:]
+            ),
+            milliseconds(row.cpu),
+            _share(planar, ALL, row),
+            names(f"{count} {status}" for status, count in row.without_verdict.items()),
         )
+        for row in planar.evaluation.methods
+    ]
     header = (
         "method", "n", "accuracy %", f"minus {against.title}", "corrected p", "overestimated %",
         "underestimated %",
         *(f"{group} %" for group in planar.groups[1:]), "CPU ms", "share", "no verdict",
     )  # fmt: skip
-    each = planar.timing.layouts
+    each, load = planar.timing.layouts, planar.evaluation.cost_source.load
     return Section(
         "Planar layouts, and engines of two dimensions",
         f"Part `{about.part}`: {about.cases} cases, {planar.layouts} layouts of "
-        f"{about.instances} item lists whose items all span the pallet's depth. They have other "
+        f"{about.item_lists} item lists whose items all span the pallet's depth. They have other "
         "items than the cases above, so compare methods here with one another alone. Every method "
         f"is held against {against.title}, in percentage points, by the test of above, corrected "
         f"over these {len(tests.pairs)} pairs: {len(tests.sizes)} lists are too few for all. Times "
         f"are of {each} cases, in a pass of the same kind"
-        + (
-            f", with a load of {planar.timing.load:.1f}." if planar.timing.load is not None else "."
-        ),
+        + (f", with a load of {load:.1f}." if load is not None else "."),
         [markdown_table(header, rows)],
         [
             Picture(

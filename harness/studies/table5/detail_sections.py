@@ -12,6 +12,7 @@ from steadyload.reports.table import (
     milliseconds,
     percent,
 )
+from steadyload.runs.evaluation import ALL
 from steadyload.studies.table5.figures import (
     plot_beside_paper,
     plot_errors,
@@ -19,7 +20,8 @@ from steadyload.studies.table5.figures import (
     plot_sizes,
     rows_of,
 )
-from steadyload.studies.table5.records import ALL, JudgedSet, Paper, Table5, Watch
+from steadyload.studies.table5.paper import Paper
+from steadyload.studies.table5.records import JudgedSet, Table5, Watch
 
 _LINKED = "A linked layout opens in the browser, both loadings side by side. "
 
@@ -32,11 +34,10 @@ def beside_the_paper(found: Table5) -> Section:
     own, paper = found.spatial, found.paper
     groups = [g for g in own.groups if g in paper.rows[0].accuracy]
     rows = []
-    for row in own.accuracies.methods:
+    for row in own.evaluation.methods:
         printed = paper.row_of(row.method)
         if printed is None:
             continue
-        cost = own.timing.cost(ALL, row.method)
         rows.append(
             (
                 row.method.title,
@@ -48,7 +49,7 @@ def beside_the_paper(found: Table5) -> Section:
                     if at.method == row.method
                 ),
                 compact(printed.runtime[ALL]),
-                milliseconds(cost.wall) if cost is not None else MISSING,
+                milliseconds(row.wall),
                 *_shares(found, row.method.spec, printed.runtime[ALL]),
             )
         )
@@ -88,8 +89,7 @@ def _shares(found: Table5, spec: str, runtime: float) -> tuple[str, str]:
     """Runtime over that of PS_3, in the paper and here."""
     timing, paper = found.spatial.timing, found.paper
     base = None if timing.yardstick is None else paper.row_of(timing.yardstick)
-    cost = next((c for c in timing.costs[ALL] if c.method.spec == spec), None)
-    ours = None if cost is None else cost.ratio
+    ours = timing.shares[ALL].get(spec)
     own = timing.yardstick is not None and timing.yardstick.spec == spec
     return (
         MISSING if base is None else compact(runtime / base.runtime[ALL]),
@@ -119,7 +119,7 @@ def by_size(own: JudgedSet) -> Section:
             m.method.title,
             *(percent(bin_.accuracy[m.method.spec]) for bin_ in own.sizes),
         )
-        for m in own.accuracies.methods
+        for m in own.evaluation.methods
     ]
     return Section(
         "By number of items",
@@ -181,7 +181,7 @@ def _margins(own: JudgedSet) -> str:
                 for bin_ in slow
             ),
         )
-        for m in own.accuracies.methods
+        for m in own.evaluation.methods
     ]
     return (
         "False alarms on steps that do not balance, and hold for the label because they move too "
@@ -210,7 +210,7 @@ def to_watch(own: JudgedSet) -> Section:
     header = ("layout", "scenario", "items", "label", "right", "wrong", "wrong methods")
     return Section(
         "Cases to watch",
-        f"Of {own.accuracies.cases} cases, those with a robust label that divide the methods most "
+        f"Of {own.about.cases} cases, those with a robust label that divide the methods most "
         "evenly, one an item list. *Right* and *wrong*: the most accurate methods on either side, "
         "and the failing step that the wrong one names. "
         f"{_LINKED if any(w.view for w in own.watched) else ''}"

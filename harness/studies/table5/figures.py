@@ -15,13 +15,12 @@ from steadyload.methods.naming import MethodKey
 from steadyload.reports.charts import PLAIN_TICKS, CostPoint, draw_cost_point, reach, spread_the_top
 from steadyload.reports.style import colour, engine_colour, engine_marker, face, marker
 from steadyload.reports.table import compact
-from steadyload.runs.evaluation import AccuracySummary
+from steadyload.runs.evaluation import ALL, MethodEvaluation
+from steadyload.studies.table5.paper import Paper
 from steadyload.studies.table5.records import (
-    ALL,
     Ceiling,
     JudgedSet,
     PairTests,
-    Paper,
     SizeBin,
 )
 
@@ -40,10 +39,9 @@ def group_title(group: str, cases: int) -> str:
     return f"{'all scenarios' if group == ALL else group}, n = {cases}"
 
 
-def rows_of(judged: JudgedSet, group: str) -> Sequence[AccuracySummary]:
-    """The accuracies of a group."""
-    found = judged.accuracies
-    return found.methods if group == ALL else found.by_scenario[group]
+def rows_of(judged: JudgedSet, group: str) -> Sequence[MethodEvaluation]:
+    """All methods on a group."""
+    return judged.evaluation.rows[group]
 
 
 def plot_fronts(judged: JudgedSet, ceiling: Ceiling | None) -> Figure:
@@ -67,14 +65,13 @@ def plot_fronts(judged: JudgedSet, ceiling: Ceiling | None) -> Figure:
     for axes in grid[-1]:
         axes.set_xlabel("CPU time a layout (ms)")
     figure.tight_layout(rect=(0.0, 0.24 / down, 1.0, 1.0))
-    _legend(figure, [m.method for m in judged.accuracies.methods], ceiling is not None)
+    _legend(figure, [m.method for m in judged.evaluation.methods], ceiling is not None)
     return figure
 
 
 def _front(axes: Axes, judged: JudgedSet, group: str) -> None:
     rows = rows_of(judged, group)
-    points = [(row, judged.timing.cost(group, row.method)) for row in rows]
-    shown = [(row, cost.cpu) for row, cost in points if cost is not None]
+    shown = [(row, row.cpu) for row in rows if row.cpu.n]
     for row, cpu in shown:
         draw_cost_point(axes, CostPoint(row.method, row.accuracy, cpu), markersize=7.5)
     by_spec = {row.method.spec: (row, cpu) for row, cpu in shown}
@@ -164,8 +161,8 @@ def plot_beside_paper(judged: JudgedSet, paper: Paper) -> Figure:
     return figure
 
 
-def _all(judged: JudgedSet) -> Sequence[AccuracySummary]:
-    return judged.accuracies.methods
+def _all(judged: JudgedSet) -> Sequence[MethodEvaluation]:
+    return judged.evaluation.methods
 
 
 def plot_sizes(judged: JudgedSet) -> Figure:

@@ -16,11 +16,12 @@ from pathlib import Path
 
 from steadyload.atomic import write_atomically
 from steadyload.engines.registry import engines
-from steadyload.methods.spec import nearest
+from steadyload.errors import UserError, nearest
+from steadyload.runs.evaluation import MethodEvaluation, evaluate
 from steadyload.runs.results import load_manifest
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.comparison.summary import compare
-from steadyload.studies.table5.records import ALL, Table5
+from steadyload.studies.comparison.summary import manifest_lines
+from steadyload.studies.table5.records import Table5
 
 NAME = "front.json"
 """The file in a run folder that holds its front, where times were taken apart."""
@@ -32,7 +33,7 @@ FILE = Path(str(resources.files("steadyload.studies.table5"))) / NAME
 """What was measured and comes with the package."""
 
 
-class FrontError(ValueError):
+class FrontError(UserError):
     """No measured method is what was asked for, or nothing was measured."""
 
 
@@ -75,12 +76,8 @@ def timed_front(found: Table5) -> Front:
         found: the page.
     """
     own = found.spatial
-    measured = tuple(
-        Measured(row.method.spec, row.method.title, row.method.engine, row.accuracy, cost.cpu)
-        for row in own.accuracies.methods
-        if (cost := own.timing.cost(ALL, row.method)) is not None
-    )
-    on = f"{found.manifest['labelled set']}, {own.accuracies.instances} item lists"
+    measured = tuple(_measured(row) for row in own.evaluation.methods if row.cpu.n)
+    on = f"{found.manifest['labelled set']}, {own.about.item_lists} item lists"
     timed = f"{own.timing.layouts} cases, {own.timing.repeats} times each, one thread"
     return Front(measured, {"measured on": on, "timed on": timed, **found.manifest})
 
@@ -99,19 +96,23 @@ def measured_in(run: str | Path) -> Front:
         raise FrontError(
             f"{run}: Table 5 is not whole there yet; go on with steadyload table5 --work {run}"
         )
-    comparison = compare(run)
-    if comparison.accuracies is None:
+    evaluation = evaluate(run, by_scenario=False)
+    if evaluation.labelled is None:
         raise FrontError(f"{run}: its layouts have no labels, so that no accuracy is known")
-    measured = tuple(
-        Measured(row.method.spec, row.method.title, row.method.engine, row.accuracy, row.cpu)
-        for row in comparison.accuracies.methods
-    )
+    measured = tuple(_measured(row) for row in evaluation.methods)
     labels = load_manifest(run)["labels"]
     on = f"{labels['cases']} cases of part {labels['part']}"
     if "set" in labels:
         on += f" of the set {labels['set']}"
-    lists = comparison.accuracies.instances
-    return Front(measured, {"measured on": f"{on}, {lists} item lists", **comparison.manifest})
+    lists = evaluation.labelled.item_lists
+    return Front(
+        measured, {"measured on": f"{on}, {lists} item lists", **manifest_lines(evaluation.judged)}
+    )
+
+
+def _measured(row: MethodEvaluation) -> Measured:
+    key = row.method
+    return Measured(key.spec, key.title, key.engine, row.accuracy, row.cpu)
 
 
 def load_front(file: Path = FILE) -> Front:

@@ -16,8 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.runs.evaluation import ALL
 from steadyload.statistics.metrics import mean, share
-from steadyload.studies.table5.records import ALL, Ceiling, CeilingRow
+from steadyload.studies.table5.records import Ceiling, CeilingRow
 
 WIDENING: tuple[tuple[str, tuple[Reason, ...]], ...] = (
     ("numerics", (Reason.NUMERICAL,)),

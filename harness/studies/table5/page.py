@@ -11,7 +11,7 @@ from steadyload.reports.table import (
     names,
     percent,
 )
-from steadyload.runs.evaluation import AccuracySummary
+from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.studies.table5.accuracy_sections import (
     accuracy_and_cost,
     noise_of_labels,
@@ -24,7 +24,7 @@ from steadyload.studies.table5.detail_sections import (
     to_watch,
     where_methods_err,
 )
-from steadyload.studies.table5.records import ALL, JudgedSet, Table5
+from steadyload.studies.table5.records import JudgedSet, Table5
 from steadyload.studies.table5.test_sections import (
     best_of,
     simulation_pairs,
@@ -38,15 +38,15 @@ NEAR = 0.01
 
 def table5_page(found: Table5) -> Page:
     """Compose the page."""
-    own, about = found.spatial, found.spatial.accuracies
+    own, about = found.spatial, found.spatial.about
     planar = "" if found.planar is None else (
-        f" Engines of two dimensions judge {found.planar.accuracies.cases} planar cases instead, "
+        f" Engines of two dimensions judge {found.planar.about.cases} planar cases instead, "
         "and all other methods beside them."
     )  # fmt: skip
     return Page(
         "Table 5 for every engine",
-        f"{len(about.methods)} methods on {about.cases} cases of part `{about.part}` of the "
-        f"labelled set: {own.layouts} layouts, packed from {about.instances} item lists; "
+        f"{len(own.evaluation.methods)} methods on {about.cases} cases of part `{about.part}` of "
+        f"the labelled set: {own.layouts} layouts, packed from {about.item_lists} item lists; "
         f"{about.stable} cases are stable. Nothing was tuned, trained or fitted on them. The "
         "paper's Table 5 has ten methods, one engine and 900 cases; labels are those of our own "
         f"reference, not of the paper's simulation.{planar}\n\n"
@@ -90,10 +90,10 @@ def table5_page(found: Table5) -> Page:
 
 def _found(found: Table5) -> Section:
     own = found.spatial
-    best, tests, cases = best_of(own), own.tests[ALL], str(own.accuracies.cases)
+    best, tests, cases = best_of(own), own.tests[ALL], str(own.about.cases)
     alike = [
         m.method.title
-        for m in own.accuracies.methods
+        for m in own.evaluation.methods
         if m is not best and tests.of(best.method, m.method).corrected >= tests.level
     ]
     rows = [
@@ -130,26 +130,26 @@ def _found(found: Table5) -> Section:
     )
 
 
-def _cheap(own: JudgedSet, best: AccuracySummary) -> list[tuple[str, str, str]]:
+def _cheap(own: JudgedSet, best: MethodEvaluation) -> list[tuple[str, str, str]]:
     """What speed costs: the cheapest nearly as accurate method, and the front."""
-    costs = {m.method: own.timing.cost(ALL, m.method) for m in own.accuracies.methods}
     near = [
-        (cost, m)
-        for m in own.accuracies.methods
-        if m.accuracy.value >= best.accuracy.value - NEAR and (cost := costs[m.method]) is not None
+        m
+        for m in own.evaluation.methods
+        if m.accuracy.value >= best.accuracy.value - NEAR and m.cpu.n
     ]
     if not near:
         return []
-    cost, method = min(near, key=lambda pair: pair[0].cpu.value)
-    titles = {m.method.spec: m.method.title for m in own.accuracies.methods}
-    ratio = "" if cost.ratio is None or own.timing.yardstick is None else (
-        f", {factor(cost.ratio)} of {own.timing.yardstick.title}"
+    method = min(near, key=lambda m: m.cpu.value)
+    share = own.timing.shares[ALL].get(method.method.spec)
+    titles = {m.method.spec: m.method.title for m in own.evaluation.methods}
+    ratio = "" if share is None or own.timing.yardstick is None else (
+        f", {factor(share)} of {own.timing.yardstick.title}"
     )  # fmt: skip
     timed = str(own.timing.layouts)
     return [
         (
             f"What is the cheapest method within {100 * NEAR:g} point of it?",
-            f"{method.method.title}: {percent(method.accuracy)} %, {milliseconds(cost.cpu)} ms "
+            f"{method.method.title}: {percent(method.accuracy)} %, {milliseconds(method.cpu)} ms "
             f"of CPU time a layout{ratio}.",
             timed,
         ),
@@ -163,7 +163,7 @@ def _cheap(own: JudgedSet, best: AccuracySummary) -> list[tuple[str, str, str]]:
 
 def _spread(own: JudgedSet) -> list[tuple[str, str, str]]:
     """What the engine changes, and what the tuning does."""
-    rows, cases = [], str(own.accuracies.cases)
+    rows, cases = [], str(own.about.cases)
     for question, pairs in (
         ("Does the engine matter, with one tuning?", simulation_pairs(own, same_tuning=True)),
         ("Does the tuning matter, on one engine?", simulation_pairs(own, same_tuning=False)),

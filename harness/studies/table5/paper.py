@@ -3,9 +3,45 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
 from importlib import resources
 
-from steadyload.studies.table5.records import Paper, PaperRow
+from steadyload.methods.naming import MethodKey
+from steadyload.runs.evaluation import ALL
+
+
+@dataclass(frozen=True, slots=True)
+class PaperRow:
+    """A column of the paper's Table 5, by group: accuracy, runtime [ms of wall time].
+
+    ``families``: what judges in the same way here, see :attr:`MethodKey.family`.
+    """
+
+    title: str
+    families: tuple[str, ...]
+    accuracy: Mapping[str, float]
+    runtime: Mapping[str, float]
+
+    @property
+    def runtime_mean(self) -> float:
+        """Mean of the runtimes of the scenarios; the printed average may be another number."""
+        single = [value for group, value in self.runtime.items() if group != ALL]
+        return sum(single) / len(single)
+
+
+@dataclass(frozen=True, slots=True)
+class Paper:
+    """The paper's Table 5: ``cases`` a scenario, and the ``machine`` that times are of."""
+
+    source: str
+    cases: int
+    machine: str
+    rows: tuple[PaperRow, ...]
+
+    def row_of(self, method: MethodKey) -> PaperRow | None:
+        """The column that a method belongs to; None where the paper has none."""
+        return next((row for row in self.rows if method.family in row.families), None)
 
 
 def paper() -> Paper:

@@ -1,6 +1,6 @@
 """What the page of Table 5 shows, as small typed records. Shares from 0 to 1, times in ms.
 
-A *group* is a scenario, or :data:`ALL` for all cases; mappings by group hold ALL first.
+A *group* is a scenario, or ``all`` for all cases; mappings by group hold ``all`` first.
 """
 
 from __future__ import annotations
@@ -9,84 +9,32 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from steadyload.methods.naming import MethodKey
-from steadyload.runs.evaluation import Accuracies, AgreementMatrix
+from steadyload.runs.evaluation import Evaluation, LabelledPart
 from steadyload.statistics.estimate import Estimate
-
-ALL = "all"
-"""The group of all cases."""
-
-
-@dataclass(frozen=True, slots=True)
-class PaperRow:
-    """A column of the paper's Table 5, by group: accuracy, runtime [ms of wall time].
-
-    ``families``: what judges in the same way here, see :attr:`MethodKey.family`.
-    """
-
-    title: str
-    families: tuple[str, ...]
-    accuracy: Mapping[str, float]
-    runtime: Mapping[str, float]
-
-    @property
-    def runtime_mean(self) -> float:
-        """Mean of the runtimes of the scenarios; the printed average may be another number."""
-        single = [value for group, value in self.runtime.items() if group != ALL]
-        return sum(single) / len(single)
-
-
-@dataclass(frozen=True, slots=True)
-class Paper:
-    """The paper's Table 5: ``cases`` a scenario, and the ``machine`` that times are of."""
-
-    source: str
-    cases: int
-    machine: str
-    rows: tuple[PaperRow, ...]
-
-    def row_of(self, method: MethodKey) -> PaperRow | None:
-        """The column that a method belongs to; None where the paper has none."""
-        return next((row for row in self.rows if method.family in row.families), None)
-
-
-@dataclass(frozen=True, slots=True)
-class Cost:
-    """What a method costs a layout: means over cases of the median over repeats.
-
-    ``ratio``: CPU time over that of the yardstick on the same cases; None for the yardstick, and
-    where there is none. ``spread``: largest minus smallest mean of a repeat, over the mean.
-    """
-
-    method: MethodKey
-    cpu: Estimate
-    wall: Estimate
-    ratio: Estimate | None
-    spread: float
+from steadyload.studies.comparison.summary import AgreementMatrix
+from steadyload.studies.table5.paper import Paper
 
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """The timing pass: by group, a row a method.
+    """How the timing pass was made, beside the times in the rows of the evaluation.
 
-    ``yardstick``: the method that ratios are to. ``load``: the most processes that wanted to run
-    while times were taken, one of them ours; None where it is not known. ``untimed``: methods
-    without times, and why. ``refused``: of methods with times, cases that they refuse; nobody was
-    timed on those.
+    ``yardstick``: the method that ratios are to. ``shares``: by group and spec, CPU time over that
+    of the yardstick on the same cases; of the methods that were timed, without the yardstick.
+    ``spread``: by spec, largest minus smallest mean of a repeat, over the mean. ``untimed``:
+    methods without times, and why. ``refused``: of methods with times, cases that they refuse;
+    nobody was timed on those.
     """
 
-    costs: Mapping[str, tuple[Cost, ...]]
     yardstick: MethodKey | None
+    shares: Mapping[str, Mapping[str, Estimate]]
+    spread: Mapping[str, float]
     layouts: int
     item_lists: int
     repeats: int
     block: int
-    load: float | None
     untimed: Mapping[str, str]
     refused: Mapping[str, int]
-
-    def cost(self, group: str, method: MethodKey) -> Cost | None:
-        """A method's cost in a group; None where it was not timed."""
-        return next((c for c in self.costs[group] if c.method == method), None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,10 +182,9 @@ class JudgedSet:
 
     ``tunings``: by spec of a simulation, a text of its parameters; those of one text share them.
     ``fronts`` by group; empty where nothing was timed. ``margins`` is empty where the set has none.
-    ``robust``, ``fragile`` shares of errors are read off ``accuracies``.
     """
 
-    accuracies: Accuracies
+    evaluation: Evaluation
     layouts: int
     timing: Timing
     tests: Mapping[str, PairTests]
@@ -251,7 +198,13 @@ class JudgedSet:
     @property
     def groups(self) -> tuple[str, ...]:
         """All cases, then the scenarios."""
-        return tuple(self.tests)
+        return self.evaluation.groups
+
+    @property
+    def about(self) -> LabelledPart:
+        """About the labels of the cases."""
+        assert self.evaluation.labelled is not None, "the study is on a labelled set"
+        return self.evaluation.labelled
 
 
 @dataclass(frozen=True, slots=True)

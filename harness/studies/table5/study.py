@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from steadyload.engines.registry import EngineNotInstalledError, capabilities
+from steadyload.engines.registry import EngineNotInstalledError, capabilities, engine_names
 from steadyload.layouts.benchmark.dataset import PLANAR
 from steadyload.methods.method import Status
-from steadyload.methods.registry import make_method
+from steadyload.methods.registry import make_method, method_class, method_classes
+from steadyload.methods.spec import parse_spec
 from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.executors import Executor
 from steadyload.runs.labels import labelled_material
@@ -22,11 +23,35 @@ from steadyload.studies.table5.front import SPATIAL
 
 RULES = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3")
 TUNINGS = ("ps5", "ps3", "ps_opt-paper", "ps_opt")
-ENGINES = ("bullet", "mujoco", "dart", "chipmunk")
 OTHERS = ("lstm_1", "lstm_e", "cascade@mujoco", "label@mujoco")
+"""Methods of our own; ``simulation`` is there by its tunings."""
 
-METHODS = (*RULES, *(f"{name}@{engine}" for name in TUNINGS for engine in ENGINES), *OTHERS)
-"""What is compared unasked: the paper's methods on every engine, and our own."""
+
+def standard_methods() -> tuple[str, ...]:
+    """Specs of what is compared unasked: the paper's methods on every engine, our own, and more.
+
+    An engine takes part that is registered and takes the steps that it is told; a registered method
+    that none of these specs names takes part with its own defaults, on every such engine where it
+    needs one.
+    """
+    engines = tuple(name for name in engine_names() if _takes_steps(name))
+    listed = (*RULES, *(f"{name}@{engine}" for name in TUNINGS for engine in engines), *OTHERS)
+    named = {method_class(parse_spec(spec).name) for spec in listed}
+    more = [name for name in method_classes() if method_class(name) not in named]
+    return (*listed, *(spec for name in more for spec in _everywhere(name, engines)))
+
+
+def _takes_steps(engine: str) -> bool:
+    try:
+        return not capabilities(engine).error_controlled
+    except EngineNotInstalledError:
+        return True  # it is left out for that reason, not for this
+
+
+def _everywhere(name: str, engines: tuple[str, ...]) -> tuple[str, ...]:
+    method = method_class(name)
+    return tuple(f"{name}@{e}" for e in engines) if method and method.needs_engine else (name,)
+
 
 YARDSTICK = "ps3@mujoco"
 """The method that costs are ratios to, where it is among those that were timed."""
@@ -48,7 +73,7 @@ class Questions:
 
     Attributes:
         methods: specs that are to be there: where one cannot judge, that is an error. Empty for
-            :data:`METHODS`, of which what cannot judge is left out, with the reason.
+            :func:`standard_methods`, of which what cannot judge is left out, with the reason.
         limit: cases a scenario, those of the first ranks; None for all.
         timed: cases a scenario that are timed.
         repeats: how often they are.
@@ -72,7 +97,7 @@ class Questions:
     planar: tuple[str, ...] = field(init=False)
     """Specs of those on engines of two dimensions."""
     left_out: Mapping[str, str] = field(init=False)
-    """By spec, why one of :data:`METHODS` cannot judge."""
+    """By spec, why one of :func:`standard_methods` cannot judge."""
 
     def __post_init__(self) -> None:
         for name in ("limit", "timed", "repeats", "block"):
@@ -106,7 +131,7 @@ def _able(named: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, str]]:
     """Canonical specs of methods that can judge; why the others of the unasked ones cannot."""
     able: dict[str, None] = {}
     left_out = {}
-    for text in named or METHODS:
+    for text in named or standard_methods():
         try:
             method = make_method(text)
             method.made_of()

@@ -17,26 +17,30 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.scene import planar_scene
 from steadyload.methods.simulation import Simulation
 from steadyload.methods.spec import as_plain
-from steadyload.runs.evaluation import Accuracies, AccuracySummary, verdicts_against_labels
+from steadyload.runs.costs import timed_costs
+from steadyload.runs.evaluation import (
+    ALL,
+    Evaluation,
+    MethodEvaluation,
+    evaluate,
+    in_group,
+    names_the_label,
+)
+from steadyload.runs.judged import load_judged
 from steadyload.runs.labels import load_labels
-from steadyload.runs.results import load_results
-from steadyload.runs.timing import Times
-from steadyload.statistics.metrics import mean, outcomes, ratio
+from steadyload.statistics.metrics import mean
 from steadyload.statistics.paired import LEVEL, holm, letters, sign_flip
-from steadyload.studies.comparison.summary import compare, tuning
+from steadyload.studies.comparison.summary import agreement_matrix, manifest_lines, tuning
 from steadyload.studies.table5.error_places import margin_bins, size_bins
 from steadyload.studies.table5.front import Front as Measurements
 from steadyload.studies.table5.front import Measured, best
 from steadyload.studies.table5.label_ceiling import label_ceiling
-from steadyload.studies.table5.paper import paper
+from steadyload.studies.table5.paper import Paper, paper
 from steadyload.studies.table5.records import (
-    ALL,
-    Cost,
     Front,
     JudgedSet,
     PairTest,
     PairTests,
-    Paper,
     Table5,
     Timing,
     Watch,
@@ -45,16 +49,12 @@ from steadyload.studies.table5.study import YARDSTICK, Questions, Ran
 
 _WATCHED = 8
 
-BoolArray = NDArray[np.bool_]
-Groups = Mapping[str, BoolArray]
-"""By group, which cases are in it."""
-
 
 def summarise(asked: Questions, spatial: Ran, planar: Ran | None) -> Table5:
     """All that the page shows.
 
     Raises:
-        ResultsError: see :func:`steadyload.studies.comparison.summary.compare`.
+        ResultsError: see :func:`steadyload.runs.judged.load_judged`.
         BenchmarkError: the labelled set cannot be read any more.
     """
     large = load_benchmark(spatial.study.benchmark_directory)
@@ -74,7 +74,7 @@ def summarise(asked: Questions, spatial: Ran, planar: Ran | None) -> Table5:
         left_out=asked.left_out,
         paper=printed,
         ceiling=label_ceiling(labels, large.opinions),
-        same_order=same_order(printed, found.accuracies.methods),
+        same_order=same_order(printed, found.evaluation.methods),
         manifest={**about, **about_planar},
     )
 
@@ -85,7 +85,7 @@ def _flat(benchmark: Benchmark, labels: pd.DataFrame) -> int:
     return sum(planar_scene(layout).across is not None for layout in layouts)
 
 
-def same_order(printed: Paper, methods: Sequence[AccuracySummary]) -> tuple[int, int]:
+def same_order(printed: Paper, methods: Sequence[MethodEvaluation]) -> tuple[int, int]:
     """Pairs of the paper's methods in the same order of accuracy here, and all that have one there.
 
     A column of the paper is held against the mean over engines of the first of its families that
@@ -105,26 +105,23 @@ def same_order(printed: Paper, methods: Sequence[AccuracySummary]) -> tuple[int,
 def _judged_set(
     asked: Questions, ran: Ran, benchmark: Benchmark, *, all_pairs: bool
 ) -> tuple[JudgedSet, Mapping[str, str]]:
-    comparison = compare(ran.directory)
-    accuracies = comparison.accuracies
-    assert accuracies is not None, "the study is on a labelled set"
-    specs = [m.method.spec for m in accuracies.methods]
-    said = outcomes(load_results(ran.directory))[specs]
-    labels = load_labels(ran.directory).loc[said.index]
-    right = pd.DataFrame(
-        {spec: verdicts_against_labels(said[spec], labels)["right"] for spec in specs}
-    )
-    groups = _groups(said.index)
-    against = None if all_pairs else _held_against(accuracies)
-    timing = _timing(asked, ran, labels)
+    judged = load_judged(ran.directory)
+    timed = pd.MultiIndex.from_tuples(ran.cases, names=KEYS)
+    evaluation = evaluate(judged, costs=timed_costs(ran.times, timed))
+    said, labels = judged.said, judged.labels
+    assert labels is not None, "the study is on a labelled set"
+    specs = list(judged.keys)
+    right = pd.DataFrame({spec: names_the_label(judged, spec) for spec in specs}, said.index)
+    groups = {group: in_group(judged, group) for group in evaluation.groups}
+    against = None if all_pairs else _held_against(evaluation)
     cases = benchmark.cases.set_index(KEYS).loc[said.index]
     found = JudgedSet(
-        accuracies=accuracies,
-        layouts=comparison.layouts,
-        timing=timing,
+        evaluation=evaluation,
+        layouts=judged.results["layout"].nunique(),
+        timing=_timing(asked, ran, evaluation, timed),
         tests={
             group: pair_tests(
-                [m.method for m in _by_group(accuracies, group)],
+                list(judged.keys.values()),
                 right[here],
                 labels["instance"].to_numpy()[here],
                 against=against,
@@ -132,31 +129,19 @@ def _judged_set(
             for group, here in groups.items()
         },
         tunings=tunings(specs),
-        fronts={group: _front(_by_group(accuracies, group), timing, group) for group in groups},
-        matrix=comparison.matrix,
+        fronts={group: _front(evaluation.rows[group]) for group in groups},
+        matrix=agreement_matrix(judged),
         sizes=size_bins(right, labels),
         margins=margin_bins(said, labels, list(cases["margin"])),
-        watched=_watched(ran, accuracies, said, right, labels),
+        watched=_watched(ran, evaluation.methods, said, right, labels),
     )
-    return found, comparison.manifest
+    return found, manifest_lines(judged)
 
 
-def _groups(cases: pd.MultiIndex) -> Groups:
-    scenarios = cases.get_level_values("scenario")
-    groups = {ALL: np.ones(len(cases), bool)}
-    if scenarios.nunique() > 1:
-        groups |= {str(s): np.asarray(scenarios == s) for s in sorted(set(scenarios))}
-    return groups
-
-
-def _by_group(accuracies: Accuracies, group: str) -> tuple[AccuracySummary, ...]:
-    return accuracies.methods if group == ALL else accuracies.by_scenario[group]
-
-
-def _held_against(accuracies: Accuracies) -> MethodKey:
+def _held_against(evaluation: Evaluation) -> MethodKey:
     """The yardstick, or the most accurate method where it was not judged."""
-    known = {m.method.spec: m.method for m in accuracies.methods}
-    return known.get(YARDSTICK) or max(accuracies.methods, key=lambda m: m.accuracy.value).method
+    known = evaluation.judged.keys
+    return known.get(YARDSTICK) or max(evaluation.methods, key=lambda m: m.accuracy.value).method
 
 
 def pair_tests(
@@ -208,57 +193,32 @@ def tunings(specs: Iterable[str]) -> dict[str, str]:
     }
 
 
-def _timing(asked: Questions, ran: Ran, labels: pd.DataFrame) -> Timing:
-    cases = pd.MultiIndex.from_tuples(ran.cases, names=KEYS)
-    lists = labels["instance"].loc[cases].to_numpy()
-    keys = {spec: method_key(make_method(spec)) for spec in ran.times.cpu}
-    yardstick = keys.get(YARDSTICK)
+def _timing(asked: Questions, ran: Ran, evaluation: Evaluation, timed: pd.MultiIndex) -> Timing:
+    yardstick = evaluation.judged.keys.get(YARDSTICK) if YARDSTICK in ran.times.cpu else None
+    others = [spec for spec in ran.times.cpu if yardstick is not None and spec != YARDSTICK]
+    by_repeat = {spec: cpu.mean(axis=1) for spec, cpu in ran.times.cpu.items()}
     return Timing(
-        costs={
-            group: tuple(
-                _cost(key, ran.times, here, lists[here], yardstick) for key in keys.values()
-            )
-            for group, here in _groups(cases).items()
-        },
         yardstick=yardstick,
-        layouts=len(cases),
-        item_lists=len(set(lists)),
+        shares={
+            group: {spec: evaluation.cost_ratio(spec, YARDSTICK, group) for spec in others}
+            for group in evaluation.groups
+        },
+        spread={spec: float(np.ptp(means) / means.mean()) for spec, means in by_repeat.items()},
+        layouts=len(timed),
+        item_lists=evaluation.judged.clusters.loc[timed].nunique(),
         repeats=asked.repeats,
         block=asked.block,
-        load=ran.times.load,
         untimed=ran.untimed,
         refused=ran.refused,
     )
 
 
-def _cost(
-    key: MethodKey,
-    times: Times,
-    here: BoolArray,
-    lists: NDArray[np.object_],
-    yardstick: MethodKey | None,
-) -> Cost:
-    cpu, wall = times.cpu[key.spec][:, here], times.wall[key.spec][:, here]
-    typical = np.median(cpu, axis=0)
-    by_repeat = cpu.mean(axis=1)
-    return Cost(
-        method=key,
-        cpu=mean(typical, lists),
-        wall=mean(np.median(wall, axis=0), lists),
-        ratio=None
-        if yardstick in (None, key)
-        else ratio(typical, np.median(times.cpu[yardstick.spec][:, here], axis=0), lists),
-        spread=float(np.ptp(by_repeat) / by_repeat.mean()),
-    )
-
-
-def _front(methods: Sequence[AccuracySummary], timing: Timing, group: str) -> Front:
-    measured = []
-    for m in methods:
-        cost = timing.cost(group, m.method)
-        if cost is not None:
-            key = m.method
-            measured.append(Measured(key.spec, key.title, key.engine, m.accuracy, cost.cpu))
+def _front(methods: Sequence[MethodEvaluation]) -> Front:
+    measured = [
+        Measured(m.method.spec, m.method.title, m.method.engine, m.accuracy, m.cpu)
+        for m in methods
+        if m.cpu.n
+    ]
     if not measured:
         return Front(())
     return Front(tuple(m.method for m in best(Measurements(tuple(measured), {}))))
@@ -266,7 +226,7 @@ def _front(methods: Sequence[AccuracySummary], timing: Timing, group: str) -> Fr
 
 def _watched(
     ran: Ran,
-    accuracies: Accuracies,
+    methods: Sequence[MethodEvaluation],
     said: pd.DataFrame,
     right: pd.DataFrame,
     labels: pd.DataFrame,
@@ -276,7 +236,7 @@ def _watched(
     Where half the methods are right, more can be learnt than where one of them is odd. Cases whose
     label nobody was asked again about count where none is known to be robust.
     """
-    order = sorted(accuracies.methods, key=lambda m: -m.accuracy.value)
+    order = sorted(methods, key=lambda m: -m.accuracy.value)
     robust = labels["robust"].fillna(False).to_numpy(bool)
     cases = right[robust] if robust.any() else right
     wrong = len(order) - cases.sum(axis=1)

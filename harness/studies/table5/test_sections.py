@@ -5,14 +5,14 @@ from __future__ import annotations
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.page import Picture, Section
 from steadyload.reports.table import compact, markdown_table, percent
-from steadyload.runs.evaluation import AccuracySummary
+from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.studies.table5.figures import plot_differences
-from steadyload.studies.table5.records import ALL, JudgedSet, PairTest
+from steadyload.studies.table5.records import JudgedSet, PairTest
 
 
-def best_of(judged: JudgedSet) -> AccuracySummary:
+def best_of(judged: JudgedSet) -> MethodEvaluation:
     """The most accurate method."""
-    return max(judged.accuracies.methods, key=lambda m: m.accuracy.value)
+    return max(judged.evaluation.methods, key=lambda m: m.accuracy.value)
 
 
 def told_apart(own: JudgedSet) -> Section:
@@ -22,7 +22,7 @@ def told_apart(own: JudgedSet) -> Section:
     yard = own.timing.yardstick
     held = [m for m in dict.fromkeys([yard, best.method]) if m is not None]
     order = [
-        m.method for m in sorted(own.accuracies.methods, key=lambda m: -m.accuracy.value)
+        m.method for m in sorted(own.evaluation.methods, key=lambda m: -m.accuracy.value)
     ]  # fmt: skip
     return Section(
         "Which methods are told apart",
@@ -48,7 +48,7 @@ def told_apart(own: JudgedSet) -> Section:
                 "differences",
                 plot_differences(tests, order),
                 "Accuracy of the row minus that of the column, in percentage points, n = "
-                f"{own.accuracies.cases} cases each. Coloured where the two are told apart; grey "
+                f"{own.about.cases} cases each. Coloured where the two are told apart; grey "
                 "numbers are not.",
             )
         ],
@@ -58,7 +58,7 @@ def told_apart(own: JudgedSet) -> Section:
 def _against(own: JudgedSet, yardstick: MethodKey) -> str:
     header = ("method", "n", "difference", "p", "corrected p", *(g for g in own.groups[1:]))
     rows = []
-    for row in own.accuracies.methods:
+    for row in own.evaluation.methods:
         if row.method == yardstick:
             continue
         test = own.tests[ALL].of(row.method, yardstick)

@@ -94,10 +94,10 @@ def _variant_tables(tables: Sequence[VariantTable]) -> list[str]:
                 (
                     r.change,
                     r.values,
-                    str(r.accuracy.n),
-                    percent(r.accuracy),
+                    str(r.found.accuracy.n),
+                    percent(r.found.accuracy),
                     percent(r.accuracy_change),
-                    significant(r.cost),
+                    significant(r.found.cpu.value),
                     compact(r.cost_change),
                 )
                 for r in table.rows
@@ -119,7 +119,7 @@ def transfer(table: TransferTable, number: int) -> Section:
     if ignored:
         text += "\n\nNot all settings exist on every engine:\n\n" + "\n".join(ignored)
     cells = {(c.tuned_on, c.judged_on): c for c in table.cells}
-    counts = sorted({c.outcome.accuracy.n for c in table.cells})
+    counts = sorted({c.found.accuracy.n for c in table.cells})
     header = ("tuned on, judged on", *table.engines)
     tables = [
         f"{title}:\n\n"
@@ -136,7 +136,7 @@ def transfer(table: TransferTable, number: int) -> Section:
         for title, said in (
             (
                 f"Accuracy % with its interval (n {names(map(str, counts))})",
-                lambda c: percent(c.outcome.accuracy),
+                lambda c: percent(c.found.accuracy),
             ),
             ("Overestimated % / underestimated %, then CPU time", _faults),
         )
@@ -158,8 +158,8 @@ def transfer(table: TransferTable, number: int) -> Section:
 
 
 def _faults(cell: TransferCell) -> str:
-    over, under = (100 * share.value for share in (cell.outcome.over, cell.outcome.under))
-    return f"{over:.1f} / {under:.1f}, {significant(cell.outcome.cpu.value)} ms"
+    over, under = (100 * share.value for share in (cell.found.over, cell.found.under))
+    return f"{over:.1f} / {under:.1f}, {significant(cell.found.cpu.value)} ms"
 
 
 def _belongs(table: TransferTable) -> str:
@@ -169,13 +169,13 @@ def _belongs(table: TransferTable) -> str:
     if not own or not foreign:
         return "There are no two engines to compare."
     at_home, away = (
-        100 * sum(c.outcome.accuracy.value for c in cells) / len(cells) for cells in (own, foreign)
+        100 * sum(c.found.accuracy.value for c in cells) / len(cells) for cells in (own, foreign)
     )
     said = (
         f"On part `{table.part}` parameters are {at_home:.1f} % accurate on the engine that they "
         f"were tuned on, and {away:.1f} % on another one, on average: {at_home - away:+.1f} points."
     )
-    told = [c.outcome.difference for c in foreign if c.outcome.difference is not None]
+    told = [c.found.ahead for c in foreign if c.found.ahead is not None]
     ahead = sum(d.low > 0.0 for d in told)
     behind = sum(d.high < 0.0 for d in told)
     if told:
@@ -197,8 +197,7 @@ def _answer(ahead: int, pairs: int) -> str:
 def _ahead(engine: str, foreign: Sequence[TransferCell]) -> str:
     mine = [c for c in foreign if c.judged_on == engine]
     told = "; ".join(
-        f"of {c.tuned_on}'s by {percent(c.outcome.difference)}{_apart(c.outcome.difference)}"
-        for c in mine
+        f"of {c.tuned_on}'s by {percent(c.found.ahead)}{_apart(c.found.ahead)}" for c in mine
     )
     return f"- Judged on {engine}, its own parameters are ahead {told or 'of no others'}."
 

@@ -16,8 +16,8 @@ from matplotlib.lines import Line2D
 from steadyload.reports.charts import reach
 from steadyload.reports.style import engine_colour, engine_marker
 from steadyload.reports.table import compact, significant
+from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.studies.tuning.records import (
-    Outcome,
     TransferTable,
     Tuning,
     VariantTable,
@@ -105,7 +105,7 @@ def _family_titles(tuning: Tuning) -> dict[str, str]:
     }
 
 
-def _point(axes: Axes, engine: str, outcome: Outcome, **style: Any) -> None:
+def _point(axes: Axes, engine: str, outcome: MethodEvaluation, **style: Any) -> None:
     shade = engine_colour(engine)
     x, y = outcome.cpu, outcome.accuracy
     axes.errorbar(
@@ -202,7 +202,7 @@ def plot_transfer(table: TransferTable) -> Figure:
     figure = Figure(figsize=(2.4 + 0.95 * size, 1.4 + 0.75 * size))
     axes = figure.add_subplot()
     for cell in table.cells:
-        values[place[cell.tuned_on], place[cell.judged_on]] = 100.0 * cell.outcome.accuracy.value
+        values[place[cell.tuned_on], place[cell.judged_on]] = 100.0 * cell.found.accuracy.value
     ahead = values - np.diag(values)
     most = max([1.0, *np.abs(ahead[np.isfinite(ahead)])])
     shades = matplotlib.colormaps["RdBu"].with_extremes(bad="#f0f0f0")
@@ -214,7 +214,7 @@ def plot_transfer(table: TransferTable) -> Figure:
         axes.text(
             column,
             row,
-            f"{values[row, column]:.1f}\n{significant(cell.outcome.cpu.value)} ms",
+            f"{values[row, column]:.1f}\n{significant(cell.found.cpu.value)} ms",
             ha="center",
             va="center",
             fontsize=8.0,

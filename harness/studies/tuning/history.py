@@ -31,9 +31,9 @@ def hypervolume(front: Iterable[Entry]) -> float:
     """
     area, accuracy, since = 0.0, 0.0, CHEAPEST
     for entry in front:
-        cost = min(max(entry.sheet.mean_cost, CHEAPEST), DEAREST)
+        cost = min(max(entry.trial.mean_cost, CHEAPEST), DEAREST)
         area += accuracy * math.log10(cost / since)
-        accuracy, since = entry.sheet.accuracy, cost
+        accuracy, since = entry.trial.accuracy, cost
     area += accuracy * math.log10(DEAREST / since)
     return area / math.log10(DEAREST / CHEAPEST)
 
@@ -56,14 +56,14 @@ def search_row(search: Search) -> SearchRow:
         genotypes=len(entries),
         whole=len(search.whole()),
         repeats=asked - len(entries),
-        cpu=sum(entry.sheet.cpu for entry in entries),
+        cpu=sum(entry.trial.cpu for entry in entries),
         wall=search.wall,
         start=worth(search, start),
         found=worth(search, search.fittest()),
         hypervolume=hypervolume(search.front()),
         history=tuple(_generation(search, end.number, end.median) for end in ledger.ends),
         judged=tuple(
-            JudgedGenotype(e.sheet.accuracy, e.sheet.mean_cost, e.genotype in front)
+            JudgedGenotype(e.trial.accuracy, e.trial.mean_cost, e.genotype in front)
             for e in search.whole()
         ),
     )

@@ -16,14 +16,14 @@ from steadyload.reports.table import (
     percent,
     significant,
 )
+from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.studies.tuning.change_sections import left_out, plausibility, transfer
 from steadyload.studies.tuning.figures import plot_price
 from steadyload.studies.tuning.records import (
     CostRow,
     GeneRow,
-    Outcome,
-    OutcomeTable,
     PricePoint,
+    TunedTable,
     Tuning,
 )
 from steadyload.studies.tuning.search_sections import algorithms, luck, searches
@@ -74,12 +74,17 @@ def tuning_page(tuning: Tuning, manifest: Mapping[str, str]) -> Page:
         "parts was not seen by a search. *Accuracy* is the share of cases on which a method names "
         "the label's failing step; *overestimated*: a later one, *underestimated*: an earlier one. "
         "*Cost* is the CPU time a layout that is modelled from what a simulation does, so that it "
-        "does not depend on what else a machine was doing; *CPU* is measured. Being cheaper than "
+        "does not depend on what else a machine was doing; *CPU* is measured. "
+        f"{_source(tuning)}Being cheaper than "
         f"18.5 % of PS_3 is worth nothing to a search{f': {goals}' if goals else ''}. "
         "Differences are in percentage points, on the same cases; brackets hold 95 % intervals.",
         sections,
         manifest,
     )
+
+
+def _source(tuning: Tuning) -> str:
+    return f"{tuning.cost_source.explained()} " if tuning.cost_source else ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,21 +96,21 @@ class _Bar:
     said: str
 
 
-def _bars(table: OutcomeTable) -> list[_Bar]:
+def _bars(table: TunedTable) -> list[_Bar]:
     """Only those that the record can answer."""
     bars = [
         _Bar(
             f"beats {_HELD_AGAINST[other.method.family]}",
-            other.difference.low > 0.0,
-            f"{percent(other.difference)} points",
+            other.ahead.low > 0.0,
+            f"{percent(other.ahead)} points",
         )
         for other in table.others
-        if other.method.family in _HELD_AGAINST and other.difference is not None
+        if other.method.family in _HELD_AGAINST and other.ahead is not None
     ]
     ratios = [
-        table.cpu_ratio[other.method.spec]
+        other.cost_ratio
         for other in table.others
-        if other.method.family == _DEAR and other.method.spec in table.cpu_ratio
+        if other.method.family == _DEAR and other.cost_ratio is not None
     ]
     bars += [
         _Bar(
@@ -130,7 +135,7 @@ def _unsure(low: float, bar: float, high: float) -> str:
     return ", the interval holds the bar" if low < bar < high else ""
 
 
-def _came_out(tests: Sequence[OutcomeTable]) -> Section:
+def _came_out(tests: Sequence[TunedTable]) -> Section:
     parts = list(dict.fromkeys(t.part for t in tests))
     said, tables = [], []
     for part in parts:
@@ -143,7 +148,7 @@ def _came_out(tests: Sequence[OutcomeTable]) -> Section:
     return Section("What came out", "\n\n".join(said), tables)
 
 
-def _verdict(part: str, tests: Sequence[OutcomeTable]) -> str:
+def _verdict(part: str, tests: Sequence[TunedTable]) -> str:
     missed = {t.engine: [b.title for b in _bars(t) if not b.met] for t in tests}
     met = [engine for engine, titles in missed.items() if not titles]
     said = f"On part `{part}` the tuned parameters meet every bar on {names(met)}"
@@ -161,7 +166,7 @@ def _verdict(part: str, tests: Sequence[OutcomeTable]) -> str:
     return said
 
 
-def _sentence(table: OutcomeTable) -> str:
+def _sentence(table: TunedTable) -> str:
     bars = _bars(table)
     groups = [
         f"{word}: {'; '.join(f'{b.title} ({b.said})' for b in bars if b.met is met)}."
@@ -175,10 +180,10 @@ def _sentence(table: OutcomeTable) -> str:
     )
 
 
-def _begun(tests: Sequence[OutcomeTable]) -> list[str]:
+def _begun(tests: Sequence[TunedTable]) -> list[str]:
     """What a search begins with is right on, and what the search adds to that."""
     starts = {t.engine: o for t in tests for o in t.others if o.method.family == _START}
-    gains = {e: o.difference for e, o in starts.items() if o.difference is not None}
+    gains = {e: o.ahead for e, o in starts.items() if o.ahead is not None}
     if not gains:
         return []
     asked = [set(o.method.spec.partition(":")[2].split(",")) for o in starts.values()]
@@ -200,29 +205,27 @@ def _begun(tests: Sequence[OutcomeTable]) -> list[str]:
     ]
 
 
-def _outcome_table(tests: Sequence[OutcomeTable]) -> str:
-    robust = any(o.robust is not None for t in tests for o in (t.tuned, *t.others))
+def _outcome_table(tests: Sequence[TunedTable]) -> str:
+    robust = any(o.robust.n for t in tests for o in (t.tuned, *t.others))
     header = (
         "method", "n", "accuracy %", "tuned minus it", "CPU ms", "tuned CPU / its",
         "overestimated %", "underestimated %", *(("robust labels %",) if robust else ()),
     )  # fmt: skip
-    rows = []
-    for table in tests:
-        for outcome in (table.tuned, *table.others):
-            ratio = table.cpu_ratio.get(outcome.method.spec)
-            rows.append(
-                (
-                    outcome.method.title,
-                    str(outcome.accuracy.n),
-                    percent(outcome.accuracy),
-                    percent(outcome.difference),
-                    milliseconds(outcome.cpu),
-                    factor(ratio),
-                    percent(outcome.over),
-                    percent(outcome.under),
-                    *((percent(outcome.robust),) if robust else ()),
-                )
-            )
+    rows = [
+        (
+            row.method.title,
+            str(row.accuracy.n),
+            percent(row.accuracy),
+            percent(row.ahead),
+            milliseconds(row.cpu),
+            factor(row.cost_ratio),
+            percent(row.over),
+            percent(row.under),
+            *((percent(row.robust),) if robust else ()),
+        )
+        for table in tests
+        for row in (table.tuned, *table.others)
+    ]
     return markdown_table(header, rows)
 
 
@@ -273,7 +276,7 @@ def _prices(tuning: Tuning) -> Section:
     )
 
 
-def _bought(test: Outcome | None) -> str:
+def _bought(test: MethodEvaluation | None) -> str:
     if test is None:
         return "nothing"
     return f"{percent(test.accuracy)}, {significant(test.cpu.value)} ms"

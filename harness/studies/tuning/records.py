@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from steadyload.methods.naming import MethodKey
+from steadyload.runs.costs import CostSource
+from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.statistics.estimate import Estimate
 
 
@@ -106,34 +107,17 @@ class CostRow:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
-    """A method on some cases. ``difference``: the accuracy of the method that it is held against
-    minus its own, case by case; None for that method itself.
-    """
+class TunedTable:
+    """A tuned method and others on one engine, on cases it was not tuned on.
 
-    method: MethodKey
-    accuracy: Estimate
-    over: Estimate
-    under: Estimate
-    cpu: Estimate
-    difference: Estimate | None = None
-    robust: Estimate | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class OutcomeTable:
-    """A tuned method and what it is held against, on one engine, on cases it was not tuned on.
-
-    ``tuned`` and ``others`` were judged in the same run; the ``difference`` of each of the others
-    is the accuracy of the tuned one minus its own. ``cpu_ratio``: the CPU time of the tuned one
-    over that of each of the others, by its spec.
+    ``tuned`` and ``others`` were judged in the same run; each of the others is compared with the
+    tuned one: how far that is ahead, and its CPU time over theirs.
     """
 
     engine: str
     part: str
-    tuned: Outcome
-    others: tuple[Outcome, ...]
-    cpu_ratio: Mapping[str, Estimate]
+    tuned: MethodEvaluation
+    others: tuple[MethodEvaluation, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,9 +130,8 @@ class Variant:
 
     change: str
     values: str
-    accuracy: Estimate
+    found: MethodEvaluation
     accuracy_change: Estimate
-    cost: float
     cost_change: float
 
 
@@ -165,13 +148,12 @@ class VariantTable:
 class TransferCell:
     """Parameters tuned on one engine, judged on another.
 
-    The ``difference`` of the outcome: the accuracy of the parameters tuned on ``judged_on`` minus
-    that of these, None where these are they.
+    ``found`` is compared with the parameters tuned on ``judged_on``, where these are not they.
     """
 
     tuned_on: str
     judged_on: str
-    outcome: Outcome
+    found: MethodEvaluation
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,7 +180,7 @@ class PricePoint:
     budget: float
     values: str
     validation: float
-    test: Outcome | None
+    test: MethodEvaluation | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,7 +191,7 @@ class SeedRow:
     seed: int
     fitness: float
     validation: float
-    test: Outcome
+    test: MethodEvaluation
     values: Mapping[str, str]
 
 
@@ -218,7 +200,8 @@ class Tuning:
     """All that is known of tuning. Parts that were not computed are empty.
 
     ``goal``: by engine, the cost [ms] up to which being cheaper is worth nothing: 18.5 % of that
-    of PS_3. ``parameters``: by engine, what was found, in the order of the space.
+    of PS_3. ``parameters``: by engine, what was found, in the order of the space. ``cost_source``:
+    of measured CPU times; None where nothing was tested.
     """
 
     part: str
@@ -227,9 +210,10 @@ class Tuning:
     costs: tuple[CostRow, ...] = ()
     searches: tuple[SearchRow, ...] = ()
     parameters: Mapping[str, tuple[GeneRow, ...]] | None = None
-    tests: tuple[OutcomeTable, ...] = ()
+    tests: tuple[TunedTable, ...] = ()
     seeds: tuple[SeedRow, ...] = ()
     left_out: tuple[VariantTable, ...] = ()
     plausibility: tuple[VariantTable, ...] = ()
     transfer: tuple[TransferTable, ...] = ()
     prices: tuple[PricePoint, ...] = ()
+    cost_source: CostSource | None = None

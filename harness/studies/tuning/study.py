@@ -9,23 +9,20 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.engines.registry import capabilities
-from steadyload.layouts.benchmark import PLANAR
+from steadyload.layouts.benchmark import PLANAR, Part
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED, tuned
+from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.evaluation import Evaluation, evaluate
+from steadyload.runs.runner import run_study
 from steadyload.studies.tuning.history import tuning_of
-from steadyload.studies.tuning.outcomes import (
-    PART,
-    Outcomes,
-    canonical_spec,
-    judge_all,
-)
 from steadyload.studies.tuning.records import (
-    OutcomeTable,
     PricePoint,
     SeedRow,
     TransferCell,
     TransferTable,
+    TunedTable,
     Tuning,
     Variant,
     VariantTable,
@@ -39,13 +36,18 @@ from steadyload.studies.tuning.variants import (
 )
 from steadyload.tuning import TuningError
 from steadyload.tuning.cost import GOAL
-from steadyload.tuning.judging import fitness
 from steadyload.tuning.ledger import Entry
 from steadyload.tuning.presets import by_worth, preset
 from steadyload.tuning.search import Search, pareto_front
+from steadyload.tuning.trial import fitness
 
 BUDGETS = (1.0, 3.0, 10.0, 30.0)
 """ms a layout of the table of prices."""
+
+PART = Part.TEST
+"""Judged once, never tuned on."""
+
+_SHARD_SIZE = 60
 
 _STOPPED = GOAL.partition(":")[2]
 """What PS_3 and PS_5 are given, as all methods: looks, and a stop at rest."""
@@ -114,7 +116,7 @@ def tuning_study(
         guests = [n for n in others if n not in on_it]
         specs = [spec for engine in engines for spec in engine.specs()]
         specs += [_carried(a, b)[0] for b in guests for a in others]
-        outcomes = judge_all(
+        evaluation = _evaluated(
             specs,
             work / (benchmark or "shipped"),
             benchmark=benchmark,
@@ -122,16 +124,38 @@ def tuning_study(
             limit=limit,
             progress=progress,
         )
-        tables.append((benchmark, engines, others, outcomes))
+        tables.append((benchmark, engines, others, evaluation))
     return _assembled(searches, tables)
 
 
-_Judged = tuple[str | None, list[_Engine], list[str], Outcomes]
+def _evaluated(
+    specs: Iterable[str],
+    directory: Path,
+    *,
+    benchmark: str | None,
+    workers: int,
+    limit: int | None,
+    progress: Progress,
+) -> Evaluation:
+    """Judge the test part of a labelled set with all of these; goes on where it was interrupted."""
+    study = StudyDefinition(
+        name="tuning",
+        methods=tuple(dict.fromkeys(specs)),
+        benchmark=PART,
+        benchmark_directory=benchmark,
+        limit=limit,
+        shard_size=_SHARD_SIZE,
+    )
+    run_study(study, directory, workers=workers, progress=progress)
+    return evaluate(directory, by_scenario=False)
+
+
+_Judged = tuple[str | None, list[_Engine], list[str], Evaluation]
 
 
 def _assembled(searches: Sequence[Search], tables: Iterable[_Judged]) -> Tuning:
     tables = list(tables)
-    parts = [(engine, outcomes, _part(benchmark)) for benchmark, engines, _, outcomes in tables
+    parts = [(engine, found, _part(benchmark)) for benchmark, engines, _, found in tables
              for engine in engines]  # fmt: skip
     return dataclasses.replace(
         tuning_of(searches),
@@ -149,11 +173,17 @@ def _assembled(searches: Sequence[Search], tables: Iterable[_Judged]) -> Tuning:
             if len(names) > 1
         ),
         prices=tuple(row for engine, found, _ in parts for row in _price_rows(engine, found)),
+        cost_source=tables[0][3].cost_source,
     )
 
 
 def _set_of(engine: str) -> str | None:
     return PLANAR if capabilities(engine).dimensions == 2 else None
+
+
+def canonical_spec(spec: str) -> str:
+    """As a study's rows name it."""
+    return str(make_method(spec).spec)
 
 
 def _part(benchmark: str | None) -> str:
@@ -234,8 +264,8 @@ def _prices(searches: Sequence[Search]) -> list[tuple[float, Entry | None, str]]
     found: list[tuple[float, Entry | None, str]] = []
     for budget in BUDGETS:
         best = max(
-            (e for e in front if e.sheet.mean_cost <= budget),
-            key=lambda e: e.sheet.mean_cost,
+            (e for e in front if e.trial.mean_cost <= budget),
+            key=lambda e: e.trial.mean_cost,
             default=None,
         )
         spec = canonical_spec(finders[id(best)].space.spec(best.genotype)) if best else ""
@@ -243,18 +273,19 @@ def _prices(searches: Sequence[Search]) -> list[tuple[float, Entry | None, str]]
     return found
 
 
-def _held_against(engine: _Engine, part: str, found: Outcomes) -> OutcomeTable:
-    return OutcomeTable(
+def _held_against(engine: _Engine, part: str, found: Evaluation) -> TunedTable:
+    return TunedTable(
         engine=engine.name,
         part=part,
-        tuned=found.of(engine.tuned),
-        others=tuple(found.of(spec, engine.tuned, key) for spec, key in engine.others.items()),
-        cpu_ratio={spec: found.cpu_ratio(engine.tuned, spec) for spec in engine.others},
+        tuned=found.row(engine.tuned),
+        others=tuple(
+            found.row(spec, against=engine.tuned, key=key) for spec, key in engine.others.items()
+        ),
     )
 
 
 def _changed(
-    engine: _Engine, part: str, found: Outcomes, changes: Sequence[Change]
+    engine: _Engine, part: str, found: Evaluation, changes: Sequence[Change]
 ) -> VariantTable:
     return VariantTable(
         engine.name,
@@ -263,17 +294,16 @@ def _changed(
             Variant(
                 change=change.name,
                 values=change.values,
-                accuracy=found.of(change.spec).accuracy,
+                found=found.row(change.spec),
                 accuracy_change=found.difference(change.spec, engine.tuned),
-                cost=found.of(change.spec).cpu.value,
-                cost_change=found.cpu_ratio(change.spec, engine.tuned).value,
+                cost_change=found.cost_ratio(change.spec, engine.tuned).value,
             )
             for change in changes
         ),
     )
 
 
-def _transfer(part: str, names: Sequence[str], found: Outcomes) -> TransferTable:
+def _transfer(part: str, names: Sequence[str], found: Evaluation) -> TransferTable:
     cells, ignored = [], {}
     for there in names:
         own, _ = _carried(there, there)
@@ -284,11 +314,11 @@ def _transfer(part: str, names: Sequence[str], found: Outcomes) -> TransferTable
             key = dataclasses.replace(
                 method_key(make_method(f"{TUNED}@{here}")), title=f"PS_opt of {here} @ {there}"
             )
-            cells.append(TransferCell(here, there, found.of(spec, against, key)))
+            cells.append(TransferCell(here, there, found.row(spec, against=against, key=key)))
     return TransferTable(part, tuple(names), tuple(cells), ignored)
 
 
-def _seed_rows(engine: _Engine, found: Outcomes) -> list[SeedRow]:
+def _seed_rows(engine: _Engine, found: Evaluation) -> list[SeedRow]:
     rows = []
     for search, spec in engine.seeds:
         best = search.fittest()
@@ -297,16 +327,16 @@ def _seed_rows(engine: _Engine, found: Outcomes) -> list[SeedRow]:
             SeedRow(
                 engine.name,
                 search.options.seed,
-                fitness(best.sheet, search.goal),
-                best.sheet.accuracy,
-                found.of(spec, engine.tuned),
+                fitness(best.trial, search.goal),
+                best.trial.accuracy,
+                found.row(spec),
                 {name: f"{value}" for name, value in values.items()},
             )
         )
     return rows
 
 
-def _price_rows(engine: _Engine, found: Outcomes) -> list[PricePoint]:
+def _price_rows(engine: _Engine, found: Evaluation) -> list[PricePoint]:
     rows = []
     for budget, entry, spec in engine.prices:
         if entry is None:
@@ -315,6 +345,6 @@ def _price_rows(engine: _Engine, found: Outcomes) -> list[PricePoint]:
         values = spec.partition(":")[2]
         key = MethodKey(f"{budget:g} ms @ {engine.name}", spec, "simulation", engine.name)
         rows.append(
-            PricePoint(engine.name, budget, values, entry.sheet.accuracy, found.of(spec, None, key))
+            PricePoint(engine.name, budget, values, entry.trial.accuracy, found.row(spec, key=key))
         )
     return rows

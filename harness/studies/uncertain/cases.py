@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,9 @@ from steadyload.methods.uncertainty import (
 )
 from steadyload.runs.outlook import Sampling, outlook, variance_by_scramblings
 
+VERSION = 1
+"""Of what is sampled of a case: raised when a row holds something else."""
+
 Row = dict[str, Any]
 """``layout, scenario, item_count``; ``nominal``, items placed safely by the plan (all: it stands),
 None without a verdict; ``safe``, the same of samples, with how many; ``samples, lost``; ``low,
@@ -29,14 +31,14 @@ share of random samples that stand, None where there were none."""
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A unit of work: one question to some cases, and the file that the answers go to."""
+    """A unit of work: one question to some cases, and the key of their shard."""
 
     method: str
     uncertainty: str
     cases: tuple[tuple[str, Layout], ...]
     sampling: Sampling
     random: int
-    path: Path
+    key: str
 
     def __len__(self) -> int:
         return len(self.cases)

@@ -21,6 +21,7 @@ from steadyload.reports.table import (
     percent,
     significant,
 )
+from steadyload.runs.costs import CostKind, CostSource
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.uncertain.records import (
     Check,
@@ -205,9 +206,9 @@ def _cost(found: Uncertain) -> Section:
     )  # fmt: skip
     return Section(
         "Cost",
-        "A case and all of its samples; drawing what deviates is part of it. Other work on the "
-        "machine lengthens times; rows are to be held against one another. *Ended*: cases by why "
-        "there were not more samples; *narrow*: the interval is as narrow as asked for; "
+        "A case and all of its samples; drawing what deviates is part of it. "
+        f"{CostSource(CostKind.JUDGING).explained()} *Ended*: cases by why there were not more "
+        "samples; *narrow*: the interval is as narrow as asked for; "
         "*spent*: there were as many as there may be.",
         [
             markdown_table(

@@ -1,32 +1,27 @@
 """How sure verdicts are on labelled cases: what is sampled for the page of uncertain verdicts.
 
-A run folder holds ``cases/*.json``, a file for some cases of one question, named by a hash of all
-that they depend on. Every file is whole or not there, so an interrupted run goes on where it was.
+A run folder holds ``cases/*.json``, a :class:`steadyload.runs.store.Store` with a shard for some
+cases of one question, so an interrupted run goes on where it was.
 """
 
 from __future__ import annotations
 
-import hashlib
-import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
-from steadyload.atomic import write_atomically
-from steadyload.engines.registry import installed_versions
 from steadyload.layouts.benchmark import Benchmark, Part, load_benchmark
 from steadyload.layouts.model import Layout
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import parse_uncertainty
 from steadyload.runs import outlook
-from steadyload.runs.executors import IN_THIS_PROCESS, run_units
+from steadyload.runs.executors import IN_THIS_PROCESS
 from steadyload.runs.outlook import FIRST_LOOK, Sampling
-from steadyload.runs.results import ResultsError, judged_by
-from steadyload.runs.runner import locked
+from steadyload.runs.provenance import key_of, made_by, package_versions
+from steadyload.runs.store import JSON, Progress, Store, locked
 from steadyload.studies.uncertain import cases as uncertain_cases
 from steadyload.studies.uncertain.cases import Row, Unit, crashed_row, sample_unit
 
@@ -34,10 +29,6 @@ CHECK = "equilibrium"
 """The method whose probabilities are held against those of many random samples."""
 
 _SHARD = 10
-_MEASURING = (outlook.__file__, uncertain_cases.__file__)
-"""The code that a row depends on, besides that of methods and engines."""
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,11 +100,8 @@ def run_uncertain(
         parse_uncertainty(text)
     for spec in (*asked.methods, asked.alone_method):
         make_method(spec).prepare()
-    if directory.exists() and not directory.is_dir():
-        raise ResultsError(f"{directory}: is not a folder")
-    (directory / "cases").mkdir(parents=True, exist_ok=True)
     with locked(directory):
-        run = _Run(asked, load_benchmark(), directory / "cases")
+        run = _Run(asked, load_benchmark(), Store(directory / "cases", JSON))
         by_method = {spec: run.by_method(spec) for spec in asked.methods}
         alone = {what: run.alone(what) for what in asked.alone}
         glance = run.glance()
@@ -142,8 +130,10 @@ class _Question:
 
 
 class _Run:
-    def __init__(self, asked: Questions, benchmark: Benchmark, folder: Path) -> None:
-        self._asked, self._benchmark, self._folder = asked, benchmark, folder
+    def __init__(
+        self, asked: Questions, benchmark: Benchmark, store: Store[Row, list[Row]]
+    ) -> None:
+        self._asked, self._benchmark, self._store = asked, benchmark, store
         specs = dict.fromkeys((*asked.methods, asked.alone_method, CHECK))
         # Of the code that samples, not of what it has become meanwhile.
         self._made_by = {spec: _made_by(spec) for spec in specs}
@@ -176,32 +166,33 @@ class _Run:
 
     def sample(self, questions: Sequence[_Question], workers: int, progress: Progress) -> None:
         """Answer what is missing."""
-        units = {unit.path: unit for question in questions for unit in self._units(question)}
-        missing = [unit for path, unit in units.items() if _answers(path) is None]
-        total = sum(map(len, units.values()))
-        done = total - sum(map(len, missing))
-        progress(done, total)
-        for unit, rows in run_units(sample_unit, missing, workers=workers, crashed=crashed_row):
-            write_atomically(unit.path, json.dumps({"cases": rows}) + "\n")
-            done += len(rows)
-            progress(done, total)
+        units = [unit for question in questions for unit in self._units(question)]
+        self._store.complete(
+            units, sample_unit, crashed=crashed_row, workers=workers, progress=progress
+        )
 
     def table(self, question: _Question) -> pd.DataFrame:
         """The answers to a question that was sampled, as they are kept."""
-        answers = [_answers(unit.path) for unit in self._units(question)]
-        return pd.DataFrame([row for rows in answers for row in rows or ()])
+        units = self._units(question)
+        return pd.DataFrame([row for unit in units for row in self._store.read(unit.key)])
 
     def _units(self, question: _Question) -> Iterator[Unit]:
-        """A question in parts; a file's name is a hash of all that its rows depend on."""
+        """A question in parts; a key is a hash of all that its rows depend on."""
         method, uncertainty = question.method, question.uncertainty
         sampling, random = question.sampling, question.random
         asked = [method, str(parse_uncertainty(uncertainty)), repr(sampling), random]
         for start in range(0, len(question.cases), _SHARD):
             part = question.cases[start : start + _SHARD]
             cases = [[scenario, layout.name, layout.content_hash()] for scenario, layout in part]
-            identity = json.dumps([asked, self._made_by[method], cases])
-            path = self._folder / f"{hashlib.sha256(identity.encode()).hexdigest()[:20]}.json"
-            yield Unit(method, uncertainty, part, sampling, random, path)
+            key = key_of(
+                {
+                    "question": "certainty",
+                    "asked": asked,
+                    "made by": self._made_by[method],
+                    "cases": cases,
+                }
+            )
+            yield Unit(method, uncertainty, part, sampling, random, key)
 
 
 def _unsure(glance: _Question, table: pd.DataFrame) -> tuple[tuple[str, Layout], ...]:
@@ -214,16 +205,11 @@ def _unsure(glance: _Question, table: pd.DataFrame) -> tuple[tuple[str, Layout],
     return tuple(case for turn in zip_longest(*turns.values()) for case in turn if case is not None)
 
 
-def _made_by(spec: str) -> list[Any]:
-    method = make_method(spec)
-    code = hashlib.sha256(b"".join(Path(file).read_bytes() for file in _MEASURING))
-    return [judged_by(method), installed_versions(method.spec.engine or ""), code.hexdigest()]
-
-
-def _answers(path: Path) -> list[Row] | None:
-    """What is there; a file that cannot be read counts as not there."""
-    try:
-        found: list[Row] = json.loads(path.read_bytes())["cases"]
-    except (FileNotFoundError, ValueError):
-        return None
-    return found
+def _made_by(spec: str) -> dict[str, str]:
+    """What a row comes from besides what is asked."""
+    return {
+        **made_by(make_method(spec)),
+        **package_versions(("numpy", "scipy")),
+        "version of sampling": str(outlook.VERSION),
+        "version of rows": str(uncertain_cases.VERSION),
+    }

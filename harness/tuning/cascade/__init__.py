@@ -1,1 +1,1 @@
-"""Fitting a cascade: what each method says of single steps, what counts as sure, what it costs."""
+"""Fitting of a cascade: step scores of its methods, their thresholds, and its cost."""

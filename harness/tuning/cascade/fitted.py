@@ -10,15 +10,16 @@ from typing import Any
 import numpy as np
 
 from steadyload.engines.registry import capabilities, engines
+from steadyload.errors import nearest
 from steadyload.layouts.benchmark import PLANAR, Part
 from steadyload.methods.registry import make_method
-from steadyload.methods.spec import SpecError, nearest
+from steadyload.methods.spec import SpecError
 from steadyload.methods.thresholds import Ladder, Stage, Thresholds, fingerprint
-from steadyload.runs.results import provenance
+from steadyload.runs.provenance import provenance
 from steadyload.tuning import TuningError
+from steadyload.tuning.cascade.evaluation import evaluate
 from steadyload.tuning.cascade.fitting import Fit, fit, independent_cases, left_out
-from steadyload.tuning.cascade.opinions import Opinions, Table, ask
-from steadyload.tuning.cascade.outcome import outcome
+from steadyload.tuning.cascade.step_scores import StepScores, Table, score_steps
 from steadyload.tuning.cases import Case, CaseSource, load_cases
 from steadyload.tuning.cases import fingerprint as cases_fingerprint
 
@@ -30,29 +31,29 @@ CANDIDATES = (
     "equilibrium:time=0.3",
     "ps_opt@{engine}:scope=local",
 )
-"""Methods that may become stages, in the order in which they are asked."""
+"""Methods that may become stages, in order."""
 
 LAST = "ps_opt@{engine}"
-"""The method that decides what no stage is sure of."""
+"""The method that decides the steps that no stage decides."""
 
 BUDGETS = (0.5, 1.0, 2.0, 5.0)
-"""Points of accuracy that stages may cost; the first is what a cascade has where none is named."""
+"""Points of accuracy that stages may lose; the first is the default of a cascade."""
 
 CONFIDENCE = 0.5
 """Of the bound that keeps within the budget: as likely too high as too low."""
 
 SURE = 0.95
-"""Confidence of the bound that is told beside it."""
+"""Confidence of the second bound that is reported."""
 
 ELSEWHERE = 200
-"""Cases a scenario of the training part that stages are asked of which learnt nothing from it."""
+"""Cases a scenario of the training part, for stages that learnt nothing from it."""
 
 Progress = Callable[[int, int], None]
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class FitOptions:
-    """What is fitted.
+    """Options of fitting the thresholds of a cascade.
 
     Attributes:
         engine: that the last method runs on.
@@ -61,7 +62,7 @@ class FitOptions:
         candidates: specs; ``{engine}`` stands for the engine.
         directory: the labelled set whose validation part is fitted on, as a study names it; None
             for the large one of the package.
-        data: folders of further sets, of whose training parts no judge may have learnt anything.
+        data: folders of further sets, of whose training parts no method may have learnt anything.
         limit: only so many cases a scenario of every set.
 
     Raises:
@@ -102,7 +103,7 @@ class FitOptions:
         return self.of_engine(LAST)
 
     def sources(self) -> tuple[CaseSource, ...]:
-        """Where cases are from that thresholds are fitted on."""
+        """Sources of the cases that thresholds are fitted on."""
         own = CaseSource(str(Part.VALIDATION), self.directory, self.limit)
         return (own, *(CaseSource(str(Part.TRAIN), path, self.limit) for path in self.data))
 
@@ -110,11 +111,11 @@ class FitOptions:
 def fit_cascade(
     options: FitOptions, *, progress: Progress = lambda done, total: None
 ) -> Thresholds:
-    """Ask all candidates of every step, then find what costs least within each budget.
+    """Thresholds of the cheapest cascade within each budget, from the scores of all candidates.
 
     Args:
         options: what is fitted.
-        progress: called with methods asked and in all.
+        progress: called with methods done and in all.
 
     Raises:
         TuningError: see :func:`steadyload.tuning.cascade.fitting.fit`.
@@ -124,7 +125,7 @@ def fit_cascade(
     cases = list(chain.from_iterable(_balanced(load_cases(s)) for s in options.sources()))
     specs = [*options.candidates, options.last]
     made_of = {spec: fingerprint(make_method(spec)) for spec in specs}
-    table = ask(specs, cases, progress=progress)
+    table = score_steps(specs, cases, progress=progress)
     independent = independent_cases(table, options.candidates, options.last)
     fits = {
         budget: fit(
@@ -141,7 +142,7 @@ def fit_cascade(
     elsewhere = _elsewhere(table, [spec for spec in used if spec != options.last], options)
     ladders = {
         budget: Ladder(
-            found.stages, found.last, _told(table, found, 0.01 * budget, options, elsewhere)
+            found.stages, found.last, _summary(table, found, 0.01 * budget, options, elsewhere)
         )
         for budget, found in fits.items()
     }
@@ -154,7 +155,7 @@ def fit_cascade(
 
 
 def check_remakable(made_by: Mapping[str, Any]) -> None:
-    """Ask whether thresholds may come with the package.
+    """Check that thresholds may come with the package.
 
     Raises:
         TuningError: they would be made by code that is in no commit.
@@ -180,19 +181,19 @@ def _methods(found: Fit) -> tuple[str, ...]:
 
 
 def _elsewhere(table: Table, specs: Sequence[str], options: FitOptions) -> Table | None:
-    """What stages that learnt nothing from labels say of cases of the training part."""
-    asked = [spec for spec in specs if not table.opinions[spec].trained]
+    """Step scores, on cases of the training part, of stages that learnt nothing from labels."""
+    asked = [spec for spec in specs if not table.step_scores[spec].trained]
     if not asked:
         return None
     source = CaseSource(str(Part.TRAIN), options.directory, options.limit or ELSEWHERE)
-    return ask(asked, load_cases(source))
+    return score_steps(asked, load_cases(source))
 
 
-def _told(
+def _summary(
     table: Table, found: Fit, budget: float, options: FitOptions, elsewhere: Table | None
 ) -> dict[str, Any]:
-    """What a ladder came to, for the file and for people. Shares are from 0 to 1."""
-    o, cases = found.outcome, len(table.lists)
+    """Summary of a fitted ladder, for the file and for people. Shares are from 0 to 1."""
+    o, cases = found.evaluation, len(table.lists)
     lost, of = left_out(table, found, budget=budget, confidence=options.confidence)
     return {
         "cases": cases,
@@ -207,7 +208,7 @@ def _told(
         "accuracy": round(float(o.right.mean()), 6),
         "alone": round(float(o.alone.mean()), 6),
         "milliseconds": round(float(o.cost.mean()), 4),
-        "milliseconds_alone": round(float(outcome(table, (), found.last).cost.mean()), 4),
+        "milliseconds_alone": round(float(evaluate(table, (), found.last).cost.mean()), 4),
         "decided": [
             {
                 "method": spec,
@@ -218,16 +219,16 @@ def _told(
             for number, spec in enumerate(_methods(found))
         ],
         "elsewhere": [
-            _held(stage, elsewhere.opinions[stage.method], elsewhere)
+            _errors_elsewhere(stage, elsewhere.step_scores[stage.method], elsewhere)
             for stage in found.stages
-            if elsewhere is not None and stage.method in elsewhere.opinions
+            if elsewhere is not None and stage.method in elsewhere.step_scores
         ],
     }
 
 
-def _held(stage: Stage, opinions: Opinions, table: Table) -> dict[str, Any]:
-    """How a stage's thresholds hold where it is asked of every step of other cases."""
-    said = [stage.unstable(risk) for risk in opinions.risks.tolist()]
+def _errors_elsewhere(stage: Stage, step_scores: StepScores, table: Table) -> dict[str, Any]:
+    """Errors of a stage's thresholds if it decides every step of other cases."""
+    said = [stage.unstable(score) for score in step_scores.scores.tolist()]
     decided = np.array([verdict is not None for verdict in said])
     unstable = np.array([verdict is True for verdict in said])
     return {

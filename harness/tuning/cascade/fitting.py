@@ -1,10 +1,10 @@
-"""What a stage may hold sure: thresholds that cost least under a budget of accuracy.
+"""Fitting of accept and reject thresholds: the cheapest cascade within an error budget.
 
-The budget is a share of cases that the stages before the last method may lose, and it holds for an
-upper bound of that share, not for what was counted. The bound is that of Clopper and Pearson, at as
-many cases as are independent: layouts packed from one item list are alike, and where one is lost
-others are, too. How much so is read off a ladder that loses many; the few losses that a budget
-leaves tell nothing of it.
+The budget is a share of cases that the stages before the last method may lose, and it applies to
+an upper confidence bound of that share, not to the counted share. The bound is that of Clopper and
+Pearson, at the effective sample size: layouts packed from one item list are alike, and where one is
+lost others are, too. The effective sample size is estimated from a ladder that loses many cases;
+the few losses within a budget are not enough to estimate it.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from scipy.stats import beta
 from steadyload.methods.thresholds import Stage
 from steadyload.statistics.metrics import effective_size
 from steadyload.tuning import TuningError
-from steadyload.tuning.cascade.opinions import BoolArray, Table
-from steadyload.tuning.cascade.outcome import Outcome, outcome
+from steadyload.tuning.cascade.evaluation import CascadeEvaluation, evaluate
+from steadyload.tuning.cascade.step_scores import BoolArray, Table
 
 _MANY = 0.05
-"""Share of cases that a ladder loses which tells how alike losses are."""
+"""Share of lost cases at which the effective sample size is estimated."""
 
 _PARTS = 4
 """Allowed losses are shared among stages in so many parts, where they are more."""
@@ -36,32 +36,32 @@ class Fit:
     """A ladder that was fitted.
 
     Attributes:
-        stages: those that save more than they cost, with what they hold sure.
+        stages: those that save more than they cost, with their thresholds.
         last: spec of the method that decides the rest.
-        outcome: on the cases that it was fitted on.
+        evaluation: on the cases that it was fitted on.
         most: lost cases that the budget allows there.
-        independent: cases that these tell as much as.
+        independent: effective sample size.
     """
 
     stages: tuple[Stage, ...]
     last: str
-    outcome: Outcome
+    evaluation: CascadeEvaluation
     most: int
     independent: float
 
     def bound(self, confidence: float) -> float:
-        """What the share of lost cases stays below, at a confidence."""
-        lost = self.outcome.lost
+        """Upper confidence bound of the share of lost cases."""
+        lost = self.evaluation.lost
         return upper_bound(int(lost.sum()), len(lost), self.independent, confidence)
 
 
 def upper_bound(lost: int, cases: int, independent: float, confidence: float) -> float:
-    """What a share stays below with a confidence: one-sided Clopper-Pearson bound.
+    """Upper confidence bound of a share: one-sided Clopper-Pearson bound.
 
     Args:
         lost: counted.
         cases: of so many.
-        independent: which tell as much as so many independent ones.
+        independent: effective sample size.
         confidence: above 0, below 1.
     """
     hits = lost * independent / cases
@@ -79,10 +79,10 @@ def allowed_losses(budget: float, cases: int, independent: float, confidence: fl
 
 
 def independent_cases(table: Table, candidates: Sequence[str], last: str) -> float:
-    """How many independent cases those of a table tell as much as, of losses.
+    """Effective sample size of the losses in a table.
 
     Args:
-        table: opinions of all that follow.
+        table: step scores of all that follow.
         candidates: specs of methods that may become stages.
         last: spec of the method that decides the rest.
     """
@@ -102,10 +102,10 @@ def fit(
     """The cheapest ladder within a budget.
 
     Every choice of candidates is tried, in their order, and ways of sharing the allowed losses
-    among them; a stage holds sure as much as its share lets it.
+    among them; a stage's thresholds are as wide as its share allows.
 
     Args:
-        table: opinions of all of them.
+        table: step scores of all of them.
         candidates: specs of methods that may become stages.
         last: spec of the method that decides the rest, and that losses are counted against.
         budget: share of cases that may be lost.
@@ -131,22 +131,22 @@ def fit(
 
 def _cheapest(
     table: Table, candidates: Sequence[str], last: str, most: int
-) -> tuple[tuple[Stage, ...], Outcome]:
-    """The ladder that costs least among those that lose so many cases at most."""
+) -> tuple[tuple[Stage, ...], CascadeEvaluation]:
+    """The cheapest ladder among those that lose so many cases at most."""
 
     @cache
-    def surest(before: tuple[Stage, ...], spec: str, allowed: int) -> Stage:
-        return _surest(table, before, spec, last, allowed)
+    def best_stage(before: tuple[Stage, ...], spec: str, allowed: int) -> Stage:
+        return _best_stage(table, before, spec, last, allowed)
 
-    best: tuple[tuple[float, int, int], tuple[Stage, ...], Outcome] | None = None
+    best: tuple[tuple[float, int, int], tuple[Stage, ...], CascadeEvaluation] | None = None
     for chosen in _choices(candidates):
         for shares in _shared(most, len(chosen)):
             stages: tuple[Stage, ...] = ()
             for spec, share in zip(chosen, shares, strict=True):
-                stages = (*stages, surest(stages, spec, share))
+                stages = (*stages, best_stage(stages, spec, share))
             if any(stage.low is None and stage.high is None for stage in stages):
                 continue  # it decides nothing: the choice without it is cheaper
-            found = outcome(table, stages, last)
+            found = evaluate(table, stages, last)
             worth = float(found.cost.mean()), int(found.lost.sum()), len(stages)
             if best is None or worth < best[0]:
                 best = worth, stages, found
@@ -170,37 +170,42 @@ def _shared(most: int, stages: int) -> Iterator[tuple[int, ...]]:
         yield tuple(b - a for a, b in itertools.pairwise(counts))
 
 
-def _surest(table: Table, before: tuple[Stage, ...], spec: str, last: str, allowed: int) -> Stage:
-    """The stage that passes on least with no more than the allowed losses.
+def _best_stage(
+    table: Table, before: tuple[Stage, ...], spec: str, last: str, allowed: int
+) -> Stage:
+    """The stage that saves most with no more than the allowed losses.
 
-    ``low`` never goes beyond the method's own brink, nor ``high`` below it: where no case is in the
-    way, nothing was seen that would speak for it.
+    ``low`` never goes above the method's own decision threshold, nor ``high`` below it: without a
+    case that limits it, there is no evidence for a wider threshold.
     """
-    opinions, brink = table.opinions[spec], table.opinions[spec].brink
-    so_far = outcome(table, before, last)
-    open_ = (so_far.by == len(before)) & ~np.isnan(opinions.risks)
+    step_scores = table.step_scores[spec]
+    threshold = step_scores.decision_threshold
+    so_far = evaluate(table, before, last)
+    open_ = (so_far.by == len(before)) & ~np.isnan(step_scores.scores)
     at_stake = open_ & so_far.alone[table.of]
-    missed = np.sort(opinions.risks[at_stake & table.fails])
-    alarms = -np.sort(-_highest(table, at_stake & ~table.fails, opinions.risks))
-    price = np.where(open_, table.opinions[last].cost, 0.0)
+    missed = np.sort(step_scores.scores[at_stake & table.fails])
+    alarms = -np.sort(-_highest(table, at_stake & ~table.fails, step_scores.scores))
+    price = np.where(open_, table.step_scores[last].cost, 0.0)
     best = None
     for below in range(allowed + 1):
         above = allowed - below
-        low = min(float(missed[below]), brink) if below < len(missed) else brink
-        high = max(float(alarms[above]), brink) if above < len(alarms) else brink
+        low = min(float(missed[below]), threshold) if below < len(missed) else threshold
+        high = max(float(alarms[above]), threshold) if above < len(alarms) else threshold
         with np.errstate(invalid="ignore"):
-            saved = float(price[(opinions.risks < low) | (opinions.risks > high)].sum())
+            saved = float(price[(step_scores.scores < low) | (step_scores.scores > high)].sum())
         if best is None or saved > best[0]:
             best = saved, low, high
     assert best is not None
     _, low, high = best
-    risks = opinions.risks[open_]
-    return Stage(spec, low if (risks < low).any() else None, high if (risks > high).any() else None)
+    scores = step_scores.scores[open_]
+    return Stage(
+        spec, low if (scores < low).any() else None, high if (scores > high).any() else None
+    )
 
 
-def _highest(table: Table, steps: BoolArray, risks: np.ndarray) -> np.ndarray:
-    """The highest risk of every case that has such a step."""
-    highest = np.maximum.reduceat(np.where(steps, risks, -np.inf), table.starts)
+def _highest(table: Table, steps: BoolArray, scores: np.ndarray) -> np.ndarray:
+    """The highest score of every case that has such a step."""
+    highest = np.maximum.reduceat(np.where(steps, scores, -np.inf), table.starts)
     return highest[highest > -np.inf]
 
 
@@ -220,6 +225,6 @@ def left_out(table: Table, fitted: Fit, *, budget: float, confidence: float) -> 
         if most < 0:
             continue
         stages, _ = _cheapest(others, chosen, fitted.last, most)
-        found = outcome(table.chosen(inside), stages, fitted.last)
+        found = evaluate(table.chosen(inside), stages, fitted.last)
         lost, cases = lost + int(found.lost.sum()), cases + int(inside.sum())
     return lost, cases

@@ -1,0 +1,131 @@
+"""All commands: words, where they are declared, and what they do, in groups.
+
+A command is a frozen dataclass of options (see :mod:`steadyload.studies.options`) with a method
+``run``, which returns an exit status, None for 0. Nothing is imported until a command is asked for.
+A study needs no line here: :mod:`steadyload.studies.registry` has it. One whose command does more
+than to run and write its page has a line that takes its place.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from steadyload.studies.registry import studies, study
+
+
+class Group(StrEnum):
+    """Groups of commands, in the order of the help."""
+
+    USE = "Use"
+    COMPARE = "Compare"
+    BUILD = "Build"
+    REMAKE = "Remake"
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command.
+
+    Attributes:
+        words: one, or a topic and an action.
+        target: ``"module:Class"``; empty for that of the study.
+        about: what it does.
+        group: where the help lists it.
+        study: name of the study whose page it writes, where it is one's.
+    """
+
+    words: str
+    target: str
+    about: str
+    group: Group
+    study: str = ""
+
+    def load(self) -> type[Any]:
+        """Its class."""
+        if not self.target:
+            from steadyload.cli.studies import study_command
+
+            return study_command(study(self.study))
+        module, _, name = self.target.partition(":")
+        return getattr(importlib.import_module(f"steadyload.cli.{module}"), name)
+
+
+_OWN = (
+    Command("score", "score:Score", "score layout files with one or more methods", Group.USE),
+    Command("view", "view:View", "write a page that plays a loading step by step", Group.USE),
+    Command("convert", "convert:Convert", "convert layout files between formats", Group.USE),
+    Command(
+        "recommend", "recommend:Recommend",
+        "name the method to use for a time a layout, or for an accuracy", Group.USE,
+    ),
+    Command(
+        "methods", "listings:Methods",
+        "list methods and presets, or explain one, NAME or NAME@ENGINE", Group.USE,
+    ),
+    Command("engines", "listings:Engines", "which engine honours which setting", Group.USE),
+    Command("study run", "study:Run", "run or resume a study", Group.COMPARE),
+    Command("tune", "tune:Tune",
+            "search the parameters of a simulation on an engine, against labels", Group.BUILD),
+    Command("train", "train:Train",
+            "train a learned judge (lstm_1, lstm_e) on labelled layouts", Group.BUILD),
+    Command("generate", "train:Generate",
+            "pack and label fresh item lists: a larger set to train on", Group.BUILD),
+    Command("cascade fit", "cascade:Fit",
+            "find what each stage may hold sure, at the least cost within an error budget",
+            Group.BUILD),
+    Command("benchmark info", "benchmark:Info", "count layouts, labels, splits and opinions",
+            Group.BUILD),
+    Command("benchmark export", "benchmark:Export",
+            "write cases as a layout file, labels beside it", Group.BUILD),
+    Command("benchmark import", "benchmark:Import",
+            "bring the authors' published set into our form", Group.BUILD),
+    Command("benchmark build", "benchmark:Build",
+            "pack the layouts of a new set, not labelled yet", Group.BUILD),
+    Command("benchmark label", "benchmark:Label",
+            "label a set, split it, ask further judges; goes on where it was interrupted",
+            Group.BUILD),
+    Command("pages list", "pages:List", "name published pages, and the command of each",
+            Group.REMAKE),
+    Command("pages remake", "pages:Remake", "remake published pages; goes on where it was",
+            Group.REMAKE),
+    Command("pages index", "pages:Index", "write the index of published pages", Group.REMAKE),
+)  # fmt: skip
+"""Commands that are no study's."""
+
+_OF_STUDIES = {
+    "comparison": "study:Report",
+    "table5": "table5:Table5",
+    "tuning": "tune:ComparePresets",
+    "extremes": "extremes:Extremes",
+    "properties": "properties:Properties",
+    "benchmark": "benchmark:Page",
+}
+"""Study -> its command, where that does more than to run it and to write its page."""
+
+TOPICS: Mapping[str, tuple[str, Group]] = {
+    "study": ("compare methods on many layouts, or on labelled ones", Group.COMPARE),
+    "verify": ("check engines against mechanics and each other", Group.COMPARE),
+    "cascade": ("fit the thresholds of cascades, or write the page of one", Group.BUILD),
+    "benchmark": ("the labelled set: look, export, import", Group.BUILD),
+    "pages": ("list, remake and index the published pages", Group.REMAKE),
+}
+"""First words of commands of two, what they are about, and where the help lists them."""
+
+RENAMED: Mapping[str, str] = {"bench": "compare-engines", "tuned": "compare-presets"}
+"""Earlier names that are still taken."""
+
+
+def commands() -> dict[str, Command]:
+    """All commands by their words; studies are imported for what they are called and about."""
+    found = {command.words: command for command in _OWN}
+    for name in studies():
+        one = study(name)
+        words = one.command_words
+        if words not in found:
+            target = _OF_STUDIES.get(name, "")
+            found[words] = Command(words, target, one.about, Group.COMPARE, name)
+    return found

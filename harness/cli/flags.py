@@ -1,0 +1,271 @@
+"""Flags of a command: made of a configuration's fields, and read back into it.
+
+Names, meanings, ranges and defaults stand beside the fields, once (see
+:mod:`steadyload.studies.options`); cyclopts splits the words of a command line and prints the help.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import inspect
+import types
+import typing
+from collections.abc import Collection, Sequence
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+from cyclopts import App, CycloptsError, Parameter, UnknownOptionError
+
+from steadyload.cli.config_file import FIELD, read_config
+from steadyload.errors import UserError, nearest
+from steadyload.studies.options import BARE, FEWEST, METAVAR, NAMES, OPERAND, READ
+
+T = TypeVar("T")
+
+HELP = ("--help", "-h")
+
+
+class UsageError(UserError):
+    """Words of a command line that are not taken."""
+
+
+@dataclasses.dataclass(frozen=True)
+class _Flag:
+    """A field of a configuration as a flag, or as an operand."""
+
+    field: dataclasses.Field[Any]
+    kind: type
+    several: bool
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        if self.said(OPERAND):
+            return (self.said(METAVAR),)
+        return self.said(NAMES) or ("--" + self.field.name.replace("_", "-"),)
+
+    @property
+    def required(self) -> bool:
+        return (
+            self.field.default is dataclasses.MISSING
+            and self.field.default_factory is dataclasses.MISSING
+        )
+
+    def said(self, key: str) -> Any:
+        """Entry of the field's metadata; None where a plain quantity has none."""
+        return self.field.metadata.get(key)
+
+    @property
+    def metavar(self) -> str:
+        words = {int: "N", float: "X", Path: "FILE"}
+        return self.said(METAVAR) or words.get(self.kind, "NAME")
+
+    def choices(self) -> Collection[str]:
+        """Allowed words; empty where any is."""
+        named = self.said("choices") or ()
+        if not isinstance(named, str):
+            return named
+        module, _, name = named.partition(":")
+        return [str(word) for word in getattr(importlib.import_module(module), name)]
+
+    def read(self, text: str) -> Any:
+        """The value of a text.
+
+        Raises:
+            UsageError: it is none; says which flag, what it was, and what is allowed.
+        """
+        try:
+            if self.said(READ) is not None:
+                return self.said(READ)(text)
+            if self.kind is int:
+                return self._whole(text)
+            return self.kind(self._chosen(text))
+        except UserError:
+            raise
+        except ValueError as error:
+            raise UsageError(f"{self.names[0]}: {error}") from None
+
+    def _whole(self, text: str) -> int:
+        least, most = self.said("least"), self.said("most")
+        if not (text.isascii() and text.isdigit() and least <= int(text) <= most):
+            end = "or more" if most == float("inf") else f"to {most:g}"
+            raise ValueError(f"{text!r}; allowed: a whole number, {max(least, 0):g} {end}")
+        return int(text)
+
+    def _chosen(self, text: str) -> str:
+        known = self.choices()
+        if known and text not in known:
+            raise ValueError(f"{text!r}; {nearest(text, known)}")
+        return text
+
+    def about(self) -> str:
+        """Meaning of the flag, with the words that are allowed."""
+        about: str = self.said("about")
+        if self.said("choices") and not self.said(METAVAR):
+            about += f"; one of {', '.join(self.choices())}"
+        return about
+
+    def parameter(self, *, helping: bool) -> inspect.Parameter:
+        """The same for cyclopts, which is handed texts and nothing but texts."""
+        hint: Any = bool if self.kind is bool else str
+        fewest: Any = self.said(FEWEST)
+        if self.said(BARE) is not None:
+            fewest = (0, 1)
+        if self.several or self.said(BARE) is not None:
+            hint = tuple[str, ...]
+        made = Parameter(
+            name=None if self.said(OPERAND) else self.names,
+            negative=(),
+            help=self.about() if helping else "",
+            metavar=None if self.kind is bool else self.metavar,
+            show_default=False,
+            show_choices=False,
+            consume_multiple=fewest,
+            allow_repeating=True,
+            required=self.required,
+        )
+        return inspect.Parameter(
+            self.field.name,
+            inspect.Parameter.POSITIONAL_ONLY if self.said(OPERAND) else
+            inspect.Parameter.KEYWORD_ONLY,
+            default=inspect.Parameter.empty if self.required else None,
+            annotation=Annotated[hint, made],
+        )  # fmt: skip
+
+    def stated(self, value: Any, where: str) -> Any:
+        """The field's value from what a configuration file says.
+
+        Raises:
+            UsageError: it is of another kind, or not allowed; says where.
+        """
+        values = value if isinstance(value, list) and self.several else [value]
+        right = all(
+            isinstance(one, bool) if self.kind is bool else
+            isinstance(one, str | int | float) and not isinstance(one, bool)
+            for one in values
+        )  # fmt: skip
+        if not right or (self.several and not isinstance(value, list)):
+            kind = "true or false" if self.kind is bool else "a list" if self.several else "a value"
+            raise UsageError(f"{where}: {self.field.name} is {value!r}; allowed: {kind}")
+        if self.kind is bool:
+            return value
+        try:
+            made = tuple(self.read(str(one)) for one in values)
+        except UsageError as error:
+            raise UsageError(f"{where}: {error}") from None
+        return made if self.several else made[0]
+
+    def value(self, given: Any) -> Any:
+        """The field's value from what cyclopts found."""
+        if self.kind is bool:
+            return given
+        if self.said(BARE) is not None:
+            return self.read(given[-1]) if given else self.said(BARE)
+        return tuple(map(self.read, given)) if self.several else self.read(given)
+
+
+def _flags(config: type) -> list[_Flag]:
+    hints = typing.get_type_hints(config)
+    flags = [
+        _Flag(field, *_kind(hints[field.name]))
+        for field in dataclasses.fields(config)
+        if field.init
+    ]
+    return sorted(flags, key=lambda flag: not flag.said(OPERAND))
+
+
+def _kind(hint: Any) -> tuple[type, bool]:
+    """Type of one value, and whether there may be several."""
+    if isinstance(hint, types.UnionType):
+        [hint] = [one for one in typing.get_args(hint) if one is not types.NoneType]
+    if typing.get_origin(hint) is tuple:
+        return typing.get_args(hint)[0], True
+    return hint, False
+
+
+def application(name: str, config: type, about: str, *, helping: bool = False) -> App:
+    """Parser of a command's words, which prints its help; returns the texts by field."""
+
+    def found(*operands: Any, **given: Any) -> dict[str, Any]:
+        named = dict(zip((f.field.name for f in flags if f.said(OPERAND)), operands, strict=False))
+        return {key: value for key, value in {**named, **given}.items() if value is not None}
+
+    flags = _flags(config)
+    parameters = [flag.parameter(helping=helping) for flag in flags]
+    found.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    found.__annotations__ = {p.name: p.annotation for p in parameters}
+    app = App(
+        name=f"steadyload {name}",
+        help=about,
+        help_flags=HELP,
+        version_flags=(),
+        help_format="plaintext",
+        result_action="return_value",
+    )
+    app.default(found)
+    return app
+
+
+def parsed(name: str, config: type[T], about: str, words: Sequence[str]) -> T | None:
+    """The configuration that words ask for; None where they asked for help, which is printed.
+
+    Raises:
+        UsageError: they ask for nothing that there is.
+    """
+    flags = {flag.field.name: flag for flag in _flags(config)}
+    words = _whole_names(words, [n for f in flags.values() for n in f.names] + list(HELP))
+    if any(word in HELP for word in _before_the_rest(words)):
+        print_help(application(name, config, about, helping=True))
+        return None
+    app = application(name, config, about)
+    try:
+        found = app(words, exit_on_error=False, print_error=False)
+    except UnknownOptionError as error:
+        known = [n for f in flags.values() if not f.said(OPERAND) for n in f.names]
+        word = (error.token.keyword or error.token.value or "").partition("=")[0]
+        raise UsageError(f"{name}: unknown flag {word!r}; {_near(word, [*known, *HELP])}") from None
+    except CycloptsError as error:
+        error.verbose = False
+        raise UsageError(f"{name}: {error}") from None
+    values = {key: flags[key].value(value) for key, value in found.items()}
+    if FIELD in values:
+        file = values[FIELD]
+        named = {key: flag for key, flag in flags.items() if key != FIELD}
+        said = read_config(file, named)
+        values = {k: named[k].stated(v, str(file)) for k, v in said.items()} | values
+    try:
+        return config(**values)
+    except UserError:
+        raise
+    except ValueError as error:
+        raise UsageError(f"{name}: {error}") from None
+
+
+def _near(word: str, known: Sequence[str]) -> str:
+    """Only the nearest names: there may be thirty."""
+    close = nearest(word, known).partition("? ")
+    return close[0] + "?" if close[1] else f"allowed: {', '.join(k for k in known if k[1] == '-')}"
+
+
+def _before_the_rest(words: Sequence[str]) -> Sequence[str]:
+    return words[: words.index("--")] if "--" in words else words
+
+
+def _whole_names(words: Sequence[str], names: Collection[str]) -> list[str]:
+    """Words in which a flag's beginning, where only one begins like that, is the whole flag."""
+    made = []
+    for word in _before_the_rest(words):
+        flag, equals, value = word.partition("=")
+        begun = [name for name in names if name.startswith(flag)] if flag[:2] == "--" else []
+        made.append(begun[0] + equals + value if len(begun) == 1 and len(flag) > 2 else word)
+    return made + list(words[len(made) :])
+
+
+def print_help(app: App) -> None:
+    """Print an application's help on stdout, which a reader may close."""
+    from rich.console import Console
+
+    console = Console(highlight=False, soft_wrap=False)
+    with console.capture() as capture:
+        app.help_print([], console=console)
+    print(capture.get(), end="")

@@ -1,0 +1,59 @@
+"""``steadyload methods`` and ``steadyload engines``: what there is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from steadyload.cli.terminal import print_table
+from steadyload.studies.options import operand, option
+
+
+@dataclass(frozen=True)
+class Methods:
+    """All methods, or one of them."""
+
+    name: str | None = operand(None, "which one is explained (default: all)", metavar="NAME")
+
+    def run(self) -> None:
+        """Print a table of methods, or of the parameters of one."""
+        from steadyload.errors import nearest
+        from steadyload.methods.registry import method_listing
+        from steadyload.methods.spec import SpecError
+
+        name, _, engine = (self.name or "").partition("@")
+        listing = method_listing(engine or None)
+        if self.name is None:
+            print_table(
+                ("name", "needs an engine", "what it is"),
+                [(m.name, "yes" if m.needs_engine else "no", m.about) for m in listing],
+            )
+            return
+        found = {m.name: m for m in listing}.get(name)
+        if found is None:
+            known = nearest(self.name, [m.name for m in listing])
+            raise SpecError(f"unknown method {self.name!r}; {known}")
+        print(f"{found.name}: {found.about}\n")
+        print_table(
+            ("parameter", "value", "unit", "allowed", "what it is"),
+            [(p.name, p.value, p.unit, p.allowed, p.about) for p in found.parameters],
+        )
+
+
+@dataclass(frozen=True)
+class Engines:
+    """Settings that engines honour, emulate or ignore."""
+
+    markdown: bool = option(False, "print a Markdown page")
+
+    def run(self) -> None:
+        """Print engines and settings."""
+        from steadyload.studies.engines.settings import engine_records
+        from steadyload.studies.engines.settings_page import engines_markdown, engines_rows
+
+        records = engine_records()
+        if self.markdown:
+            print(engines_markdown(records))
+            return
+        header, rows = engines_rows(records)
+        print_table(header, rows)
+        print("\nNotes: steadyload engines --markdown")

@@ -1,0 +1,83 @@
+"""``steadyload pages``: list, remake and index the published pages."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from steadyload.cli.interrupts import working
+from steadyload.cli.terminal import print_table, say
+from steadyload.studies.options import operand, option
+from steadyload.studies.published import FOLDER, entries, named, remaking, write_index
+
+
+def _folder() -> Any:
+    return option(
+        FOLDER, f"folder of the pages (default: {FOLDER})", names=("--output", "-o"), metavar="DIR"
+    )
+
+
+@dataclass(frozen=True)
+class List:
+    """Where the pages lie."""
+
+    output: Path = _folder()
+
+    def run(self) -> None:
+        """Print them."""
+        print_table(
+            ("page", "made", "question", "command"),
+            [
+                (
+                    entry.name,
+                    "yes" if entry.text(self.output) else "no",
+                    entry.question,
+                    f"steadyload {shlex.join(entry.command)}",
+                )
+                for entry in entries()
+            ],
+        )
+
+
+@dataclass(frozen=True)
+class Remake:
+    """Which pages, and where they lie."""
+
+    names: tuple[str, ...] = operand((), "only these (default: all)", metavar="PAGE")
+    output: Path = _folder()
+    dry_run: bool = option(False, "print the commands, and run none")
+
+    def run(self) -> int:
+        """Run the commands of the pages, and write the index.
+
+        Returns the first exit status that is not 0; the other pages are remade nevertheless.
+        """
+        from steadyload.cli.running import run
+
+        working()
+        status = 0
+        for entry in named(self.names):
+            for words in remaking(entry, self.output):
+                if self.dry_run:
+                    print(f"steadyload {shlex.join(words)}")
+                    continue
+                say(f"steadyload {shlex.join(words)}")
+                if ended := run(words):
+                    status = status or ended
+                    break
+        if not self.dry_run:
+            print(write_index(self.output))
+        return status
+
+
+@dataclass(frozen=True)
+class Index:
+    """Where the pages lie."""
+
+    output: Path = _folder()
+
+    def run(self) -> None:
+        """Write the index."""
+        print(write_index(self.output))

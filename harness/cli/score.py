@@ -1,0 +1,126 @@
+"""``steadyload score``: judge layout files."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from steadyload.cli.snap import Snap
+from steadyload.cli.terminal import print_table, progress_bar, say
+from steadyload.studies.options import REQUIRED, operand, option, positive_number
+
+
+@dataclass(frozen=True, kw_only=True)
+class Score(Snap):
+    """Files, methods, and how sure a verdict has to be."""
+
+    files: tuple[Path, ...] = operand(REQUIRED, "layouts", metavar="FILE")
+    methods: tuple[str, ...] = option(
+        (), "for example sme, pbs:alpha=0.7, ps3@mujoco; may be repeated (default: sme)",
+        names=("--method", "-m"), metavar="SPEC",
+    )  # fmt: skip
+    scenario: str | None = option(
+        None, "draw centres of mass (default: as in the file)",
+        choices="steadyload.layouts.scenarios:Scenario",
+    )  # fmt: skip
+    seed: int = option(0, "of scenario and deviations (default: 0)", least=0)
+    uncertain: str | None = option(
+        None, "how probable it is that the load stands when it deviates from its plan by, for "
+        "example, com=5mm,position=3mm,weight=5%,friction=0.1 (standard deviations)",
+        metavar="WHAT",
+    )  # fmt: skip
+    half_width: str | None = option(
+        None, "with --uncertain: sample until the probability is known to W (default: 0.05)",
+        metavar="W",
+    )  # fmt: skip
+    decide: str | None = option(
+        None, "with --uncertain: or until it is known to lie above or below P", metavar="P"
+    )
+    samples: int | None = option(
+        None, "with --uncertain: at most so many, 64 times a power of two (default: 1024)", least=1
+    )
+    max_items: int | None = option(None, "only the first J items", metavar="J", least=1)
+    limit: int | None = option(None, "only the first N layouts", least=1)
+    skip_invalid: bool = option(
+        False, "record an invalid layout as refused and go on, instead of ending with status 2"
+    )
+    timeout: float | None = option(
+        None, "wall seconds a judgement may take", metavar="S", read=positive_number
+    )
+    json: bool = option(False, "print one JSON array of records")
+
+    def run(self) -> None:
+        """Judge, warn, print."""
+        from steadyload.cli.uncertain import uncertain_table, without_effect
+        from steadyload.layouts.scenarios import Scenario
+        from steadyload.runs.envelope_use import score_warnings
+        from steadyload.runs.scoring import score_layouts
+
+        with progress_bar("judging") as advance:
+            records = score_layouts(
+                self.files,
+                self.methods or ["sme"],
+                scenario=Scenario(self.scenario) if self.scenario else None,
+                seed=self.seed,
+                max_items=self.max_items,
+                limit=self.limit,
+                snap_gap=self.gap,
+                skip_invalid=self.skip_invalid,
+                timeout=self.timeout,
+                **self._deviations(),
+                progress=advance,
+            )
+        for warning in [*score_warnings(records), *without_effect(records)]:
+            say(warning)
+        if self.json:
+            print(json.dumps(records, indent=1))
+        elif self.uncertain is not None:
+            print_table(*uncertain_table(records))
+        else:
+            print_table(_HEADER, list(_rows(records)))
+
+    def _deviations(self) -> dict[str, Any]:
+        """Deviations and how long to sample them; empty where none were asked for.
+
+        Raises:
+            SpecError: not of the form, out of range, or an option that needs ``--uncertain``.
+        """
+        from steadyload.methods.spec import SpecError, bind
+        from steadyload.methods.uncertainty import parse_uncertainty
+        from steadyload.runs.outlook import Sampling
+
+        given = {"half_width": self.half_width, "decide": self.decide, "most": self.samples}
+        values = {key: value for key, value in given.items() if value is not None}
+        if self.uncertain is None:
+            if values:
+                raise SpecError("--half-width, --decide and --samples need --uncertain")
+            return {}
+        sampling = bind(Sampling, {**values, "seed": self.seed}, where="sampling")
+        return {"uncertainty": parse_uncertainty(self.uncertain), "sampling": sampling}
+
+
+_HEADER = ("layout", "method", "items", "score", "failing step", "status", "ms", "why")
+
+
+def _rows(records: Iterable[Mapping[str, Any]]) -> Iterable[tuple[str, ...]]:
+    for record in records:
+        items, score, step = (record[key] for key in ("items", "score", "failing_step"))
+        yield (
+            record["layout"],
+            record["method"],
+            "-" if items is None else str(items),
+            "-" if score is None else f"{score:.3f}",
+            "-" if step is None else str(step),
+            record["status"],
+            f"{1e3 * record['seconds']:.2f}",
+            _why(record),
+        )
+
+
+def _why(record: Mapping[str, Any]) -> str:
+    """The reason, and which settings the engine ignored: that is never silent."""
+    ignored = f"ignored: {', '.join(record['ignored'])}" if record["ignored"] else ""
+    return "; ".join(filter(None, (record["reason"], ignored)))

@@ -1,0 +1,26 @@
+"""Bases of all named errors, and the nearest of some names.
+
+Engines know nothing of this package: what a user can mend of theirs derives from
+:class:`steadyload.engines.errors.EngineInputError`.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Collection
+
+
+class UserError(ValueError):
+    """Input that a user can correct: one sentence says what is wrong and what is allowed."""
+
+
+class FailedError(RuntimeError):
+    """Work that failed although its input is right: its message is one sentence."""
+
+
+def nearest(name: str, known: Collection[str]) -> str:
+    """What to say of a name nobody knows: the nearest known one, and all of them."""
+    names = sorted(str(k) for k in known)
+    listing = f"allowed: {', '.join(names)}" if names else "none is allowed here"
+    close = difflib.get_close_matches(name, names, n=1)
+    return f"did you mean {close[0]!r}? {listing}" if close else listing

@@ -1,0 +1,69 @@
+"""CPU and wall time of a judgement by phase, and the limit on it."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Phase(StrEnum):
+    """What the time was spent on; static methods have no phases, only a total."""
+
+    BUILD = "build"
+    STEP = "step"
+    READ = "read"
+
+
+@dataclass(frozen=True, slots=True)
+class Seconds:
+    """Time by phase [s]; ``total`` also holds what belongs to no phase."""
+
+    build: float = 0.0
+    step: float = 0.0
+    read: float = 0.0
+    total: float = 0.0
+
+
+class TimeoutExpiredError(Exception):
+    """A judgement took longer than it may; becomes a verdict with status ``timeout``."""
+
+
+class Stopwatch:
+    """CPU and wall time by phase, and the limit on the latter."""
+
+    def __init__(self, timeout: float | None = None) -> None:
+        self.timeout = timeout
+        self._spent = {phase: [0.0, 0.0] for phase in Phase}
+        self._start = self._last = (time.process_time(), time.perf_counter())
+        self._phase: Phase | None = None
+
+    def enter(self, phase: Phase | None) -> None:
+        """What follows belongs to ``phase``."""
+        now = (time.process_time(), time.perf_counter())
+        if self._phase is not None:
+            spent = self._spent[self._phase]
+            spent[0] += now[0] - self._last[0]
+            spent[1] += now[1] - self._last[1]
+        self._phase, self._last = phase, now
+
+    def check(self) -> None:
+        """End the judgement when its time is up.
+
+        Raises:
+            TimeoutExpiredError: more wall time than the limit has passed.
+        """
+        if self.timeout is not None and time.perf_counter() - self._start[1] > self.timeout:
+            raise TimeoutExpiredError(f"no verdict within {self.timeout:g} s")
+
+    def stop(self) -> tuple[Seconds, Seconds]:
+        """CPU and wall time so far."""
+        self.enter(None)
+        cpu, wall = (
+            Seconds(
+                **{str(phase): spent[clock] for phase, spent in self._spent.items()},
+                total=self._last[clock] - self._start[clock],
+            )
+            for clock in (0, 1)
+        )
+        return cpu, wall

@@ -1,0 +1,99 @@
+"""Verdicts of several methods on the same cases, as a run folder holds them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from steadyload.layouts.scenarios import Scenario
+from steadyload.methods.naming import MethodKey, named
+from steadyload.runs.labels import load_labels
+from steadyload.runs.results import KEYS, ResultsError, load_manifest, load_results
+from steadyload.statistics.metrics import outcomes
+
+_COLUMNS = (
+    *KEYS, "item_count", "method_name", "engine", "parameters", "status", "failing_step", "score",
+    "substeps", *(f"cpu_{phase}" for phase in ("build", "step", "read", "total")), "wall_total",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class JudgedCases:
+    """The cases of a run that every method has judged: methods are compared on equal terms.
+
+    Attributes:
+        manifest: of the run folder.
+        keys: methods by spec, in the order of the study.
+        rows: result rows of the folder, those of other cases too.
+        results: result rows of these cases.
+        said: cases x specs, as :func:`steadyload.statistics.metrics.outcomes` gives it.
+        labels: of the same cases in the same order, :data:`steadyload.runs.labels.LABELS`; None
+            without labels.
+        clusters: by case, what intervals stand on: the item list where it is known, else the
+            layout.
+    """
+
+    manifest: Mapping[str, Any]
+    keys: Mapping[str, MethodKey]
+    rows: int
+    results: pd.DataFrame
+    said: pd.DataFrame
+    labels: pd.DataFrame | None
+    clusters: pd.Series
+
+    @property
+    def scenarios(self) -> tuple[str, ...]:
+        """Scenarios of the cases, in their usual order."""
+        order = {str(s): k for k, s in enumerate(Scenario)}
+        found = {str(s) for s in self.said.index.get_level_values("scenario")}
+        return tuple(sorted(found, key=lambda s: (order.get(s, -1), s)))
+
+
+def load_judged(directory: str | Path) -> JudgedCases:
+    """What a run folder holds of its cases.
+
+    Raises:
+        ResultsError: not a run folder, or no case in it has been judged by all methods yet.
+    """
+    directory = Path(directory)
+    manifest = load_manifest(directory)
+    results = load_results(directory, _COLUMNS)
+    order = [m for m in manifest["study"]["methods"] if m in set(results["method"])]
+    rows, results = len(results), _judged_by_all(results, len(order))
+    if results.empty:
+        raise ResultsError(f"{directory}: no case has been judged by all methods yet; resume it")
+    first = results.drop_duplicates("method").set_index("method")
+    said = outcomes(results)[order]
+    labels = _labels(directory, said) if "labels" in manifest else None
+    # Layouts packed from one item list are alike: where lists are known, intervals stand on them.
+    layouts = said.index.get_level_values("layout")
+    clusters = pd.Series(layouts if labels is None else labels["instance"].to_numpy(), said.index)
+    keys = {m: _key(m, first.loc[m]) for m in order}
+    return JudgedCases(manifest, keys, rows, results, said, labels, clusters)
+
+
+def _judged_by_all(results: pd.DataFrame, methods: int) -> pd.DataFrame:
+    judged = results.groupby(["layout", "scenario"])["method"].transform("nunique")
+    return results[judged == methods].copy()
+
+
+def _key(spec: str, row: pd.Series) -> MethodKey:
+    engine = None if pd.isna(row["engine"]) else str(row["engine"])
+    return named(row["method_name"], spec, engine)
+
+
+def _labels(directory: Path, said: pd.DataFrame) -> pd.DataFrame:
+    """The labels of the cases that have been judged, in their order."""
+    labels = load_labels(directory)
+    missing = said.index.difference(labels.index)
+    if len(missing):
+        name, scenario = missing[0]
+        raise ResultsError(
+            f"{directory}: layout {name!r} has no label in scenario {scenario!r}; run the study "
+            "again to write the labels anew"
+        )
+    return labels.loc[said.index]

@@ -1,0 +1,147 @@
+"""What a run was made with: what makes its rows stale, and what is told of it on pages.
+
+Rows are kept by a key of all that they hang on (:func:`key_of`). Code takes part in it by versions
+of parts that are raised by hand (:func:`made_by`), never by its text: what is moved, renamed or
+made faster stays valid. Source revision, Python and machine (:func:`provenance`) are told and
+nothing more.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import json
+import platform
+import subprocess
+from collections.abc import Iterable, Mapping, Sequence
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from steadyload.engines.registry import installed_versions, numerics, world_class
+from steadyload.engines.world import VERSION as WORLD
+from steadyload.methods.method import Method
+from steadyload.methods.spec import as_plain
+
+OWN = "steadyload"
+"""The package whose classes have versions of parts."""
+
+_ENTRY_POINTS = ("steadyload.methods", "steadyload.engines")
+
+
+def key_of(parts: Mapping[str, Any] | Sequence[Any]) -> str:
+    """Key of all that some rows hang on: a hash of canonical JSON, 20 hexadecimal digits.
+
+    Args:
+        parts: what JSON can hold; in which order a mapping names things does not matter.
+    """
+    text = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()[:20]
+
+
+def made_by(method: Method) -> dict[str, str]:
+    """What a method's verdicts come from, besides what it is asked, by name.
+
+    These are its parameters in full (a preset that is tuned anew keeps its spec), versions of its
+    parts and of the packages that they declare, digests of weights and thresholds, and, where a
+    class is from another distribution, that one's version and a hash of its source.
+    """
+    made = {"parameters": key_of(as_plain(method.parameters))}
+    made |= {f"version of {part}": str(number) for part, number in method.parts().items()}
+    made |= package_versions(method.numerics())
+    if method.made_of():
+        made["weights and thresholds"] = method.made_of()
+    for each in method.classes():
+        made |= _from_outside(each)
+    return made
+
+
+def made_on(engine: str) -> dict[str, str]:
+    """What comes of an engine without a method: its version, that of all adapters, and packages."""
+    world = world_class(engine)
+    parts = {"world": WORLD, "engine": world.capabilities.version}
+    made = {f"version of {part}": str(number) for part, number in parts.items()}
+    return made | package_versions(numerics(engine)) | _from_outside(world)
+
+
+def raised(version: int) -> dict[str, int]:
+    """The version of a computation as a part of what names it, once it was raised.
+
+    The first one goes unsaid where folders have been named without: they stay valid.
+    """
+    return {} if version == 1 else {"version": version}
+
+
+def package_versions(names: Iterable[str]) -> dict[str, str]:
+    """Versions of those packages that are installed, by name."""
+    return {name: metadata.version(name) for name in sorted(names) if _installed(name)}
+
+
+def _from_outside(cls: type) -> dict[str, str]:
+    """What stands for the code of a class that has no versions of parts."""
+    if cls.__module__.partition(".")[0] == OWN:
+        return {}
+    source = Path(inspect.getsourcefile(cls) or "")
+    made = {f"source of {cls.__qualname__}": hashlib.sha256(source.read_bytes()).hexdigest()}
+    for group in _ENTRY_POINTS:
+        for entry in metadata.entry_points(group=group):
+            if entry.dist is not None and entry.value == f"{cls.__module__}:{cls.__qualname__}":
+                made[entry.dist.name] = entry.dist.version
+    return made
+
+
+def provenance() -> dict[str, Any]:
+    """Versions, source revision and kind of machine; nothing that identifies a person or host."""
+    versions = package_versions(("numpy", "pandas", "pyarrow", "scipy"))
+    return {
+        "git": _git_revision(),
+        "versions": {
+            "python": platform.python_version(),
+            **package_versions((OWN,)),
+            **versions,
+            **installed_versions(),
+        },
+        "machine": f"{platform.system()} {platform.machine()}",
+    }
+
+
+def provenance_lines(made: Mapping[str, Any] | None = None) -> dict[str, str]:
+    """A provenance as a page shows it.
+
+    Args:
+        made: the manifest of a run folder; None for what would be computed now.
+    """
+    made = provenance() if made is None else made
+    return {
+        "source": source_line(made),
+        "versions": ", ".join(f"{k} {v}" for k, v in made["versions"].items()),
+        "machine": made["machine"],
+    }
+
+
+def source_line(made: Mapping[str, Any]) -> str:
+    """The source revision of a provenance, or the version of the package that was installed."""
+    if made.get("git"):
+        return f"git {made['git']}"
+    return f"installed package {made['versions'].get(OWN, '')}".rstrip()
+
+
+def _installed(name: str) -> bool:
+    try:
+        metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return False
+    return True
+
+
+def _git_revision() -> str | None:
+    """Commit of the source tree this code runs from, marked when it has changes; None outside."""
+    root = Path(__file__).resolve().parents[2]
+    if not (root / ".git").exists():
+        return None
+    command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=12"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout.strip() or None

@@ -1,0 +1,341 @@
+"""Shards of a run folder: found, judged where they are missing, written whole, verified, locked.
+
+A shard holds the answers to one unit of work, under a key that is a hash of all that they depend
+on. Its file is ``KEY.CHECKSUM.SUFFIX`` and is renamed into place: it is whole or not there, and one
+that was changed since is noticed whenever it is read. :meth:`Store.complete` is the one loop that
+fills run folders.
+"""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import hashlib
+import json
+import logging
+import os
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any, Generic, NoReturn, Protocol, Self, TypeVar
+
+import pandas as pd
+import pyarrow as pa
+
+from steadyload.atomic import clear_unfinished, write_atomically
+from steadyload.errors import UserError
+from steadyload.layouts.benchmark.tables import as_parquet, from_parquet
+from steadyload.runs.executors import IN_THIS_PROCESS, Executor, run_units
+from steadyload.runs.pool import PartLimit
+
+_DIGITS = 16
+"""Of a checksum."""
+
+Progress = Callable[[int, int], None]
+
+_log = logging.getLogger("steadyload")
+
+
+class ResultsError(UserError):
+    """A folder that holds no study, a damaged one, or one of another version."""
+
+
+class DamagedError(ResultsError):
+    """A file that is not what was written."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(f"{path}: cannot be read, it is damaged; run the study again to mend it")
+
+
+class KeyedUnit(Protocol):
+    """A unit of work whose answers are a shard."""
+
+    @property
+    def key(self) -> str:
+        """The shard's key, see :func:`steadyload.runs.provenance.key_of`."""
+        ...
+
+    def __len__(self) -> int: ...
+
+    def without(self, done: int) -> Self:
+        """See :func:`steadyload.runs.executors.run_units`, as for the next."""
+        ...
+
+    def describe(self, part: int) -> str:
+        """A part for people."""
+        ...
+
+
+Unit = TypeVar("Unit", bound=KeyedUnit)
+Answer = TypeVar("Answer")
+Stored = TypeVar("Stored")
+
+
+@dataclass(frozen=True, slots=True)
+class Codec(Generic[Answer, Stored]):
+    """How the answers to a unit become the bytes of a file, and what is read of them.
+
+    Attributes:
+        suffix: of the file, with its dot.
+        encode: equal answers give equal bytes.
+        decode: of what :attr:`encode` has written.
+    """
+
+    suffix: str
+    encode: Callable[[Sequence[Answer]], bytes]
+    decode: Callable[[bytes], Stored]
+
+
+def _as_json(answers: Sequence[Any]) -> bytes:
+    return (json.dumps(list(answers), indent=1) + "\n").encode()
+
+
+JSON: Codec[Any, list[Any]] = Codec(".json", _as_json, json.loads)
+"""Answers that JSON can say."""
+
+
+def parquet(schema: pa.Schema) -> Codec[dict[str, Any], pd.DataFrame]:
+    """Rows of a schema; what a row does not say is null."""
+
+    def encode(rows: Sequence[dict[str, Any]]) -> bytes:
+        return as_parquet(pd.DataFrame(list(rows)).reindex(columns=schema.names), schema)
+
+    return Codec(".parquet", encode, partial(from_parquet, schema=schema))
+
+
+def checksum(content: bytes) -> str:
+    """The checksum of a file's content: the first digits of its SHA-256."""
+    return hashlib.sha256(content).hexdigest()[:_DIGITS]
+
+
+def checksum_of(path: Path) -> str:
+    """The checksum of a file of any size; empty where there is none."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()[:_DIGITS]
+    except FileNotFoundError:
+        return ""
+
+
+def is_whole(path: Path, expected: str) -> bool:
+    """Whether a file is there as it was written; one that is damaged is named to the user."""
+    found = checksum_of(path)
+    if found and found != expected:
+        _log.warning("%s: is damaged; it is thrown away and made again", path)
+    return found == expected
+
+
+@contextmanager
+def locked(directory: Path) -> Iterator[None]:
+    """One run a folder at a time; the lock goes with the process, however that ends.
+
+    Args:
+        directory: made when it does not exist.
+
+    Raises:
+        ResultsError: it is no folder, another run is at work in it, or its lock is a link.
+    """
+    if directory.exists() and not directory.is_dir():
+        raise ResultsError(f"{directory}: is not a folder")
+    directory.mkdir(parents=True, exist_ok=True)
+    path = directory / ".lock"
+    try:
+        handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
+    except OSError as error:
+        if error.errno == errno.ELOOP:
+            raise ResultsError(f"{path}: is a link, which no lock may be; remove it") from None
+        raise
+    with os.fdopen(handle, "rb"):
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise ResultsError(f"{directory}: another run is at work in this folder") from None
+        yield
+
+
+@dataclass(slots=True)
+class Survey:
+    """What is there of some units.
+
+    Attributes:
+        keys: of all units, in their order.
+        missing: of those that are to be judged.
+        parts: of all units.
+        present: parts that need no judging.
+    """
+
+    keys: dict[str, None] = field(default_factory=dict)
+    missing: set[str] = field(default_factory=set)
+    parts: int = 0
+    present: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class _Lost:
+    """The answer to a part that ended its process, where that is no answer."""
+
+    reason: str
+
+
+_LOST: Callable[[Any, int, str], Any] = lambda unit, part, reason: _Lost(reason)  # noqa: E731
+
+
+def _refuse(unit: KeyedUnit, reason: str) -> NoReturn:
+    raise ResultsError(f"{unit.describe(0)}: {reason}")
+
+
+class Store(Generic[Answer, Stored]):
+    """The shards of one folder. Whoever writes holds the lock of the run folder.
+
+    Args:
+        folder: of the shards; made when the first one is written.
+        codec: of their content.
+    """
+
+    def __init__(self, folder: Path, codec: Codec[Answer, Stored]) -> None:
+        self._folder, self._codec = folder, codec
+        self._sums = self._listed()
+
+    def __contains__(self, key: str) -> bool:
+        """There is a shard of this key, whole or damaged."""
+        return key in self._sums
+
+    def keys(self) -> list[str]:
+        """The keys of all shards, in no particular order."""
+        return list(self._sums)
+
+    def content(self, key: str) -> bytes:
+        """The bytes of a shard, as they were written.
+
+        Raises:
+            DamagedError: it has changed since.
+            ResultsError: it is missing.
+        """
+        try:
+            path = self._path(key)
+            found = path.read_bytes()
+        except (KeyError, FileNotFoundError):
+            raise ResultsError(f"{self._folder}: shard {key} is missing; run it again") from None
+        if checksum(found) != self._sums[key]:
+            raise DamagedError(path)
+        return found
+
+    def read(self, key: str) -> Stored:
+        """What a shard holds; raises as :meth:`content`."""
+        return self._codec.decode(self.content(key))
+
+    def write(self, key: str, answers: Sequence[Answer]) -> None:
+        """Put a shard in its place, whole or not at all."""
+        content = self._codec.encode(answers)
+        self.drop(key)
+        self._folder.mkdir(parents=True, exist_ok=True)
+        self._sums[key] = checksum(content)
+        write_atomically(self._path(key), content)
+
+    def drop(self, key: str) -> None:
+        """Remove a shard if it is there."""
+        if key in self._sums:
+            self._path(key).unlink(missing_ok=True)
+            del self._sums[key]
+
+    def missing(self, keys: Iterable[str]) -> set[str]:
+        """Those that have no whole shard; a damaged one is named, and removed."""
+        return {key for key in keys if not self._is_whole(key)}
+
+    def survey(self, units: Iterable[KeyedUnit], *, rerun: bool = False) -> Survey:
+        """What of some units is there; what earlier runs left half-written is removed.
+
+        Args:
+            units: gone through once, so that there may be any number.
+            rerun: take everything for missing.
+        """
+        clear_unfinished(self._folder, f"*{self._codec.suffix}")
+        self._sums, found = self._listed(), Survey()
+        for unit in units:
+            if unit.key in found.keys:
+                continue
+            found.keys[unit.key] = None
+            found.parts += len(unit)
+            if rerun or not self._is_whole(unit.key):
+                found.missing.add(unit.key)
+            else:
+                found.present += len(unit)
+        return found
+
+    def complete(
+        self,
+        units: Iterable[Unit],
+        work: Callable[[Unit], Iterator[Answer]],
+        *,
+        crashed: Callable[[Unit, int, str], Answer] | None = None,
+        lost: Callable[[Unit, str], None] = _refuse,
+        limit: PartLimit[Unit, Answer] | None = None,
+        workers: int | Executor = IN_THIS_PROCESS,
+        progress: Progress = lambda done, total: None,
+        survey: Survey | None = None,
+    ) -> int:
+        """Judge what is missing, and write every shard as soon as it is known.
+
+        Args:
+            units: what is to be there in the end; of units with the same key the first counts.
+            work: see :func:`steadyload.runs.executors.run_units`, as for workers.
+            crashed: the answer to a part that ends its process. None: that is no answer, the unit
+                stays missing.
+            lost: told of such a unit and why; by default it is an error.
+            limit: wall time that a part may take, and the answer to one that takes longer.
+            workers: who judges.
+            progress: called with parts done and parts in all, first with what is there.
+            survey: what is there, from :meth:`survey`; units are then asked for in turn. None finds
+                out, and holds all units.
+
+        Returns:
+            The number of parts that were judged now.
+
+        Raises:
+            ResultsError: a unit ended its process, and nobody says what that means.
+            WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
+        """
+        if survey is None:
+            units = list(units)
+            survey = self.survey(units)
+        progress(survey.present, survey.parts)
+        waiting, done = set(survey.missing), 0
+        for unit, answers in run_units(
+            work,
+            _each_once(units, waiting),
+            workers=workers,
+            crashed=crashed or _LOST,
+            limit=limit,
+        ):
+            why = [answer.reason for answer in answers if isinstance(answer, _Lost)]
+            if why:
+                lost(unit, why[0])
+            else:
+                self.write(unit.key, answers)
+            done += len(answers)
+            progress(survey.present + done, survey.parts)
+        return done
+
+    def _is_whole(self, key: str) -> bool:
+        if key in self._sums and not is_whole(self._path(key), self._sums[key]):
+            self.drop(key)
+        return key in self._sums
+
+    def _path(self, key: str) -> Path:
+        return self._folder / f"{key}.{self._sums[key]}{self._codec.suffix}"
+
+    def _listed(self) -> dict[str, str]:
+        """The checksums of what is there, by key; a name without one is no shard's."""
+        name = re.compile(rf"([^.].*)\.([0-9a-f]{{{_DIGITS}}}){re.escape(self._codec.suffix)}")
+        files = self._folder.iterdir() if self._folder.is_dir() else ()
+        return {m[1]: m[2] for file in files if (m := name.fullmatch(file.name))}
+
+
+def _each_once(units: Iterable[Unit], waiting: set[str]) -> Iterator[Unit]:
+    for unit in units:
+        if unit.key in waiting:
+            waiting.remove(unit.key)
+            yield unit

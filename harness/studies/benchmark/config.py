@@ -1,0 +1,53 @@
+"""Configuration of the study of the labelled set."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from steadyload.studies.options import operand
+from steadyload.studies.study import Progress, PublishedPage, Study, silent
+
+
+@dataclass(frozen=True)
+class BenchmarkConfig:
+    """Which labelled set."""
+
+    directory: str | None = operand(
+        None,
+        "folder of a labelled set, or planar for that of the package (default: its large one)",
+        metavar="DIR",
+    )
+
+
+class BenchmarkStudy(Study[BenchmarkConfig, Any]):
+    """Contents of a labelled set, and how far its labels can be trusted."""
+
+    name = "benchmark"
+    question = "What does the labelled set hold, and how sure are its labels?"
+    about = "write the page of a set"
+    command = "benchmark page"
+    Config = BenchmarkConfig
+    resumable = False
+    workers = None
+    published = (PublishedPage("benchmark", "runs/benchmark", ("benchmark label runs/benchmark",)),)
+
+    def run(
+        self, config: BenchmarkConfig, work: Path, *, workers: int = 1, progress: Progress = silent
+    ) -> Any:
+        """Counts, and what the set was made with."""
+        from steadyload.layouts.benchmark import load_benchmark
+        from steadyload.studies.benchmark.summary import made_with, summarise
+
+        found = load_benchmark(config.directory)
+        return summarise(found), made_with(found), found.notes
+
+    def page(self, result: Any) -> Any:
+        """Cases, splits, judges and labels."""
+        from steadyload.studies.benchmark.page import benchmark_page
+
+        return benchmark_page(*result)
+
+
+STUDY = BenchmarkStudy()

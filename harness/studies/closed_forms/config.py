@@ -1,0 +1,56 @@
+"""Configuration of the study of closed forms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from steadyload.studies.options import option
+from steadyload.studies.study import Progress, Study, silent
+
+
+@dataclass(frozen=True)
+class ClosedFormsConfig:
+    """Which engines are held against formulas."""
+
+    engines: tuple[str, ...] = option(
+        (), "only this; may be repeated", names=("--engine",), metavar="NAME"
+    )
+
+
+class ClosedForms(Study[ClosedFormsConfig, Any]):
+    """Single bodies and small stacks whose motion follows from a formula."""
+
+    name = "closed_forms"
+    question = "How far is every engine from mechanics whose answer is known?"
+    about = "hold engines against formulas: tipping, sliding, spinning, stacks"
+    command = "verify closed-forms"
+    Config = ClosedFormsConfig
+    resumable = False
+    workers = None
+
+    def run(
+        self,
+        config: ClosedFormsConfig,
+        work: Path,
+        *,
+        workers: int = 1,
+        progress: Progress = silent,
+    ) -> Any:
+        """Tests, what engines answer, and what they were asked with."""
+        from steadyload.runs.provenance import provenance_lines
+        from steadyload.studies.closed_forms.study import closed_form_tests, closed_forms
+
+        made_with = provenance_lines()
+        results = closed_forms(config.engines or None, progress=progress)
+        return closed_form_tests(), results, made_with
+
+    def page(self, result: Any) -> Any:
+        """Errors, test by test."""
+        from steadyload.studies.closed_forms.page import closed_forms_page
+
+        return closed_forms_page(*result)
+
+
+STUDY = ClosedForms()

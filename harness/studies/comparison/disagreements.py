@@ -1,0 +1,96 @@
+"""The cases of a comparison that divide the methods most."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from steadyload.layouts.formats import read_written
+from steadyload.layouts.model import Layout
+from steadyload.layouts.scenarios import Scenario, apply_scenario
+from steadyload.runs.definition import AS_GIVEN
+from steadyload.runs.judged import JudgedCases
+from steadyload.runs.labels import labelled_layout
+
+_MOST = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Disagreement:
+    """A case on which methods differ: what each said (failing step, ``stable`` or a status).
+
+    ``drawn``: the layout as it was judged. ``marked``: the failing steps that some method names.
+    """
+
+    layout: str
+    scenario: str
+    item_count: int
+    said: Mapping[str, str]
+    drawn: Layout
+    marked: tuple[int, ...]
+
+
+def disagreements(judged: JudgedCases, kept: Path) -> tuple[Disagreement, ...]:
+    """The cases that divide the methods most: simulations first, since they claim to be exact.
+
+    Args:
+        judged: the cases and verdicts.
+        kept: the file that the layouts were written to.
+    """
+    said, keys, labels = judged.said, judged.keys, judged.labels
+    results, seed = judged.results, judged.manifest["study"]["seed"]
+    simulated = [m for m, key in keys.items() if key.engine] or list(keys)
+    ranking = pd.DataFrame(
+        {
+            "divided": said[simulated].apply(_dissent, axis=1),
+            "distinct": said.nunique(axis=1, dropna=False),
+        }
+    )
+    ranking = ranking[ranking["distinct"] > 1].sort_values(
+        ["divided", "distinct"], ascending=False, kind="stable"
+    )
+    rows = results[results["repetition"] == 0].set_index(["layout", "scenario", "method"])
+    found = []
+    shown = ranking.index[:_MOST]
+    names = set(shown.get_level_values("layout"))
+    layouts = {layout.name: layout for layout in read_written(kept, names)} if names else {}
+    for name, scenario in shown:
+        layout, label = layouts[name], {}
+        if labels is not None:
+            row = labels.loc[(name, scenario)]
+            layout, label = labelled_layout(layout, row), {"label": _step(row["failing_step"])}
+        elif scenario != AS_GIVEN:
+            layout = apply_scenario(layout, Scenario(scenario), seed)
+        verdicts = {m: rows.loc[(name, scenario, m)] for m in keys}
+        failing = [v["failing_step"] for v in verdicts.values() if not pd.isna(v["failing_step"])]
+        found.append(
+            Disagreement(
+                layout=name,
+                scenario=scenario,
+                item_count=len(layout),
+                said=label | {keys[m].title: _said(v) for m, v in verdicts.items()},
+                drawn=layout,
+                marked=tuple(sorted({int(f) for f in failing})),
+            )
+        )
+    return tuple(found)
+
+
+def _dissent(answers: pd.Series) -> float:
+    """Share of pairs of methods that differ in a case; a missing answer differs from all."""
+    values = answers.tolist()
+    pairs = [(a, b) for i, a in enumerate(values) for b in values[i + 1 :]]
+    return float(np.mean([pd.isna(a) or pd.isna(b) or a != b for a, b in pairs])) if pairs else 0.0
+
+
+def _said(row: pd.Series) -> str:
+    return _step(row["failing_step"]) if row["status"] == "done" else row["status"]
+
+
+def _step(failing: Any) -> str:
+    return "stable" if pd.isna(failing) else str(int(failing))

@@ -1,0 +1,84 @@
+"""Configuration of the study of engines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from steadyload.studies.options import option
+from steadyload.studies.study import Progress, PublishedPage, Study, silent
+
+PARTS = ("agreement", "options", "speed", "throughput")
+_SEED = 7
+
+
+@dataclass(frozen=True)
+class EnginesConfig:
+    """Parts of the comparison, and how much is measured."""
+
+    parts: tuple[str, ...] = option(
+        (), "measure only this; may be repeated (default: speed and throughput)",
+        names=("--part",), choices=PARTS,
+    )  # fmt: skip
+    layouts: int = option(
+        300, "generated layouts for agreement and options (default: 300)", least=1
+    )
+    most_items: int = option(
+        200, "largest layout of the speed part (default: 200)", least=20, metavar="J"
+    )
+
+
+class EngineStudy(Study[EnginesConfig, Any]):
+    """One loading algorithm, equal values, every engine."""
+
+    name = "engines"
+    question = "Do engines agree, what does each option change, and what does a judgement cost?"
+    about = "compare engines: agreement, options, speed"
+    command = "compare-engines"
+    folder = "bench"
+    Config = EnginesConfig
+    resumable = False
+    workers = None
+    published = (
+        PublishedPage(
+            "engines",
+            "--part agreement --part options",
+            question="Do engines agree, and what does each option change?",
+        ),
+        PublishedPage(
+            "speed",
+            "--part speed --part throughput",
+            question="What does a judgement cost on every engine, from 5 to 200 items?",
+        ),
+    )
+
+    def run(
+        self, config: EnginesConfig, work: Path, *, workers: int = 1, progress: Progress = silent
+    ) -> Any:
+        """Arguments of the page, in its order."""
+        from steadyload.layouts.packing import random_layouts
+        from steadyload.runs.provenance import provenance_lines
+        from steadyload.studies.engines.speed import ITEM_COUNTS, speed_curves, throughput
+        from steadyload.studies.engines.study import engine_agreement, option_effects
+
+        parts = config.parts or ("speed", "throughput")
+        made_with = provenance_lines()  # of the code that measures
+        layouts = random_layouts(config.layouts, seed=_SEED)
+        counts = [n for n in ITEM_COUNTS if n <= config.most_items]
+        return (
+            engine_agreement(layouts, progress=progress) if "agreement" in parts else [],
+            option_effects(layouts, progress=progress) if "options" in parts else [],
+            speed_curves(counts, progress=progress) if "speed" in parts else [],
+            throughput(progress=progress) if "throughput" in parts else [],
+            {"generated layouts": f"{config.layouts}, seed {_SEED}"} | made_with,
+        )
+
+    def page(self, result: Any) -> Any:
+        """Agreement, options, speed: those that were measured."""
+        from steadyload.studies.engines.page import engine_study_page
+
+        return engine_study_page(*result)
+
+
+STUDY = EngineStudy()

@@ -1,0 +1,81 @@
+"""Configuration of the study of learned judges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from steadyload.studies.options import option
+from steadyload.studies.study import Progress, PublishedPage, Study, silent
+
+
+@dataclass(frozen=True)
+class LearnedConfig:
+    """Which plan, which parts of the page, and what judges are asked."""
+
+    plan: Path | None = option(None, "TOML file (default: the one of the package)", metavar="FILE")
+    only: tuple[str, ...] = option(
+        (), "only these parts of the page: table, size, sources, remedies, calibration, leak, "
+        "foreign", metavar="PART", fewest=1,
+    )  # fmt: skip
+    judge_on: str | None = option(
+        None, "part of the labelled set, such as validation (default: the plan's)", metavar="PART"
+    )
+    foreign: tuple[Path, ...] = option(
+        (), "layouts of another kind, of which learners are asked, too", metavar="FILE", fewest=0
+    )
+    limit: int | None = option(None, "judge only the first N cases a scenario", least=2)
+
+
+class LearnedStudy(Study[LearnedConfig, Any]):
+    """Trainings that a plan asks for, judged."""
+
+    name = "learned"
+    question = "What are learned judges worth, and what makes them so?"
+    about = "train what a plan asks for, judge, and write the page of learned judges"
+    Config = LearnedConfig
+    workers = 0
+    published = (PublishedPage("learned", "--foreign ../shared/data/aclpp/*.yaml"),)
+
+    def run(
+        self, config: LearnedConfig, work: Path, *, workers: int = 1, progress: Progress = silent
+    ) -> Any:
+        """Trainings with their verdicts, and provenance."""
+        from steadyload.errors import nearest
+        from steadyload.learners import LearnerError, require_training
+
+        require_training()
+        from steadyload.layouts.benchmark import Part
+        from steadyload.runs.provenance import provenance_lines
+        from steadyload.studies.learned.plan import Section
+        from steadyload.studies.learned.plan_file import check_part, load_plan
+        from steadyload.studies.learned.study import learner_study
+
+        for name in config.only:
+            if name not in list(Section):
+                raise LearnerError(f"part is {name!r}; {nearest(name, list(Section))}")
+        if config.judge_on is not None:
+            check_part(config.judge_on)
+        record = learner_study(
+            load_plan(config.plan),
+            work,
+            only=[Section(name) for name in config.only],
+            part=Part(config.judge_on) if config.judge_on else None,
+            limit=config.limit,
+            foreign=config.foreign,
+            workers=workers,
+            generating=lambda *of: progress("item lists", *of),
+            training=lambda *of: progress("trainings", *of),
+            judging=lambda *of: progress("verdicts", *of),
+        )
+        return record, provenance_lines()
+
+    def page(self, result: Any) -> Any:
+        """Accuracy, cost and trust of learned judges."""
+        from steadyload.studies.learned.page import learned_page
+
+        return learned_page(*result)
+
+
+STUDY = LearnedStudy()

@@ -1,0 +1,91 @@
+"""Fields of a configuration: a quantity that also says how it is written on the command line."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Collection
+from types import MappingProxyType
+from typing import Any
+
+from steadyload.engines.quantities import quantity
+
+NAMES, METAVAR, READ, OPERAND, FEWEST, BARE = (
+    "names", "metavar", "read", "operand", "fewest", "bare"
+)  # fmt: skip
+"""Keys of a field's metadata, beside those of :func:`steadyload.engines.quantities.quantity`."""
+
+
+def option(
+    default: Any,
+    about: str,
+    *,
+    names: tuple[str, ...] = (),
+    metavar: str = "",
+    unit: str = "",
+    least: float = -math.inf,
+    most: float = math.inf,
+    choices: Collection[str] | str = (),
+    read: Callable[[str], Any] | None = None,
+    fewest: int | None = None,
+    bare: str | None = None,
+) -> Any:
+    """A field of a configuration: its default, its meaning, and how it is written as a flag.
+
+    Args:
+        default: ``dataclasses.MISSING`` where it has to be given.
+        about: what it means; the command's help prints it.
+        names: flags, such as ``("--method", "-m")``; else the field's name with dashes.
+        metavar: what stands for the value in the help; else a word for its type.
+        unit: of a number.
+        least: number that is allowed.
+        most: number that is allowed.
+        choices: allowed words, or ``"module:name"`` of a collection or an enumeration of them,
+            which is imported when they are needed.
+        read: makes the value of the text after the flag; raises ValueError to refuse it.
+        fewest: of a tuple, so many values or more follow one flag; else one, and the flag is
+            repeated.
+        bare: the value of a flag after which nothing stands.
+    """
+    return _named(
+        quantity(default, about, unit=unit, least=least, most=most, choices=choices),
+        {NAMES: names, METAVAR: metavar, READ: read, FEWEST: fewest, BARE: bare, OPERAND: False},
+    )
+
+
+def operand(
+    default: Any,
+    about: str,
+    *,
+    metavar: str,
+    read: Callable[[str], Any] | None = None,
+) -> Any:
+    """A field that stands without a flag; the last of them may be a tuple, of one value or more."""
+    return _named(
+        quantity(default, about),
+        {NAMES: (), METAVAR: metavar, READ: read, FEWEST: None, BARE: None, OPERAND: True},
+    )
+
+
+REQUIRED = dataclasses.MISSING
+"""The default of a field that has to be given."""
+
+
+def _named(made: Any, more: dict[str, Any]) -> Any:
+    made.metadata = MappingProxyType({**made.metadata, **more})
+    return made
+
+
+def positive_number(text: str) -> float:
+    """A number above 0, from text.
+
+    Raises:
+        ValueError: it is none.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < 1e9:
+        raise ValueError(f"{text!r}; allowed: a number above 0")
+    return value

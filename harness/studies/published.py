@@ -1,0 +1,125 @@
+"""Published pages: what stands where, and the index of all."""
+
+from __future__ import annotations
+
+import glob
+import re
+import shlex
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from steadyload.atomic import write_atomically
+from steadyload.errors import UserError, nearest
+from steadyload.studies.registry import studies, study
+
+FOLDER = Path("reports/published")
+"""Of the pages, below the repository's root."""
+
+INDEX = "README.md"
+
+_ABBREVIATIONS = re.compile(r"(?:e\.g|i\.e|vs|Eq|Fig|Sec|approx)\.$")
+
+
+class UnknownPageError(UserError):
+    """No study publishes a page of a name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A published page.
+
+    Attributes:
+        name: its folder.
+        question: the sentence that it answers.
+        command: words of the command that makes it, without where it is written to.
+        before: words of commands that make what it is made of.
+    """
+
+    name: str
+    question: str
+    command: tuple[str, ...]
+    before: tuple[tuple[str, ...], ...] = ()
+
+    def text(self, folder: Path) -> str:
+        """The page as it stands; empty where it was not made yet."""
+        path = folder / self.name / "report.md"
+        return path.read_text() if path.exists() else ""
+
+
+def entries() -> list[Entry]:
+    """All of them, in the order of the registry."""
+    return [
+        Entry(
+            page.folder,
+            page.question or one.question,
+            (*one.command_words.split(), *shlex.split(page.flags)),
+            tuple(tuple(shlex.split(line)) for line in page.before),
+        )
+        for one in map(study, studies())
+        for page in one.pages
+    ]
+
+
+def named(names: tuple[str, ...]) -> list[Entry]:
+    """Those of some names; all where there are none.
+
+    Raises:
+        UnknownPageError: there is no page of a name.
+    """
+    known = {entry.name: entry for entry in entries()}
+    for name in names:
+        if name not in known:
+            raise UnknownPageError(f"unknown page {name!r}; {nearest(name, known)}")
+    return [known[name] for name in names] or list(known.values())
+
+
+def remaking(entry: Entry, folder: Path) -> list[list[str]]:
+    """Words of the commands that remake a page, one after the other."""
+    written = ["--output", str(folder / entry.name)]
+    return [
+        *(list(_filled(words)) for words in entry.before),
+        [*_filled(entry.command), *written],
+    ]
+
+
+def _filled(words: tuple[str, ...]) -> Iterator[str]:
+    """Words with patterns of files as the files that there are."""
+    for word in words:
+        yield from (sorted(glob.glob(word)) if "*" in word else [word])
+
+
+def index(folder: Path) -> str:
+    """The index of the pages of a folder, in Markdown."""
+    lines = ["# Published pages", "", "Each answers one question; `make pages` remakes them.", ""]
+    for entry in entries():
+        text = entry.text(folder)
+        if text:
+            lines += [f"- **[{title(text)}]({entry.name}/report.md)**: {entry.question}"]
+            lines += [f"  {answer(text)}"] if answer(text) else []
+    return "\n".join(lines) + "\n"
+
+
+def write_index(folder: Path) -> Path:
+    """Write the index beside the pages; returns its path."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / INDEX
+    write_atomically(path, index(folder).encode())
+    return path
+
+
+def title(text: str) -> str:
+    """The title of a page."""
+    return text.partition("\n")[0].removeprefix("# ").strip()
+
+
+def answer(text: str) -> str:
+    """The first sentence of a page's summary; empty where it has none."""
+    parts = [part.strip() for part in text.partition("\n")[2].split("\n\n")]
+    first = next((part for part in parts if part), "")
+    if first.startswith(("#", "|", "- ", "!", "```")):
+        return ""
+    for end in re.finditer(r"[.?!](?=\s+[A-Z*`]|$)", first):
+        if not _ABBREVIATIONS.search(first[: end.end()]):
+            return " ".join(first[: end.end()].split())
+    return ""

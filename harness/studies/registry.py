@@ -1,0 +1,61 @@
+"""Names of studies. Listing them imports none.
+
+A study is one folder and one line in :data:`STUDIES`. Other distributions register studies through
+the entry-point group ``steadyload.studies``, with values of the form ``module:STUDY``.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.metadata
+from functools import cache
+from typing import Any
+
+from steadyload.errors import UserError, nearest
+from steadyload.studies.study import Study
+
+STUDIES: dict[str, str] = {
+    "comparison": "steadyload.studies.comparison.config:STUDY",
+    "table5": "steadyload.studies.table5.config:STUDY",
+    "cascade": "steadyload.studies.cascade.config:STUDY",
+    "tuning": "steadyload.studies.tuning.config:STUDY",
+    "learned": "steadyload.studies.learned.config:STUDY",
+    "uncertain": "steadyload.studies.uncertain.config:STUDY",
+    "session": "steadyload.studies.session.config:STUDY",
+    "engines": "steadyload.studies.engines.config:STUDY",
+    "closed_forms": "steadyload.studies.closed_forms.config:STUDY",
+    "convergence": "steadyload.studies.convergence.config:STUDY",
+    "extremes": "steadyload.studies.extremes.config:STUDY",
+    "properties": "steadyload.studies.properties.config:STUDY",
+    "benchmark": "steadyload.studies.benchmark.config:STUDY",
+    "scale": "steadyload.studies.scale.config:STUDY",
+}
+"""Study -> where it is declared, in the order of the index of pages."""
+
+
+class UnknownStudyError(UserError):
+    """No study is registered under a name."""
+
+
+def studies() -> dict[str, str]:
+    """All studies: ours, and then those of other distributions."""
+    return STUDIES | {k: v for k, v in _from_other_distributions().items() if k not in STUDIES}
+
+
+@cache
+def _from_other_distributions() -> dict[str, str]:
+    found = importlib.metadata.entry_points(group="steadyload.studies")
+    return {entry.name: entry.value for entry in found}
+
+
+def study(name: str) -> Study[Any, Any]:
+    """The study of a name.
+
+    Raises:
+        UnknownStudyError: there is none.
+    """
+    known = studies()
+    if name not in known:
+        raise UnknownStudyError(f"unknown study {name!r}; {nearest(name, known)}")
+    module, _, attribute = known[name].partition(":")
+    return getattr(importlib.import_module(module), attribute)

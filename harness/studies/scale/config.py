@@ -1,0 +1,61 @@
+"""Configuration of the study of scale."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from steadyload.studies.options import option
+from steadyload.studies.study import Progress, PublishedPage, Study, silent
+
+_FEWEST_ROWS = 10_000
+
+
+@dataclass(frozen=True)
+class ScaleConfig:
+    """How many rows the largest study has."""
+
+    rows: int = option(
+        100_000,
+        "of the largest study; the others have a tenth, a hundredth, ... (default: 100000)",
+        least=_FEWEST_ROWS,
+    )
+
+
+class Scale(Study[ScaleConfig, Any]):
+    """Time and memory of studies, by their number of rows."""
+
+    name = "scale"
+    question = "What does a study need by its number of rows: time, memory, disk?"
+    about = "measure what studies of many rows need"
+    command = "study measure"
+    Config = ScaleConfig
+    resumable = False
+    workers = 2
+    published = (PublishedPage("scale", "--rows 1000000"),)
+
+    def run(
+        self, config: ScaleConfig, work: Path, *, workers: int = 2, progress: Progress = silent
+    ) -> Any:
+        """Measurements, how they were taken, and with what."""
+        from steadyload.runs.provenance import provenance_lines
+        from steadyload.studies.scale.study import METHODS, REPETITIONS, scale
+
+        largest = config.rows - config.rows % _FEWEST_ROWS
+        counts = [largest // 10**k for k in range(8) if largest // 10**k >= _FEWEST_ROWS]
+        made_with = provenance_lines()
+        how = (
+            f"Generated layouts, judged by {', '.join(METHODS)}, {REPETITIONS} times each, over "
+            f"{workers} processes."
+        )
+        return scale(counts[::-1], workers=workers, progress=progress), how, made_with
+
+    def page(self, result: Any) -> Any:
+        """Time and memory of a run, of reading it and of its report."""
+        from steadyload.studies.scale.page import scale_page
+
+        return scale_page(*result)
+
+
+STUDY = Scale()

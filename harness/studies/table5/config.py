@@ -1,0 +1,69 @@
+"""Configuration of the study of Table 5."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from steadyload.studies.options import option
+from steadyload.studies.study import Progress, PublishedPage, Study, silent
+
+if TYPE_CHECKING:
+    from steadyload.studies.table5.study import Questions
+
+
+@dataclass(frozen=True)
+class Table5Config:
+    """Which methods, on how many cases, and how often they are timed."""
+
+    methods: tuple[str, ...] = option(
+        (), "may be repeated (default: the paper's methods on every engine, and our own)",
+        names=("--method", "-m"), metavar="SPEC",
+    )  # fmt: skip
+    limit: int | None = option(None, "only the first N cases a scenario", least=2)
+    timed: int = option(
+        100, "cases a scenario that are timed, in one process (default: 100)", least=1
+    )
+    repeats: int = option(3, "how often they are timed (default: 3)", least=1)
+
+    def questions(self) -> Questions:
+        """The same with the methods that can judge, and why others cannot."""
+        from steadyload.studies.table5.study import Questions
+
+        return Questions(self.methods, self.limit, self.timed, self.repeats)
+
+
+class Table5(Study[Table5Config, Any]):
+    """All methods on the labelled test split."""
+
+    name = "table5"
+    question = "How accurate is every method on every engine, and what does it cost?"
+    about = "all methods on the labelled test split, as Table 5 of the paper, every engine"
+    Config = Table5Config
+    workers = 0
+    published = (PublishedPage("table5", "--timed 60 --repeats 2"),)
+
+    def run(
+        self, config: Table5Config, work: Path, *, workers: int = 1, progress: Progress = silent
+    ) -> Any:
+        """Judged over processes, then timed in one, and summarised; also kept as a front."""
+        from steadyload.studies.table5.front import NAME, timed_front, write_front
+        from steadyload.studies.table5.study import judge_table5, time_table5
+        from steadyload.studies.table5.summary import summarise
+
+        asked = config.questions()
+        judge_table5(asked, work, workers=workers, progress=lambda *of: progress("judging", *of))
+        spatial, planar = time_table5(asked, work, progress=lambda *of: progress("timing", *of))
+        found = summarise(asked, spatial, planar)
+        write_front(timed_front(found), work / NAME)
+        return found
+
+    def page(self, result: Any) -> Any:
+        """The table, its tests, and where methods err."""
+        from steadyload.studies.table5.page import table5_page
+
+        return table5_page(result)
+
+
+STUDY = Table5()

@@ -1,0 +1,157 @@
+"""Step scores of methods on every step of labelled cases, and their cost."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from steadyload.methods.method import Method, RefusedError, Stopwatch
+from steadyload.methods.registry import make_method
+from steadyload.tuning.cases import Case
+
+BoolArray = NDArray[np.bool_]
+FloatArray = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class StepScores:
+    """Step scores of one method, the steps of all cases one below the other: N steps of M cases.
+
+    Attributes:
+        scores: see :class:`steadyload.methods.method.StepScorer`; not a number where there is none,
+            (N,).
+        cost: CPU time of scoring [ms], (N,).
+        opening: CPU time before the first step is scored [ms], (M,).
+        decision_threshold: the step score above which the method itself calls a step unstable.
+        trained: something was learnt from labels.
+    """
+
+    scores: FloatArray
+    cost: FloatArray
+    opening: FloatArray
+    decision_threshold: float
+    trained: bool
+
+
+@dataclass(frozen=True)
+class Table:
+    """Cases, and the step scores of several methods on each of their labelled steps.
+
+    Steps are labelled up to the first unstable one, that included; those after it have no label.
+
+    Attributes:
+        of: the case of every step, (N,), ascending.
+        fails: whether the step is the label's failing step, (N,).
+        lists: the item list of every case, (M,).
+        step_scores: by spec.
+    """
+
+    of: Indices
+    fails: BoolArray
+    lists: NDArray[np.object_]
+    step_scores: Mapping[str, StepScores]
+
+    @property
+    def starts(self) -> Indices:
+        """The first step of every case, (M,)."""
+        return np.searchsorted(self.of, np.arange(len(self.lists)))
+
+    def chosen(self, cases: BoolArray) -> Table:
+        """Those cases alone."""
+        steps = cases[self.of]
+        renumbered = np.cumsum(cases) - 1
+        return Table(
+            renumbered[self.of[steps]],
+            self.fails[steps],
+            self.lists[cases],
+            {
+                spec: StepScores(
+                    o.scores[steps],
+                    o.cost[steps],
+                    o.opening[cases],
+                    o.decision_threshold,
+                    o.trained,
+                )
+                for spec, o in self.step_scores.items()
+            },
+        )
+
+
+def score_steps(
+    specs: Sequence[str],
+    cases: Sequence[Case],
+    *,
+    progress: Progress = lambda done, total: None,
+) -> Table:
+    """Score every labelled step by several methods, one after the other.
+
+    Args:
+        specs: of methods, canonical.
+        cases: labelled.
+        progress: called with methods done and in all.
+
+    Raises:
+        NotStepwiseError: a method judges whole loadings alone.
+        as :meth:`Method.prepare`.
+    """
+    labelled = [min(case.safe + 1, len(case.layout)) for case in cases]
+    of = np.repeat(np.arange(len(cases)), labelled)
+    last = np.cumsum(labelled) - 1
+    fails = np.zeros(len(of), dtype=bool)
+    fails[last] = [case.safe < len(case.layout) for case in cases]
+    step_scores = {}
+    for done, spec in enumerate(specs):
+        progress(done, len(specs))
+        step_scores[spec] = _scored(make_method(spec), cases, labelled)
+    progress(len(specs), len(specs))
+    lists = np.array([case.instance for case in cases], dtype=object)
+    return Table(of, fails, lists, step_scores)
+
+
+def _scored(method: Method, cases: Sequence[Case], labelled: Sequence[int]) -> StepScores:
+    method.prepare(max(len(case.layout) for case in cases))
+    scores, cost, opening = [], [], []
+    decision_threshold = math.nan
+    clock = time.process_time
+    _steps_of(method, cases[0], labelled[0])  # what is only done once is no cost of a step
+    for case, count in zip(cases, labelled, strict=True):
+        began = clock()
+        try:
+            scorer = method.steps(case.layout, Stopwatch())
+        except RefusedError:
+            opening.append(clock() - began)
+            scores += [math.nan] * count
+            cost += [0.0] * count
+            continue
+        opening.append(clock() - began)
+        decision_threshold = scorer.decision_threshold
+        with closing(scorer):
+            for step in range(count):
+                began = clock()
+                scores.append(scorer.step_score(step))
+                cost.append(clock() - began)
+    return StepScores(
+        np.array(scores),
+        1e3 * np.array(cost),
+        1e3 * np.array(opening),
+        decision_threshold,
+        bool(method.trained),
+    )
+
+
+def _steps_of(method: Method, case: Case, count: int) -> None:
+    try:
+        with closing(method.steps(case.layout, Stopwatch())) as scorer:
+            for step in range(count):
+                scorer.step_score(step)
+    except RefusedError:
+        pass

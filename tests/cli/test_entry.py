@@ -1,0 +1,203 @@
+"""How the command begins and ends: imports, exit statuses, interrupts, words that help."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from steadyload.cli import main, running
+from steadyload.cli.commands import RENAMED, TOPICS, commands
+from steadyload.errors import FailedError
+
+HEAVY = {"numpy", "scipy", "pandas", "matplotlib", "numba", "torch", "pyarrow", "mujoco", "jinja2"}
+
+
+def fresh(*words, **more):
+    return subprocess.run(
+        [sys.executable, *words], capture_output=True, text=True, timeout=600, **more
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "status"),
+    [
+        (["--help"], 0),
+        ([], 0),
+        (["score", "--halp", "x.json"], 2),
+        (["scroe", "x.json"], 2),
+        (["benchmark"], 0),
+        (["table5", "--help"], 0),
+    ],
+)
+def test_help_and_mistyped_words_import_nothing_heavy(words, status):
+    code = "import sys; from steadyload.cli import main; s = main(sys.argv[1:]); "
+    done = fresh("-c", code + "print(s, *sys.modules, file=sys.stderr)", *words)
+    ended, *loaded = done.stderr.splitlines()[-1].split()
+    assert int(ended) == status
+    assert not HEAVY & set(loaded)
+
+
+def test_every_configuration_is_light():
+    listing = (
+        "import sys; from steadyload.studies.registry import studies, study; "
+        "print([study(n).question for n in studies()], file=sys.stderr); print(*sys.modules)"
+    )
+    done = fresh("-c", listing)
+    assert done.returncode == 0, done.stderr
+    assert not HEAVY & set(done.stdout.split())
+
+
+def test_all_commands_load_and_tell_their_flags(capsys):
+    for words, command in commands().items():
+        assert main([*words.split(), "--help"]) == 0
+        told = capsys.readouterr().out
+        assert f"Usage: steadyload {words}" in told
+        assert command.about.split()[0] in told
+    assert {words.split()[0] for words in commands() if " " in words} == set(TOPICS)
+
+
+def test_the_help_lists_commands_in_groups(capsys):
+    assert main([]) == 0
+    told = capsys.readouterr().out
+    places = [told.index(f" {group} ─") for group in ("Use", "Compare", "Build", "Remake")]
+    assert places == sorted(places)
+    for words in commands():
+        assert f"\n│ {words.split()[0]} " in told
+    assert not any(f"\n│ {old} " in told for old in RENAMED)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["scroe"], "unknown command 'scroe'; did you mean 'score'? allowed: benchmark, "),
+        (["verify", "convergense"], "unknown action 'convergense' of verify; did you mean"),
+        (
+            ["score", "x", "--metod", "sme"],
+            "score: unknown flag '--metod'; did you mean '--method'",
+        ),
+        (["score", "--halp"], "score: unknown flag '--halp'; did you mean '--help'?"),
+        (["score", "x", "-q"], "score: unknown flag '-q'; allowed: --snap, "),
+        (["score", "x", "--limit", "0"], "--limit: '0'; allowed: a whole number, 1 or more"),
+        (["score", "x", "--timeout", "no"], "--timeout: 'no'; allowed: a number above 0"),
+        (["bench", "--part", "sped"], "--part: 'sped'; did you mean 'speed'? allowed: "),
+        (["verify", "closed-forms", "--engine"], "--engine"),
+    ],
+)
+def test_a_wrong_word_is_one_sentence_that_names_the_nearest(words, message, capsys):
+    assert main(words) == 2
+    told = capsys.readouterr()
+    assert message in told.err
+    assert told.err.splitlines()[-1].startswith("steadyload: ")
+    assert not told.out
+
+
+@pytest.mark.parametrize(("old", "new"), RENAMED.items())
+def test_an_earlier_name_is_taken_with_one_line(old, new, capsys):
+    assert main([old, "--help"]) == 0
+    told = capsys.readouterr()
+    assert told.err == f"steadyload {old} is now called steadyload {new}\n"
+    assert f"Usage: steadyload {new}" in told.out
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--meth", "sme", "-m", "fbs", "--lim=3"],
+        ["-m", "sme", "--method=fbs", "--limit", "9", "--limit", "3"],
+        ["-msme", "-m=fbs", "--limit", "3"],
+    ],
+)
+def test_flags_may_be_cut_joined_and_repeated(words):
+    made = running.command_of(["score", "x.json", *words])
+    assert (made.methods, made.limit) == (("sme", "fbs"), 3)
+
+
+def test_a_flag_may_take_several_values_one_or_none():
+    fitted = running.command_of(["cascade", "fit", "--error-budget", "0.5", "1", "--limit", "4"])
+    assert (fitted.error_budget, fitted.limit) == ((0.5, 1.0), 4)
+    assert running.command_of(["learned", "--foreign", "--limit", "4"]).foreign == ()
+    shipped = [running.command_of(["train", *w]).ship for w in ([], ["--ship"], ["--ship", "x"])]
+    assert shipped == [None, "", "x"]
+
+
+def test_failed_work_has_status_1_and_an_interrupt_130(monkeypatch, capsys):
+    for error, status, told in (
+        (FailedError("workers died"), 1, "steadyload: workers died\n"),
+        (KeyboardInterrupt(), 130, "steadyload: interrupted\n"),
+    ):
+
+        def fail(words, error=error):
+            raise error
+
+        monkeypatch.setattr(running, "command_of", fail)
+        assert main(["score"]) == status
+        assert capsys.readouterr().err == told
+
+
+def test_an_interrupted_import_is_an_interrupt(monkeypatch, capsys):
+    """Some libraries raise an error of their own when theirs is interrupted."""
+
+    def fail(words):
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as error:
+            raise ImportError("initialization failed") from error
+
+    monkeypatch.setattr(running, "command_of", fail)
+    assert main(["score"]) == 130
+    assert capsys.readouterr().err == "steadyload: interrupted\n"
+
+
+def test_ctrl_c_while_libraries_are_imported_is_one_line(tmp_path):
+    """The interrupt comes when numpy is asked for: what stands in its place sends it."""
+    (tmp_path / "numpy.py").write_text(
+        "import os, signal\nexec('os.kill(os.getpid(), signal.SIGINT)')\nraise ImportError\n"
+    )
+    done = fresh(
+        "-m", "steadyload.cli", "methods",
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *filter(None, sys.path)])},
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )  # fmt: skip
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "steadyload: interrupted\n")
+
+
+def test_a_file_says_what_flags_would_and_flags_override_it(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text('methods = ["sme", "fbs"]\nlimit = 4\nwork = "here"\n')
+    made = running.command_of(["table5", "--config", str(file), "--limit", "6"])
+    assert (made.methods, made.limit, str(made.work), made.timed) == (
+        ("sme", "fbs"),
+        6,
+        "here",
+        100,
+    )
+    file.write_text("second_model = true\nsample = 0\n")
+    made = running.command_of(["verify", "convergence", "--config", str(file)])
+    assert (made.second_model, made.sample, made.layouts) == (True, 0, 900)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("limitt = 3", "unknown key 'limitt'; did you mean 'limit'"),
+        ("limit = 1", "--limit: '1'; allowed: a whole number, 2 or more"),
+        ("limit = true", "limit is True; allowed: a value"),
+        ('methods = "sme"', "methods is 'sme'; allowed: a list"),
+        ("limit =", "mine.toml: "),
+    ],
+)
+def test_a_wrong_file_is_one_sentence(tmp_path, text, message, capsys):
+    file = tmp_path / "mine.toml"
+    file.write_text(text)
+    assert main(["table5", "--config", str(file)]) == 2
+    told = capsys.readouterr().err
+    assert message in told
+    assert str(file) in told
+    assert told.count("\n") == 1
+
+
+def test_a_missing_file_is_named(capsys):
+    assert main(["uncertain", "--config", "no.toml"]) == 2
+    assert capsys.readouterr().err == "steadyload: no.toml: No such file or directory\n"

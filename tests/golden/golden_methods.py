@@ -1,0 +1,107 @@
+"""What golden verdicts are of: every preset on every engine, and a pairwise array of parameters."""
+
+import json
+from typing import NamedTuple
+
+from golden_cases import FILE
+from pairwise import Row, pairwise
+
+from steadyload.engines.registry import capabilities
+from steadyload.methods.registry import make_method
+from steadyload.methods.spec import SpecError
+
+STATIC = (
+    "fbs", "pbs0.5", "pbs0.7", "pbs0.9", "sme",
+    "equilibrium", "equilibrium:sides=frictionless", "equilibrium:sides=friction",
+    "equilibrium:sides=friction,cones=exact", "equilibrium:time=0.3",
+    "lstm_1", "lstm_e",
+)  # fmt: skip
+
+PRESETS = ("ps3", "ps5", "ps3-literal", "ps5-literal", "ps_opt", "ps_opt-paper", "label")
+ENGINES = ("bullet", "mujoco", "dart", "chipmunk")
+OWN = (
+    "cascade@mujoco",
+    "label@reference",
+    "label@reference:contact=adams",
+    "label@reference:tolerance=1e-5,between_steps=carry",
+)
+
+QUICK, DEEP = 24, 700
+_QUICK = {"": 240, "reference": 6}
+"""Cases of the quick test without an engine, where they cost little, and on one that takes long."""
+_DEEP = {"dart": 250, "reference": 40}
+_OF_ARRAY = 3
+"""Cases that a row of the array judges, others than those of the row before."""
+
+FACTORS = {
+    "engine": ENGINES,
+    "t_max": ("0.1", "0.3"),
+    "frequency": ("60", "240"),
+    "between_steps": ("carry", "reseat"),
+    "criterion": ("paper", "adams"),
+    "samples": ("1", "10"),
+    "scope": ("all", "local", "widening"),
+    "broad_phase": ("none", "simple", "dbvt", "sweep"),
+    "solver_iterations": ("none", "20"),
+    "friction": ("0.3", "0.5"),
+    "restitution": ("0", "0.2"),
+    "linear_damping": ("0", "0.05"),
+    "angular_damping": ("0", "0.05"),
+    "margin": ("0", "0.003"),
+    "shrink": ("0", "0.0005"),
+    "jitter": ("0", "0.0001"),
+    "rest_speed": ("0", "0.02"),
+    "early_exit": ("0", "1.5"),
+    "emulate": ("", "restitution"),
+    "impedance": ("", "0.95"),
+    "impedance_deep": ("", "0.999"),
+    "impedance_depth": ("", "0.0005"),
+}
+
+
+class Asked(NamedTuple):
+    """A method, and which of the kept cases it judges."""
+
+    spec: str
+    planar: bool
+    cases: range
+
+
+def asked(*, deep: bool) -> list[Asked]:
+    """What is judged, in this order, in one process."""
+    specs = [*STATIC, *(f"{preset}@{engine}" for preset in PRESETS for engine in ENGINES), *OWN]
+    found = [_asked(spec, deep=deep) for spec in specs]
+    if not deep:
+        for number, spec in enumerate(json.loads(FILE.read_text())["array"]):
+            start = number * _OF_ARRAY % QUICK
+            found.append(Asked(spec, _is_planar(spec), range(start, start + _OF_ARRAY)))
+    return found
+
+
+def _asked(spec: str, *, deep: bool) -> Asked:
+    engine = make_method(spec).spec.engine or ""
+    count = _DEEP.get(engine, DEEP) if deep else _QUICK.get(engine, QUICK)
+    return Asked(spec, _is_planar(spec), range(count))
+
+
+def _is_planar(spec: str) -> bool:
+    engine = make_method(spec).spec.engine
+    return engine is not None and capabilities(engine).dimensions == 2
+
+
+def array() -> list[str]:
+    """Specs in which any two values of two parameters meet, where they can."""
+    return [_spec(row) for row in pairwise(FACTORS, _can_be)]
+
+
+def _spec(row: Row) -> str:
+    values = ",".join(f"{k}={v}" for k, v in row.items() if v and k != "engine")
+    return f"simulation@{row['engine']}:{values}"
+
+
+def _can_be(row: Row) -> bool:
+    try:
+        make_method(_spec(row))
+    except SpecError:
+        return False
+    return True

@@ -1,0 +1,103 @@
+"""Verdicts that are stored stay valid because these hold: see ``docs/studies.md``."""
+
+import itertools
+import json
+from collections import Counter
+
+import pytest
+from golden_cases import FILE
+from golden_methods import FACTORS, asked
+from pairwise import pairs, pairwise
+from verdicts import FOLDER, advice, differences, judged, machine, read
+
+from steadyload.engines import with_bullet
+from steadyload.engines.with_bullet import BulletWorld
+from steadyload.methods.base_support import FullBaseSupport
+
+
+def changed(chosen, name="quick"):
+    """What is other than kept, of the chosen part of the plan; as many cases as were kept."""
+    golden, on = read(FOLDER / f"{name}.parquet")
+    count = Counter(row["method"] for row in golden)
+    every = asked(deep=name == "deep")
+    assert {each.spec for each in every} == set(count), "record anew: the plan is another one"
+    plan = [each._replace(cases=each.cases[: count[each.spec]]) for each in every]
+    kept = [row for row in golden if chosen(row["method"])]
+    now = judged(each for each in plan if chosen(each.spec))
+    return differences(kept, now, same_machine=on == machine())
+
+
+def test_verdicts_are_those_that_were_kept():
+    found = changed(lambda spec: True)
+    assert not found, advice(found)
+
+
+@pytest.mark.deep("more cases of every preset: minutes")
+def test_verdicts_on_many_cases_are_those_that_were_kept():
+    found = changed(lambda spec: True, "deep")
+    assert not found, advice(found)
+
+
+def test_a_changed_verdict_is_found(monkeypatch):
+    """A rule that asks for a little less."""
+    monkeypatch.setattr(FullBaseSupport, "_alpha", 0.9)
+    found = changed(lambda spec: spec == "fbs")
+    assert found
+    assert "raise the version of" in advice(found)
+    assert not changed(lambda spec: spec == "pbs0.9")
+
+
+@pytest.fixture
+def bullet_as_new():
+    """What a test does to Bullet's clients goes with it."""
+    yield
+    for client in with_bullet._idle_clients:
+        client.flags = None
+
+
+def test_contacts_in_the_opposite_order_are_found(monkeypatch, bullet_as_new):
+    """As Bullet's simple broad phase had them in every second world, when the body that was added
+    first was removed first."""
+    real = BulletWorld._close
+
+    def first_one_first(world):
+        world._all_bodies.reverse()
+        real(world)
+
+    monkeypatch.setattr(BulletWorld, "_close", first_one_first)
+    assert changed(lambda spec: spec == "ps_opt@bullet")
+
+
+def test_floats_count_on_the_same_kind_of_machine_alone():
+    row = {
+        "method": "m", "layout": "l", "scenario": "S1", "robust": True, "packages": "numpy=2",
+        "status": "done", "failing_step": 3, "moved_item": 3, "displacement": 10.5, "rotation": 1.0,
+    }  # fmt: skip
+    rounded, other = row | {"displacement": 10.500000000000002}, row | {"failing_step": 4}
+    assert differences([row], [rounded], same_machine=True)
+    assert not differences([row], [rounded], same_machine=False)
+    assert differences([row], [other], same_machine=False)
+    fragile = row | {"robust": False}
+    assert not differences([fragile], [other], same_machine=False)
+    assert not differences([row], [other | {"packages": "numpy=3"}], same_machine=True)
+
+
+def test_half_of_the_cases_fail_and_a_third_are_near():
+    golden, _ = read(FOLDER / "quick.parquet")
+    labels = [row for row in golden if row["method"] == "label@mujoco"]
+    assert 0.4 <= sum(row["failing_step"] is not None for row in labels) / len(labels) <= 0.6
+
+
+def test_any_two_values_meet_in_the_array():
+    rows = pairwise({"a": "12", "b": "12", "c": "123"}, lambda row: row["a"] + row["b"] != "11")
+    met = set().union(*map(pairs, rows))
+    assert len(met) == 3 + 6 + 6
+    assert len(rows) <= 9
+    assert frozenset((("a", "1"), ("b", "1"))) not in met
+
+
+def test_every_engine_and_scope_meet_in_the_array_that_is_kept():
+    specs = json.loads(FILE.read_text())["array"]
+    assert 15 <= len(specs) <= 40
+    for engine, scope in itertools.product(FACTORS["engine"], FACTORS["scope"]):
+        assert any(f"@{engine}:" in spec and f"scope={scope}" in spec for spec in specs)

@@ -1,0 +1,120 @@
+"""Golden verdicts: judged in sequence in one process, stored, and compared."""
+
+import platform
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+from golden_cases import Case, load_cases
+from golden_methods import Asked
+
+from steadyload.methods.method import judge
+from steadyload.methods.registry import make_method
+from steadyload.runs.provenance import package_versions
+
+FOLDER = Path(__file__).parent / "verdicts"
+DISCRETE = ("status", "failing_step", "moved_item")
+FLOATS = ("displacement", "rotation")
+
+SCHEMA = pa.schema(
+    [
+        pa.field("method", pa.string(), nullable=False),
+        pa.field("layout", pa.string(), nullable=False),
+        pa.field("scenario", pa.string(), nullable=False),
+        pa.field("robust", pa.bool_(), nullable=False),
+        pa.field("packages", pa.string(), nullable=False),
+        pa.field("status", pa.string(), nullable=False),
+        pa.field("failing_step", pa.int32()),
+        pa.field("moved_item", pa.int32()),
+        pa.field("displacement", pa.float64()),
+        pa.field("rotation", pa.float64()),
+    ]
+)
+
+Row = Mapping[str, Any]
+Spent = dict[str, float]
+
+
+def judged(asked: Iterable[Asked], spent: Spent | None = None) -> Iterator[Row]:
+    """A row a verdict, in turn; ``spent`` takes the CPU seconds by method."""
+    cases = {planar: load_cases(planar=planar) for planar in (False, True)}
+    for each in asked:
+        method, before = make_method(each.spec), time.process_time()
+        packages = " ".join(f"{k}={v}" for k, v in package_versions(method.numerics()).items())
+        for place in each.cases:
+            case = cases[each.planar][place]
+            yield {**_row(each.spec, case), "packages": packages, **_said(method, case)}
+        if spent is not None:
+            spent[each.spec] = time.process_time() - before
+
+
+def _row(spec: str, case: Case) -> Row:
+    return {
+        "method": spec,
+        "layout": case.layout.name,
+        "scenario": case.scenario,
+        "robust": case.robust,
+    }
+
+
+def _said(method: Any, case: Case) -> Row:
+    verdict = judge(method, case.layout)
+    said = {name: getattr(verdict, name) for name in (*DISCRETE, *FLOATS)}
+    return {**said, "status": str(verdict.status)}
+
+
+def differences(golden: Iterable[Row], now: Iterable[Row], *, same_machine: bool) -> list[str]:
+    """A sentence for every verdict that is another one now.
+
+    Args:
+        golden: what is kept.
+        now: the same verdicts, in the same order.
+        same_machine: of the kind that the golden ones were judged on: floats count to the last
+            bit. Elsewhere only what is discrete counts, and only on robust cases. What was judged
+            with other versions of packages is another question.
+    """
+    found = []
+    for kept, row in zip(golden, now, strict=True):
+        where = f"{row['method']} on {row['layout']} ({row['scenario']})"
+        assert all(kept[k] == row[k] for k in ("method", "layout", "scenario")), where
+        if kept["packages"] != row["packages"] or not (same_machine or kept["robust"]):
+            continue
+        compared = (*DISCRETE, *FLOATS) if same_machine else DISCRETE
+        changed = [f"{k} {kept[k]!r} -> {row[k]!r}" for k in compared if kept[k] != row[k]]
+        if changed:
+            found.append(f"{where}: {', '.join(changed)}")
+    return found
+
+
+def advice(found: list[str]) -> str:
+    """What to do about differences."""
+    shown = "\n".join(found[:20])
+    return (
+        f"{len(found)} golden verdicts are other ones now. Mend the code, or raise the version of "
+        "the part that says something else (method, contacts, scene, loading, balance, motion, "
+        "world, engine, features or inference) and record anew: python tests/golden/record.py. "
+        f"Where only floats differ, judge all of validation and test before.\n{shown}"
+    )
+
+
+def machine() -> str:
+    """The kind of machine, as far as floats hang on it."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text().splitlines() if info.exists() else []
+    model = next((line.partition(":")[2].strip() for line in lines if "model name" in line), "")
+    return f"{platform.system()} {platform.machine()} {model}".strip()
+
+
+def write(path: Path, rows: Iterable[Row]) -> None:
+    """Keep verdicts, and what they were judged on."""
+    table = pa.Table.from_pylist([dict(row) for row in rows], schema=SCHEMA)
+    pq.write_table(table.replace_schema_metadata({"machine": machine()}), path, compression="zstd")
+
+
+def read(path: Path) -> tuple[list[Row], str]:
+    """Kept verdicts, and the kind of machine that they were judged on."""
+    table = pq.read_table(path)
+    return table.to_pylist(), (table.schema.metadata or {})[b"machine"].decode()

@@ -1,0 +1,57 @@
+"""A page is written whole or not at all, and leaves alone what is not its own."""
+
+import matplotlib.figure
+import pytest
+
+from steadyload.reports import page as pages
+from steadyload.reports.page import Page, Picture, Section, write_page
+
+
+def page(*names, summary="So."):
+    pictures = [
+        Picture(name, matplotlib.figure.Figure(), f"Shows {name} (once).") for name in names
+    ]
+    return Page("Title", summary, [Section("One", pictures=pictures)], {"made": "here"})
+
+
+def files(folder):
+    return {str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()}
+
+
+def test_pictures_that_the_new_page_has_not_are_removed_and_nothing_else(tmp_path):
+    write_page(page("old", "both"), tmp_path)
+    mine = {"figures/mine.png", "figures/notes.txt", "other.md", "views/index.html"}
+    for name in mine:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("x")
+    write_page(page("both", "new"), tmp_path)
+    assert files(tmp_path) == {"report.md", "figures/both.svg", "figures/new.svg", *mine}
+    write_page(page(), tmp_path)
+    assert files(tmp_path) == {"report.md", *mine}
+
+
+def test_an_interrupted_page_leaves_the_one_before(tmp_path, monkeypatch):
+    write_page(page("a", "b"), tmp_path)
+    before = {name: (tmp_path / name).read_bytes() for name in files(tmp_path)}
+    drawn = []
+
+    def interrupt(figure):
+        drawn.append(figure)
+        if len(drawn) == 2:
+            raise KeyboardInterrupt
+        return ".svg", b"half"
+
+    monkeypatch.setattr(pages, "image", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        write_page(page("a", "c", summary="New."), tmp_path)
+    assert {name: (tmp_path / name).read_bytes() for name in files(tmp_path)} == before
+
+
+def test_a_page_that_cannot_be_made_leaves_the_one_before(tmp_path):
+    write_page(page("a"), tmp_path)
+    before = {name: (tmp_path / name).read_bytes() for name in files(tmp_path)}
+    pictures = page("b").sections[0].pictures
+    broken = Page("Title", "So.", [Section("One", tables=None, pictures=pictures)], {})
+    with pytest.raises(TypeError):
+        write_page(broken, tmp_path)
+    assert {name: (tmp_path / name).read_bytes() for name in files(tmp_path)} == before

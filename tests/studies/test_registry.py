@@ -1,0 +1,160 @@
+"""A study, an engine or a method that is added by a class and one line stands everywhere."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from steadyload.cli import main
+from steadyload.cli.commands import commands
+from steadyload.engines import registry as engine_registry
+from steadyload.methods import registry as method_registry
+from steadyload.methods.naming import method_key
+from steadyload.methods.registry import make_method
+from steadyload.reports.style import colour, marker
+from steadyload.studies import published, registry
+from steadyload.studies.engines.settings import engine_records
+from steadyload.studies.engines.settings_page import engines_markdown
+from steadyload.studies.registry import STUDIES, study
+from steadyload.studies.table5.study import standard_methods
+
+ROOT = Path(__file__).parents[2]
+TOYS = ROOT / "tests" / "outside" / "toys"
+LINES = """\
+[steadyload.studies]
+toy = toy_study:STUDY
+[steadyload.engines]
+toyworld = toy_parts:ToyWorld
+[steadyload.methods]
+optimist = toy_parts:Optimist
+"""
+
+
+@pytest.fixture
+def toys(tmp_path, monkeypatch):
+    """A distribution with a study, an engine and a method, found by its entry points."""
+    site = tmp_path / "site"
+    shutil.copytree(TOYS, site)
+    about = site / "toys-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: toys\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text(LINES)
+    monkeypatch.syspath_prepend(site)
+    caches = [r._from_other_distributions for r in (registry, engine_registry, method_registry)]
+    for cache in caches:
+        cache.cache_clear()
+    yield
+    for cache in caches:
+        cache.cache_clear()
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_study_bears_its_name_asks_a_question_and_has_pages(name):
+    one = study(name)
+    assert one.name == name
+    assert one.question.endswith("?")
+    assert one.command_words in commands()
+    for page in one.pages:
+        assert (ROOT / published.FOLDER / page.folder / "report.md").exists()
+
+
+def test_every_published_page_is_one_studys():
+    folders = {page.name for page in (ROOT / published.FOLDER).iterdir() if page.is_dir()}
+    listed = [entry.name for entry in published.entries()]
+    assert sorted(listed) == sorted(folders)
+
+
+def test_the_commands_that_remake_pages_are_taken():
+    from steadyload.cli.running import command_of
+
+    for entry in published.entries():
+        for words in published.remaking(entry, Path("out")):
+            command_of([word for word in words if "*" not in word])
+
+
+def test_the_published_index_is_up_to_date():
+    folder = ROOT / published.FOLDER
+    assert (folder / published.INDEX).read_text() == published.index(folder)
+
+
+def test_an_unknown_study_is_named_with_the_nearest():
+    with pytest.raises(registry.UnknownStudyError, match="did you mean 'table5'"):
+        study("tabel5")
+
+
+def test_a_study_is_one_folder_and_one_line(toys, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main([]) == 0
+    assert "│ toy " in capsys.readouterr().out
+    assert main(["toy", "--help"]) == 0
+    told = capsys.readouterr().out
+    for words in ("count boxes", "--boxes N", "how many boxes (default: 3)", "--workers", "--work"):
+        assert words in told
+    assert main(["toy", "--boxes", "5", "-j", "2", "-o", "pages/toy"]) == 0
+    assert capsys.readouterr().out == "pages/toy/report.md\n"
+    assert Path("pages/toy/report.md").read_text().startswith("# Boxes\n\nThere are 5 boxes. ")
+    assert main(["pages", "list", "-o", "pages"]) == 0
+    assert "toy" in capsys.readouterr().out.splitlines()[-1]
+    assert main(["pages", "index", "-o", "pages"]) == 0
+    assert Path("pages/README.md").read_text().splitlines()[-2:] == [
+        "- **[Boxes](toy/report.md)**: How many boxes are there?",
+        "  There are 5 boxes.",
+    ]
+    assert main(["pages", "remake", "toy", "-o", "pages"]) == 0
+    assert Path("pages/toy/report.md").read_text().startswith("# Boxes\n\nThere are 3 boxes. ")
+    assert "There are 3 boxes." in Path("pages/README.md").read_text()
+
+
+@pytest.mark.parametrize(
+    ("boxes", "message"),
+    [
+        ("0", "--boxes: '0'; allowed: a whole number, 1 to 9"),
+        ("x", "--boxes: 'x'; allowed: a whole number, 1 to 9"),
+        ("7", "toy: boxes is 7; allowed: any but seven"),
+    ],
+)
+def test_what_a_configuration_refuses_is_one_sentence(toys, boxes, message, capsys):
+    assert main(["toy", "--boxes", boxes]) == 2
+    assert capsys.readouterr().err == f"steadyload: {message}\n"
+
+
+def test_make_pages_remakes_what_is_registered(toys, capsys):
+    done = subprocess.run(
+        ["make", "-n", "pages"], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.splitlines()[-1].split() == [".venv/bin/steadyload", "pages", "remake"]
+    assert main(["pages", "remake", "--dry-run"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-1] == "steadyload toy --output reports/published/toy"
+
+
+def test_an_engine_is_a_class_and_one_line(toys):
+    planned = standard_methods()
+    assert [spec for spec in planned if spec.endswith("@toyworld")] == [
+        f"{name}@toyworld" for name in ("ps5", "ps3", "ps_opt-paper", "ps_opt")
+    ]
+    assert "Toy engine" in engines_markdown(engine_records())
+    key = method_key(make_method("ps3@toyworld"))
+    assert key.title == "PS_3 @ toyworld"
+    assert marker(key) != marker(method_key(make_method("ps3@mujoco")))
+
+
+def test_a_method_is_a_class_and_one_line(toys, tmp_path, monkeypatch):
+    assert standard_methods()[-1] == "optimist"
+    assert colour(method_key(make_method("optimist"))) not in {
+        colour(method_key(make_method(spec))) for spec in ("fbs", "sme", "equilibrium")
+    }
+
+
+def test_they_are_judged_timed_and_drawn_like_any_other(toys, tmp_path, capsys):
+    work = tmp_path / "work"
+    asked = ["-m", "fbs", "-m", "optimist", "-m", "ps3@toyworld", "--limit", "2", "--timed", "2"]
+    assert main(["table5", *asked, "--repeats", "1", "-j", "1", "--work", str(work)]) == 0
+    text = (work / "report.md").read_text()
+    assert re_rows(text) >= {"Optimist", "PS_3 @ toyworld"}
+
+
+def re_rows(text):
+    """First cells of the tables of a page."""
+    return {line.split("|")[1].strip() for line in text.splitlines() if line.startswith("|")}
