@@ -19,7 +19,7 @@ class FailedError(RuntimeError):
 
 
 def nearest(name: str, known: Collection[str]) -> str:
-    """What to say of a name nobody knows: the nearest known one, and all of them."""
+    """Hint for an unknown name: the nearest known one, and all of them."""
     names = sorted(str(k) for k in known)
     listing = f"allowed: {', '.join(names)}" if names else "none is allowed here"
     close = difflib.get_close_matches(name, names, n=1)

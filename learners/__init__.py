@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import importlib.util
 
-from steadyload.errors import UserError
-
 if __name__ != "steadyload.learners":
     raise ImportError("learners is installed as steadyload.learners: import it under that name")
+
+from steadyload.errors import UserError
 
 
 class LearnerError(UserError):

@@ -8,7 +8,7 @@ from enum import StrEnum
 
 
 class Phase(StrEnum):
-    """What the time was spent on; static methods have no phases, only a total."""
+    """Phase of a judgement that time is spent on; static methods have no phases, only a total."""
 
     BUILD = "build"
     STEP = "step"
@@ -39,7 +39,7 @@ class Stopwatch:
         self._phase: Phase | None = None
 
     def enter(self, phase: Phase | None) -> None:
-        """What follows belongs to ``phase``."""
+        """Begin ``phase``: the time that follows belongs to it."""
         now = (time.process_time(), time.perf_counter())
         if self._phase is not None:
             spent = self._spent[self._phase]
