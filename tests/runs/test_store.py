@@ -52,11 +52,12 @@ def square(unit):
 class Fragile(Serial):
     """Works here, as if negative numbers ended its process."""
 
-    def submit(self, work, unit, crashed):
+    def submit(self, task):
+        unit = task.unit
         if all(number >= 0 for number in unit.numbers):
-            return super().submit(work, unit, crashed)
+            return super().submit(task)
         future = Future()
-        future.set_result([crashed(unit, part, "by SIGABRT") for part in range(len(unit))])
+        future.set_result([task.crashed(unit, part, "by SIGABRT") for part in range(len(unit))])
         return future
 
 
