@@ -12,7 +12,7 @@ PAGE = TESTS.parent / "docs" / "testing.md"
 
 def test_the_page_lists_deep_tests_with_their_reasons(request):
     """Both ways, where all tests were collected; one sentence there covers optional engines."""
-    rows = re.findall(r"^\| `(tests/\S+)` \| (.+?) \|$", PAGE.read_text(), re.MULTILINE)
+    rows = re.findall(r"^\| `(tests/[^`]+::[^`]+)` \| (.+?) \|$", PAGE.read_text(), re.MULTILINE)
     deep = {
         test: reason
         for test, reason in request.config.deep.items()

@@ -220,6 +220,7 @@ def test_closed_forms_write_a_page_of_their_own(steadyload, tmp_path):
     assert "unknown engine 'bulet'" in done.stderr
 
 
+@pytest.mark.deep("the reference at its finest tolerances and by another integrator: 27 s")
 def test_convergence_writes_a_page_and_goes_on_where_it_stopped(steadyload, tmp_path):
     part = ("verify", "convergence", "--layouts", "2", "--sample", "1", "--workers", "1")
     done = steadyload(*part, "--work", "work", "-o", "out", cwd=tmp_path)

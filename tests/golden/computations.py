@@ -12,7 +12,7 @@ from typing import Any
 from golden_cases import Case, load_cases
 
 from steadyload.learners.features import FeatureKind, features
-from steadyload.properties.property import Subject
+from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import search
 from steadyload.runs.verdict_reliability import Sampling
@@ -41,7 +41,7 @@ def computed() -> dict[str, Any]:
         },
         "certainty": _certainty(cases[1]),
         "properties": dataclasses.asdict(
-            search(PROPERTIES["score"], Subject("sme"), examples=20, seed=0)
+            search(PROPERTIES["score"], MethodUnderTest("sme"), examples=20, seed=0)
         ),
         "proposals": {name: _proposed(name) for name in ALGORITHMS},
     }

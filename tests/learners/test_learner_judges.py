@@ -288,7 +288,7 @@ def test_the_manifest_says_what_the_weights_are(weights):
     assert manifest["command"].startswith("steadyload train --preset quick --option features=")
     assert list(manifest["ranges"]) == list(QUANTITIES)
     assert manifest["data"][0]["cases"] == manifest["cases"] == 450
-    assert {"git", "versions", "learners", "torch"} <= set(manifest["made_by"])
+    assert {"git", "versions", "training", "torch"} <= set(manifest["made_by"])
     assert set(manifest["validation"]["mean"]) == {"all", "S1", "S2a", "S2b"}
     left_out = [tuple(member["left_out"]) for member in manifest["members"]]
     assert len(set(left_out)) == len({m["options"]["seed"] for m in manifest["members"]}) == 3

@@ -19,8 +19,7 @@ from steadyload.engines.world import (
     declare,
 )
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.methods import Status, make_method
-from steadyload.methods import method as method_module
+from steadyload.methods import Status, make_method, stopwatch
 from steadyload.methods.criteria import euler_angles
 from steadyload.methods.scene import boxes
 
@@ -233,7 +232,7 @@ def test_times_add_up(engine, stack):
 
 
 def test_steps_and_building_are_told_apart(engine, stack, told_time):
-    told_time(engine, method_module)
+    told_time(engine, stopwatch)
     verdict = make_method(f"simulation@{engine}").judge(stack(0.0, 0.0))
     build, step = 2 * 20e-3, verdict.effort.substeps * 1e-3
     for seconds in (verdict.cpu, verdict.wall):

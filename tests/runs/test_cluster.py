@@ -144,7 +144,9 @@ def test_other_code_on_a_worker_is_refused(cluster, tmp_path):
     cluster.add("--no-nanny", path=[str(other), str(site)])
     study = study_of("harmful", 2, 2)
     with Dask(scheduler=cluster.address) as executor:
-        with pytest.raises(OtherCodeError, match=r"would judge by code .* instead of") as caught:
+        with pytest.raises(
+            OtherCodeError, match=r"would judge by source of Harmful .* instead of"
+        ) as caught:
             run_study(study, tmp_path / "run", workers=executor)
         assert "(on the Dask worker tcp://127.0.0.1:" in caught.value.__notes__[0]
     assert not list((tmp_path / "run" / "results").glob("*.parquet"))

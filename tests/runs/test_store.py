@@ -1,7 +1,6 @@
 """The store: what is missing is computed, what is damaged is noticed, one run at a time."""
 
 import json
-import os
 import random
 import shutil
 from concurrent.futures import Future
@@ -18,7 +17,7 @@ from steadyload.runs.provenance import key_of
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.store import JSON, DamagedError, Store, locked, parquet
 
-REPRO = Path(os.environ.get("STEADYLOAD_REPRO", "/nowhere"))
+REPRO = Path(__file__).resolve().parents[3] / "shared" / "repro"
 """Shards that were damaged by hand, where there are some: each broke an earlier check."""
 
 STUDY = 'name = "few"\ngenerated = 4\nseed = 1\nshard_size = 4\nmethods = ["fbs", "sme"]\n'
@@ -52,11 +51,12 @@ def square(unit):
 class Fragile(Serial):
     """Works here, as if negative numbers ended its process."""
 
-    def submit(self, work, unit, crashed):
+    def submit(self, task):
+        unit = task.unit
         if all(number >= 0 for number in unit.numbers):
-            return super().submit(work, unit, crashed)
+            return super().submit(task)
         future = Future()
-        future.set_result([crashed(unit, part, "by SIGABRT") for part in range(len(unit))])
+        future.set_result([task.crashed(unit, part, "by SIGABRT") for part in range(len(unit))])
         return future
 
 
@@ -210,7 +210,7 @@ def test_a_damaged_shard_is_named_and_computed_again(done, tmp_path, what, capfd
 def test_shards_that_broke_earlier_checks_are_computed_again(done, tmp_path, name, capfd):
     found = REPRO / f"{name}.parquet"
     if not found.exists():
-        pytest.skip("STEADYLOAD_REPRO names no folder of such shards")
+        pytest.skip("the inputs are not beside the project (../shared/repro)")
     folder = Path(shutil.copytree(done, tmp_path / "mine"))
     file = next((folder / "run" / "results").glob("*.parquet"))
     file.write_bytes(found.read_bytes())

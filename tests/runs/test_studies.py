@@ -125,6 +125,7 @@ def test_other_code_where_it_is_judged_is_refused(stack):
             judge_unit(Unit("sme", judgements, Path("x"), {**made_by, name: value}))
 
 
+@pytest.mark.deep("a study over two processes, killed, gone on with, and run whole: 20 s")
 def test_a_study_that_was_killed_resumes_to_the_same_table(tmp_path):
     """SIGKILL in the middle: nothing half-written, no orphans, and the rest is computed later."""
     command = [sys.executable, "-m", "steadyload.cli", "study", "run", str(tmp_path / "study.toml")]

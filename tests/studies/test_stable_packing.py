@@ -5,8 +5,7 @@ import pytest
 from steadyload.cli import main
 from steadyload.layouts.heuristics import HEURISTICS, pack_bins
 from steadyload.layouts.packing import ITEM_CLASSES, SPACE_RULES, make_instance, pack
-from steadyload.methods import make_method
-from steadyload.methods import method as method_module
+from steadyload.methods import make_method, stopwatch
 from steadyload.reports.page import write_page
 from steadyload.studies.session import study as session_cost
 from steadyload.studies.session.packing_gains import PACKED_BY, packing_gains
@@ -99,7 +98,7 @@ def test_the_page_tells_gain_and_cost(tmp_path):
 
 
 def test_a_placement_costs_its_own_box_and_substeps(told_time):
-    told_time("mujoco", session_cost, method_module)
+    told_time("mujoco", session_cost, stopwatch)
     spec = "simulation@mujoco:t_max=0.1,frequency=60,between_steps=reseat,samples=1"
     each = 20.0 + 6 * 1.0  # milliseconds of adding a box and of 0.1 s at 60 Hz
     for curve in session_curves([spec], count=40):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from steadyload.engines.world import BroadPhase
-from steadyload.methods import method as method_module
+from steadyload.methods import stopwatch
 from steadyload.methods.method import Effort
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation_parameters import SimulationParameters
@@ -197,7 +197,7 @@ def test_a_cost_by_hand():
 
 
 def test_a_model_finds_what_a_substep_and_a_box_cost(told_time):
-    told_time("mujoco", method_module)
+    told_time("mujoco", stopwatch)
     source = CaseSource(limit=2)
     model = calibrate(space_on("mujoco"), source, workers=0, parameter_sets=10, cases=4, repeats=1)
     assert model.parameter_sets == 11  # and the preset that was found before
