@@ -121,7 +121,11 @@ def test_what_a_configuration_refuses_is_one_sentence(toys, boxes, message, caps
 
 def test_make_pages_remakes_what_is_registered(toys, capsys):
     done = subprocess.run(
-        ["make", "-n", "pages"], cwd=ROOT, capture_output=True, text=True, check=True
+        ["make", "--no-print-directory", "-n", "pages"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     assert done.stdout.splitlines()[-1].split() == [".venv/bin/steadyload", "pages", "remake"]
     assert main(["pages", "remake", "--dry-run"]) == 0
