@@ -90,9 +90,9 @@ def compare_pages(name: str, old: Page, new: Page, renames: Renames) -> Found:
     found = Found()
     _compare_cells(name, old, new, renames, found)
     _compare_sentences(name, old, new, renames, found)
-    left = Counter(new.figures)
+    left = Counter(map(_stem, new.figures))
     for figure in old.figures:
-        wanted = renames.new("figure", name, figure)
+        wanted = _stem(renames.new("figure", name, figure))
         if left[wanted]:
             left[wanted] -= 1
             found.same += 1
@@ -102,6 +102,11 @@ def compare_pages(name: str, old: Page, new: Page, renames: Renames) -> Found:
             found.missing.append(f"figure {figure}")
     found.new += [f"figure {figure}" for figure in left.elements()]
     return found
+
+
+def _stem(figure: str) -> str:
+    """The name of a figure without its ending: a figure may be drawn as SVG or as PNG."""
+    return figure.rpartition(".")[0]
 
 
 def _compare_cells(name: str, old: Page, new: Page, renames: Renames, found: Found) -> None:
