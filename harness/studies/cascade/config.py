@@ -33,7 +33,7 @@ class CascadeStudy(Study[CascadeConfig, Any]):
 
     name = "cascade"
     question = "What does a cascade save, and what accuracy does it cost?"
-    about = "hold a cascade against its stages and simulations on test, and write its page"
+    about = "compare a cascade with its stages and with simulations on test, and write its page"
     command = "cascade page"
     Config = CascadeConfig
     workers = None

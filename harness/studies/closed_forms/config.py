@@ -24,7 +24,7 @@ class ClosedForms(Study[ClosedFormsConfig, Any]):
 
     name = "closed_forms"
     question = "How far is every engine from mechanics whose answer is known?"
-    about = "hold engines against formulas: tipping, sliding, spinning, stacks"
+    about = "compare engines with formulas: tipping, sliding, spinning, stacks"
     command = "verify closed-forms"
     Config = ClosedFormsConfig
     resumable = False

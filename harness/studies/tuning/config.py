@@ -36,7 +36,7 @@ class TuningStudy(Study[TuningConfig, Any]):
 
     name = "tuning"
     question = "What does tuning a simulation bring, and which parameter brings it?"
-    about = "hold the tuned presets against others on test, and write the page of tuning"
+    about = "compare tuned presets with other methods on test, and write the page of tuning"
     command = "compare-presets"
     folder = "tuned"
     Config = TuningConfig
