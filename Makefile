@@ -27,7 +27,7 @@ $(DRAKE): $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[drake]'
 	@touch $@
 
-test: $(READY) ## run the tests of every module (five minutes on two cores)
+test: $(READY) ## run the tests of every module (six minutes on two cores)
 	$(TEST) -m 'not deep'
 
 test-deep: $(DRAKE) ## run the tests that take minutes, and Drake's
