@@ -15,7 +15,7 @@ from steadyload.layouts.benchmark.build import BuildOptions, build
 from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import row_of
 from steadyload.layouts.benchmark.splits import SplitSizes
-from steadyload.layouts.benchmark.tables import UNLABELLED, read_parquet, write_parquet
+from steadyload.layouts.benchmark.tables import UNLABELLED, as_parquet, read_parquet
 from steadyload.layouts.packing import random_layouts
 from steadyload.layouts.scenarios import Scenario
 from steadyload.methods.registry import make_method
@@ -158,7 +158,8 @@ def test_sizes_of_splits_are_those_asked_for_then_those_of_the_manifest(folder):
 def test_a_case_that_crashes_has_no_label(tmp_path):
     (layout,) = random_layouts(1, seed=5)
     row = crashed_row(TraceUnit((("S1", layout),), tmp_path / "x.parquet"), 0, "by SIGABRT")
-    write_parquet(tmp_path / "x.parquet", pd.DataFrame([row], columns=TRACES.names), TRACES)
+    table = as_parquet(pd.DataFrame([row], columns=TRACES.names), TRACES)
+    (tmp_path / "x.parquet").write_bytes(table)
     (found,) = read_parquet(tmp_path / "x.parquet", TRACES).itertuples()
     assert (found.layout, found.status, found.reason) == (layout.name, "crashed", "by SIGABRT")
     assert pd.isna(found.failing_step)

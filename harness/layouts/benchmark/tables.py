@@ -129,11 +129,6 @@ def refuse_foreign(directory: Path) -> None:
         )
 
 
-def write_parquet(path: Path, frame: pd.DataFrame, schema: pa.Schema) -> None:
-    """Write a table whole or not at all."""
-    write_atomically(path, as_parquet(frame, schema))
-
-
 def as_parquet(frame: pd.DataFrame, schema: pa.Schema) -> bytes:
     """A table as the bytes of a Parquet file."""
     columns = [pa.array(_plain(frame[field.name]), field.type) for field in schema]
