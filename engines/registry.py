@@ -6,8 +6,10 @@ entry-point group ``steadyload.engines``, with values of the form ``module:Class
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import importlib.metadata
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 
@@ -153,13 +155,18 @@ def installed_versions(engine: str | None = None) -> dict[str, str]:
         engine: leave out the optional packages of other engines than this one; None leaves out
             none. What a result was made with does not change when another engine is installed.
     """
+    return package_versions(
+        package
+        for name, entry in engines().items()
+        if engine is None or not entry.extra or name == engine
+        for package in entry.packages
+    )
+
+
+def package_versions(names: Iterable[str]) -> dict[str, str]:
+    """Versions of those packages that are installed, by name, in the order of the names."""
     versions = {}
-    for name, entry in engines().items():
-        if engine is not None and entry.extra and name != engine:
-            continue
-        for package in entry.packages:
-            try:
-                versions[package] = importlib.metadata.version(package)
-            except importlib.metadata.PackageNotFoundError:
-                continue
+    for name in names:
+        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
+            versions[name] = importlib.metadata.version(name)
     return versions

@@ -13,12 +13,17 @@ import inspect
 import json
 import platform
 import subprocess
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from steadyload.engines.registry import installed_versions, numerics, world_class
+from steadyload.engines.registry import (
+    installed_versions,
+    numerics,
+    package_versions,
+    world_class,
+)
 from steadyload.engines.world import VERSION as WORLD
 from steadyload.methods.method import Method
 from steadyload.methods.spec import as_plain
@@ -48,7 +53,7 @@ def made_by(method: Method) -> dict[str, str]:
     """
     made = {"parameters": key_of(as_plain(method.parameters))}
     made |= {f"version of {part}": str(number) for part, number in method.parts().items()}
-    made |= package_versions(method.numerics())
+    made |= package_versions(sorted(method.numerics()))
     if method.made_of():
         made["weights and thresholds"] = method.made_of()
     for each in method.classes():
@@ -61,7 +66,7 @@ def made_on(engine: str) -> dict[str, str]:
     world = world_class(engine)
     parts = {"world": WORLD, "engine": world.capabilities.version}
     made = {f"version of {part}": str(number) for part, number in parts.items()}
-    return made | package_versions(numerics(engine)) | _from_outside(world)
+    return made | package_versions(sorted(numerics(engine))) | _from_outside(world)
 
 
 def raised(version: int) -> dict[str, int]:
@@ -70,11 +75,6 @@ def raised(version: int) -> dict[str, int]:
     Version 1 has no entry, so that keys made before versions were introduced stay valid.
     """
     return {} if version == 1 else {"version": version}
-
-
-def package_versions(names: Iterable[str]) -> dict[str, str]:
-    """Versions of those packages that are installed, by name."""
-    return {name: metadata.version(name) for name in sorted(names) if _installed(name)}
 
 
 def _from_outside(cls: type) -> dict[str, str]:
@@ -124,14 +124,6 @@ def source_line(made: Mapping[str, Any]) -> str:
     if made.get("git"):
         return f"git {made['git']}"
     return f"installed package {made['versions'].get(OWN, '')}".rstrip()
-
-
-def _installed(name: str) -> bool:
-    try:
-        metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return False
-    return True
 
 
 def _git_revision() -> str | None:

@@ -11,9 +11,9 @@ import pyarrow.parquet as pq
 from golden_cases import Case, load_cases
 from golden_methods import Asked
 
+from steadyload.engines.registry import package_versions
 from steadyload.methods.method import judge
 from steadyload.methods.registry import make_method
-from steadyload.runs.provenance import package_versions
 
 FOLDER = Path(__file__).parent / "verdicts"
 DISCRETE = ("status", "failing_step", "moved_item")
@@ -43,7 +43,9 @@ def judged(asked: Iterable[Asked], spent: Spent | None = None) -> Iterator[Row]:
     cases = {planar: load_cases(planar=planar) for planar in (False, True)}
     for each in asked:
         method, before = make_method(each.spec), time.process_time()
-        packages = " ".join(f"{k}={v}" for k, v in package_versions(method.numerics()).items())
+        packages = " ".join(
+            f"{k}={v}" for k, v in package_versions(sorted(method.numerics())).items()
+        )
         for place in each.cases:
             case = cases[each.planar][place]
             yield {**_row(each.spec, case), "packages": packages, **_said(method, case)}

@@ -14,6 +14,7 @@ from typing import Any
 
 import pandas as pd
 
+from steadyload.engines.registry import package_versions
 from steadyload.layouts.benchmark.build import BuildOptions, build
 from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import Benchmark, load_benchmark
@@ -37,7 +38,7 @@ from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.executors import IN_THIS_PROCESS
-from steadyload.runs.provenance import key_of, made_by, package_versions, provenance
+from steadyload.runs.provenance import key_of, made_by, provenance
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.store import Store, locked, parquet

@@ -15,13 +15,13 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.atomic import write_atomically
-from steadyload.engines.registry import engine_names, world_class
+from steadyload.engines.registry import engine_names, package_versions, world_class
 from steadyload.engines.registry import engines as registered
 from steadyload.errors import nearest
 from steadyload.methods import loading
 from steadyload.runs.definition import StudyError
 from steadyload.runs.executors import IN_THIS_PROCESS, SinglePart
-from steadyload.runs.provenance import key_of, made_on, package_versions, provenance
+from steadyload.runs.provenance import key_of, made_on, provenance
 from steadyload.runs.store import Codec, Progress, Store, locked
 from steadyload.studies.closed_forms import measuring as closed_form_runs
 from steadyload.studies.extremes import measuring as extreme_runs

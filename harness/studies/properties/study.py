@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from importlib import metadata, resources
 from pathlib import Path
 
-from steadyload.engines.registry import engine_names, engines
+from steadyload.engines.registry import engine_names, engines, package_versions
 from steadyload.errors import nearest
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model import Layout
@@ -29,7 +29,7 @@ from steadyload.properties.property import Case, MethodUnderTest, Property
 from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import VERSION, Counterexample, PropertyResult, search
 from steadyload.runs.executors import IN_THIS_PROCESS, SinglePart
-from steadyload.runs.provenance import key_of, made_by, package_versions, provenance_lines
+from steadyload.runs.provenance import key_of, made_by, provenance_lines
 from steadyload.runs.store import Codec, Progress, Store, locked
 from steadyload.studies.properties.records import (
     ItemRow,

@@ -13,13 +13,14 @@ from pathlib import Path
 
 import pandas as pd
 
+from steadyload.engines.registry import package_versions
 from steadyload.layouts.benchmark import Benchmark, Part, load_benchmark
 from steadyload.layouts.model import Layout
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import parse_uncertainty
 from steadyload.runs import verdict_reliability
 from steadyload.runs.executors import IN_THIS_PROCESS
-from steadyload.runs.provenance import key_of, made_by, package_versions
+from steadyload.runs.provenance import key_of, made_by
 from steadyload.runs.store import JSON, Progress, Store, locked
 from steadyload.runs.verdict_reliability import FIRST_LOOK, Sampling
 from steadyload.studies.uncertain import cases as uncertain_cases
