@@ -1,6 +1,7 @@
 """A headless Chromium, spoken to over its debugging pipe; tests skip where there is none."""
 
 import base64
+import fcntl
 import json
 import os
 import shutil
@@ -22,9 +23,10 @@ class Browser:
         theirs, answers = os.pipe()
 
         def place():
-            # High numbers first: 3 and 4 may be taken by the pipes themselves.
-            os.dup2(os.dup2(commands, 20), 3)
-            os.dup2(os.dup2(answers, 21), 4)
+            # Free numbers above 4 first: 3 and 4 may be taken by the pipes themselves.
+            apart = [fcntl.fcntl(end, fcntl.F_DUPFD, 5) for end in (commands, answers)]
+            for number, end in enumerate(apart, start=3):
+                os.dup2(end, number)
 
         flags = (
             "--headless=new", "--no-sandbox", "--use-angle=swiftshader",
