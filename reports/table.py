@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
-from typing import Any
+from typing import Any, TypeVar
 
 from steadyload.statistics.estimate import Estimate
 
 MISSING = "-"
+
+Key = TypeVar("Key")
+
+
+def cell(value: Any) -> str:
+    """A value as it stands; a dash for none."""
+    return MISSING if value is None else str(value)
 
 
 def percent(estimate: Estimate | None) -> str:
@@ -49,25 +56,49 @@ def duration(seconds: float) -> str:
     return f"{compact(seconds / 3600.0)} h"
 
 
-def significant(value: float, digits: int = 3) -> str:
+def plain_percent(value: float | None, digits: int = 1) -> str:
+    """``83.6``: a share in per cent without an interval."""
+    return MISSING if value is None else f"{100.0 * value:.{digits}f}"
+
+
+def general(value: float | None) -> str:
+    """A number in its shortest form."""
+    return MISSING if value is None else f"{value:g}"
+
+
+def significant(value: float | None, digits: int = 3) -> str:
     """A number with ``digits`` significant digits and no exponent."""
+    if value is None:
+        return MISSING
     if value == 0.0 or not math.isfinite(value):
         return f"{value:g}"
     decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
     return f"{value:.{decimals}f}"
 
 
-def compact(value: float, digits: int = 2) -> str:
+def compact(value: float | None, digits: int = 2) -> str:
     """A number of any size with ``digits`` significant digits; very small ones with exponent."""
+    if value is None:
+        return MISSING
     text = f"{value:.{digits - 1}e}"
     if 0.0 < abs(value) < 1e-4:
         return text
     return significant(float(text), digits)  # rounded first: 0.0998 is 0.10, not 0.100
 
 
+def yes_no(true: bool) -> str:
+    """A truth value as a word."""
+    return "yes" if true else "no"
+
+
 def names(items: Iterable[str]) -> str:
     """Names in one cell; a dash when there are none."""
     return ", ".join(items) or MISSING
+
+
+def counts(numbers: Mapping[str, int]) -> str:
+    """``3 timeout, 1 error``: numbers by name in one cell; a dash when there are none."""
+    return names(f"{number} {name}" for name, number in numbers.items())
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,36 +107,97 @@ class Column:
 
     Args:
         title: as it stands in the header.
-        value: of a row: the name of an attribute, with dots for attributes of attributes, or a
-            function.
+        value: of a row: the name of an attribute, with dots for attributes of attributes, the
+            place in a tuple, or a function; empty where the attribute is named as the title.
         format: makes the cell's text of the value.
         left: aligned left, as words are; numbers are aligned right.
     """
 
     title: str
-    value: str | Callable[[Any], Any]
-    format: Callable[[Any], str] = str
+    value: str | int | Callable[[Any], Any] = ""
+    format: Callable[[Any], str] = cell
     left: bool = False
 
     def cell(self, row: Any) -> str:
         """The text of this column in a row."""
-        value = attrgetter(self.value) if isinstance(self.value, str) else self.value
-        return self.format(value(row))
+        if isinstance(self.value, int):
+            return self.format(row[self.value])
+        of = self.value if callable(self.value) else attrgetter(self.value or self.title)
+        return self.format(of(row))
+
+
+def words(title: str, value: str | int | Callable[[Any], Any] = "") -> Column:
+    """A column of words, aligned left."""
+    return Column(title, value, left=True)
+
+
+def columns_for(
+    keys: Iterable[Key],
+    title: str | Callable[[Key], str],
+    value: str | Callable[[Any, Key], Any],
+    form: Callable[[Any], str] = cell,
+) -> list[Column]:
+    """A column for every key, such as every scenario or engine.
+
+    Args:
+        keys: of the columns.
+        title: text with ``{}`` in the place of the key, or a function of the key.
+        value: of a row and a key; or the name of an attribute of rows that maps keys to values, of
+            which a missing one is None.
+        form: makes the cell's text of the value.
+    """
+
+    def column(key: Key) -> Column:
+        named = title.format(key) if isinstance(title, str) else title(key)
+        if isinstance(value, str):
+            return Column(named, lambda row: attrgetter(value)(row).get(key), form)
+        return Column(named, lambda row: value(row, key), form)
+
+    return [column(key) for key in keys]
 
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table, declared over rows: it reads as Markdown where it is printed."""
+    """A table, declared over rows: it reads as Markdown where it is printed.
 
-    rows: Sequence[Any]
+    Args:
+        rows: records, or tuples.
+        columns: of the table.
+        caption: a paragraph that stands before it.
+    """
+
+    rows: Iterable[Any]
     columns: Sequence[Column]
+    caption: str = ""
 
     def __str__(self) -> str:
-        return _markdown(
+        printed = _markdown(
             [column.title for column in self.columns],
             ([column.cell(row) for column in self.columns] for row in self.rows),
             [column.left for column in self.columns],
         )
+        return f"{self.caption}\n\n{printed}" if self.caption else printed
+
+
+def estimates_table(
+    title: str,
+    found: Mapping[str, Estimate],
+    quantity: str,
+    form: Callable[[Any], str] = percent,
+    *,
+    caption: str = "",
+) -> Table:
+    """A row a name: how many were observed, and the estimate.
+
+    Args:
+        title: of the column of names.
+        found: estimates by name.
+        quantity: title of the column of estimates.
+        form: makes the text of an estimate.
+        caption: a paragraph that stands before the table.
+    """
+    columns = [words(title, 0), Column("n", lambda row: row[1].n), Column(quantity, 1, form)]
+    return Table(tuple(found.items()), columns, caption)
 
 
 def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]], *, left: int = 1) -> str:

@@ -1,6 +1,7 @@
 """Pages: what they must say, and that the same rows give the same bytes."""
 
 import re
+from dataclasses import dataclass
 
 import pytest
 
@@ -13,10 +14,14 @@ from steadyload.reports.style import colour, face, marker
 from steadyload.reports.table import (
     Column,
     Table,
+    columns_for,
+    estimates_table,
     markdown_table,
     milliseconds,
     percent,
     significant,
+    words,
+    yes_no,
 )
 from steadyload.runs.definition import load_study
 from steadyload.runs.runner import run_study
@@ -167,6 +172,35 @@ def test_a_declared_table_reads_as_the_same_rows_written_by_hand():
     assert str(Table(rows, columns)) == markdown_table(
         ("method", "n", "accuracy %", "cheap"),
         [("SME", "100", "80.0 [70.0, 90.0]", "False"), ("a|b", "50", "50.0 [40.0, 60.0]", "True")],
+    )
+
+
+def test_a_column_stands_for_every_key_that_rows_have():
+    @dataclass
+    class Row:
+        name: str
+        shares: dict
+
+    rows = [
+        Row("a", {"S1": Estimate(0.8, 0.7, 0.9, 9)}),
+        Row("b", {"S2": Estimate(0.5, 0.4, 0.6, 9)}),
+    ]
+    columns = [
+        words("name"),
+        *columns_for(("S1", "S2"), "{} %", "shares", percent),
+        *columns_for(("S1",), str.lower, lambda row, key: key in row.shares, yes_no),
+    ]
+    assert str(Table(rows, columns, "Shares:")) == "Shares:\n\n" + markdown_table(
+        ("name", "S1 %", "S2 %", "s1"),
+        [("a", "80.0 [70.0, 90.0]", "-", "yes"), ("b", "-", "50.0 [40.0, 60.0]", "no")],
+    )
+
+
+def test_estimates_by_name_are_a_table_of_their_own():
+    found = {"half": Estimate(0.5, 0.4, 0.6, 9), "none": Estimate(0.0, 0.0, 0.1, 7)}
+    assert str(estimates_table("part", found, "share %")) == markdown_table(
+        ("part", "n", "share %"),
+        [("half", "9", "50.0 [40.0, 60.0]"), ("none", "7", "0.0 [0.0, 10.0]")],
     )
 
 
