@@ -126,9 +126,11 @@ class Column:
         return self.format(of(row))
 
 
-def words(title: str, value: str | int | Callable[[Any], Any] = "") -> Column:
+def words(
+    title: str, value: str | int | Callable[[Any], Any] = "", form: Callable[[Any], str] = cell
+) -> Column:
     """A column of words, aligned left."""
-    return Column(title, value, left=True)
+    return Column(title, value, form, left=True)
 
 
 def columns_for(

@@ -6,21 +6,28 @@ A page picks its columns from these, so that one quantity has one name and one f
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
+from steadyload.reports.charts import plot_matrix
+from steadyload.reports.page import Picture
 from steadyload.reports.table import (
     Column,
     Table,
+    cell,
     counts,
     factor,
     milliseconds,
     percent,
     words,
 )
-from steadyload.runs.evaluation import ALL, MethodEvaluation
+from steadyload.runs.evaluation import ALL, LabelledPart, MethodEvaluation
+from steadyload.studies.comparison.summary import AgreementMatrix
 
 METHOD = words("method", "method.title")
 N = Column("n", "accuracy.n")
+N_SCORED = Column("n", "fully_stable.n")
+N_TIMED = Column("n", "cpu.n")
 ACCURACY = Column("accuracy %", "accuracy", percent)
 OVER = Column("overestimated %", "over", percent)
 UNDER = Column("underestimated %", "under", percent)
@@ -35,6 +42,9 @@ AHEAD = Column("ahead", "ahead", percent)
 COST_RATIO = Column("cost ratio", "cost_ratio", factor)
 NO_VERDICT = Column("no verdict", "without_verdict", counts)
 
+CASE = (words("layout"), words("scenario"), Column("items", "item_count"))
+"""Columns that name a case."""
+
 
 def robust_and_fragile(rows: Sequence[MethodEvaluation]) -> list[Column]:
     """Accuracy on robust and on fragile labels, with their numbers in the titles."""
@@ -42,6 +52,11 @@ def robust_and_fragile(rows: Sequence[MethodEvaluation]) -> list[Column]:
         Column(f"robust % (n {rows[0].robust.n})", "robust", percent),
         Column(f"fragile % (n {rows[0].fragile.n})", "fragile", percent),
     ]
+
+
+def by_spec(title: str, found: Mapping[str, Any], form: Callable[[Any], str] = cell) -> Column:
+    """A column of values that stand beside the rows, by the spec of the method."""
+    return Column(title, lambda row: found.get(row.method.spec), form)
 
 
 def titled(column: Column, title: str) -> Column:
@@ -55,3 +70,22 @@ def by_group(groups: Iterable[str], table: Callable[[str], Table]) -> list[Table
         dataclasses.replace(table(group), caption="" if group == ALL else f"**Scenario {group}**")
         for group in groups
     ]
+
+
+def terms_explained(about: LabelledPart) -> str:
+    """Sentences on the columns of errors, of robust and fragile labels, and of prevalence."""
+    natural = ", ".join(f"{s} {100 * share:.1f} %" for s, share in about.natural_stable.items())
+    return (
+        "*Overestimated*: the method lets the loading fail later than the label does, or not at "
+        "all; *underestimated*: earlier. A label is *robust* when every judge of the ensemble that "
+        "was asked again names the same step, and *fragile* when one does not. *Natural "
+        "prevalence*: accuracy on stable and on unstable cases, weighted by scenario with the "
+        f"share of stable layouts in the whole set ({natural})."
+    )
+
+
+def agreement_picture(matrix: AgreementMatrix, more: str = "") -> Picture:
+    """Share of equal failing steps between every two methods, with a further sentence."""
+    figure = plot_matrix(matrix.titles, matrix.shares, label="same failing step (%)")
+    caption = "Share of cases on which two methods name the same failing step."
+    return Picture("agreement", figure, f"{caption} {more}".rstrip())

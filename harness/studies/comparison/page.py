@@ -4,23 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from steadyload.reports.charts import CostPoint, plot_cost_accuracy, plot_matrix
+from steadyload.reports.charts import CostPoint, plot_cost_accuracy
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.scene import plot_scene
 from steadyload.reports.table import (
     MISSING,
+    Column,
+    Table,
+    columns_for,
     markdown_table,
-    milliseconds,
     names,
     percent,
     significant,
+    words,
 )
-from steadyload.runs.evaluation import ALL, MethodEvaluation
-from steadyload.statistics.estimate import Estimate
-from steadyload.studies.comparison.accuracy_sections import (
-    LABELS_EXPLAINED,
-    accuracy_sections,
-)
+from steadyload.runs.evaluation import ALL, Evaluation, LabelledPart, MethodEvaluation, PhaseTimes
+from steadyload.studies import method_sections as of
 from steadyload.studies.comparison.figures import plot_phases
 from steadyload.studies.comparison.summary import (
     BeyondEnvelope,
@@ -31,20 +30,43 @@ from steadyload.studies.comparison.summary import (
 
 _PICTURED_DISAGREEMENTS = 2
 
+_LABELS_EXPLAINED = (
+    "A *label* is the failing step that the labelled set keeps for a case, found once by the "
+    "reference simulator; *accuracy* is the share of cases on which a method names the same one."
+)
+_MARKS_EXPLAINED = (
+    "good methods stand at the upper left. Colour tells the method, marker tells the engine, "
+    "hollow markers have parameters of their own, bars are 95 % intervals; equal methods hide each "
+    "other."
+)
+
 
 def study_page(comparison: Comparison) -> Page:
     """Compose the page of a comparison."""
-    scenarios = ", ".join(comparison.scenarios)
-    methods = comparison.evaluation.methods
-    several = len(methods) > 1
-    labelled = comparison.evaluation.labelled
+    found = comparison.evaluation
+    several = len(found.methods) > 1
+    sections = [
+        *([_accuracy(found, found.labelled)] if found.labelled else []),
+        *([_behind(found)] if found.labelled and several else []),
+        _scores(comparison),
+        *([_same_tunings(comparison.tunings)] if comparison.tunings else []),
+        _costs(found),
+        *([_agreement(comparison), _disagreements(comparison)] if several else []),
+        _settings(comparison.uses),
+        *([_beyond(comparison.beyond)] if comparison.beyond else []),
+    ]
+    summary = f"{_partial(comparison)}{_summary(comparison, found.labelled)}"
+    return Page(f"Study: {comparison.title}", summary, sections, comparison.manifest)
+
+
+def _summary(comparison: Comparison, labelled: LabelledPart | None) -> str:
     packed = f"packed from {labelled.item_lists} item lists, " if labelled else ""
     counted = "where scenarios are pooled, both count layouts, not cases"
     if labelled:
         counted = "both count item lists, not cases"
-    summary = (
-        f"{len(methods)} methods on {comparison.cases} cases: {comparison.layouts} "
-        f"layouts, {packed}scenarios {scenarios}. "
+    return (
+        f"{len(comparison.evaluation.methods)} methods on {comparison.cases} cases: "
+        f"{comparison.layouts} layouts, {packed}scenarios {', '.join(comparison.scenarios)}. "
         f"On {comparison.disputed} of {comparison.cases} cases the methods do not all agree.\n\n"
         "A *score* is the share of a layout's items that can be loaded one after the other before "
         "something moves too far; two methods *agree* on a case when they name the same failing "
@@ -52,197 +74,171 @@ def study_page(comparison: Comparison) -> Page:
         "A case without a verdict counts as not stable and as no agreement; it is left out of the "
         "mean score. "
         + (
-            "There are no reference labels on this page: agreement is not accuracy."
-            if labelled is None
-            else LABELS_EXPLAINED
+            _LABELS_EXPLAINED
+            if labelled
+            else "There are no reference labels on this page: agreement is not accuracy."
         )
     )
-    missing = comparison.missing_methods
-    if comparison.missing_rows:
-        summary = (
-            f"**Partial: {comparison.missing_rows} rows are still missing.** Only cases that every "
-            "method has judged are shown"
-            + (f", without {', '.join(missing)}, which have judged none" if missing else "")
-            + f"; run the study again to go on.\n\n{summary}"
-        )
-    sections = [
-        *(accuracy_sections(comparison.evaluation) if labelled else []),
-        _scores(comparison),
-        *_same_tunings(comparison.tunings),
-        _costs(comparison),
-        *([_agreement(comparison), _disagreements(comparison)] if several else []),
-        _settings(comparison.uses),
-        *([_beyond(comparison.beyond)] if comparison.beyond else []),
-    ]
-    return Page(f"Study: {comparison.title}", summary, sections, comparison.manifest)
+
+
+def _partial(comparison: Comparison) -> str:
+    """Paragraph on rows that are still missing; empty where all are there."""
+    if not comparison.missing_rows:
+        return ""
+    missing = ", ".join(comparison.missing_methods)
+    without = f", without {missing}, which have judged none" if missing else ""
+    return (
+        f"**Partial: {comparison.missing_rows} rows are still missing.** Only cases that every "
+        f"method has judged are shown{without}; run the study again to go on.\n\n"
+    )
+
+
+def _accuracy(found: Evaluation, about: LabelledPart) -> Section:
+    columns = [
+        of.METHOD, of.N, of.ACCURACY, of.OVER, of.UNDER, of.STABLE_OR_NOT, of.WITHIN_ONE,
+    ]  # fmt: skip
+    more = [of.NATURAL, of.CPU, of.WALL, of.NO_VERDICT]
+
+    def table(group: str) -> Table:
+        rows = found.rows[group]
+        return Table(rows, [*columns, *of.robust_and_fragile(rows), *more])
+
+    return Section(
+        "Accuracy and cost",
+        f"Part `{about.part}` of the labelled set: {about.cases} cases, of which {about.stable} "
+        f"are stable, {about.robust} have a robust label and {about.fragile} a fragile one. All "
+        f"cases first, then each scenario by itself.\n\n{of.terms_explained(about)} *Stable or "
+        "not*: both say that the whole layout is stable, or both that it is not. *Within one*: the "
+        "numbers of items placed safely differ by at most one. A case without a verdict counts as "
+        "wrong in every accuracy, and as neither over- nor underestimated. Intervals stand on the "
+        f"{about.item_lists} item lists. {found.cost_source.explained()}",
+        of.by_group(found.groups, table),
+        [
+            Picture(
+                "accuracy",
+                plot_cost_accuracy([CostPoint(m.method, m.accuracy, m.cpu) for m in found.methods]),
+                f"Accuracy against CPU time; {_MARKS_EXPLAINED}",
+            )
+        ],
+    )
+
+
+def _behind(found: Evaluation) -> Section:
+    best = next(m for m in found.methods if m.behind is None)
+    others = [m for m in found.methods if m.behind is not None]
+    columns = [of.METHOD, Column("n", "behind.n"), Column("difference", "behind", percent)]
+    return Section(
+        "Behind the most accurate method",
+        f"Accuracy minus that of {best.method.title}, on the same cases, in percentage points. "
+        "An interval that holds 0 tells no difference.",
+        [Table(others, columns)],
+    )
 
 
 def _scores(comparison: Comparison) -> Section:
-    evaluation, agreement = comparison.evaluation, comparison.agreement
-    tables = []
-    for group in evaluation.groups:
-        table = _score_table(evaluation.rows[group], agreement[group])
-        tables.append(table if group == ALL else f"**Scenario {group}**\n\n{table}")
-    points = [(m, agreement[ALL][m.method.spec]) for m in evaluation.methods]
+    found, agreement = comparison.evaluation, comparison.agreement
+
+    def table(group: str) -> Table:
+        agreed = of.by_spec("agreement with simulations %", agreement[group], percent)
+        cpu = of.titled(of.CPU, "CPU ms a layout")
+        return Table(
+            found.rows[group],
+            [of.METHOD, of.N_SCORED, of.SCORE, of.FULLY_STABLE, agreed, cpu, of.NO_VERDICT],
+        )
+
+    points = [(m, agreement[ALL][m.method.spec]) for m in found.methods]
     shown = [CostPoint(m.method, agreed, m.cpu) for m, agreed in points if agreed is not None]
+    label = "agreement with simulations on other engines (%)"
+    caption = f"Agreement against CPU time; {_MARKS_EXPLAINED}"
     return Section(
         "Scores and cost",
         "All cases first, then each scenario by itself. *Agreement with simulations* is the mean "
         "share of equal failing steps with all simulations that run on another engine.",
-        tables,
-        [
-            Picture(
-                "trade_off",
-                plot_cost_accuracy(
-                    shown,
-                    y_label="agreement with simulations on other engines (%)",
-                ),
-                "Agreement against CPU time; good methods stand at the upper left. "
-                "Colour tells the method, marker tells the engine, hollow markers have parameters "
-                "of their own, bars are 95 % intervals; equal methods hide each other.",
-            )
-        ]
-        if shown
-        else [],
+        of.by_group(found.groups, table),
+        [Picture("trade_off", plot_cost_accuracy(shown, y_label=label), caption)] if shown else [],
     )
 
 
-def _score_table(
-    methods: Sequence[MethodEvaluation], agreement: Mapping[str, Estimate | None]
-) -> str:
-    header = (
-        "method",
-        "n",
-        "mean score %",
-        "fully stable %",
-        "agreement with simulations %",
-        "CPU ms a layout",
-        "no verdict",
+def _same_tunings(tunings: Sequence[SameTuning]) -> Section:
+    return Section(
+        "The same tuning on every engine",
+        "Equal SI values, side by side. Where an engine ignores a setting, its row answers a "
+        "slightly different question; the last column says so.",
+        [_engines(tuning) for tuning in tunings],
     )
-    return markdown_table(
-        header,
+
+
+def _engines(tuning: SameTuning) -> Table:
+    """A row an engine, and its agreement with each of the others."""
+    use = {u.method.spec: u for u in tuning.uses}
+    agreement = columns_for(
+        [str(row.method.engine) for row in tuning.rows], "agrees with {} %",
+        lambda row, other: tuning.agreement.get((str(row.method.engine), other)), percent,
+    )  # fmt: skip
+    return Table(
+        tuning.rows,
         [
-            (
-                m.method.title,
-                str(m.fully_stable.n),
-                percent(m.score),
-                percent(m.fully_stable),
-                percent(agreement[m.method.spec]),
-                milliseconds(m.cpu),
-                names(f"{count} {status}" for status, count in m.without_verdict.items()),
-            )
-            for m in methods
+            words("engine", "method.engine"),
+            of.N_SCORED,
+            of.SCORE,
+            of.FULLY_STABLE,
+            *agreement,
+            of.CPU,
+            Column("build / step / read ms", "phases", _phases),
+            Column("emulated", lambda row: use[row.method.spec].emulated, names),
+            Column("ignored", lambda row: use[row.method.spec].ignored, names),
         ],
+        f"**{tuning.title}** ({_listed(tuning.settings)})",
     )
 
 
-def _same_tunings(tunings: Sequence[SameTuning]) -> list[Section]:
-    if not tunings:
-        return []
-    parts = []
-    for tuning in tunings:
-        engines = [str(row.method.engine) for row in tuning.rows]
-        header = (
-            "engine",
-            "n",
-            "mean score %",
-            "fully stable %",
-            *(f"agrees with {e} %" for e in engines),
-            "CPU ms",
-            "build / step / read ms",
-            "emulated",
-            "ignored",
-        )
-        use = {u.method.spec: u for u in tuning.uses}
-        rows = [
-            (
-                str(row.method.engine),
-                str(row.fully_stable.n),
-                percent(row.score),
-                percent(row.fully_stable),
-                *(
-                    percent(tuning.agreement.get((str(row.method.engine), engine)))
-                    for engine in engines
-                ),
-                milliseconds(row.cpu),
-                _phases(row),
-                names(use[row.method.spec].emulated),
-                names(use[row.method.spec].ignored),
-            )
-            for row in tuning.rows
-        ]
-        settings = ", ".join(f"{k} {v}" for k, v in tuning.settings.items())
-        parts.append(f"**{tuning.title}** ({settings})\n\n{markdown_table(header, rows)}")
-    return [
-        Section(
-            "The same tuning on every engine",
-            "Equal SI values, side by side. Where an engine ignores a setting, its row answers a "
-            "slightly different question; the last column says so.",
-            parts,
-        )
-    ]
+def _phases(found: PhaseTimes | None) -> str:
+    if found is None:
+        return MISSING
+    return " / ".join(significant(each) for each in (found.build, found.step, found.read))
 
 
-def _costs(comparison: Comparison) -> Section:
-    header = ("method", "n", "CPU ms", "wall ms", "build ms", "step ms", "read ms", "other ms")
-    methods = comparison.evaluation.methods
-    rows = [
-        (
-            m.method.title,
-            str(m.cpu.n),
-            milliseconds(m.cpu),
-            milliseconds(m.wall),
-            *(
-                significant(value) if m.phases.step else MISSING
-                for value in (m.phases.build, m.phases.step, m.phases.read)
-            ),
-            significant(m.phases.other),
-        )
-        for m in methods
-        if m.phases is not None
-    ]
-    pictures = []
-    if any(m.phases and m.phases.step for m in methods):
-        caption = "Where the CPU time of a simulation goes."
-        pictures = [Picture("phases", plot_phases(methods), caption)]
+def _listed(settings: Mapping[str, str]) -> str:
+    return ", ".join(f"{name} {value}" for name, value in settings.items())
+
+
+def _costs(found: Evaluation) -> Section:
+    def time(row: MethodEvaluation, phase: str) -> float | None:
+        assert row.phases is not None, "only methods with phases are shown"
+        return getattr(row.phases, phase) if row.phases.step else None
+
+    rows = [row for row in found.methods if row.phases is not None]
+    columns = [
+        of.METHOD, of.N_TIMED, of.CPU, of.WALL,
+        *columns_for(("build", "step", "read"), "{} ms", time, significant),
+        Column("other ms", "phases.other", significant),
+    ]  # fmt: skip
+    simulated = any(row.phases and row.phases.step for row in rows)
+    caption = "Where the CPU time of a simulation goes."
     return Section(
         "Time a layout, by phase",
         "*Build* makes worlds and adds boxes, *step* is the engine's own work, *read* looks at the "
         "poses. Each worker judges a layout once before it measures. "
-        f"{comparison.evaluation.cost_source.explained()}",
-        [markdown_table(header, rows)],
-        pictures,
+        f"{found.cost_source.explained()}",
+        [Table(rows, columns)],
+        [Picture("phases", plot_phases(found.methods), caption)] if simulated else [],
     )
 
 
-def _phases(row: MethodEvaluation) -> str:
-    p = row.phases
-    if p is None:
-        return MISSING
-    return f"{significant(p.build)} / {significant(p.step)} / {significant(p.read)}"
-
-
 def _agreement(comparison: Comparison) -> Section:
-    methods = comparison.matrix.methods
-    rows = [
-        (key.title, *(percent(e) for e in row))
-        for key, row in zip(methods, comparison.matrix.shares, strict=True)
-    ]
+    matrix = comparison.matrix
+    columns = columns_for(
+        range(len(matrix.titles)), matrix.titles.__getitem__, lambda row, at: row[1][at], percent
+    )
     return Section(
         "Agreement between every two methods",
         f"Share of equal failing steps, in per cent, n = {comparison.cases} each.",
-        [markdown_table(("method", *(m.title for m in methods)), rows)],
         [
-            Picture(
-                "agreement",
-                plot_matrix(
-                    comparison.matrix.titles,
-                    comparison.matrix.shares,
-                    label="same failing step (%)",
-                ),
-                "Share of cases on which two methods name the same failing step.",
+            Table(
+                list(zip(matrix.titles, matrix.shares, strict=True)), [words("method", 0), *columns]
             )
         ],
+        [of.agreement_picture(matrix)],
     )
 
 
@@ -250,15 +246,12 @@ def _disagreements(comparison: Comparison) -> Section:
     shown = comparison.disagreements
     if not shown:
         return Section("Where they disagree", "No two methods disagree on any case.")
-    titles = list(shown[0].said)
-    header = ("layout", "scenario", "items", *titles)
-    rows = [(d.layout, d.scenario, str(d.item_count), *(d.said[t] for t in titles)) for d in shown]
     return Section(
         "Where they disagree",
         f"Of {comparison.disputed} cases with more than one answer, the {len(shown)} on which most "
         "pairs of simulations differ (of all methods, where there are no simulations): the failing "
         "step that each method names, counted from 0, or *stable*.",
-        [markdown_table(header, rows, left=2)],
+        [Table(shown, [*of.CASE, *columns_for(shown[0].said, "{}", "said")])],
         [
             Picture(
                 f"disagreement_{rank}",
@@ -272,42 +265,36 @@ def _disagreements(comparison: Comparison) -> Section:
 
 
 def _settings(uses: Sequence[SettingsUse]) -> Section:
-    rows = [
-        (
-            use.method.title,
-            names(use.honoured),
-            names(use.emulated),
-            names(use.ignored),
-            ", ".join(f"{k} {v}" for k, v in use.settings.items()),
-        )
-        for use in uses
+    columns = [
+        of.METHOD,
+        *(words(use, form=names) for use in ("honoured", "emulated", "ignored")),
+        words("all parameters that ask for something", "settings", _listed),
     ]
-    header = ("method", "honoured", "emulated", "ignored", "all parameters that ask for something")
     return Section(
         "Which engine judged what, under which settings",
         "Lengths eps_t in cm and margin in m, times in s, frequency in Hz, angles in degrees. "
         "What *emulated* and *ignored* mean for each engine is said by `steadyload engines`.",
-        [markdown_table(header, rows, left=5)] if rows else ["No simulations in this study."],
+        [Table(uses, columns)] if uses else ["No simulations in this study."],
     )
 
 
 def _beyond(found: Sequence[BeyondEnvelope]) -> Section:
     """Section of the cases beyond the envelope of an engine."""
-    outside = [b for b in found if b.cases]
     rows = [
         (b.method, f"{b.cases} of {b.of}", f"{what} ({count})", f"{layout}: {sentence}")
-        for b in outside
+        for b in found
+        if b.cases
         for what, count, layout, sentence in b.reasons
     ]
-    unmeasured = names(b.method for b in found if b.cases is None)
+    unmeasured = [b.method for b in found if b.cases is None]
     text = (
         "Verdicts on such cases are less sure than the others; `steadyload extremes` measured how "
         "far each engine holds, and docs/extremes.md says what that covers."
-        if outside
+        if any(b.cases for b in found)
         else "No case is known to lie beyond what the engine that judged it was measured to hold."
     )
-    if unmeasured != MISSING:
-        text += f" Nothing was measured of the engine and frequency of {unmeasured}."
+    if unmeasured:
+        text += f" Nothing was measured of the engine and frequency of {names(unmeasured)}."
     header = ("method", "cases beyond", "by (cases)", "for example")
     tables = [markdown_table(header, rows, left=4)] if rows else []
     return Section("Beyond the engines' envelopes", text, tables)
