@@ -25,16 +25,15 @@ from steadyload.statistics.metrics import mean
 from steadyload.studies.table5 import study as table5
 from steadyload.studies.table5.accuracy_sections import time_a_layout, what_rows_are
 from steadyload.studies.table5.front import measured_in
+from steadyload.studies.table5.pair_tests import pair_tests
 from steadyload.studies.table5.paper import paper
-from steadyload.studies.table5.records import JudgedSet
 from steadyload.studies.table5.study import Table5Options, judge_table5, time_table5
 from steadyload.studies.table5.summary import (
-    pair_tests,
+    JudgedSet,
     same_order,
     summarise,
     tunings,
 )
-from steadyload.studies.table5.test_sections import simulation_pairs
 
 SPECS = ("fbs", "sme", "equilibrium")
 FEW = ("--limit", "3", "--timed", "2", "--repeats", "1", "-j", "1")
@@ -265,7 +264,7 @@ def test_what_each_engine_was_tuned_for_is_not_told_as_what_the_engine_changes()
     right = pd.DataFrame({key.spec: np.arange(8) % 3 == 0 for key in keys})
     own = judged(tests={ALL: pair_tests(keys, right, np.arange(8))}, tunings=tunings(SIMULATED))
     said = {
-        same: {(t.first.spec, t.second.spec) for t in simulation_pairs(own, same_tuning=same)}
+        same: {(t.first.spec, t.second.spec) for t in own.simulation_pairs(same_tuning=same)}
         for same in (True, False)
     }
     assert said[True] == {("ps3@bullet", "ps3@mujoco")}

@@ -2,22 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.page import Picture, Section
 from steadyload.reports.table import (
     MISSING,
+    Column,
+    Table,
+    columns_for,
     compact,
+    counts,
+    estimates_table,
     factor,
-    markdown_table,
-    milliseconds,
     names,
     percent,
+    plain_percent,
     significant,
+    words,
 )
 from steadyload.runs.costs import load_explained
 from steadyload.runs.evaluation import ALL, MethodEvaluation
-from steadyload.studies.table5.figures import plot_fronts, rows_of
-from steadyload.studies.table5.records import JudgedSet, Table5
+from steadyload.studies import method_sections as of
+from steadyload.studies.table5.figures import plot_fronts
+from steadyload.studies.table5.label_ceiling import Ceiling
+from steadyload.studies.table5.summary import JudgedSet, Table5
 
 _NETWORKS = frozenset({"lstm_1", "lstm_e"})
 _CONVERTED = frozenset({"ps3", "ps5"})
@@ -39,25 +50,15 @@ _READING = (
 
 def accuracy_and_cost(found: Table5) -> Section:
     """All methods, by group, with Fig. 3 of the paper."""
-    own = found.spatial
-    tables = []
-    for group in own.groups:
-        table = _table(found, own, group)
-        tables.append(table if group == ALL else f"**Scenario {group}**\n\n{table}")
-    yard = own.timing.yardstick
-    natural = ", ".join(f"{s} {100 * share:.1f} %" for s, share in own.about.natural_stable.items())
+    own, yard = found.spatial, found.spatial.timing.yardstick
+    share = "" if yard is None else f" *Share*: of the CPU time of {yard.title} on the same cases."
     return Section(
         "Accuracy and cost",
-        "All scenarios first, then each by itself. *Paper*: what the paper's Table 5 has. "
-        "*Letters*: two methods share one just where their accuracies are not told apart (next "
-        "section). *Overestimated*: the method lets the loading fail later than the label does, "
-        "or not at all; *underestimated*: earlier; the paper does not part the two. A label is "
-        "*robust* when every judge of its ensemble names the same step, and *fragile* when one "
-        "does not. *Natural prevalence*: as accurate as if stable layouts were as frequent as in "
-        f"the whole set ({natural}). {own.evaluation.cost_source.explained()}"
-        + ("" if yard is None else f" *Share*: of the CPU time of {yard.title} on the same cases.")
-        + what_rows_are(own),
-        tables,
+        "All scenarios first, then each by itself. *Paper*: what the paper's Table 5 has; it does "
+        "not part over- and underestimation. *Letters*: two methods share one just where their "
+        f"accuracies are not told apart (next section). {of.terms_explained(own.about)} "
+        f"{own.evaluation.cost_source.explained()}{share}{what_rows_are(own)}",
+        of.by_group(own.groups, partial(_methods, found)),
         [
             Picture(
                 "accuracy",
@@ -82,98 +83,70 @@ def what_rows_are(own: JudgedSet) -> str:
     return "".join(f"\n\n{said}" for said in told)
 
 
-def _table(found: Table5, own: JudgedSet, group: str) -> str:
-    rows = rows_of(own, group)
-    header = (
-        "method",
-        "n",
-        "paper %",
-        "accuracy %",
-        "letters",
-        "overestimated %",
-        "underestimated %",
-        "stable or not %",
-        f"robust % (n {rows[0].robust.n})",
-        f"fragile % (n {rows[0].fragile.n})",
-        "natural prevalence %",
-        "CPU ms",
-        "share",
-        "no verdict, and why",
-    )
-    lines = [_line(found, own, group, row) for row in rows]
-    blank = len(header) - 3
-    if own is found.spatial:
-        for method in found.planar_methods:
-            why = "judges planar layouts alone, see there"
-            if group == ALL:
-                why += f" ({found.flat} of these cases are planar)"
-            lines.append((method.title, "0", *[MISSING] * blank, why))
-        for spec, why in found.left_out.items():
-            lines.append((spec, "0", *[MISSING] * blank, why))
-    return markdown_table(header, lines)
-
-
-def _line(found: Table5, own: JudgedSet, group: str, row: MethodEvaluation) -> tuple[str, ...]:
-    printed = found.paper.row_of(row.method) if own is found.spatial else None
-    return (
-        row.method.title,
-        str(row.accuracy.n),
-        MISSING if printed is None else f"{100 * printed.accuracy[group]:.2f}",
-        percent(row.accuracy),
-        own.tests[group].letters[row.method.spec],
-        percent(row.over),
-        percent(row.under),
-        percent(row.stable_or_not),
-        percent(row.robust),
-        percent(row.fragile),
-        percent(row.natural),
-        milliseconds(row.cpu),
-        _share(own, group, row),
-        names(f"{count} {status}" for status, count in row.without_verdict.items()),
-    )
-
-
-def _share(own: JudgedSet, group: str, row: MethodEvaluation) -> str:
-    """CPU time over that of the yardstick."""
-    if row.method == own.timing.yardstick:
-        return "1"
-    return factor(own.timing.shares[group].get(row.method.spec))
-
-
-def noise_of_labels(found: Table5) -> Section:
-    """Section on the agreement of the ensemble, and on the labels on which methods err."""
-    assert found.ceiling is not None
-    own, ceiling = found.spatial, found.ceiling
-    n = str(own.about.cases)
-    rows = [
-        (
-            row.name,
-            str(row.judges),
-            str(row.label.n),
-            *(
-                cell
-                for group in own.groups
-                for at in (ceiling.by_group[group][place],)
-                for cell in (percent(at.twin), percent(at.plurality))
+def _methods(found: Table5, group: str) -> Table:
+    """A row a method on a group of cases; those that judged none of them say why, below."""
+    own, rows = found.spatial, found.spatial.evaluation.rows[group]
+    printed = {m.method.spec: found.paper.row_of(m.method) for m in rows}
+    paper = {spec: row.accuracy[group] for spec, row in printed.items() if row is not None}
+    planar = "judges planar layouts alone, see there"
+    if group == ALL:
+        planar += f" ({found.flat} of these cases are planar)"
+    why = {method.spec: planar for method in found.planar_methods} | dict(found.left_out)
+    without = [*found.planar_methods, *(MethodKey(spec, spec, "") for spec in found.left_out)]
+    return Table(
+        [*rows, *map(MethodEvaluation, without)],
+        [
+            of.METHOD,
+            of.N,
+            of.by_spec("paper %", paper, partial(plain_percent, digits=2)),
+            of.ACCURACY,
+            of.by_spec("letters", own.tests[group].letters),
+            of.OVER,
+            of.UNDER,
+            of.STABLE_OR_NOT,
+            *of.robust_and_fragile(rows),
+            of.NATURAL,
+            of.CPU,
+            share_of_time(own, group),
+            Column(
+                "no verdict, and why",
+                lambda row: why.get(row.method.spec) or counts(row.without_verdict),
             ),
+        ],
+    )
+
+
+def share_of_time(
+    own: JudgedSet, group: str = ALL, title: str = "share", form: Callable[[Any], str] = factor
+) -> Column:
+    """A column of CPU times over that of the yardstick."""
+    shares, yard = own.timing.shares[group], own.timing.yardstick
+    shown = {spec: form(share) for spec, share in shares.items()}
+    return of.by_spec(title, shown if yard is None else {**shown, yard.spec: "1"})
+
+
+def noise_of_labels(own: JudgedSet, ceiling: Ceiling) -> Section:
+    """Section on the agreement of the ensemble, and on the labels on which methods err."""
+    about = own.about
+    tables = [_answers(own, ceiling)]
+    if ceiling.engines:
+        others = {row.name: row.label for row in ceiling.engines}
+        caption = (
+            "Other simulators, asked the label's own question (small steps, the same thresholds "
+            "and time):"
         )
-        for place, row in enumerate(ceiling.by_group[ALL])
+        tables.append(estimates_table("judge", others, "accuracy %", caption=caption))
+    columns = [
+        of.METHOD,
+        of.N,
+        *(Column(f"{kind} %", kind, percent) for kind in ("robust", "fragile")),
+        Column("errors on fragile labels %", _share_of_errors),
     ]
-    header = ("what changes", "further answers", "n", *(
-        f"{what}, {group} %" for group in own.groups for what in ("two answers", "best guess")
-    ))  # fmt: skip
-    others = [(row.name, str(row.label.n), percent(row.label)) for row in ceiling.engines]
-    fragile = own.about.fragile
-    errors = [
-        (
-            m.method.title,
-            str(m.accuracy.n),
-            percent(m.robust),
-            percent(m.fragile),
-            _share_of_errors(m),
-        )
-        for m in own.evaluation.methods
-    ]
+    share = plain_percent(about.fragile / about.cases)
+    caption = (
+        f"Errors by label, n = {about.cases}, of which {about.fragile} ({share} %) are fragile:"
+    )
+    tables.append(Table(own.evaluation.methods, columns, caption))
     return Section(
         "What the labels leave to be reached",
         "A label is one answer of the reference, and the reference was asked again with small "
@@ -186,22 +159,27 @@ def noise_of_labels(found: Table5) -> Section:
         "habits; and both hang on how large the changes are, which we chose. Read them so: above "
         "*two answers*, who is more accurate agrees better with this reference, and that need not "
         "mean with mechanics.",
+        tables,
+    )
+
+
+def _answers(own: JudgedSet, ceiling: Ceiling) -> Table:
+    """A row a set of changes: how often answers agree, in all groups."""
+    kinds = {"twin": "two answers", "plurality": "best guess"}
+    columns = columns_for(
+        [(group, kind) for group in own.groups for kind in kinds],
+        lambda key: f"{kinds[key[1]]}, {key[0]} %",
+        lambda row, key: getattr(row[key[0]], key[1]),
+        percent,
+    )
+    changes = zip(*(ceiling.by_group[group] for group in own.groups), strict=True)
+    return Table(
+        [dict(zip(own.groups, rows, strict=True)) for rows in changes],
         [
-            markdown_table(header, rows),
-            *(
-                [
-                    "Other simulators, asked the label's own question (small steps, the same "
-                    "thresholds and time):\n\n"
-                    + markdown_table(("judge", "n", "accuracy %"), others)
-                ]
-                if others
-                else []
-            ),
-            f"Errors by label, n = {n}, of which {fragile} ({100 * fragile / int(n):.1f} %) are "
-            "fragile:\n\n"
-            + markdown_table(
-                ("method", "n", "robust %", "fragile %", "errors on fragile labels %"), errors
-            ),
+            words("what changes", lambda row: row[ALL].name),
+            Column("further answers", lambda row: row[ALL].judges),
+            Column("n", lambda row: row[ALL].label.n),
+            *columns,
         ],
     )
 
@@ -216,30 +194,25 @@ def _share_of_errors(row: MethodEvaluation) -> str:
 
 def time_a_layout(own: JudgedSet) -> Section:
     """Section of the timing pass."""
-    timing = own.timing
-    yard = timing.yardstick
-    rows = [
-        (
-            row.method.title,
-            str(row.cpu.n),
-            milliseconds(row.cpu),
-            milliseconds(row.wall),
-            _share(own, ALL, row),
-            *(_cpu(own, group, row.method) for group in own.groups[1:]),
-            f"{100 * timing.spread[row.method.spec]:.0f}" if timing.repeats > 1 else MISSING,
-        )
-        for row in own.evaluation.methods
-        if row.cpu.n
+    timing, yard = own.timing, own.timing.yardstick
+
+    def cpu(row: MethodEvaluation, group: str) -> float | None:
+        found = own.evaluation.row(row.method.spec, group).cpu
+        return found.value if found.n else None
+
+    columns = [
+        of.METHOD,
+        of.N_TIMED,
+        of.CPU,
+        of.WALL,
+        share_of_time(own, title="share" if yard is None else f"of {yard.title}"),
+        *columns_for(own.groups[1:], "{} CPU ms", cpu, significant),
+        of.by_spec(
+            "spread of repeats %",
+            timing.spread if timing.repeats > 1 else {},
+            partial(plain_percent, digits=0),
+        ),
     ]
-    header = (
-        "method",
-        "n",
-        "CPU ms",
-        "wall ms",
-        "share" if yard is None else f"of {yard.title}",
-        *(f"{group} CPU ms" for group in own.groups[1:]),
-        "spread of repeats %",
-    )
     busy = load_explained(own.evaluation.cost_source.load)
     untimed = "".join(f" {spec} was not timed: {why}." for spec, why in timing.untimed.items())
     refused = names(f"{spec} {count}" for spec, count in timing.refused.items())
@@ -252,54 +225,45 @@ def time_a_layout(own: JudgedSet) -> Section:
         f"{timing.repeats} times. A case counts with the median of its repeats, a method with the "
         "mean over cases. *Spread*: the slowest repeat minus the fastest, over the mean. Making "
         f"ready (imports, compilation, weights) is not in it.{busy}{untimed}",
-        [markdown_table(header, rows)],
+        [Table([row for row in own.evaluation.methods if row.cpu.n], columns)],
     )
-
-
-def _cpu(own: JudgedSet, group: str, method: MethodKey) -> str:
-    cpu = own.evaluation.row(method.spec, group).cpu
-    return significant(cpu.value) if cpu.n else MISSING
 
 
 def planar_layouts(planar: JudgedSet) -> Section:
     """All methods on layouts that an engine of two dimensions can judge."""
-    about, tests = planar.about, planar.tests[ALL]
-    against = tests.against
-    assert against is not None, "there are too few item lists for all pairs"
-    rows = [
-        (
-            row.method.title,
-            str(row.accuracy.n),
-            percent(row.accuracy),
-            *_held(planar, row.method),
-            percent(row.over),
-            percent(row.under),
-            *(
-                percent(planar.evaluation.row(row.method.spec, group).accuracy)
-                for group in planar.groups[1:]
-            ),
-            milliseconds(row.cpu),
-            _share(planar, ALL, row),
-            names(f"{count} {status}" for status, count in row.without_verdict.items()),
-        )
-        for row in planar.evaluation.methods
+    about, tests, evaluation = planar.about, planar.tests[ALL], planar.evaluation
+    held = tests.against
+    assert held is not None, "there are too few item lists for all pairs"
+    against = {m.spec: tests.of(m, held) for m in evaluation.judged.keys.values() if m != held}
+    columns = [
+        of.METHOD,
+        of.N,
+        of.ACCURACY,
+        of.by_spec(f"minus {held.title}", {s: t.difference for s, t in against.items()}, percent),
+        of.by_spec("corrected p", {s: t.corrected for s, t in against.items()}, compact),
+        of.OVER,
+        of.UNDER,
+        *columns_for(
+            planar.groups[1:],
+            "{} %",
+            lambda row, group: evaluation.row(row.method.spec, group).accuracy,
+            percent,
+        ),
+        of.CPU,
+        share_of_time(planar),
+        of.NO_VERDICT,
     ]
-    header = (
-        "method", "n", "accuracy %", f"minus {against.title}", "corrected p", "overestimated %",
-        "underestimated %",
-        *(f"{group} %" for group in planar.groups[1:]), "CPU ms", "share", "no verdict",
-    )  # fmt: skip
-    each, load = planar.timing.layouts, planar.evaluation.cost_source.load
+    load = evaluation.cost_source.load
     return Section(
         "Planar layouts, and engines of two dimensions",
         f"Part `{about.part}`: {about.cases} cases, {planar.layouts} layouts of "
         f"{about.item_lists} item lists whose items all span the pallet's depth. They have other "
         "items than the cases above, so compare methods here with one another alone. Every method "
-        f"is held against {against.title}, in percentage points, by the test of above, corrected "
+        f"is held against {held.title}, in percentage points, by the test of above, corrected "
         f"over these {len(tests.pairs)} pairs: {len(tests.sizes)} lists are too few for all. Times "
-        f"are of {each} cases, in a pass of the same kind"
+        f"are of {planar.timing.layouts} cases, in a pass of the same kind"
         + (f", with a load of {load:.1f}." if load is not None else "."),
-        [markdown_table(header, rows)],
+        [Table(evaluation.methods, columns)],
         [
             Picture(
                 "planar",
@@ -308,12 +272,3 @@ def planar_layouts(planar: JudgedSet) -> Section:
             )
         ],
     )
-
-
-def _held(planar: JudgedSet, method: MethodKey) -> tuple[str, str]:
-    """Difference of a method to the one that all are compared with, and corrected p."""
-    tests = planar.tests[ALL]
-    if tests.against is None or method == tests.against:
-        return MISSING, MISSING
-    test = tests.of(method, tests.against)
-    return percent(test.difference), compact(test.corrected)

@@ -48,9 +48,9 @@ class Table5(Study[Table5Config, Any]):
         self, config: Table5Config, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """The summary of the run, judged over processes and timed in one; also writes the front."""
-        from steadyload.studies.table5.front import NAME, timed_front, write_front
+        from steadyload.studies.table5.front import NAME, write_front
         from steadyload.studies.table5.study import judge_table5, time_table5
-        from steadyload.studies.table5.summary import summarise
+        from steadyload.studies.table5.summary import summarise, timed_front
 
         asked = config.options()
         judge_table5(asked, work, workers=workers, progress=lambda *of: progress("judging", *of))

@@ -5,23 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from steadyload.reports.page import Picture, Section
-from steadyload.reports.table import (
-    MISSING,
-    compact,
-    markdown_table,
-    milliseconds,
-    percent,
-)
-from steadyload.runs.evaluation import ALL
+from steadyload.reports.table import Column, Table, columns_for, compact, percent, words
+from steadyload.runs.evaluation import ALL, MethodEvaluation
+from steadyload.statistics.estimate import Estimate
+from steadyload.studies import method_sections as of
+from steadyload.studies.table5.accuracy_sections import share_of_time
+from steadyload.studies.table5.error_places import MarginBin
 from steadyload.studies.table5.figures import (
     plot_beside_paper,
     plot_errors,
     plot_margins,
     plot_sizes,
-    rows_of,
 )
 from steadyload.studies.table5.paper import Paper
-from steadyload.studies.table5.records import JudgedSet, Table5, Watch
+from steadyload.studies.table5.summary import JudgedSet, Table5
+from steadyload.studies.table5.watched import Watch
 
 _LINKED = "A linked layout opens in the browser, both loadings side by side. "
 
@@ -31,39 +29,34 @@ _ROUNDED = 0.0101
 
 def beside_the_paper(found: Table5) -> Section:
     """Accuracy and relative cost of the paper's methods, there and here."""
-    own, paper = found.spatial, found.paper
-    groups = [g for g in own.groups if g in paper.rows[0].accuracy]
-    rows = []
-    for row in own.evaluation.methods:
-        printed = paper.row_of(row.method)
-        if printed is None:
-            continue
-        rows.append(
-            (
-                row.method.title,
-                str(row.accuracy.n),
-                *(
-                    f"{100 * printed.accuracy[group]:.1f} / {100 * at.accuracy.value:.1f}"
-                    for group in groups
-                    for at in rows_of(own, group)
-                    if at.method == row.method
-                ),
-                compact(printed.runtime[ALL]),
-                milliseconds(row.wall),
-                *_shares(found, row.method.spec, printed.runtime[ALL]),
-            )
-        )
-    header = (
-        "method",
-        "n",
-        *(f"{group} %, paper / ours" for group in groups),
-        "paper, wall ms",
-        "ours, wall ms",
-        "paper, of its PS_3",
-        f"ours, of {own.timing.yardstick.title}" if own.timing.yardstick else "ours, share",
-    )
+    own, paper, yard = found.spatial, found.paper, found.spatial.timing.yardstick
+    columns_of = {m.method.spec: paper.row_of(m.method) for m in own.evaluation.methods}
+    printed = {spec: row for spec, row in columns_of.items() if row is not None}
+    rows = [m for m in own.evaluation.methods if m.method.spec in printed]
     if not rows:
         return Section("Beside the paper", "None of the paper's methods was judged.")
+
+    def both(row: MethodEvaluation, group: str) -> str:
+        ours = own.evaluation.row(row.method.spec, group).accuracy
+        return f"{100 * printed[row.method.spec].accuracy[group]:.1f} / {100 * ours.value:.1f}"
+
+    wall = {spec: row.runtime[ALL] for spec, row in printed.items()}
+    base = None if yard is None else paper.row_of(yard)
+    shares = {} if base is None else {s: time / base.runtime[ALL] for s, time in wall.items()}
+    columns = [
+        of.METHOD,
+        of.N,
+        *columns_for(paper.among(own.groups), "{} %, paper / ours", both),
+        of.by_spec("paper, wall ms", wall, compact),
+        of.titled(of.WALL, "ours, wall ms"),
+        of.by_spec("paper, of its PS_3", shares, compact),
+        share_of_time(
+            own,
+            ALL,
+            f"ours, of {yard.title}" if yard else "ours, share",
+            lambda e: compact(e.value),
+        ),
+    ]
     return Section(
         "Beside the paper",
         f"{paper.source}: {paper.cases} cases a scenario, without intervals and without over- and "
@@ -72,7 +65,7 @@ def beside_the_paper(found: Table5) -> Section:
         "differ for reasons that are not the methods'; the order of methods, and how scenarios "
         "differ, is what compares. Times compare as shares of PS_3, each in its own house. "
         f"{_paper_averages(paper)}",
-        [markdown_table(header, rows)],
+        [Table(rows, columns)],
         [
             Picture(
                 "beside_paper",
@@ -82,18 +75,6 @@ def beside_the_paper(found: Table5) -> Section:
                 "and those of our own searches.",
             )
         ],
-    )
-
-
-def _shares(found: Table5, spec: str, runtime: float) -> tuple[str, str]:
-    """Runtime over that of PS_3, in the paper and here."""
-    timing, paper = found.spatial.timing, found.paper
-    base = None if timing.yardstick is None else paper.row_of(timing.yardstick)
-    ours = timing.shares[ALL].get(spec)
-    own = timing.yardstick is not None and timing.yardstick.spec == spec
-    return (
-        MISSING if base is None else compact(runtime / base.runtime[ALL]),
-        "1" if own else MISSING if ours is None else compact(ours.value),
     )
 
 
@@ -113,20 +94,18 @@ def _paper_averages(paper: Paper) -> str:
 
 def by_size(own: JudgedSet) -> Section:
     """Accuracy against the number of items."""
-    header = ("method", *(f"{b.fewest} to {b.most} (n {b.cases})" for b in own.sizes))
-    rows = [
-        (
-            m.method.title,
-            *(percent(bin_.accuracy[m.method.spec]) for bin_ in own.sizes),
-        )
-        for m in own.evaluation.methods
-    ]
+    columns = columns_for(
+        own.sizes,
+        lambda b: f"{b.fewest} to {b.most} (n {b.cases})",
+        lambda row, b: b.accuracy[row.method.spec],
+        percent,
+    )
     return Section(
         "By number of items",
         "Accuracy in per cent, by items in the layout, all scenarios. A layout of more items has "
         "more steps at which a method can part from the label. Layouts of 20 items are cut off at "
         "that number, and come from the item classes with many small items.",
-        [markdown_table(header, rows)],
+        [Table(own.evaluation.methods, [of.METHOD, *columns])],
         [
             Picture(
                 "sizes",
@@ -140,74 +119,59 @@ def by_size(own: JudgedSet) -> Section:
 
 def where_methods_err(own: JudgedSet) -> Section:
     """Over- and underestimation, and the balance of steps at which methods differ from labels."""
-    pictures = [
-        Picture(
-            "errors",
-            plot_errors(own),
-            "Underestimated cases to the left, overestimated ones to the right, all scenarios.",
-        )
-    ]
-    tables = []
+    caption = "Underestimated cases to the left, overestimated ones to the right, all scenarios."
+    pictures = [Picture("errors", plot_errors(own), caption)]
     text = "An error is too careful or too bold: the method's step is too early or too late."
-    if own.margins:
-        text += (
-            " The *margin* of a step says how far all contact patches may shrink until nothing "
-            "balances any more; below 0 nothing does, and only time and friction decide whether "
-            "the loading fails. Cases are followed to the step where method and label part."
-        )
-        pictures.append(
-            Picture(
-                "margins",
-                plot_margins(own),
-                "Of steps that hold by the label, those that a method calls failing (left), and of "
-                "failing steps those that it calls holding (right), in per cent, by the margin of "
-                "balance. n: steps of the labels; a method comes to fewer, once it has erred.",
-            )
-        )
-        tables.append(_margins(own))
-    return Section("Where methods err", text, tables, pictures)
-
-
-def _margins(own: JudgedSet) -> str:
-    """Paragraph on steps that hold although out of balance, and on steps in balance."""
-    slow = [bin_ for bin_ in own.margins if bin_.high <= 0.0 and bin_.holding]
-    header = ("method", *(f"{_span(b.low, b.high)} (n {b.holding})" for b in slow))
-    rows = [
-        (
-            m.method.title,
-            *(
-                f"{percent(bin_.false_alarms[m.method.spec])}, "
-                f"n {bin_.false_alarms[m.method.spec].n}"
-                for bin_ in slow
-            ),
-        )
-        for m in own.evaluation.methods
-    ]
-    return (
-        "False alarms on steps that do not balance, and hold for the label because they move too "
-        f"slowly; per cent by margin in cm:\n\n{markdown_table(header, rows)}"
+    if not own.margins:
+        return Section("Where methods err", text, [], pictures)
+    text += (
+        " The *margin* of a step says how far all contact patches may shrink until nothing "
+        "balances any more; below 0 nothing does, and only time and friction decide whether "
+        "the loading fails. Cases are followed to the step where method and label part."
     )
+    pictures.append(
+        Picture(
+            "margins",
+            plot_margins(own),
+            "Of steps that hold by the label, those that a method calls failing (left), and of "
+            "failing steps those that it calls holding (right), in per cent, by the margin of "
+            "balance. n: steps of the labels; a method comes to fewer, once it has erred.",
+        )
+    )
+    return Section("Where methods err", text, [_margins(own)], pictures)
 
 
-def _span(low: float, high: float) -> str:
-    return f"below {high:g}" if low == float("-inf") else f"{low:g} to {high:g}"
+def _margins(own: JudgedSet) -> Table:
+    """False alarms on steps that hold although they are out of balance."""
+
+    def title(found: MarginBin) -> str:
+        below = found.low == float("-inf")
+        span = f"below {found.high:g}" if below else f"{found.low:g} to {found.high:g}"
+        return f"{span} (n {found.holding})"
+
+    def alarms(row: MethodEvaluation, found: MarginBin) -> Estimate:
+        return found.false_alarms[row.method.spec]
+
+    slow = [b for b in own.margins if b.high <= 0.0 and b.holding]
+    return Table(
+        own.evaluation.methods,
+        [of.METHOD, *columns_for(slow, title, alarms, lambda e: f"{percent(e)}, n {e.n}")],
+        "False alarms on steps that do not balance, and hold for the label because they move too "
+        "slowly; per cent by margin in cm:",
+    )
 
 
 def to_watch(own: JudgedSet) -> Section:
     """Section of cases on which methods differ, with the commands that play them."""
-    rows = [
-        (
-            f"[{w.layout}]({w.view})" if w.view else w.layout,
-            w.scenario,
-            str(w.item_count),
-            w.label,
-            w.right.title,
-            f"{w.wrong.title}: {w.said}",
-            f"{w.wrong_methods} of {w.methods}",
-        )
-        for w in own.watched
+    columns = [
+        words("layout", lambda w: f"[{w.layout}]({w.view})" if w.view else w.layout),
+        words("scenario"),
+        Column("items", "item_count"),
+        Column("label"),
+        Column("right", "right.title"),
+        Column("wrong", lambda w: f"{w.wrong.title}: {w.said}"),
+        Column("wrong methods", lambda w: f"{w.wrong_methods} of {w.methods}"),
     ]
-    header = ("layout", "scenario", "items", "label", "right", "wrong", "wrong methods")
     return Section(
         "Cases to watch",
         f"Of {own.about.cases} cases, those with a robust label that divide the methods most "
@@ -217,7 +181,7 @@ def to_watch(own: JudgedSet) -> Section:
         "These commands write the cases as layout "
         "files, and pages that play both loadings side by side:\n\n"
         f"```\n{_exports(own.watched)}\n{_views(own.watched)}\n```",
-        [markdown_table(header, rows, left=2)],
+        [Table(own.watched, columns)],
     )
 
 

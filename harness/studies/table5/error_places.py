@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -11,13 +12,39 @@ from numpy.typing import NDArray
 
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
-from steadyload.studies.table5.records import MarginBin, SizeBin
 
 SIZES = ((1, 3), (4, 5), (6, 6), (7, 7), (8, 10), (11, 15), (16, 19), (20, 20))
 """Bins of the number of items. The paper cuts layouts to 20 items, so that many have exactly 20."""
 
 MARGINS = (-np.inf, -20.0, -10.0, -5.0, -1.0, 0.0, 0.5, 1.0, 2.0, 5.0, np.inf)
 """Edges of bins of the margin [cm]. Below 0 a step is out of balance and fails after some time."""
+
+
+@dataclass(frozen=True, slots=True)
+class SizeBin:
+    """Accuracy on layouts in a bin of the number of items: ``accuracy`` by spec."""
+
+    fewest: int
+    most: int
+    cases: int
+    accuracy: Mapping[str, Estimate]
+
+
+@dataclass(frozen=True, slots=True)
+class MarginBin:
+    """Steps with a margin of balance in [low, high) cm, and the errors of methods on them.
+
+    ``false_alarms``: by spec, the share of steps stable by the label that fail by the method;
+    ``misses``: of those failing by the label that are stable by the method. Only steps that both
+    reach are counted. ``holding``, ``failing``: numbers of steps by the labels.
+    """
+
+    low: float
+    high: float
+    holding: int
+    failing: int
+    false_alarms: Mapping[str, Estimate]
+    misses: Mapping[str, Estimate]
 
 
 def size_bins(right: pd.DataFrame, labels: pd.DataFrame) -> tuple[SizeBin, ...]:

@@ -16,13 +16,11 @@ from steadyload.reports.charts import PLAIN_TICKS, CostPoint, draw_cost_point, r
 from steadyload.reports.style import colour, engine_colour, engine_marker, face, marker
 from steadyload.reports.table import compact
 from steadyload.runs.evaluation import ALL, MethodEvaluation
+from steadyload.studies.table5.error_places import SizeBin
+from steadyload.studies.table5.label_ceiling import Ceiling
+from steadyload.studies.table5.pair_tests import PairTests
 from steadyload.studies.table5.paper import Paper
-from steadyload.studies.table5.records import (
-    Ceiling,
-    JudgedSet,
-    PairTests,
-    SizeBin,
-)
+from steadyload.studies.table5.summary import JudgedSet
 
 _GREY = "#7f7f7f"
 _PANEL = 6
@@ -75,7 +73,7 @@ def _front(axes: Axes, judged: JudgedSet, group: str) -> None:
     for row, cpu in shown:
         draw_cost_point(axes, CostPoint(row.method, row.accuracy, cpu), markersize=7.5)
     by_spec = {row.method.spec: (row, cpu) for row, cpu in shown}
-    front = [by_spec[spec] for spec in judged.fronts[group].specs]
+    front = [by_spec[spec] for spec in judged.fronts[group]]
     axes.plot(
         [cpu.value for _, cpu in front],
         [100 * row.accuracy.value for row, _ in front],
@@ -121,7 +119,7 @@ def _sample(sign: str, shade: str, label: str, inside: str | None = None) -> Lin
 
 def plot_beside_paper(judged: JudgedSet, paper: Paper) -> Figure:
     """Accuracies beside the paper's, a panel a group, a row a column of the paper's table."""
-    groups = [g for g in judged.groups if g in paper.rows[0].accuracy]
+    groups = paper.among(judged.groups)
     rows = [p for p in paper.rows if any(paper.row_of(m.method) is p for m in _all(judged))]
     figure = Figure(figsize=(2.6 * max(2, len(groups)) + 1.2, 0.52 * len(rows) + 1.7))
     panels = figure.subplots(1, len(groups), sharey=True, squeeze=False)[0]

@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from steadyload.atomic import write_atomically
 from steadyload.engines.registry import engines
@@ -21,7 +22,6 @@ from steadyload.runs.evaluation import MethodEvaluation, evaluate
 from steadyload.runs.results import load_manifest
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.comparison.summary import manifest_lines
-from steadyload.studies.table5.records import Table5
 
 NAME = "front.json"
 """The file in a run folder that holds its front, where there was a timing pass."""
@@ -69,19 +69,6 @@ class Front:
     about: Mapping[str, str]
 
 
-def timed_front(found: Table5) -> Front:
-    """3-D methods of Table 5, with the times of its timing pass; those untimed are left out.
-
-    Args:
-        found: the page.
-    """
-    own = found.spatial
-    measured = tuple(_measured(row) for row in own.evaluation.methods if row.cpu.n)
-    on = f"{found.manifest['labelled set']}, {own.about.item_lists} item lists"
-    timed = f"{own.timing.layouts} cases, {own.timing.repeats} times each, one thread"
-    return Front(measured, {"measured on": on, "timed on": timed, **found.manifest})
-
-
 def measured_in(run: str | Path) -> Front:
     """Measurements of a run folder, from its :data:`NAME` where it has one.
 
@@ -99,18 +86,19 @@ def measured_in(run: str | Path) -> Front:
     evaluation = evaluate(run, by_scenario=False)
     if evaluation.labelled is None:
         raise FrontError(f"{run}: its layouts have no labels, so that no accuracy is known")
-    measured = tuple(_measured(row) for row in evaluation.methods)
     labels = load_manifest(run)["labels"]
     on = f"{labels['cases']} cases of part {labels['part']}"
     if "set" in labels:
         on += f" of the set {labels['set']}"
     lists = evaluation.labelled.item_lists
     return Front(
-        measured, {"measured on": f"{on}, {lists} item lists", **manifest_lines(evaluation.judged)}
+        tuple(map(measured, evaluation.methods)),
+        {"measured on": f"{on}, {lists} item lists", **manifest_lines(evaluation.judged)},
     )
 
 
-def _measured(row: MethodEvaluation) -> Measured:
+def measured(row: MethodEvaluation) -> Measured:
+    """Accuracy and cost of a method, as an evaluation has them."""
     key = row.method
     return Measured(key.spec, key.title, key.engine, row.accuracy, row.cpu)
 
@@ -123,27 +111,20 @@ def load_front(file: Path = FILE) -> Front:
     """
     try:
         content = json.loads(file.read_text())
-        measured = tuple(
-            Measured(
-                **{
-                    **entry,
-                    "accuracy": Estimate(**entry["accuracy"]),
-                    "cpu": Estimate(**entry["cpu"]),
-                }
-            )
-            for entry in content["measured"]
-        )
         about = content["about"]
-        if (
-            not {"measured on", "machine"} <= about.keys()
-        ):  # the part that the command prints of any front
+        if not {"measured on", "machine"} <= about.keys():  # the command prints them of any front
             raise KeyError
-        return Front(measured, about)
+        return Front(tuple(map(_read, content["measured"])), about)
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         raise FrontError(
             f"{file}: holds no measured methods; name the folder of a study on a labelled set: "
             "steadyload recommend --from RUN"
         ) from None
+
+
+def _read(entry: Mapping[str, Any]) -> Measured:
+    estimates = {name: Estimate(**entry[name]) for name in ("accuracy", "cpu")}
+    return Measured(**{**entry, **estimates})
 
 
 def write_front(front: Front, file: Path = FILE) -> Path:

@@ -8,7 +8,8 @@ cannot be expected to agree with the label more often than they agree among them
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
@@ -17,8 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.runs.evaluation import ALL
+from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
-from steadyload.studies.table5.records import Ceiling, CeilingRow
 
 WIDENING: tuple[tuple[str, tuple[Reason, ...]], ...] = (
     ("numerics", (Reason.NUMERICAL,)),
@@ -34,6 +35,35 @@ _STABLE = -1.0
 
 Answers = NDArray[np.float64]
 """Failing steps, -1 for a stable layout, NaN without a verdict: shape (cases, verdicts)."""
+
+
+@dataclass(frozen=True, slots=True)
+class CeilingRow:
+    """Agreement of the verdicts of an ensemble of references.
+
+    ``judges``: number of further verdicts on a case, besides the label. ``label``: agreement of
+    each of them with the label. ``twin``: of two of all verdicts, drawn at random. ``plurality``:
+    of one of all verdicts, drawn at random, with the most frequent of the others. The last two are
+    None where there is no ensemble.
+    """
+
+    name: str
+    judges: int
+    label: Estimate
+    twin: Estimate | None
+    plurality: Estimate | None
+
+
+@dataclass(frozen=True, slots=True)
+class Ceiling:
+    """Ceiling of the labels.
+
+    ``by_group``: by group, a row a set of changes, from the narrowest to the widest. ``engines``:
+    other simulators under the same criterion, on all cases.
+    """
+
+    by_group: Mapping[str, tuple[CeilingRow, ...]]
+    engines: tuple[CeilingRow, ...]
 
 
 def label_ceiling(labels: pd.DataFrame, opinions: pd.DataFrame) -> Ceiling | None:

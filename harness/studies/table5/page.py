@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from steadyload.reports.charts import plot_matrix
-from steadyload.reports.page import Page, Picture, Section
-from steadyload.reports.table import (
-    factor,
-    markdown_table,
-    milliseconds,
-    names,
-    percent,
-)
-from steadyload.runs.evaluation import ALL, MethodEvaluation
+from steadyload.reports.page import Page, Section
+from steadyload.reports.table import factor, markdown_table, milliseconds, names, percent
+from steadyload.runs.evaluation import ALL
+from steadyload.studies.method_sections import agreement_picture
 from steadyload.studies.table5.accuracy_sections import (
     accuracy_and_cost,
     noise_of_labels,
@@ -24,27 +18,53 @@ from steadyload.studies.table5.detail_sections import (
     to_watch,
     where_methods_err,
 )
-from steadyload.studies.table5.records import JudgedSet, Table5
-from steadyload.studies.table5.test_sections import (
-    best_of,
-    significantly_different,
-    simulation_pairs,
-    what_the_engine_changes,
-)
+from steadyload.studies.table5.summary import JudgedSet, Table5
+from steadyload.studies.table5.test_sections import significantly_different, what_the_engine_changes
 
 NEAR = 0.01
 """Largest difference to the best accuracy at which a method counts as nearly as accurate."""
 
+Finding = tuple[str, str, str]
+"""A question, its answer, and the number of cases that it stands on."""
+
 
 def table5_page(found: Table5) -> Page:
     """Compose the page."""
+    own, ceiling, planar = found.spatial, found.ceiling, found.planar
+    tested = own.tests[ALL].pairs
+    same = Section(
+        "Which methods say the same",
+        f"Share of equal failing steps, n = {own.about.cases} cases each.",
+        [],
+        [
+            agreement_picture(
+                own.matrix, "Two methods may be equally accurate and say different things."
+            )
+        ],
+    )
+    sections = [
+        _found(found),
+        accuracy_and_cost(found),
+        *([significantly_different(own), what_the_engine_changes(own)] if tested else []),
+        *([noise_of_labels(own, ceiling)] if ceiling is not None else []),
+        time_a_layout(own),
+        beside_the_paper(found),
+        by_size(own),
+        where_methods_err(own),
+        same,
+        *([to_watch(own)] if own.watched else []),
+        *([planar_layouts(planar)] if planar is not None else []),
+    ]
+    return Page("Table 5 for every engine", _summary(found), sections, found.manifest)
+
+
+def _summary(found: Table5) -> str:
     own, about = found.spatial, found.spatial.about
     planar = "" if found.planar is None else (
         f" Engines of two dimensions judge {found.planar.about.cases} planar cases instead, "
         "and all other methods beside them."
     )  # fmt: skip
-    return Page(
-        "Table 5 for every engine",
+    return (
         f"{len(own.evaluation.methods)} methods on {about.cases} cases of part `{about.part}` of "
         f"the labelled set: {own.layouts} layouts, packed from {about.item_lists} item lists; "
         f"{about.stable} cases are stable. Nothing was tuned, trained or fitted on them. The "
@@ -54,101 +74,42 @@ def table5_page(found: Table5) -> Page:
         "of the paper). Brackets hold 95 % intervals: Wilson's at the effective number of cases "
         "for shares, the bootstrap over item lists for differences, times and ratios. Layouts of "
         "one item list are alike, so all of them stand on item lists. A case without a verdict "
-        "counts as wrong.",
-        [
-            _found(found),
-            accuracy_and_cost(found),
-            *(
-                [significantly_different(own), what_the_engine_changes(own)]
-                if own.tests[ALL].pairs
-                else []
-            ),
-            *([noise_of_labels(found)] if found.ceiling is not None else []),
-            time_a_layout(own),
-            beside_the_paper(found),
-            by_size(own),
-            where_methods_err(own),
-            Section(
-                "Which methods say the same",
-                f"Share of equal failing steps, n = {about.cases} cases each.",
-                [],
-                [
-                    Picture(
-                        "agreement",
-                        plot_matrix(
-                            own.matrix.titles,
-                            own.matrix.shares,
-                            label="same failing step (%)",
-                        ),
-                        "Share of cases on which two methods name the same failing step. Two "
-                        "methods may be equally accurate and say different things.",
-                    )
-                ],
-            ),
-            *([to_watch(own)] if own.watched else []),
-            *([planar_layouts(found.planar)] if found.planar is not None else []),
-        ],
-        found.manifest,
+        "counts as wrong."
     )
 
 
 def _found(found: Table5) -> Section:
     own = found.spatial
-    best, tests, cases = best_of(own), own.tests[ALL], str(own.about.cases)
+    rows = [_best(own), *_cheap(own), *_spread(own), *_labels(found), *_order(found)]
+    table = markdown_table(("question", "answer", "n"), rows, left=2)
+    return Section("What was found", "", [table])
+
+
+def _best(own: JudgedSet) -> Finding:
+    tests = own.tests[ALL]
     alike = [
         m.method.title
         for m in own.evaluation.methods
-        if m is not best and tests.of(best.method, m.method).corrected >= tests.level
+        if m is not own.best and tests.of(own.best.method, m.method).corrected >= tests.level
     ]
-    rows = [
-        (
-            "Which method is the most accurate?",
-            f"{best.method.title}: {percent(best.accuracy)} %. Not told apart from it: "
-            f"{names(alike)}.",
-            cases,
-        ),
-        *_cheap(own, best),
-        *_spread(own),
-    ]
-    if found.ceiling is not None:
-        widest = found.ceiling.by_group[ALL][-1]
-        rows.append(
-            (
-                "How much do the labels allow?",
-                "Two answers of the reference to the same question agree in "
-                f"{percent(widest.twin)} % of cases, when {widest.name} change a little.",
-                cases,
-            )
-        )
-    same, pairs = found.same_order
-    if pairs:
-        rows.append(
-            (
-                "Do the paper's methods stand in the paper's order?",
-                f"{same} of {pairs} pairs do (a simulation is the mean of its engines).",
-                cases,
-            )
-        )
-    return Section(
-        "What was found", "", [markdown_table(("question", "answer", "n"), rows, left=2)]
+    return (
+        "Which method is the most accurate?",
+        f"{own.best.method.title}: {percent(own.best.accuracy)} %. Not told apart from it: "
+        f"{names(alike)}.",
+        str(own.about.cases),
     )
 
 
-def _cheap(own: JudgedSet, best: MethodEvaluation) -> list[tuple[str, str, str]]:
+def _cheap(own: JudgedSet) -> list[Finding]:
     """Findings on the accuracy lost to speed: the cheapest nearly as accurate method, the front."""
-    near = [
-        m
-        for m in own.evaluation.methods
-        if m.accuracy.value >= best.accuracy.value - NEAR and m.cpu.n
-    ]
+    least = own.best.accuracy.value - NEAR
+    near = [m for m in own.evaluation.methods if m.accuracy.value >= least and m.cpu.n]
     if not near:
         return []
     method = min(near, key=lambda m: m.cpu.value)
-    share = own.timing.shares[ALL].get(method.method.spec)
-    titles = {m.method.spec: m.method.title for m in own.evaluation.methods}
-    ratio = "" if share is None or own.timing.yardstick is None else (
-        f", {factor(share)} of {own.timing.yardstick.title}"
-    )  # fmt: skip
+    share, yard = own.timing.shares[ALL].get(method.method.spec), own.timing.yardstick
+    ratio = "" if share is None or yard is None else f", {factor(share)} of {yard.title}"
+    front = names(own.evaluation.row(spec).method.title for spec in own.fronts[ALL])
     timed = str(own.timing.layouts)
     return [
         (
@@ -157,31 +118,42 @@ def _cheap(own: JudgedSet, best: MethodEvaluation) -> list[tuple[str, str, str]]
             f"of CPU time a layout{ratio}.",
             timed,
         ),
-        (
-            "Which methods are the best for their cost?",
-            f"By rising cost: {names(titles[spec] for spec in own.fronts[ALL].specs)}.",
-            timed,
-        ),
+        ("Which methods are the best for their cost?", f"By rising cost: {front}.", timed),
     ]
 
 
-def _spread(own: JudgedSet) -> list[tuple[str, str, str]]:
+def _spread(own: JudgedSet) -> list[Finding]:
     """Findings on the effect of the engine, and of the tuning."""
-    rows, cases = [], str(own.about.cases)
+    rows = []
     for question, pairs in (
-        ("Does the engine matter, with one tuning?", simulation_pairs(own, same_tuning=True)),
-        ("Does the tuning matter, on one engine?", simulation_pairs(own, same_tuning=False)),
+        ("Does the engine matter, with one tuning?", own.simulation_pairs(same_tuning=True)),
+        ("Does the tuning matter, on one engine?", own.simulation_pairs(same_tuning=False)),
     ):
         if pairs:
             largest = max(pairs, key=lambda t: abs(t.difference.value))
             apart = sum(t.corrected < own.tests[ALL].level for t in pairs)
-            rows.append(
-                (
-                    question,
-                    f"{apart} of {len(pairs)} pairs are told apart. The largest difference: "
-                    f"{largest.first.title} minus {largest.second.title}, "
-                    f"{percent(largest.difference)} points.",
-                    cases,
-                )
+            answer = (
+                f"{apart} of {len(pairs)} pairs are told apart. The largest difference: "
+                f"{largest.first.title} minus {largest.second.title}, "
+                f"{percent(largest.difference)} points."
             )
+            rows.append((question, answer, str(own.about.cases)))
     return rows
+
+
+def _labels(found: Table5) -> list[Finding]:
+    if found.ceiling is None:
+        return []
+    widest = found.ceiling.by_group[ALL][-1]
+    answer = (
+        "Two answers of the reference to the same question agree in "
+        f"{percent(widest.twin)} % of cases, when {widest.name} change a little."
+    )
+    return [("How much do the labels allow?", answer, str(found.spatial.about.cases))]
+
+
+def _order(found: Table5) -> list[Finding]:
+    same, pairs = found.same_order
+    question = "Do the paper's methods stand in the paper's order?"
+    answer = f"{same} of {pairs} pairs do (a simulation is the mean of its engines)."
+    return [(question, answer, str(found.spatial.about.cases))] if pairs else []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib import resources
 
@@ -42,6 +42,10 @@ class Paper:
     def row_of(self, method: MethodKey) -> PaperRow | None:
         """The column that a method belongs to; None where the paper has none."""
         return next((row for row in self.rows if method.family in row.families), None)
+
+    def among(self, groups: Iterable[str]) -> list[str]:
+        """The groups that the paper has, too."""
+        return [group for group in groups if group in self.rows[0].accuracy]
 
 
 def paper() -> Paper:

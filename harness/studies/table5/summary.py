@@ -1,14 +1,16 @@
-"""Computation of the records for the page of Table 5 from verdicts and times."""
+"""Results of Table 5, from verdicts and times. Shares are 0 to 1, times in ms.
+
+A *group* is a scenario, or ``all`` for all cases; mappings by group hold ``all`` first.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
@@ -21,6 +23,7 @@ from steadyload.runs.costs import timed_costs
 from steadyload.runs.evaluation import (
     ALL,
     Evaluation,
+    LabelledPart,
     MethodEvaluation,
     evaluate,
     in_group,
@@ -28,26 +31,111 @@ from steadyload.runs.evaluation import (
 )
 from steadyload.runs.judged import load_judged
 from steadyload.runs.labels import load_labels
-from steadyload.statistics.metrics import mean
-from steadyload.statistics.paired import LEVEL, holm, letters, sign_flip
-from steadyload.studies.comparison.summary import agreement_matrix, manifest_lines, tuning
-from steadyload.studies.table5.error_places import margin_bins, size_bins
-from steadyload.studies.table5.front import Front as Measurements
-from steadyload.studies.table5.front import Measured, best
-from steadyload.studies.table5.label_ceiling import label_ceiling
-from steadyload.studies.table5.paper import Paper, paper
-from steadyload.studies.table5.records import (
-    Front,
-    JudgedSet,
-    PairTest,
-    PairTests,
-    Table5,
-    Timing,
-    Watch,
+from steadyload.statistics.estimate import Estimate
+from steadyload.studies.comparison.summary import (
+    AgreementMatrix,
+    agreement_matrix,
+    manifest_lines,
+    tuning,
 )
+from steadyload.studies.table5.error_places import MarginBin, SizeBin, margin_bins, size_bins
+from steadyload.studies.table5.front import Front, best, measured
+from steadyload.studies.table5.label_ceiling import Ceiling, label_ceiling
+from steadyload.studies.table5.pair_tests import PairTest, PairTests, pair_tests
+from steadyload.studies.table5.paper import Paper, paper
 from steadyload.studies.table5.study import YARDSTICK, Ran, Table5Options
+from steadyload.studies.table5.watched import Watch, watched
 
-_WATCHED = 8
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """Facts on the timing pass besides the times in the rows of the evaluation.
+
+    ``yardstick``: the method that ratios refer to. ``shares``: by group and spec, CPU time over
+    that of the yardstick on the same cases; of the methods that were timed, without the yardstick.
+    ``spread``: by spec, largest minus smallest mean of a repeat, over the mean. ``untimed``:
+    methods without times, with the reason. ``refused``: of methods with times, number of cases that
+    they refuse; no method was timed on those.
+    """
+
+    yardstick: MethodKey | None
+    shares: Mapping[str, Mapping[str, Estimate]]
+    spread: Mapping[str, float]
+    layouts: int
+    item_lists: int
+    repeats: int
+    block: int
+    untimed: Mapping[str, str]
+    refused: Mapping[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedSet:
+    """All methods on a part of a labelled set.
+
+    ``tunings``: by spec of a simulation, a text of its parameters; equal for equal parameters.
+    ``fronts``: by group, specs of methods than which no cheaper one is as accurate, by rising cost;
+    empty where nothing was timed. ``margins`` is empty where the set has none.
+    """
+
+    evaluation: Evaluation
+    layouts: int
+    timing: Timing
+    tests: Mapping[str, PairTests]
+    tunings: Mapping[str, str]
+    fronts: Mapping[str, tuple[str, ...]]
+    matrix: AgreementMatrix
+    sizes: tuple[SizeBin, ...]
+    margins: tuple[MarginBin, ...]
+    watched: tuple[Watch, ...]
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """All cases, then the scenarios."""
+        return self.evaluation.groups
+
+    @property
+    def about(self) -> LabelledPart:
+        """About the labels of the cases."""
+        assert self.evaluation.labelled is not None, "the study is on a labelled set"
+        return self.evaluation.labelled
+
+    @property
+    def best(self) -> MethodEvaluation:
+        """The most accurate method."""
+        return max(self.evaluation.methods, key=lambda m: m.accuracy.value)
+
+    def simulation_pairs(self, *, same_tuning: bool) -> list[PairTest]:
+        """Pairs of simulations with one tuning on two engines, or two tunings on one engine."""
+        of = self.tunings
+        return [
+            test
+            for test in self.tests[ALL].pairs
+            if test.first.spec in of
+            and test.second.spec in of
+            and (of[test.first.spec] == of[test.second.spec]) == same_tuning
+            and (test.first.engine == test.second.engine) != same_tuning
+        ]
+
+
+@dataclass(frozen=True, slots=True)
+class Table5:
+    """All results on the page.
+
+    ``spatial``: 3-D methods; ``planar``: these and 2-D methods on planar layouts, None without 2-D
+    methods. ``flat``: number of cases of ``spatial`` that a 2-D engine could judge. ``left_out``:
+    by spec, the reason for which a method is in no table.
+    """
+
+    spatial: JudgedSet
+    planar: JudgedSet | None
+    flat: int
+    planar_methods: tuple[MethodKey, ...]
+    left_out: Mapping[str, str]
+    paper: Paper
+    ceiling: Ceiling | None
+    same_order: tuple[int, int]
+    manifest: Mapping[str, str]
 
 
 def summarise(asked: Table5Options, spatial: Ran, planar: Ran | None) -> Table5:
@@ -133,7 +221,7 @@ def _judged_set(
         matrix=agreement_matrix(judged),
         sizes=size_bins(right, labels),
         margins=margin_bins(said, labels, list(cases["margin"])),
-        watched=_watched(ran, evaluation.methods, said, right, labels),
+        watched=watched(ran.study, evaluation.methods, said, right, labels),
     )
     return found, manifest_lines(judged)
 
@@ -142,44 +230,6 @@ def _held_against(evaluation: Evaluation) -> MethodKey:
     """The yardstick, or the most accurate method where it was not judged."""
     known = evaluation.judged.keys
     return known.get(YARDSTICK) or max(evaluation.methods, key=lambda m: m.accuracy.value).method
-
-
-def pair_tests(
-    methods: Sequence[MethodKey],
-    right: pd.DataFrame,
-    lists: NDArray[np.object_],
-    *,
-    against: MethodKey | None = None,
-) -> PairTests:
-    """Methods two by two on the same cases, corrected for the number of pairs.
-
-    Args:
-        methods: to compare.
-        right: mask of the cases on which a method is right, cases x specs.
-        lists: the item list of each case.
-        against: the method to compare each of the others with; None tests all pairs.
-    """
-    of = {m: right[m.spec].to_numpy(int) for m in methods}
-    pairs = list(combinations(methods, 2))
-    if against is not None:
-        pairs = [(m, against) for m in methods if m != against]
-    lists = pd.factorize(lists)[0]
-    raw = [sign_flip(of[a] - of[b], lists) for a, b in pairs]
-    corrected = holm(raw)
-    order = sorted(methods, key=lambda m: -of[m].mean())
-    apart = {(a.spec, b.spec) for (a, b), p in zip(pairs, corrected, strict=True) if p < LEVEL}
-    sizes = sorted(np.bincount(lists).tolist(), reverse=True)
-    return PairTests(
-        pairs=tuple(
-            PairTest(a, b, mean(of[a] - of[b], lists), p, q)
-            for (a, b), p, q in zip(pairs, raw, corrected, strict=True)
-        ),
-        letters=letters([m.spec for m in order], apart) if against is None else {},
-        sizes=tuple(sizes),
-        level=LEVEL,
-        least=min(1.0, len(pairs) * 2.0 ** (1 - len(sizes))),
-        against=against,
-    )
 
 
 def tunings(specs: Iterable[str]) -> dict[str, str]:
@@ -213,63 +263,17 @@ def _timing(asked: Table5Options, ran: Ran, evaluation: Evaluation, timed: pd.Mu
     )
 
 
-def _front(methods: Sequence[MethodEvaluation]) -> Front:
-    measured = [
-        Measured(m.method.spec, m.method.title, m.method.engine, m.accuracy, m.cpu)
-        for m in methods
-        if m.cpu.n
-    ]
-    if not measured:
-        return Front(())
-    return Front(tuple(m.method for m in best(Measurements(tuple(measured), {}))))
+def _front(methods: Sequence[MethodEvaluation]) -> tuple[str, ...]:
+    timed = tuple(measured(m) for m in methods if m.cpu.n)
+    return tuple(m.method for m in best(Front(timed, {}))) if timed else ()
 
 
-def _watched(
-    ran: Ran,
-    methods: Sequence[MethodEvaluation],
-    said: pd.DataFrame,
-    right: pd.DataFrame,
-    labels: pd.DataFrame,
-) -> tuple[Watch, ...]:
-    """Robust cases that divide the methods most evenly, no two of one item list.
-
-    Cases on which about half the methods are right are preferred. Cases whose label has no ensemble
-    count where none is known to be robust.
-    """
-    order = sorted(methods, key=lambda m: -m.accuracy.value)
-    robust = labels["robust"].fillna(False).to_numpy(bool)
-    cases = right[robust] if robust.any() else right
-    wrong = len(order) - cases.sum(axis=1)
-    divided = wrong[(wrong > 0) & (wrong < len(order))]
-    evenly = (divided - 0.5 * len(order)).abs().sort_values(kind="stable")
-    found: dict[str, Watch] = {}
-    for case in evenly.index:
-        name, scenario = case
-        truth, label = right.loc[case], labels.loc[case]
-        answers = said.loc[case]
-        good = next(m.method for m in order if truth[m.method.spec])
-        others = [m.method for m in order if not truth[m.method.spec]]
-        bad = next((m for m in others if not pd.isna(answers[m.spec])), None)
-        if bad is None or label["instance"] in found:
-            continue
-        found[label["instance"]] = Watch(
-            layout=name,
-            scenario=scenario,
-            item_count=int(label["item_count"]),
-            label=_step(label["failing_step"], label["item_count"]),
-            right=good,
-            wrong=bad,
-            said=_step(answers[bad.spec], label["item_count"]),
-            wrong_methods=int(wrong.loc[case]),
-            methods=len(order),
-            part=str(ran.study.benchmark),
-            directory=str(ran.study.benchmark_directory or ""),
-        )
-        if len(found) == _WATCHED:
-            break
-    return tuple(found.values())
-
-
-def _step(safe: Any, item_count: int) -> str:
-    """A failing step as text; ``safe`` is missing or all items for a stable layout."""
-    return "stable" if pd.isna(safe) or int(safe) == int(item_count) else str(int(safe))
+def timed_front(found: Table5) -> Front:
+    """3-D methods of Table 5, with the times of its timing pass; those untimed are left out."""
+    own = found.spatial
+    on = f"{found.manifest['labelled set']}, {own.about.item_lists} item lists"
+    timed = f"{own.timing.layouts} cases, {own.timing.repeats} times each, one thread"
+    return Front(
+        tuple(measured(row) for row in own.evaluation.methods if row.cpu.n),
+        {"measured on": on, "timed on": timed, **found.manifest},
+    )

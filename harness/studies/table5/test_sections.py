@@ -4,26 +4,21 @@ from __future__ import annotations
 
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.page import Picture, Section
-from steadyload.reports.table import compact, markdown_table, percent
-from steadyload.runs.evaluation import ALL, MethodEvaluation
+from steadyload.reports.table import Column, Table, columns_for, compact, percent, words
+from steadyload.runs.evaluation import ALL
 from steadyload.studies.table5.figures import plot_differences
-from steadyload.studies.table5.records import JudgedSet, PairTest
+from steadyload.studies.table5.pair_tests import PairTest
+from steadyload.studies.table5.summary import JudgedSet
 
-
-def best_of(judged: JudgedSet) -> MethodEvaluation:
-    """The most accurate method."""
-    return max(judged.evaluation.methods, key=lambda m: m.accuracy.value)
+_N = Column("n", "difference.n")
+_P = (Column("p", format=compact), Column("corrected p", "corrected", compact))
 
 
 def significantly_different(own: JudgedSet) -> Section:
     """Section of the tests: all methods against the yardstick and the best one, and all pairs."""
     tests = own.tests[ALL]
-    best = best_of(own)
-    yard = own.timing.yardstick
-    held = [m for m in dict.fromkeys([yard, best.method]) if m is not None]
-    order = [
-        m.method for m in sorted(own.evaluation.methods, key=lambda m: -m.accuracy.value)
-    ]  # fmt: skip
+    held = [m for m in dict.fromkeys([own.timing.yardstick, own.best.method]) if m is not None]
+    order = sorted(own.evaluation.methods, key=lambda m: -m.accuracy.value)
     return Section(
         "Which methods are told apart",
         "Two methods are compared on the same cases. The test turns the signs of their "
@@ -46,7 +41,7 @@ def significantly_different(own: JudgedSet) -> Section:
         [
             Picture(
                 "differences",
-                plot_differences(tests, order),
+                plot_differences(tests, [m.method for m in order]),
                 "Accuracy of the row minus that of the column, in percentage points, n = "
                 f"{own.about.cases} cases each. Coloured where the two are told apart; grey "
                 "numbers are not.",
@@ -55,67 +50,43 @@ def significantly_different(own: JudgedSet) -> Section:
     )
 
 
-def _against(own: JudgedSet, yardstick: MethodKey) -> str:
-    header = ("method", "n", "difference", "p", "corrected p", *(g for g in own.groups[1:]))
-    rows = []
-    for row in own.evaluation.methods:
-        if row.method == yardstick:
-            continue
-        test = own.tests[ALL].of(row.method, yardstick)
-        rows.append(
-            (
-                row.method.title,
-                str(test.difference.n),
-                percent(test.difference),
-                compact(test.p),
-                compact(test.corrected),
-                *(_brief(own, group, row.method, yardstick) for group in own.groups[1:]),
-            )
-        )
-    return (
-        f"Accuracy minus that of {yardstick.title}, in percentage points; by scenario with the "
-        f"corrected p in round brackets:\n\n{markdown_table(header, rows)}"
+def _against(own: JudgedSet, held: MethodKey) -> Table:
+    """A row a method: its difference to one of them."""
+
+    def brief(test: PairTest, group: str) -> str:
+        found = own.tests[group].of(test.first, held)
+        return f"{round(100 * found.difference.value, 1) + 0.0:.1f} ({compact(found.corrected)})"
+
+    others = [m.method for m in own.evaluation.methods if m.method != held]
+    return Table(
+        [own.tests[ALL].of(method, held) for method in others],
+        [
+            words("method", "first.title"),
+            _N,
+            Column("difference", format=percent),
+            *_P,
+            *columns_for(own.groups[1:], "{}", brief),
+        ],
+        f"Accuracy minus that of {held.title}, in percentage points; by scenario with the "
+        "corrected p in round brackets:",
     )
-
-
-def _brief(own: JudgedSet, group: str, first: MethodKey, second: MethodKey) -> str:
-    test = own.tests[group].of(first, second)
-    return f"{round(100 * test.difference.value, 1) + 0.0:.1f} ({compact(test.corrected)})"
 
 
 def what_the_engine_changes(own: JudgedSet) -> Section:
     """Section on the same tuning on two engines."""
-    tests = simulation_pairs(own, same_tuning=True)
-    rows = [
-        (
-            test.first.title,
-            test.second.title,
-            str(test.difference.n),
-            percent(test.difference),
-            compact(test.p),
-            compact(test.corrected),
-        )
-        for test in tests
+    rows = own.simulation_pairs(same_tuning=True)
+    columns = [
+        words("first", "first.title"),
+        words("second", "second.title"),
+        _N,
+        Column("first minus second", "difference", percent),
+        *_P,
     ]
-    header = ("first", "second", "n", "first minus second", "p", "corrected p")
     return Section(
         "What the engine changes",
         "The same parameters on two engines, in percentage points. `steadyload engines` says which "
         "of them an engine ignores or imitates."
         if rows
         else "No tuning was judged on two engines.",
-        [markdown_table(header, rows, left=2)] if rows else [],
+        [Table(rows, columns)] if rows else [],
     )
-
-
-def simulation_pairs(own: JudgedSet, *, same_tuning: bool) -> list[PairTest]:
-    """Pairs of simulations with one tuning on two engines, or two tunings on one engine."""
-    of = own.tunings
-    return [
-        test
-        for test in own.tests[ALL].pairs
-        if test.first.spec in of
-        and test.second.spec in of
-        and (of[test.first.spec] == of[test.second.spec]) == same_tuning
-        and (test.first.engine == test.second.engine) != same_tuning
-    ]

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.studies.table5.records import Table5
+from steadyload.studies.table5.summary import Table5
 from steadyload.studies.viewing import write_view
 
 FOLDER = "views"
