@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import (
-    MISSING,
+    Column,
+    Table,
     compact,
     factor,
+    general,
     markdown_table,
     milliseconds,
     names,
     percent,
+    plain_percent,
+    words,
+    yes_no,
 )
+from steadyload.studies import method_sections as of
 from steadyload.studies.cascade.figures import plot_sweep
-from steadyload.studies.cascade.summary import CascadeStudy, FittedLadder
+from steadyload.studies.cascade.summary import CascadeStudy
 
 WITHIN = 0.005
 """Largest difference of accuracy to the most accurate simulation."""
@@ -41,13 +48,7 @@ def cascade_page(study: CascadeStudy, manifest: Mapping[str, str]) -> Page:
         f"{study.cases} cases of part `{study.part}` of the labelled set, packed from "
         f"{study.item_lists} item lists{_fitted_there(study)}. Brackets hold 95 % intervals, "
         "which stand on item lists. Differences are in percentage points, on the same cases.",
-        [
-            _aims(study),
-            _comparison(study),
-            _stages(study),
-            _sweep(study),
-            _fits(study),
-        ],
+        [_aims(study), _comparison(study), _stages(study), _sweep(study), _fits(study)],
         {**manifest, **study.made_by},
     )
 
@@ -71,18 +72,18 @@ def _aims(study: CascadeStudy) -> Section:
             f"no more than {100 * WITHIN:g} points behind the most accurate simulation, "
             f"{best.method.title}",
             f"{percent(best.ahead)} points",
-            _reached(best.ahead.value >= -WITHIN),
+            yes_no(best.ahead.value >= -WITHIN),
         ),
         (
             f"no more than {LIMIT:g} ms a layout",
             f"{milliseconds(own.cpu)} ms",
-            _reached(own.cpu.value <= LIMIT),
+            yes_no(own.cpu.value <= LIMIT),
         ),
         (
             f"no more than {TENTH:g} of the CPU time of the cheapest simulation within "
             f"{100 * NEAR:g} point of the best, {cheapest.method.title}",
             factor(cheapest.cost_ratio),
-            _reached(cheapest.cost_ratio.value <= TENTH),
+            yes_no(cheapest.cost_ratio.value <= TENTH),
         ),
     ]
     return Section(
@@ -93,41 +94,33 @@ def _aims(study: CascadeStudy) -> Section:
     )
 
 
-def _reached(yes: bool) -> str:
-    return "yes" if yes else "no"
-
-
 def _comparison(study: CascadeStudy) -> Section:
+    rows = [m for m in study.methods if m is study.cascade or m.method.spec not in study.budgets]
+    columns = [
+        of.METHOD, of.N, of.ACCURACY, of.OVER, of.UNDER, of.CPU,
+        of.titled(of.AHEAD, "cascade ahead"),
+        of.titled(of.COST_RATIO, "share of its time"),
+        Column("substeps", lambda m: f"{m.substeps:.1f}" if m.substeps else None),
+    ]  # fmt: skip
     return Section(
         "Beside other methods",
         "*Ahead*: accuracy of the cascade minus that of the method; an interval that holds 0 tells "
         "no difference. *Share of its time*: CPU time of the cascade over that of the method. "
         "*Substeps*: of the engine, mean a layout; they are the same on every machine.",
-        [
-            markdown_table(
-                ("method", "n", "accuracy %", "overestimated %", "underestimated %", "CPU ms",
-                 "cascade ahead", "share of its time", "substeps"),
-                [
-                    (
-                        m.method.title,
-                        str(m.accuracy.n),
-                        percent(m.accuracy),
-                        percent(m.over),
-                        percent(m.under),
-                        milliseconds(m.cpu),
-                        percent(m.ahead),
-                        factor(m.cost_ratio),
-                        f"{m.substeps:.1f}" if m.substeps else MISSING,
-                    )
-                    for m in study.methods
-                    if m is study.cascade or m.method.spec not in study.budgets
-                ],
-            )
-        ],
-    )  # fmt: skip
+        [Table(rows, columns)],
+    )
 
 
 def _stages(study: CascadeStudy) -> Section:
+    columns = [
+        words("stage", "method.title"),
+        Column("stable below", "low", partial(compact, digits=3)),
+        Column("unstable above", lambda s: None if s.high is None else f"{s.high:.4f}"),
+        Column("steps %", "steps", percent),
+        Column("right %", "right", percent),
+        Column("layouts %", "layouts", percent),
+        Column("right %", "layouts_right", percent),
+    ]
     return Section(
         "Who decided what",
         f"A layout has {study.steps_a_layout:.1f} steps that were asked for. A stage is sure of a "
@@ -135,33 +128,17 @@ def _stages(study: CascadeStudy) -> Section:
         "the last one decides what is left. *Right*: of the steps that it decided, those where the "
         "label says the same (what comes after a label's failing step has none). *Layouts*: those "
         "that needed this stage and no later one.",
-        [
-            markdown_table(
-                ("stage", "stable below", "unstable above", "steps %", "right %", "layouts %",
-                 "right %"),
-                [
-                    (
-                        s.method.title,
-                        MISSING if s.low is None else compact(s.low, 3),
-                        MISSING if s.high is None else f"{s.high:.4f}",
-                        percent(s.steps),
-                        percent(s.right),
-                        percent(s.layouts),
-                        percent(s.layouts_right),
-                    )
-                    for s in study.stages
-                ],
-            )
-        ],
-    )  # fmt: skip
+        [Table(study.stages, columns)],
+    )
 
 
 def _sweep(study: CascadeStudy) -> Section:
+    budget = words("budget, points", lambda m: general(study.budgets[m.method.spec]))
     return Section(
         "Accuracy for time",
         "The same cascade with thresholds fitted for other budgets: the more accuracy the stages "
         "before the last may cost, the less is simulated.",
-        [_budgets(study)],
+        [Table(study.swept, [budget, of.N, of.ACCURACY, of.CPU])],
         [
             Picture(
                 "cascade-sweep",
@@ -173,23 +150,39 @@ def _sweep(study: CascadeStudy) -> Section:
     )
 
 
-def _budgets(study: CascadeStudy) -> str:
-    return markdown_table(
-        ("budget, points", "n", "accuracy %", "CPU ms"),
-        [
-            (
-                f"{study.budgets[m.method.spec]:g}",
-                str(m.accuracy.n),
-                percent(m.accuracy),
-                milliseconds(m.cpu),
-            )
-            for m in study.swept
-        ],
-    )
+_BOUND = partial(plain_percent, digits=2)
+_COST = partial(compact, digits=3)
+_FITTED = (
+    words("budget, points", "budget", general),
+    words("stages before the last", lambda ladder: names(stage for stage, *_ in ladder.stages)),
+    Column("lost (allowed)", lambda ladder: f"{ladder.lost} ({ladder.allowed})"),
+    Column("gained"),
+    Column("bound %", "bound", _BOUND),
+    Column("95 % bound %", "sure_bound", _BOUND),
+    Column("left out lost", lambda ladder: "{} of {}".format(*ladder.left_out)),
+    Column("accuracy %", "accuracy", plain_percent),
+    Column("last alone %", "accuracy_alone", plain_percent),
+    Column("CPU ms", "cost", _COST),
+    Column("last alone", "cost_alone", _COST),
+)
+_DECIDED = (
+    words("stage", "method"),
+    Column("steps"),
+    Column("wrong"),
+    Column("cases lost", "lost"),
+)
+_ELSEWHERE = (
+    words("stage", "method"), Column("cases"), Column("item lists", "item_lists"), Column("steps"),
+    Column("decided"), Column("wrong"),
+)  # fmt: skip
 
 
 def _fits(study: CascadeStudy) -> Section:
     first = study.ladders[0]
+    decided = f"Steps that stages decided there, for {first.budget:g} points:"
+    elsewhere = (
+        "Stages that learnt nothing from labels, asked of every step of cases of the training part:"
+    )
     return Section(
         "How thresholds were fitted",
         f"On {first.cases} cases of {first.item_lists} item lists, half of them stable. A case "
@@ -202,51 +195,8 @@ def _fits(study: CascadeStudy) -> Section:
         "so that few of the cases they are fitted on are lost. *CPU ms*: from the times of single "
         "steps, while thresholds were fitted.",
         [
-            markdown_table(
-                ("budget, points", "stages before the last", "lost (allowed)", "gained", "bound %",
-                 "95 % bound %", "left out lost", "accuracy %", "last alone %", "CPU ms",
-                 "last alone"),
-                [_fitted(ladder) for ladder in study.ladders],
-                left=2,
-            ),
-            f"Steps that stages decided there, for {first.budget:g} points:\n\n"
-            + markdown_table(
-                ("stage", "steps", "wrong", "cases lost"),
-                [(d.method, str(d.steps), str(d.wrong), str(d.lost)) for d in first.decided],
-            ),
-            *_elsewhere(first),
+            Table(study.ladders, _FITTED),
+            Table(first.decided, _DECIDED, decided),
+            *([Table(first.elsewhere, _ELSEWHERE, elsewhere)] if first.elsewhere else []),
         ],
-    )  # fmt: skip
-
-
-def _fitted(ladder: FittedLadder) -> tuple[str, ...]:
-    lost, cases = ladder.left_out
-    return (
-        f"{ladder.budget:g}",
-        names(method for method, _, _ in ladder.stages),
-        f"{ladder.lost} ({ladder.allowed})",
-        str(ladder.gained),
-        f"{100 * ladder.bound:.2f}",
-        f"{100 * ladder.sure_bound:.2f}",
-        f"{lost} of {cases}",
-        f"{100 * ladder.accuracy:.1f}",
-        f"{100 * ladder.accuracy_alone:.1f}",
-        compact(ladder.cost, 3),
-        compact(ladder.cost_alone, 3),
     )
-
-
-def _elsewhere(ladder: FittedLadder) -> list[str]:
-    if not ladder.elsewhere:
-        return []
-    return [
-        "Stages that learnt nothing from labels, asked of every step of cases of the training "
-        "part:\n\n"
-        + markdown_table(
-            ("stage", "cases", "item lists", "steps", "decided", "wrong"),
-            [
-                tuple(map(str, (h.method, h.cases, h.item_lists, h.steps, h.decided, h.wrong)))
-                for h in ladder.elsewhere
-            ],
-        )
-    ]
