@@ -18,15 +18,12 @@ from steadyload.statistics.reliability import (
     abstention,
     reliability,
 )
-from steadyload.studies.learned.calibration import sureness
+from steadyload.studies.learned.calibration import MethodCalibration, sureness
+from steadyload.studies.learned.foreign import Foreign, ForeignRow
 from steadyload.studies.learned.page import learned_page
-from steadyload.studies.learned.records import (
-    BatchTimes,
-    Foreign,
-    ForeignRow,
+from steadyload.studies.learned.summary import (
     LeakRow,
     Learned,
-    MethodCalibration,
     MethodTable,
     ProvenanceRow,
     SizeCurve,
@@ -46,21 +43,18 @@ def each(*values):
     return dict(zip(PARTS, map(about, values), strict=True))
 
 
-def judge(title, accuracy, ahead=(None, None, None, None)):
-    """A row a part."""
+def judge(title, accuracy, ahead=(None, None, None, None), *, wall):
+    """A row a part, with times [ms]."""
     key = MethodKey(title, title.lower(), title.lower())
     over, under = (0.03, 0.01, 0.03, 0.04), (0.02, 0.01, 0.03, 0.04)
     return [
         MethodEvaluation(
             key, part, accuracy=about(right), over=about(late), under=about(early),
-            ahead=None if lead is None else about(lead),
+            ahead=None if lead is None else about(lead), cpu=about(0.9 * wall, n=300),
+            wall=about(wall, n=300),
         )
         for part, right, late, early, lead in zip(PARTS, accuracy, over, under, ahead, strict=True)
     ]  # fmt: skip
-
-
-def times(rows, wall, batched):
-    return BatchTimes(rows[0].method, 300, 5, 0.9 * wall, wall, batched)
 
 
 def timed(load):
@@ -75,15 +69,21 @@ def trained(title, accuracy, *, cases=900, lists=30, difference=None):
     )  # fmt: skip
 
 
-LSTM = judge("LSTM_e", (0.85, 0.98, 0.79, 0.77))
-RULE = judge("SME", (0.80, 0.86, 0.80, 0.74), (0.05, 0.12, 0.0, 0.03))
-TABLE = MethodTable(
-    LSTM[0].method,
-    {part: rows for part, *rows in zip(PARTS, RULE, LSTM, strict=True)},
-    {"lstm_e": next(row for row in paper().rows if row.title == "LSTM_e")},
-    (times(RULE, 0.2, {}), times(LSTM, 0.35, {8: (0.2, 0.25), 64: (0.06, 0.08)})),
-    timed(1.0),
-)
+def table(wall, batches, load):
+    """The table of a rule and a network with some wall time [ms], in batches, too."""
+    rule = judge("SME", (0.80, 0.86, 0.80, 0.74), (0.05, 0.12, 0.0, 0.03), wall=0.2)
+    network = judge("LSTM_e", (0.85, 0.98, 0.79, 0.77), wall=wall)
+    return MethodTable(
+        network[0].method,
+        {part: rows for part, *rows in zip(PARTS, rule, network, strict=True)},
+        {"lstm_e": next(row for row in paper().rows if row.title == "LSTM_e")},
+        {"lstm_e": batches},
+        5,
+        timed(load),
+    )
+
+
+TABLE = table(0.35, {8: (0.2, 0.25), 64: (0.06, 0.08)}, 1.0)
 PLAIN = trained("plain", (0.80, 0.95, 0.75, 0.70))
 SUPPORT = trained("support", (0.90, 0.97, 0.88, 0.85), difference=(0.10, 0.02, 0.13, 0.15))
 NO_GAIN = trained("turned", (0.81, 0.95, 0.76, 0.72), difference=(0.01, 0.0, 0.01, 0.02))
@@ -100,7 +100,7 @@ CALIBRATED = MethodCalibration(
 )  # fmt: skip
 FOREIGN = Foreign(
     2, 40, 20,
-    (ForeignRow(LSTM[0].method, about(0.9, n=40), (("weight", 31, (0.5, 180.0), (4.0, 1305.0)),),
+    (ForeignRow(TABLE.held, about(0.9, n=40), (("weight", 31, (0.5, 180.0), (4.0, 1305.0)),),
                 {"SME": about(0.55, n=40)}, {"SME": about(0.75, n=4)}, about(0.5, n=40)),),
     {"SME": about(0.8, n=40)},
     {("SME", "FBS"): about(0.6, n=40)},
@@ -131,7 +131,7 @@ def section(learned, title):
 
 def said(learned, title):
     found = section(learned, title)
-    return "\n".join((found.text, *found.tables))
+    return "\n".join((found.text, *map(str, found.tables)))
 
 
 def test_a_page_says_what_its_record_holds(tmp_path):
@@ -161,7 +161,7 @@ def test_a_page_says_what_its_record_holds(tmp_path):
 def test_every_table_says_its_n():
     for found in learned_page(WHOLE, {}).sections:
         for table in found.tables:
-            header = next(line for line in table.splitlines() if line.startswith("|"))
+            header = next(line for line in str(table).splitlines() if line.startswith("|"))
             columns = [cell.strip() for cell in header.strip("|").split("|")]
             assert {"n", "cases", "layouts"} & set(columns), (found.title, columns)
 
@@ -194,7 +194,7 @@ def test_bars_are_met_or_missed():
     assert "S2b 77.0 % against 74.0 % (reached)" in told
     assert "0.350 ms a layout one at a time, at most 0.4 ms (0.315 ms of CPU time)" in told
     assert "12500 layouts/s with 64 at once, at least 10000 (16667 a second" in told
-    slow = replace(TABLE, times=(times(LSTM, 0.5, {8: (0.1, 0.2)}),), cost_source=timed(3.0))
+    slow = table(0.5, {8: (0.1, 0.2)}, 3.0)
     told = said(replace(WHOLE, table=slow), "Beside other methods")
     assert "0.500 ms a layout one at a time, above 0.4 ms (0.450 ms" in told
     assert "5000 layouts/s with 8 at once" in told

@@ -205,8 +205,10 @@ def test_the_table_tells_every_method_alike(learned, workshop, cases):
         wrong = row.over.value + row.under.value
         assert wrong == pytest.approx(1.0 - row.accuracy.value)
         assert row.cpu.n == 9
-    assert [sorted(row.batched) for row in table.times] == [[], [2, 8], [2, 8]]
-    assert all(row.cpu > 0.0 and row.layouts == 9 for row in table.times)
+    assert [sorted(found) for found in table.batched.values()] == [[2, 8], [2, 8]]
+    assert list(table.batched) == [shipped.method.spec, own.method.spec]
+    assert table.timed == [rule, shipped, own]
+    assert all(row.cpu.value > 0.0 and row.cpu.n == 9 for row in table.timed)
 
 
 def test_label_sources_are_told_apart(learned, workshop):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,19 @@ from numpy.typing import NDArray
 from steadyload.learners.features import Array32
 from steadyload.learners.scoring import items_safe
 from steadyload.learners.sequences import Sequences
-from steadyload.statistics.reliability import abstention, reliability
-from steadyload.studies.learned.records import MethodCalibration
+from steadyload.statistics.reliability import Abstention, Reliability, abstention, reliability
 
 Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class MethodCalibration:
+    """Calibration of one method's probabilities, of steps and of a layout's score."""
+
+    title: str
+    steps: Reliability
+    layouts: Reliability
+    abstention: Abstention
 
 
 def calibration(title: str, probabilities: Array32, data: Sequences) -> MethodCalibration:

@@ -9,7 +9,7 @@ from matplotlib.ticker import NullFormatter
 
 from steadyload.reports.reliability_figures import LINES, MARKS, draw_curve, reach
 from steadyload.runs.evaluation import ALL
-from steadyload.studies.learned.records import SizeCurve, TrainedRow
+from steadyload.studies.learned.summary import SizeCurve, TrainedRow
 
 _ROOM = 1.2
 """Smallest factor between ticks of a log axis that do not overlap."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import pandas as pd
 from steadyload.layouts.model import Layout
 from steadyload.learners.methods import LearnedMethod
 from steadyload.learners.ranges import QUANTITIES, SLACK, extent_of
-from steadyload.methods.naming import method_key
+from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.results import load_results
@@ -19,10 +20,47 @@ from steadyload.runs.runner import run_study
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import agreement, outcomes, share
 from steadyload.studies.learned.plan import ForeignPlan
-from steadyload.studies.learned.records import Foreign, ForeignRow
 
 _ACCEPT = "outside=accept"
 _SHARD_SIZE = 60
+
+
+@dataclass(frozen=True, slots=True)
+class ForeignRow:
+    """A learned method on layouts of another kind.
+
+    Attributes:
+        method: the method, which refuses layouts outside of its training range.
+        refused: share of layouts that it refuses.
+        reasons: layouts by the quantity that is outside, with the training range and the range of
+            these layouts; a layout may have several.
+        agreement: by other method, share of equal failing steps with refusals switched off.
+        inside: the same, on the layouts that it does not refuse.
+        stable: share of all layouts that it judges to be stable, with refusals switched off.
+    """
+
+    method: MethodKey
+    refused: Estimate
+    reasons: tuple[tuple[str, int, tuple[float, float], tuple[float, float]], ...]
+    agreement: Mapping[str, Estimate]
+    inside: Mapping[str, Estimate]
+    stable: Estimate
+
+
+@dataclass(frozen=True, slots=True)
+class Foreign:
+    """Learned methods on layouts of another kind.
+
+    ``others``: share of layouts that other methods judge to be stable. ``among``: by pair of them,
+    share of equal failing steps.
+    """
+
+    files: int
+    layouts: int
+    max_items: int
+    rows: tuple[ForeignRow, ...]
+    others: Mapping[str, Estimate]
+    among: Mapping[tuple[str, str], Estimate]
 
 
 def foreign_layouts(

@@ -18,7 +18,7 @@ from steadyload.learners.weights import Weights, load_weights
 from steadyload.runs.accuracy import accuracy_of_seeds, difference_of_seeds
 from steadyload.runs.evaluation import ALL
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.learned.records import ProvenanceRow, TrainedRow
+from steadyload.studies.learned.summary import ProvenanceRow, TrainedRow
 from steadyload.studies.learned.trainings import Run
 
 Rights = NDArray[np.bool_]

@@ -5,32 +5,30 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from steadyload.reports.page import Page, Section
-from steadyload.reports.table import MISSING, duration, markdown_table, names
-from steadyload.studies.learned.records import Learned, ProvenanceRow
+from steadyload.reports.table import Column, Table, duration, names, plain_percent, words
 from steadyload.studies.learned.sections import leak, remedies, size, sources
+from steadyload.studies.learned.summary import Learned, ProvenanceRow
 from steadyload.studies.learned.table_section import judge_table
 from steadyload.studies.learned.trust_sections import calibration, foreign
 
 
+def _numbers(values: Sequence[int]) -> str:
+    return names(map(str, values))
+
+
 def learned_page(learned: Learned, manifest: Mapping[str, str]) -> Page:
     """Compose the page."""
-    sections: list[Section] = []
-    if learned.table is not None:
-        sections.append(judge_table(learned.table, learned.scenarios))
-    if learned.size:
-        sections.append(size(learned.size, learned.scenarios))
-    if learned.sources:
-        sections.append(sources(learned.sources, learned.agreement or {}, learned.scenarios))
-    if learned.remedies:
-        sections.append(remedies(learned.remedies, learned.scenarios))
-    if learned.calibration:
-        sections.append(calibration(learned.calibration))
-    if learned.leak:
-        sections.append(leak(learned.leak, learned.scenarios))
-    if learned.foreign is not None:
-        sections.append(foreign(learned.foreign))
-    if learned.trainings:
-        sections.append(_trainings(learned.trainings))
+    scenarios, agreement = learned.scenarios, learned.agreement or {}
+    sections = [
+        judge_table(learned.table, scenarios) if learned.table is not None else None,
+        size(learned.size, scenarios) if learned.size else None,
+        sources(learned.sources, agreement, scenarios) if learned.sources else None,
+        remedies(learned.remedies, scenarios) if learned.remedies else None,
+        calibration(learned.calibration) if learned.calibration else None,
+        leak(learned.leak, scenarios) if learned.leak else None,
+        foreign(learned.foreign) if learned.foreign is not None else None,
+        _trainings(learned.trainings) if learned.trainings else None,
+    ]
     return Page(
         "Learned judges",
         f"Learned judges are asked part `{learned.part}` of the labelled set: {learned.cases} "
@@ -40,7 +38,7 @@ def learned_page(learned: Learned, manifest: Mapping[str, str]) -> Page:
         "*overestimated*: a later one, *underestimated*: an earlier one. Brackets hold 95 % "
         "intervals, which stand on item lists, since layouts packed from one list are alike. "
         "Differences are in percentage points, on the same cases.",
-        sections,
+        [section for section in sections if section is not None],
         manifest,
     )
 
@@ -56,29 +54,21 @@ def _kept_apart(learned: Learned) -> str:
     return f"Nothing of these item lists was learnt from{leaky}, nor looked at in a training. "
 
 
+_TRAININGS = (
+    words("training", "title"),
+    words("seeds", "seeds", _numbers),
+    words("commit"),
+    words("weights", "digest"),
+    Column("cases"),
+    Column("item lists", "item_lists"),
+    Column("epochs", "epochs", _numbers),
+    Column("best epoch", "best_epochs", _numbers),
+    Column("validation %", "validation", plain_percent),
+    Column("time", "seconds", duration),
+)
+
+
 def _trainings(rows: Sequence[ProvenanceRow]) -> Section:
-    table = markdown_table(
-        (
-            "training", "seeds", "commit", "weights", "cases", "item lists", "epochs",
-            "best epoch", "validation %", "time",
-        ),
-        [
-            (
-                row.title,
-                names(map(str, row.seeds)),
-                row.commit,
-                row.digest,
-                str(row.cases),
-                MISSING if row.item_lists is None else str(row.item_lists),
-                names(map(str, row.epochs)),
-                names(map(str, row.best_epochs)),
-                f"{100 * row.validation:.1f}",
-                duration(row.seconds),
-            )
-            for row in rows
-        ],
-        left=4,
-    )  # fmt: skip
     first = {row.title: row for row in reversed(rows)}
     commands = "\n".join(f"- {title}: `{row.command}`" for title, row in reversed(first.items()))
     return Section(
@@ -86,5 +76,5 @@ def _trainings(rows: Sequence[ProvenanceRow]) -> Section:
         "*Validation*: accuracy on the validation part, of the mean of the members. *Time*: wall "
         "time of all epochs. These commands make the weights again; of several seeds it is the "
         "first one's, and the others differ in `--option seed`:\n\n" + commands,
-        [table],
+        [Table(rows, _TRAININGS)],
     )

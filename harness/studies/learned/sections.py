@@ -5,11 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from steadyload.reports.page import Picture, Section
-from steadyload.reports.table import MISSING, markdown_table, names, percent
+from steadyload.reports.table import (
+    MISSING,
+    Column,
+    Table,
+    columns_for,
+    estimates_table,
+    names,
+    percent,
+    words,
+)
 from steadyload.runs.evaluation import ALL
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.learned.figures import plot_remedies, plot_size
-from steadyload.studies.learned.records import LeakRow, SizeCurve, TrainedRow
+from steadyload.studies.learned.summary import LeakRow, SizeCurve, TrainedRow
 
 _SHIFTED = "S2b"
 """The scenario whose centres of mass are shifted the most."""
@@ -26,7 +35,7 @@ def size(curves: Sequence[SizeCurve], scenarios: Sequence[str]) -> Section:
         + "\n\nA training set grows by *cases* that are drawn from the same item lists, or by "
         "*item lists*: the two are not the same, since layouts packed from one list are alike. "
         f"{_SEEDS_EXPLAINED}",
-        [f"**{curve.title}**\n\n{_rows(curve.rows, scenarios)}" for curve in curves],
+        [_rows(curve.rows, scenarios, caption=f"**{curve.title}**") for curve in curves],
         [
             Picture(
                 "learned-size",
@@ -63,14 +72,11 @@ def sources(
     """Section of accuracy by the source of the training labels."""
     tables = [_rows(rows, scenarios), _differences(rows, scenarios)]
     if agreement:
-        tables.append(
-            "How often a source gives the label that the first one gives, on the layouts that "
-            "were learnt from:\n\n"
-            + markdown_table(
-                ("label source", "n", "same label %"),
-                [(name, str(e.n), percent(e)) for name, e in agreement.items()],
-            )
+        caption = (
+            "How often a source gives the label that the first one gives, on the layouts that were "
+            "learnt from:"
         )
+        tables.append(estimates_table("label source", agreement, "same label %", caption=caption))
     return Section(
         "Label source",
         "\n".join(_held(row, ALL) for row in rows if row.difference is not None)
@@ -127,9 +133,7 @@ def leak(rows: Sequence[LeakRow], scenarios: Sequence[str]) -> Section:
         if row.leaky.difference is not None
     ]
     tables = [
-        f"{_rows((row.honest, row.leaky), scenarios)}\n\n"
-        f"{_differences((row.honest, row.leaky), scenarios)}"
-        for row in rows
+        shown((row.honest, row.leaky), scenarios) for row in rows for shown in (_rows, _differences)
     ]
     return Section(
         "What a leak is worth",
@@ -150,39 +154,40 @@ def _held(row: TrainedRow, part: str) -> str:
     return f"- {row.title}: {percent(found)} points{where}{told}."
 
 
-def _rows(rows: Sequence[TrainedRow], scenarios: Sequence[str], *, means: bool = False) -> str:
+def _rows(
+    rows: Sequence[TrainedRow], scenarios: Sequence[str], *, means: bool = False, caption: str = ""
+) -> Table:
     """Table of trainings; ``means`` adds columns of the settings by which they differ."""
-    parts = (ALL, *scenarios)
     about = ("features", "network", "symmetries") if means else ("labels",)
-    header = (
-        "training", *about, "cases", "item lists", "n",
-        *(text for p in parts for text in (f"{'all' if p == ALL else p} %", "seeds")),
-    )  # fmt: skip
-    return markdown_table(
-        header,
-        [
-            (
-                row.title,
-                *((row.features, row.network, str(row.symmetries)) if means else (row.labels,)),
-                str(row.cases),
-                str(row.item_lists),
-                str(row.accuracy[ALL].n),
-                *(t for p in parts for t in (percent(row.accuracy[p]), _spread(row.seeds[p]))),
-            )
-            for row in rows
-        ],
-        left=1 + len(about),
-    )
+    accuracies = [
+        column
+        for group in (ALL, *scenarios)
+        for column in (
+            *columns_for((group,), "{} %", "accuracy", percent),
+            *columns_for((group,), "seeds", "seeds", _spread),
+        )
+    ]
+    columns = [
+        words("training", "title"),
+        *map(words, about),
+        Column("cases"),
+        Column("item lists", "item_lists"),
+        _N,
+        *accuracies,
+    ]
+    return Table(rows, columns, caption)
 
 
-def _differences(rows: Sequence[TrainedRow], scenarios: Sequence[str]) -> str:
-    parts = (ALL, *scenarios)
-    return markdown_table(
-        (f"minus {rows[0].title}", "n", *("all" if p == ALL else p for p in parts)),
+_N = Column("n", lambda row: row.accuracy[ALL].n)
+
+
+def _differences(rows: Sequence[TrainedRow], scenarios: Sequence[str]) -> Table:
+    return Table(
+        [row for row in rows if row.difference is not None],
         [
-            (row.title, str(row.accuracy[ALL].n), *(percent(row.difference[p]) for p in parts))
-            for row in rows
-            if row.difference is not None
+            words(f"minus {rows[0].title}", "title"),
+            _N,
+            *columns_for((ALL, *scenarios), "{}", "difference", percent),
         ],
     )
 

@@ -14,14 +14,13 @@ from steadyload.learners.jobs import BENCHMARK
 from steadyload.learners.weights import load_weights, shipped_weights
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
-from steadyload.studies.learned.calibration import calibration
+from steadyload.studies.learned.calibration import MethodCalibration, calibration
 from steadyload.studies.learned.foreign import foreign_layouts
 from steadyload.studies.learned.judged import JudgedPart, provenance_row
 from steadyload.studies.learned.plan import Plan, Section
-from steadyload.studies.learned.records import (
+from steadyload.studies.learned.summary import (
     LeakRow,
     Learned,
-    MethodCalibration,
     ProvenanceRow,
     SizeCurve,
     TrainedRow,

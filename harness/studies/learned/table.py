@@ -6,7 +6,6 @@ import dataclasses
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from steadyload.layouts.benchmark import load_benchmark
@@ -18,7 +17,7 @@ from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import evaluate
 from steadyload.runs.runner import run_study
 from steadyload.studies.learned.plan import Plan, TablePlan
-from steadyload.studies.learned.records import BatchTimes, MethodTable
+from steadyload.studies.learned.summary import MethodTable
 from steadyload.studies.learned.timing import timed
 from steadyload.studies.learned.trainings import Workshop
 from steadyload.studies.table5.paper import paper
@@ -93,17 +92,8 @@ def judge_table(
             for group in evaluation.rows
         },
         paper={spec: printed[PAPER_COLUMNS[spec]] for spec in keys if spec in PAPER_COLUMNS},
-        times=tuple(
-            BatchTimes(
-                method=key,
-                layouts=len(few),
-                repeats=table.repeats,
-                cpu=float(np.median(times.single.cpu[spec].mean(axis=1))),
-                wall=float(np.median(times.single.wall[spec].mean(axis=1))),
-                batched=times.batched[spec],
-            )
-            for spec, key in keys.items()
-        ),
+        batched=times.batched,
+        repeats=table.repeats,
         cost_source=evaluation.cost_source,
     )
 

@@ -7,15 +7,17 @@ from collections.abc import Sequence
 from steadyload.reports.charts import CostPoint, plot_cost_accuracy
 from steadyload.reports.page import Picture, Section
 from steadyload.reports.table import (
-    MISSING,
-    markdown_table,
-    names,
-    percent,
+    Column,
+    Table,
+    columns_for,
+    general,
+    plain_percent,
     significant,
 )
-from steadyload.runs.evaluation import ALL, MethodEvaluation
+from steadyload.runs.evaluation import ALL
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.learned.records import BatchTimes, MethodTable
+from steadyload.studies import method_sections as of
+from steadyload.studies.learned.summary import MethodTable
 
 _MOST_WALL = 0.4
 """Largest time of a learned method, one layout at a time [ms a layout]."""
@@ -26,117 +28,80 @@ _LEAST_RATE = 10_000.0
 
 def judge_table(table: MethodTable, scenarios: Sequence[str]) -> Section:
     """Section of accuracy, scenario by scenario, and cost."""
-    parts = [ALL, *scenarios]
-    tables = [f"**{_part_title(part)}**\n\n{_accuracies(table, part)}" for part in parts]
-    if table.times:
-        tables.append(f"**Time**\n\n{_times(table)}")
-    if any(row.batched for row in table.times):
-        tables.append(f"**Layouts a second, by the number judged at once**\n\n{_rates(table)}")
+    tables = [_accuracies(table, group) for group in (ALL, *scenarios)]
+    if table.timed:
+        tables.append(_times(table))
+    if table.batched:
+        tables.append(_rates(table))
+    timed = (
+        f" {table.cost_source.explained()} A case counts with the median of its repeats, a method "
+        "with the mean over cases; nothing that a method does once is in them."
+    )
     return Section(
         "Beside other methods",
-        "\n".join([*_held_bars(table, scenarios), *_time_bars(table.times)])
+        "\n".join([*_held_bars(table, scenarios), *_time_bars(table)])
         + "\n\n*Paper*: what Table 5 of the paper prints of the method of that name, on a test set "
-        "of its own; its learners may have met the geometries of that set in training. "
-        f"{_how_timed(table)}",
+        "of its own; its learners may have met the geometries of that set in training."
+        f"{timed if table.timed else ''}",
         tables,
         _pictures(table),
     )
 
 
-def _part_title(part: str) -> str:
-    return "All scenarios" if part == ALL else f"Scenario {part}"
+def _accuracies(table: MethodTable, group: str) -> Table:
+    paper = {spec: row.accuracy.get(group) for spec, row in table.paper.items()}
+    columns = [
+        of.METHOD,
+        of.N,
+        of.ACCURACY,
+        of.by_spec("paper %", paper, plain_percent),
+        of.OVER,
+        of.UNDER,
+        of.titled(of.AHEAD, f"{table.held.title} minus it"),
+        *([of.NO_VERDICT] if group == ALL else []),
+    ]
+    title = "All scenarios" if group == ALL else f"Scenario {group}"
+    return Table(table.rows[group], columns, f"**{title}**")
 
 
-def _accuracies(table: MethodTable, part: str) -> str:
-    header = (
-        "method", "n", "accuracy %", "paper %", "overestimated %", "underestimated %",
-        f"{table.held.title} minus it", *(("no verdict",) if part == ALL else ()),
-    )  # fmt: skip
-    return markdown_table(
-        header,
-        [
-            (
-                row.method.title,
-                str(row.accuracy.n),
-                percent(row.accuracy),
-                _printed(table, row, part),
-                percent(row.over),
-                percent(row.under),
-                percent(row.ahead),
-                *((_without(row),) if part == ALL else ()),
-            )
-            for row in table.rows[part]
-        ],
+def _times(table: MethodTable) -> Table:
+    size, rate, cpu_rate = (
+        {spec: best[place] for spec, best in table.fastest.items()} for place in range(3)
     )
+    columns = [
+        of.METHOD,
+        of.N_TIMED,
+        Column("repeats", lambda _: table.repeats),
+        of.CPU,
+        of.WALL,
+        of.by_spec("paper wall ms", {s: r.runtime[ALL] for s, r in table.paper.items()}, general),
+        Column("layouts/s one by one", lambda row: f"{1e3 / row.wall.value:.0f}"),
+        of.by_spec("best batch", size),
+        of.by_spec("layouts/s at that", rate, _whole),
+        of.by_spec("layouts per CPU s", cpu_rate, _whole),
+    ]
+    return Table(table.timed, columns, "**Time**")
 
 
-def _printed(table: MethodTable, row: MethodEvaluation, part: str) -> str:
-    """The accuracy that the paper prints of the method of that name."""
-    printed = table.paper.get(row.method.spec)
-    if printed is None or part not in printed.accuracy:
-        return MISSING
-    return f"{100 * printed.accuracy[part]:.1f}"
+def _whole(value: float | None) -> str:
+    return significant(value) if value is None else f"{value:.0f}"
 
 
-def _without(row: MethodEvaluation) -> str:
-    return names(f"{count} {status}" for status, count in row.without_verdict.items())
-
-
-def _times(table: MethodTable) -> str:
-    header = (
-        "method", "n", "repeats", "CPU ms", "wall ms", "paper wall ms",
-        "layouts/s one by one", "best batch", "layouts/s at that", "layouts per CPU s",
-    )  # fmt: skip
-    paper = {spec: row.runtime[ALL] for spec, row in table.paper.items()}
-    rows = []
-    for row in table.times:
-        size, rate, cpu_rate = _best(row)
-        rows.append(
-            (
-                row.method.title,
-                str(row.layouts),
-                str(row.repeats),
-                significant(row.cpu),
-                significant(row.wall),
-                _of_paper(paper.get(row.method.spec)),
-                f"{1e3 / row.wall:.0f}",
-                str(size) if size else MISSING,
-                f"{rate:.0f}" if size else MISSING,
-                f"{cpu_rate:.0f}" if size else MISSING,
-            )
-        )
-    return markdown_table(header, rows)
-
-
-def _of_paper(wall: float | None) -> str:
-    return MISSING if wall is None else f"{wall:g}"
-
-
-def _rates(table: MethodTable) -> str:
-    shown = [row for row in table.times if row.batched]
-    sizes = sorted({size for row in shown for size in row.batched})
-    return markdown_table(
-        ("method", "n", *map(str, sizes)),
+def _rates(table: MethodTable) -> Table:
+    sizes = sorted({size for found in table.batched.values() for size in found})
+    rates = {
+        spec: {size: 1e3 / wall for size, (_, wall) in found.items()}
+        for spec, found in table.batched.items()
+    }
+    return Table(
+        [row for row in table.timed if row.method.spec in rates],
         [
-            (
-                row.method.title,
-                str(row.layouts),
-                *(f"{1e3 / row.batched[s][1]:.0f}" if s in row.batched else MISSING for s in sizes),
-            )
-            for row in shown
+            of.METHOD,
+            of.N_TIMED,
+            *columns_for(sizes, "{}", lambda r, size: rates[r.method.spec].get(size), _whole),
         ],
+        "**Layouts a second, by the number judged at once**",
     )
-
-
-def _best(row: BatchTimes) -> tuple[int, float, float]:
-    """The fastest batch size by CPU time, and its layouts a second of wall and CPU time.
-
-    CPU time is disturbed the least by other processes. All 0 for a method without batches.
-    """
-    if not row.batched:
-        return 0, 0.0, 0.0
-    size, (cpu, wall) = min(row.batched.items(), key=lambda pair: pair[1][0])
-    return size, 1e3 / wall, 1e3 / cpu
 
 
 def _held_bars(table: MethodTable, scenarios: Sequence[str]) -> list[str]:
@@ -161,38 +126,25 @@ def _unsure(found: Estimate, bar: float) -> str:
     return ", the interval holds the bar" if found.low < bar < found.high else ""
 
 
-def _time_bars(times: Sequence[BatchTimes]) -> list[str]:
+def _time_bars(table: MethodTable) -> list[str]:
     said = []
-    for row in times:
-        size, rate, cpu_rate = _best(row)
-        if not size:
+    for row in table.timed:
+        if row.method.spec not in table.fastest:
             continue
-        wall = "at most" if row.wall <= _MOST_WALL else "above"
+        size, rate, cpu_rate = table.fastest[row.method.spec]
+        wall = "at most" if row.wall.value <= _MOST_WALL else "above"
         fast = "at least" if rate >= _LEAST_RATE else "below"
         said.append(
-            f"- {row.method.title}: {significant(row.wall)} ms a layout one at a time, {wall} "
-            f"{_MOST_WALL:g} ms ({significant(row.cpu)} ms of CPU time); {rate:.0f} layouts/s with "
-            f"{size} at once, {fast} {_LEAST_RATE:.0f} ({cpu_rate:.0f} a second of CPU time)."
+            f"- {row.method.title}: {significant(row.wall.value)} ms a layout one at a time, "
+            f"{wall} {_MOST_WALL:g} ms ({significant(row.cpu.value)} ms of CPU time); {rate:.0f} "
+            f"layouts/s with {size} at once, {fast} {_LEAST_RATE:.0f} ({cpu_rate:.0f} a second of "
+            "CPU time)."
         )
     return said
 
 
-def _how_timed(table: MethodTable) -> str:
-    if not table.times:
-        return ""
-    return (
-        f"{table.cost_source.explained()} Times are medians over the repeats; nothing that a "
-        "method does once is in them."
-    )
-
-
 def _pictures(table: MethodTable) -> list[Picture]:
-    times = {row.method.spec: row for row in table.times}
-    points = [
-        CostPoint(row.method, row.accuracy, _point(times[row.method.spec]))
-        for row in table.rows[ALL]
-        if row.method.spec in times
-    ]
+    points = [CostPoint(row.method, row.accuracy, row.cpu) for row in table.timed]
     if not points:
         return []
     return [
@@ -200,10 +152,6 @@ def _pictures(table: MethodTable) -> list[Picture]:
             "learned-table",
             plot_cost_accuracy(points),
             "Accuracy over all scenarios against CPU time a layout, one layout at a time; good "
-            "methods stand at the upper left. Bars are 95 % intervals of the accuracy.",
+            "methods stand at the upper left. Bars are 95 % intervals.",
         )
     ]
-
-
-def _point(row: BatchTimes) -> Estimate:
-    return Estimate(row.cpu, row.cpu, row.cpu, row.layouts)

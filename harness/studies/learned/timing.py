@@ -23,6 +23,7 @@ from steadyload.runs.store import JSON, Store, locked
 from steadyload.runs.timing import Times, taken
 from steadyload.runs.timing import timed as taken_singly
 from steadyload.studies.learned.plan import TablePlan
+from steadyload.studies.learned.summary import Batched
 
 VERSION = 1
 """Version of how times are taken: raised when their meaning changes."""
@@ -65,16 +66,12 @@ class BatchUnit(SinglePart):
         return f"times-{key_of(identity)}"
 
 
-Batched = Mapping[int, tuple[float, float]]
-"""Batch size -> CPU and wall time a layout [ms]."""
-
-
 @dataclass(frozen=True)
 class TableTimes:
     """Times of all methods of the table.
 
-    ``single``: of the timing pass, one layout at a time. ``batched``: by spec; empty for a method
-    without batches.
+    ``single``: of the timing pass, one layout at a time. ``batched``: by spec of the methods that
+    judge several layouts at once.
     """
 
     single: Times
@@ -108,11 +105,10 @@ def timed(
         workers=workers,
     )  # fmt: skip
     able = tuple(spec for spec in methods if _knows_batches(spec))
-    batched: dict[str, Batched] = {spec: {} for spec in methods}
-    if able and table.batches:
-        unit = BatchUnit(able, layouts, table.repeats, table.batches)
-        batched |= _timed_batches(unit, folder, workers)
-    return TableTimes(single, batched)
+    if not (able and table.batches):
+        return TableTimes(single, {})
+    unit = BatchUnit(able, layouts, table.repeats, table.batches)
+    return TableTimes(single, _timed_batches(unit, folder, workers))
 
 
 def _timed_batches(unit: BatchUnit, folder: Path, workers: int) -> dict[str, Batched]:

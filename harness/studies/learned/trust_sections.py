@@ -11,8 +11,9 @@ from steadyload.reports.reliability_tables import (
     bins_table,
     errors_table,
 )
-from steadyload.reports.table import markdown_table, percent
-from steadyload.studies.learned.records import Foreign, ForeignRow, MethodCalibration
+from steadyload.reports.table import Column, Table, columns_for, estimates_table, percent, words
+from steadyload.studies.learned.calibration import MethodCalibration
+from steadyload.studies.learned.foreign import Foreign, ForeignRow
 
 
 def calibration(judges: Sequence[MethodCalibration]) -> Section:
@@ -66,55 +67,34 @@ def _won(judge: MethodCalibration) -> str:
     )
 
 
+_METHOD = words("judge", "method.title")
+
+
 def foreign(found: Foreign) -> Section:
     """Section of layouts of another kind."""
-    titles = list(found.others)
-    header = ("judge", "n", "refused %", *(f"as {t} %" for t in titles), "says stable %")
-    inside = [row for row in found.rows if any(e.n for e in row.inside.values())]
-    tables = [
-        "Share of equal failing steps where all are judged (`outside=accept`):\n\n"
-        + markdown_table(
-            header,
-            [
-                (
-                    row.method.title,
-                    str(row.refused.n),
-                    percent(row.refused),
-                    *(percent(row.agreement[t]) for t in titles),
-                    percent(row.stable),
-                )
-                for row in found.rows
-            ],
-        ),
-        _reasons(found.rows),
-        "The other methods:\n\n"
-        + markdown_table(
-            ("method", "n", "says stable %"),
-            [(title, str(e.n), percent(e)) for title, e in found.others.items()],
-        ),
+    refused = [
+        _METHOD,
+        Column("n", "refused.n"),
+        Column("refused %", "refused", percent),
+        *columns_for(found.others, "as {} %", "agreement", percent),
+        Column("says stable %", "stable", percent),
     ]
-    if found.among:
-        tables.append(
-            markdown_table(
-                ("two other methods", "n", "same failing step %"),
-                [(f"{a} and {b}", str(e.n), percent(e)) for (a, b), e in found.among.items()],
-            )
-        )
-    if inside:
-        tables.append(
-            "On what is not refused:\n\n"
-            + markdown_table(
-                ("judge", "n", *(f"as {t} %" for t in titles)),
-                [
-                    (
-                        row.method.title,
-                        str(next(iter(row.inside.values())).n),
-                        *(percent(row.inside[t]) for t in titles),
-                    )
-                    for row in inside
-                ],
-            )
-        )
+    inside = [
+        _METHOD,
+        Column("n", lambda row: next(iter(row.inside.values())).n),
+        *columns_for(found.others, "as {} %", "inside", percent),
+    ]
+    accepted = "Share of equal failing steps where all are judged (`outside=accept`):"
+    kept = [row for row in found.rows if any(e.n for e in row.inside.values())]
+    among = {f"{a} and {b}": share for (a, b), share in found.among.items()}
+    others = "The other methods:"
+    tables = [
+        Table(found.rows, refused, accepted),
+        _reasons(found.rows),
+        estimates_table("method", found.others, "says stable %", caption=others),
+        *([estimates_table("two other methods", among, "same failing step %")] if among else []),
+        *([Table(kept, inside, "On what is not refused:")] if kept else []),
+    ]
     return Section(
         "Layouts of another kind",
         "\n".join(_refusal(row) for row in found.rows)
@@ -134,16 +114,15 @@ def _refusal(row: ForeignRow) -> str:
     return f"- {row.method.title} refuses {percent(row.refused)} % of {row.refused.n}{why}."
 
 
-def _reasons(rows: Sequence[ForeignRow]) -> str:
-    return markdown_table(
-        ("judge", "outside", "layouts", "trained on", "here"),
-        [
-            (row.method.title, name, str(count), _ends(trained), _ends(here))
-            for row in rows
-            for name, count, trained, here in row.reasons
-        ],
-        left=2,
-    )
+def _reasons(rows: Sequence[ForeignRow]) -> Table:
+    columns = [
+        words("judge", 0),
+        words("outside", 1),
+        Column("layouts", 2),
+        Column("trained on", 3, _ends),
+        Column("here", 4, _ends),
+    ]
+    return Table([(row.method.title, *why) for row in rows for why in row.reasons], columns)
 
 
 def _ends(ends: tuple[float, float]) -> str:

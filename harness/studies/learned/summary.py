@@ -1,4 +1,4 @@
-"""Typed records for the page of learned methods. Accuracies are shares.
+"""Results on learned methods. Accuracies are shares.
 
 In mappings by scenario the key ``all`` means all cases together.
 """
@@ -10,42 +10,49 @@ from dataclasses import dataclass
 
 from steadyload.methods.naming import MethodKey
 from steadyload.runs.costs import CostSource
-from steadyload.runs.evaluation import MethodEvaluation
+from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.reliability import Abstention, Reliability
+from steadyload.studies.learned.calibration import MethodCalibration
+from steadyload.studies.learned.foreign import Foreign
 from steadyload.studies.table5.paper import PaperRow
 
-
-@dataclass(frozen=True, slots=True)
-class BatchTimes:
-    """Cost of a method that may judge several layouts at once.
-
-    ``cpu``, ``wall``: a layout [ms], one at a time, medians over ``repeats`` of the mean over
-    ``layouts``. ``batched``: by the number of layouts at once, CPU and wall time a layout [ms],
-    medians likewise; empty for a method without batches.
-    """
-
-    method: MethodKey
-    layouts: int
-    repeats: int
-    cpu: float
-    wall: float
-    batched: Mapping[int, tuple[float, float]]
+Batched = Mapping[int, tuple[float, float]]
+"""Layouts at once -> CPU and wall time a layout [ms], medians over the repeats."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class MethodTable:
     """Learners beside other methods.
 
     ``rows``: by group, a row a method, compared with the method ``held``. ``paper``: by spec, the
-    column of the paper's Table 5 that has the method's name. ``cost_source``: of the times.
+    column of the paper's Table 5 that has the method's name. ``batched``: by spec, cost of methods
+    that judge several layouts at once. ``repeats``: of the timing pass; ``cost_source``: of the
+    times.
     """
 
     held: MethodKey
     rows: Mapping[str, tuple[MethodEvaluation, ...]]
     paper: Mapping[str, PaperRow]
-    times: tuple[BatchTimes, ...]
+    batched: Mapping[str, Batched]
+    repeats: int
     cost_source: CostSource
+
+    @property
+    def timed(self) -> list[MethodEvaluation]:
+        """The methods that were timed, on all cases."""
+        return [row for row in self.rows[ALL] if row.cpu.n]
+
+    @property
+    def fastest(self) -> dict[str, tuple[int, float, float]]:
+        """By spec, the fastest batch size, and its layouts a second of wall and of CPU time.
+
+        The fastest by CPU time, which is disturbed the least by other processes.
+        """
+        found = {}
+        for spec, times in self.batched.items():
+            size, (cpu, wall) = min(times.items(), key=lambda pair: pair[1][0])
+            found[spec] = size, 1e3 / wall, 1e3 / cpu
+        return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,59 +93,11 @@ class SizeCurve:
 
 
 @dataclass(frozen=True, slots=True)
-class MethodCalibration:
-    """Calibration of one method's probabilities, of steps and of a layout's score."""
-
-    title: str
-    steps: Reliability
-    layouts: Reliability
-    abstention: Abstention
-
-
-@dataclass(frozen=True, slots=True)
 class LeakRow:
     """A training, and the same one that also saw layouts of held-out item lists."""
 
     honest: TrainedRow
     leaky: TrainedRow
-
-
-@dataclass(frozen=True, slots=True)
-class ForeignRow:
-    """A learned method on layouts of another kind.
-
-    Attributes:
-        method: the method, which refuses layouts outside of its training range.
-        refused: share of layouts that it refuses.
-        reasons: layouts by the quantity that is outside, with the training range and the range of
-            these layouts; a layout may have several.
-        agreement: by other method, share of equal failing steps with refusals switched off.
-        inside: the same, on the layouts that it does not refuse.
-        stable: share of all layouts that it judges to be stable, with refusals switched off.
-    """
-
-    method: MethodKey
-    refused: Estimate
-    reasons: tuple[tuple[str, int, tuple[float, float], tuple[float, float]], ...]
-    agreement: Mapping[str, Estimate]
-    inside: Mapping[str, Estimate]
-    stable: Estimate
-
-
-@dataclass(frozen=True, slots=True)
-class Foreign:
-    """Learned methods on layouts of another kind.
-
-    ``others``: share of layouts that other methods judge to be stable. ``among``: by pair of them,
-    share of equal failing steps.
-    """
-
-    files: int
-    layouts: int
-    max_items: int
-    rows: tuple[ForeignRow, ...]
-    others: Mapping[str, Estimate]
-    among: Mapping[tuple[str, str], Estimate]
 
 
 @dataclass(frozen=True, slots=True)
