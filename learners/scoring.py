@@ -29,11 +29,19 @@ def items_safe(
     return np.where(fails.any(axis=1), fails.argmax(axis=1), counts)
 
 
+def names_the_label(
+    probabilities: Any, data: Sequences, threshold: float = THRESHOLD
+) -> NDArray[np.bool_]:
+    """Mask of the layouts whose score is the label's, (M,)."""
+    right: NDArray[np.bool_] = items_safe(probabilities, data.counts, threshold) == data.safe
+    return right
+
+
 def accuracies(
     probabilities: Any, data: Sequences, threshold: float = THRESHOLD
 ) -> dict[str, float]:
     """Share of layouts whose score is the label's: ``all``, then by scenario."""
-    right = items_safe(probabilities, data.counts, threshold) == data.safe
+    right = names_the_label(probabilities, data, threshold)
     found = {"all": float(right.mean())}
     for scenario in dict.fromkeys(data.scenarios):
         found[str(scenario)] = float(right[data.scenarios == scenario].mean())

@@ -44,6 +44,21 @@ def verdicts_against_labels(said: pd.Series, labels: pd.DataFrame) -> pd.DataFra
     )
 
 
+def accuracy(right: ArrayLike, lists: ArrayLike) -> Estimate:
+    """Accuracy of a method: the share of cases on which it is right.
+
+    Args:
+        right: whether it is right on a case.
+        lists: the item list of each case.
+    """
+    return share(right, lists)
+
+
+def accuracy_of(said: pd.Series, labels: pd.DataFrame) -> Estimate:
+    """Accuracy of one method's verdicts; arguments as :func:`verdicts_against_labels`."""
+    return accuracy(verdicts_against_labels(said, labels)["right"], labels["instance"])
+
+
 def accuracy_of_seeds(right: BoolArray, lists: ArrayLike) -> Estimate:
     """Accuracy of a training: the mean over its seeds.
 
@@ -51,7 +66,7 @@ def accuracy_of_seeds(right: BoolArray, lists: ArrayLike) -> Estimate:
         right: whether a seed is right on a case, shape (seeds, cases).
         lists: the item list of each case.
     """
-    return share(right[0], lists) if len(right) == 1 else mean(right.mean(axis=0), lists)
+    return accuracy(right[0], lists) if len(right) == 1 else mean(right.mean(axis=0), lists)
 
 
 def difference_of_seeds(right: BoolArray, others: BoolArray, lists: ArrayLike) -> Estimate:

@@ -14,10 +14,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from steadyload.methods.naming import MethodKey
-from steadyload.runs.accuracy import at_natural_prevalence, verdicts_against_labels
+from steadyload.runs.accuracy import accuracy, at_natural_prevalence, verdicts_against_labels
 from steadyload.runs.costs import CPU, PHASES, WALL, CostKind, Costs, CostSource, judging_costs
 from steadyload.runs.judged import JudgedCases, load_judged
 from steadyload.statistics.estimate import NOTHING, Estimate
@@ -165,7 +166,7 @@ class Evaluation:
 
     def difference(self, first: str, second: str, group: str = ALL) -> Estimate:
         """Accuracy of the first method minus that of the second, case by case."""
-        here = in_group(self.judged, group)
+        here = in_group(self.judged.said.index, group)
         one, other = (
             names_the_label(self.judged, spec)[here].astype(float) for spec in (first, second)
         )
@@ -232,14 +233,14 @@ def _natural_stable(judged: JudgedCases) -> dict[str, float]:
     return {str(s): float(shares[s]) for s in scenarios}
 
 
-def in_group(judged: JudgedCases, group: str) -> BoolArray:
-    """Mask of the cases of a group, in the order of the verdicts, shape (cases,)."""
-    scenarios = judged.said.index.get_level_values("scenario")
+def in_group(cases: pd.Index, group: str) -> BoolArray:
+    """Mask of the cases of a group, shape (cases,), of cases by layout and scenario."""
+    scenarios = cases.get_level_values("scenario")
     return np.ones(len(scenarios), bool) if group == ALL else np.asarray(scenarios == group)
 
 
 def _rows(judged: JudgedCases, costs: Costs, group: str) -> tuple[MethodEvaluation, ...]:
-    accuracies = _accuracies(judged, in_group(judged, group))
+    accuracies = _accuracies(judged, in_group(judged.said.index, group))
     return tuple(
         MethodEvaluation(
             method=key,
@@ -269,11 +270,11 @@ def _accuracies(judged: JudgedCases, here: BoolArray) -> dict[str, dict[str, Any
         is_ = {name: column.to_numpy(bool) for name, column in verdicts.items()}
         mine, top = is_["right"], compared[best]["right"].to_numpy(float)
         found[spec] = {
-            "accuracy": share(mine, lists),
+            "accuracy": accuracy(mine, lists),
             **{name: share(is_[name], lists) for name in ("over", "under", "stable_or_not")},
             "within_one": share(is_["within_one"], lists),
-            "robust": share(mine[robust], lists[robust]),
-            "fragile": share(mine[fragile], lists[fragile]),
+            "robust": accuracy(mine[robust], lists[robust]),
+            "fragile": accuracy(mine[fragile], lists[fragile]),
             "natural": at_natural_prevalence(mine, labels, natural),
             "behind": None if spec == best else mean(mine - top, lists),
         }

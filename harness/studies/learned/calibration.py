@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.learners.features import Array32
-from steadyload.learners.scoring import items_safe
+from steadyload.learners.scoring import items_safe, names_the_label
 from steadyload.learners.sequences import Sequences
 from steadyload.statistics.reliability import Abstention, Reliability, abstention, reliability
 
@@ -39,7 +39,7 @@ def calibration(title: str, probabilities: Array32, data: Sequences) -> MethodCa
     unstable = steps >= data.safe[:, None]
     together = np.broadcast_to(data.instances[:, None], told.shape)
     sure = sureness(probabilities, data.counts)
-    right = items_safe(probabilities, data.counts) == data.safe
+    right = names_the_label(probabilities, data)
     return MethodCalibration(
         title,
         reliability(probabilities[told], unstable[told], together[told]),

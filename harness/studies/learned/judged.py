@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from steadyload.layouts.benchmark import Part
 from steadyload.learners.features import Array32, FeatureKind
 from steadyload.learners.jobs import BENCHMARK
-from steadyload.learners.scoring import items_safe
+from steadyload.learners.scoring import names_the_label
 from steadyload.learners.sequences import Sequences, load_sequences
 from steadyload.learners.weights import Weights, load_weights
 from steadyload.runs.accuracy import accuracy_of_seeds, difference_of_seeds
@@ -70,8 +70,8 @@ class JudgedPart:
 
     def _right(self, folder: Path) -> NDArray[np.bool_]:
         if folder not in self._known:
-            said = items_safe(self.probabilities(load_weights(folder)), self.cases.counts)
-            self._known[folder] = said == self.cases.safe
+            told = self.probabilities(load_weights(folder))
+            self._known[folder] = names_the_label(told, self.cases)
         return self._known[folder]
 
     def by_scenario(self, rights: Rights) -> dict[str, Estimate]:

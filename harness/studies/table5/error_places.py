@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from steadyload.runs.accuracy import accuracy
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
 
@@ -61,7 +62,7 @@ def size_bins(right: pd.DataFrame, labels: pd.DataFrame) -> tuple[SizeBin, ...]:
     for fewest, largest in edges:
         here = (count >= fewest) & (count <= largest)
         if here.any():
-            shares = {spec: share(right[spec].to_numpy()[here], lists[here]) for spec in right}
+            shares = {spec: accuracy(right[spec].to_numpy()[here], lists[here]) for spec in right}
             found.append(SizeBin(fewest, largest, int(here.sum()), shares))
     return tuple(found)
 

@@ -17,9 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import KEYS
-from steadyload.runs.evaluation import ALL
+from steadyload.runs.accuracy import accuracy_of
+from steadyload.runs.evaluation import ALL, in_group
 from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.metrics import mean, share
+from steadyload.statistics.metrics import mean
 
 WIDENING: tuple[tuple[str, tuple[Reason, ...]], ...] = (
     ("numerics", (Reason.NUMERICAL,)),
@@ -34,7 +35,7 @@ WIDENING: tuple[tuple[str, tuple[Reason, ...]], ...] = (
 _STABLE = -1.0
 
 Answers = NDArray[np.float64]
-"""Failing steps, -1 for a stable layout, NaN without a verdict: shape (cases, verdicts)."""
+"""Items placed safely, NaN without a verdict: shape (cases, verdicts)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,22 +87,23 @@ def label_ceiling(labels: pd.DataFrame, opinions: pd.DataFrame) -> Ceiling | Non
     if not {str(r) for _, reasons in WIDENING for r in reasons} <= set(table.columns.levels[0]):
         return None
     table = table.reindex(labels.index)
-    label = labels["failing_step"].astype("Float64").fillna(_STABLE).to_numpy(float)
+    items = labels["item_count"].astype(float)
+    table = table.mask(table == _STABLE, items, axis=0)
+    label = labels["failing_step"].astype("Float64").fillna(items).to_numpy(float)
     lists = labels["instance"].to_numpy()
-    scenarios = labels.index.get_level_values("scenario")
-    groups = {ALL: np.ones(len(labels), bool)}
-    if scenarios.nunique() > 1:
-        groups |= {str(s): np.asarray(scenarios == s) for s in dict.fromkeys(scenarios)}
+    scenarios = tuple(labels.index.unique("scenario"))
+    masks = {group: in_group(labels.index, group) for group in (ALL, *scenarios)}
     return Ceiling(
         by_group={
             group: tuple(
                 _row(name, label[here], _of(table, reasons)[here], lists[here])
                 for name, reasons in WIDENING
             )
-            for group, here in groups.items()
+            for group, here in masks.items()
+            if group == ALL or len(scenarios) > 1
         },
         engines=tuple(
-            CeilingRow(judge, 1, share(table[reason, judge].to_numpy() == label, lists), None, None)
+            CeilingRow(judge, 1, accuracy_of(table[reason, judge], labels), None, None)
             for reason, judge in table.columns
             if reason == str(Reason.ENGINE)
         ),
@@ -130,7 +132,7 @@ def twins(answers: Answers) -> NDArray[np.float64]:
     It is an unbiased estimate of the probability that two independent verdicts agree.
 
     Args:
-        answers: failing steps, shape (cases, verdicts), two or more verdicts.
+        answers: items placed safely, shape (cases, verdicts), two or more verdicts.
     """
     count = answers.shape[1]
     same = np.zeros(len(answers))
@@ -147,7 +149,7 @@ def plurality(answers: Answers) -> NDArray[np.float64]:
     frequent one; of several equally frequent ones it predicts one at random.
 
     Args:
-        answers: failing steps, shape (cases, verdicts), two or more verdicts.
+        answers: items placed safely, shape (cases, verdicts), two or more verdicts.
     """
     found = np.zeros(len(answers))
     for row, case in enumerate(answers):

@@ -200,7 +200,7 @@ def _judged_set(
     assert labels is not None, "the study is on a labelled set"
     specs = list(judged.keys)
     right = pd.DataFrame({spec: names_the_label(judged, spec) for spec in specs}, said.index)
-    groups = {group: in_group(judged, group) for group in evaluation.groups}
+    groups = {group: in_group(judged.said.index, group) for group in evaluation.groups}
     against = None if all_pairs else _held_against(evaluation)
     cases = benchmark.cases.set_index(KEYS).loc[said.index]
     found = JudgedSet(
