@@ -4,18 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import permutations
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, NullFormatter
+from matplotlib.ticker import FuncFormatter
 
 from steadyload.methods.naming import MethodKey
-from steadyload.reports.charts import PLAIN_TICKS, CostPoint, draw_cost_point, reach, spread_the_top
+from steadyload.reports.charts import (
+    CostPoint,
+    draw_cost_point,
+    reach,
+    set_cost_axis,
+    spread_the_top,
+)
 from steadyload.reports.style import colour, engine_colour, engine_marker, face, marker
 from steadyload.reports.table import compact
-from steadyload.runs.evaluation import ALL, MethodEvaluation
+from steadyload.runs.evaluation import ALL
 from steadyload.studies.table5.error_places import SizeBin
 from steadyload.studies.table5.label_ceiling import Ceiling
 from steadyload.studies.table5.pair_tests import PairTests
@@ -23,6 +31,8 @@ from steadyload.studies.table5.paper import Paper
 from steadyload.studies.table5.summary import JudgedSet
 
 _GREY = "#7f7f7f"
+_FRONT: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": "--"}
+_CEILING: dict[str, Any] = {"color": _GREY, "linewidth": 0.9, "linestyle": ":"}
 _PANEL = 6
 """Largest number of curves in a panel of methods that are not one tuning on several engines."""
 
@@ -32,14 +42,10 @@ def without_engine(method: MethodKey) -> str:
     return method.title.replace(f" @ {method.engine}", "")
 
 
-def group_title(group: str, cases: int) -> str:
+def group_title(judged: JudgedSet, group: str) -> str:
     """Title of a group, with its number of cases."""
+    cases = judged.evaluation.rows[group][0].accuracy.n
     return f"{'all scenarios' if group == ALL else group}, n = {cases}"
-
-
-def rows_of(judged: JudgedSet, group: str) -> Sequence[MethodEvaluation]:
-    """All methods on a group."""
-    return judged.evaluation.rows[group]
 
 
 def plot_fronts(judged: JudgedSet, ceiling: Ceiling | None) -> Figure:
@@ -56,39 +62,32 @@ def plot_fronts(judged: JudgedSet, ceiling: Ceiling | None) -> Figure:
         if ceiling is not None and group in ceiling.by_group:
             twin = ceiling.by_group[group][-1].twin
             if twin is not None:
-                axes.axhline(100 * twin.value, color=_GREY, linewidth=0.9, linestyle=":")
-        axes.set_title(group_title(group, rows_of(judged, group)[0].accuracy.n), fontsize=9.0)
+                axes.axhline(100 * twin.value, **_CEILING)
+        axes.set_title(group_title(judged, group), fontsize=9.0)
     for axes in grid[:, 0]:
         axes.set_ylabel("accuracy (%)")
-    for axes in grid[-1]:
-        axes.set_xlabel("CPU time a layout (ms)")
+    for axes in grid[:-1].flat:
+        axes.set_xlabel("")
     figure.tight_layout(rect=(0.0, 0.24 / down, 1.0, 1.0))
     _legend(figure, [m.method for m in judged.evaluation.methods], ceiling is not None)
     return figure
 
 
 def _front(axes: Axes, judged: JudgedSet, group: str) -> None:
-    rows = rows_of(judged, group)
-    shown = [(row, row.cpu) for row in rows if row.cpu.n]
-    for row, cpu in shown:
-        draw_cost_point(axes, CostPoint(row.method, row.accuracy, cpu), markersize=7.5)
-    by_spec = {row.method.spec: (row, cpu) for row, cpu in shown}
-    front = [by_spec[spec] for spec in judged.fronts[group]]
+    shown = [row for row in judged.evaluation.rows[group] if row.cpu.n]
+    for row in shown:
+        draw_cost_point(axes, CostPoint(row.method, row.accuracy, row.cpu), markersize=7.5)
+    front = [judged.evaluation.row(spec, group) for spec in judged.fronts[group]]
     axes.plot(
-        [cpu.value for _, cpu in front],
-        [100 * row.accuracy.value for row, _ in front],
-        color="black",
-        linewidth=1.0,
-        linestyle="--",
+        [row.cpu.value for row in front],
+        [100 * row.accuracy.value for row in front],
         drawstyle="steps-post",
         zorder=1,
+        **_FRONT,
     )
     if shown:
-        axes.set_xscale("log")
-        spread_the_top(axes, min(100 * row.accuracy.low for row, _ in shown))
-    axes.xaxis.set_major_formatter(PLAIN_TICKS)
-    axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.grid(visible=True, which="major", linewidth=0.4, alpha=0.6)
+        set_cost_axis(axes)
+        spread_the_top(axes, min(100 * row.accuracy.low for row in shown))
 
 
 def _legend(figure: Figure, methods: Sequence[MethodKey], ceiling: bool) -> None:
@@ -101,10 +100,9 @@ def _legend(figure: Figure, methods: Sequence[MethodKey], ceiling: bool) -> None
     )  # fmt: skip
     engines = dict.fromkeys(m.engine for m in methods if m.engine)
     handles = [_sample(engine_marker(e), "black", f"on {e}") for e in engines]
-    handles.append(Line2D([], [], color="black", linestyle="--", linewidth=1.0, label="front"))
+    handles.append(Line2D([], [], label="front", **_FRONT))
     if ceiling:
-        label = "two answers to a label's question"
-        handles.append(Line2D([], [], color=_GREY, linestyle=":", linewidth=0.9, label=label))
+        handles.append(Line2D([], [], label="two answers to a label's question", **_CEILING))
     figure.legend(
         handles=handles, loc="lower right", bbox_to_anchor=(0.99, 0.0), ncols=2, frameon=False,
         fontsize=8.5,
@@ -120,7 +118,8 @@ def _sample(sign: str, shade: str, label: str, inside: str | None = None) -> Lin
 def plot_beside_paper(judged: JudgedSet, paper: Paper) -> Figure:
     """Accuracies beside the paper's, a panel a group, a row a column of the paper's table."""
     groups = paper.among(judged.groups)
-    rows = [p for p in paper.rows if any(paper.row_of(m.method) is p for m in _all(judged))]
+    of = {m.method: paper.row_of(m.method) for m in judged.evaluation.methods}
+    rows = [printed for printed in paper.rows if printed in of.values()]
     figure = Figure(figsize=(2.6 * max(2, len(groups)) + 1.2, 0.52 * len(rows) + 1.7))
     panels = figure.subplots(1, len(groups), sharey=True, squeeze=False)[0]
     for axes, group in zip(panels, groups, strict=True):
@@ -128,7 +127,7 @@ def plot_beside_paper(judged: JudgedSet, paper: Paper) -> Figure:
             axes.axhspan(place - 0.5, place + 0.5, color="#f2f2f2" if place % 2 else "white")
             value = 100 * printed.accuracy[group]
             axes.plot([value, value], [place - 0.42, place + 0.42], color="black", linewidth=2.2)
-            ours = [m for m in rows_of(judged, group) if paper.row_of(m.method) is printed]
+            ours = [m for m in judged.evaluation.rows[group] if of[m.method] == printed]
             for number, row in enumerate(ours):
                 apart = 0.0 if len(ours) == 1 else 0.36 - 0.72 * number / (len(ours) - 1)
                 axes.errorbar(
@@ -140,18 +139,18 @@ def plot_beside_paper(judged: JudgedSet, paper: Paper) -> Figure:
                     markersize=5.0,
                     elinewidth=0.8,
                 )
-        axes.set_title(group_title(group, rows_of(judged, group)[0].accuracy.n), fontsize=9.0)
+        axes.set_title(group_title(judged, group), fontsize=9.0)
         axes.set_ylim(-0.5, len(rows) - 0.5)
         axes.set_xlabel("accuracy (%)")
         axes.grid(visible=True, axis="x", linewidth=0.4, alpha=0.6)
     panels[0].set_yticks(range(len(rows)), [p.title for p in reversed(rows)])
     handles = [Line2D([], [], color="black", linewidth=2.2, label="the paper")]
-    shown = [m.method for m in _all(judged) if paper.row_of(m.method) is not None]
+    shown = [method for method, printed in of.items() if printed is not None]
     for engine in dict.fromkeys(m.engine for m in shown):
         label = f"ours, {engine}" if engine else "ours, no engine"
         handles.append(_sample(marker(MethodKey("", "", "", engine)), _GREY, label))
     for printed in rows:
-        families = {m.family: m for m in shown if paper.row_of(m) is printed}
+        families = {m.family: m for m in shown if of[m] == printed}
         if len(families) > 1:  # one column of the paper, two of ours
             handles += [_sample("o", colour(m), without_engine(m)) for m in families.values()]
     figure.tight_layout(rect=(0.0, 0.4 / figure.get_figheight(), 1.0, 1.0))
@@ -159,13 +158,9 @@ def plot_beside_paper(judged: JudgedSet, paper: Paper) -> Figure:
     return figure
 
 
-def _all(judged: JudgedSet) -> Sequence[MethodEvaluation]:
-    return judged.evaluation.methods
-
-
 def plot_sizes(judged: JudgedSet) -> Figure:
     """Accuracy against the number of items: a panel a tuning, and panels of the other methods."""
-    panels = _panels([m.method for m in _all(judged)])
+    panels = _panels([m.method for m in judged.evaluation.methods])
     least = min(100 * e.value for bin_ in judged.sizes for e in bin_.accuracy.values())
     across = min(3, len(panels))
     down = math.ceil(len(panels) / across)
@@ -253,29 +248,19 @@ def plot_differences(tests: PairTests, methods: Sequence[MethodKey]) -> Figure:
     side = 2.0 + 0.42 * count
     figure = Figure(figsize=(side + 0.8, side))
     axes = figure.add_subplot()
-    values = np.full((count, count), np.nan)
-    sure = np.zeros((count, count), bool)
-    for i, one in enumerate(methods):
-        for j, other in enumerate(methods):
-            if i != j:
-                test = tests.of(one, other)
-                values[i, j] = 100 * test.difference.value
-                sure[i, j] = test.corrected < tests.level
-    most = float(np.nanmax(np.abs(values), initial=1.0))
-    axes.imshow(np.where(sure, values, np.nan), cmap="RdBu", vmin=-most, vmax=most)
-    for i in range(count):
-        for j in range(count):
-            if i != j:
-                dark = sure[i, j] and abs(values[i, j]) > 0.6 * most
-                axes.text(
-                    j,
-                    i,
-                    _points(values[i, j]),
-                    ha="center",
-                    va="center",
-                    fontsize=7,
-                    color="white" if dark else "black" if sure[i, j] else "#a0a0a0",
-                )
+    pairs = {(i, j): tests.of(methods[i], methods[j]) for i, j in permutations(range(count), 2)}
+    points = {place: 100 * test.difference.value for place, test in pairs.items()}
+    sure = {place for place, test in pairs.items() if test.corrected < tests.level}
+    most = max([1.0, *map(abs, points.values())])
+    shades = np.full((count, count), np.nan)
+    for place in sure:
+        shades[place] = points[place]
+    axes.imshow(shades, cmap="RdBu", vmin=-most, vmax=most)
+    for (i, j), value in points.items():
+        shade = "#a0a0a0"
+        if (i, j) in sure:
+            shade = "white" if abs(value) > 0.6 * most else "black"
+        axes.text(j, i, _points(value), ha="center", va="center", fontsize=7, color=shade)
     titles = [m.title for m in methods]
     axes.set_xticks(range(count), titles, rotation=50, ha="right", rotation_mode="anchor")
     axes.set_yticks(range(count), titles)
@@ -294,7 +279,7 @@ def plot_errors(judged: JudgedSet) -> Figure:
 
     Bars are all cases, marks are scenarios.
     """
-    rows = list(reversed(_all(judged)))
+    rows = list(reversed(judged.evaluation.methods))
     figure = Figure(figsize=(7.6, 0.27 * len(rows) + 1.3))
     axes = figure.add_subplot()
     for place, row in enumerate(rows):
@@ -316,7 +301,7 @@ def plot_errors(judged: JudgedSet) -> Figure:
 
 def plot_margins(judged: JudgedSet) -> Figure:
     """False alarms and misses (%) by the margin of the step, a row a method."""
-    methods = [m.method for m in _all(judged)]
+    methods = [m.method for m in judged.evaluation.methods]
     figure = Figure(figsize=(13.0, 0.27 * len(methods) + 1.8))
     panels = figure.subplots(1, 2, sharey=True)
     for axes, title in zip(panels, ("false alarms", "misses"), strict=True):
