@@ -42,6 +42,12 @@ AHEAD = Column("ahead", "ahead", percent)
 COST_RATIO = Column("cost ratio", "cost_ratio", factor)
 NO_VERDICT = Column("no verdict", "without_verdict", counts)
 
+JUDGED = (METHOD, N, ACCURACY, OVER, UNDER)
+"""A method, and how often it is right, too late and too early."""
+
+SCORED = (N_SCORED, SCORE, FULLY_STABLE)
+"""Scores of a method, which need no labels."""
+
 CASE = (words("layout"), words("scenario"), Column("items", "item_count"))
 """Columns that name a case."""
 

@@ -20,7 +20,7 @@ from steadyload.reports.table import (
     words,
     yes_no,
 )
-from steadyload.studies import method_sections as of
+from steadyload.studies import method_sections as column
 from steadyload.studies.cascade.figures import plot_sweep
 from steadyload.studies.cascade.summary import CascadeStudy
 
@@ -97,9 +97,9 @@ def _aims(study: CascadeStudy) -> Section:
 def _comparison(study: CascadeStudy) -> Section:
     rows = [m for m in study.methods if m is study.cascade or m.method.spec not in study.budgets]
     columns = [
-        of.METHOD, of.N, of.ACCURACY, of.OVER, of.UNDER, of.CPU,
-        of.titled(of.AHEAD, "cascade ahead"),
-        of.titled(of.COST_RATIO, "share of its time"),
+        *column.JUDGED, column.CPU,
+        column.titled(column.AHEAD, "cascade ahead"),
+        column.titled(column.COST_RATIO, "share of its time"),
         Column("substeps", lambda m: f"{m.substeps:.1f}" if m.substeps else None),
     ]  # fmt: skip
     return Section(
@@ -138,7 +138,7 @@ def _sweep(study: CascadeStudy) -> Section:
         "Accuracy for time",
         "The same cascade with thresholds fitted for other budgets: the more accuracy the stages "
         "before the last may cost, the less is simulated.",
-        [Table(study.swept, [budget, of.N, of.ACCURACY, of.CPU])],
+        [Table(study.swept, [budget, column.N, column.ACCURACY, column.CPU])],
         [
             Picture(
                 "cascade-sweep",

@@ -19,7 +19,7 @@ from steadyload.reports.table import (
     words,
 )
 from steadyload.runs.evaluation import ALL, Evaluation, LabelledPart, MethodEvaluation, PhaseTimes
-from steadyload.studies import method_sections as of
+from steadyload.studies import method_sections as column
 from steadyload.studies.comparison.figures import plot_phases
 from steadyload.studies.comparison.summary import (
     BeyondEnvelope,
@@ -27,6 +27,7 @@ from steadyload.studies.comparison.summary import (
     SameTuning,
     SettingsUse,
 )
+from steadyload.studies.method_sections import agreement_picture, by_group, terms_explained
 
 _PICTURED_DISAGREEMENTS = 2
 
@@ -34,7 +35,7 @@ _LABELS_EXPLAINED = (
     "A *label* is the failing step that the labelled set keeps for a case, found once by the "
     "reference simulator; *accuracy* is the share of cases on which a method names the same one."
 )
-_MARKS_EXPLAINED = (
+_S_EXPLAINED = (
     "good methods stand at the upper left. Colour tells the method, marker tells the engine, "
     "hollow markers have parameters of their own, bars are 95 % intervals; equal methods hide each "
     "other."
@@ -94,30 +95,28 @@ def _partial(comparison: Comparison) -> str:
 
 
 def _accuracy(found: Evaluation, about: LabelledPart) -> Section:
-    columns = [
-        of.METHOD, of.N, of.ACCURACY, of.OVER, of.UNDER, of.STABLE_OR_NOT, of.WITHIN_ONE,
-    ]  # fmt: skip
-    more = [of.NATURAL, of.CPU, of.WALL, of.NO_VERDICT]
+    columns = [*column.JUDGED, column.STABLE_OR_NOT, column.WITHIN_ONE]
+    more = [column.NATURAL, column.CPU, column.WALL, column.NO_VERDICT]
 
     def table(group: str) -> Table:
         rows = found.rows[group]
-        return Table(rows, [*columns, *of.robust_and_fragile(rows), *more])
+        return Table(rows, [*columns, *column.robust_and_fragile(rows), *more])
 
     return Section(
         "Accuracy and cost",
         f"Part `{about.part}` of the labelled set: {about.cases} cases, of which {about.stable} "
         f"are stable, {about.robust} have a robust label and {about.fragile} a fragile one. All "
-        f"cases first, then each scenario by itself.\n\n{of.terms_explained(about)} *Stable or "
+        f"cases first, then each scenario by itself.\n\n{terms_explained(about)} *Stable or "
         "not*: both say that the whole layout is stable, or both that it is not. *Within one*: the "
         "numbers of items placed safely differ by at most one. A case without a verdict counts as "
         "wrong in every accuracy, and as neither over- nor underestimated. Intervals stand on the "
         f"{about.item_lists} item lists. {found.cost_source.explained()}",
-        of.by_group(found.groups, table),
+        by_group(found.groups, table),
         [
             Picture(
                 "accuracy",
                 plot_cost_accuracy([CostPoint(m.method, m.accuracy, m.cpu) for m in found.methods]),
-                f"Accuracy against CPU time; {_MARKS_EXPLAINED}",
+                f"Accuracy against CPU time; {_S_EXPLAINED}",
             )
         ],
     )
@@ -126,7 +125,7 @@ def _accuracy(found: Evaluation, about: LabelledPart) -> Section:
 def _behind(found: Evaluation) -> Section:
     best = next(m for m in found.methods if m.behind is None)
     others = [m for m in found.methods if m.behind is not None]
-    columns = [of.METHOD, Column("n", "behind.n"), Column("difference", "behind", percent)]
+    columns = [column.METHOD, Column("n", "behind.n"), Column("difference", "behind", percent)]
     return Section(
         "Behind the most accurate method",
         f"Accuracy minus that of {best.method.title}, on the same cases, in percentage points. "
@@ -139,22 +138,22 @@ def _scores(comparison: Comparison) -> Section:
     found, agreement = comparison.evaluation, comparison.agreement
 
     def table(group: str) -> Table:
-        agreed = of.by_spec("agreement with simulations %", agreement[group], percent)
-        cpu = of.titled(of.CPU, "CPU ms a layout")
+        agreed = column.by_spec("agreement with simulations %", agreement[group], percent)
+        cpu = column.titled(column.CPU, "CPU ms a layout")
         return Table(
             found.rows[group],
-            [of.METHOD, of.N_SCORED, of.SCORE, of.FULLY_STABLE, agreed, cpu, of.NO_VERDICT],
+            [column.METHOD, *column.SCORED, agreed, cpu, column.NO_VERDICT],
         )
 
     points = [(m, agreement[ALL][m.method.spec]) for m in found.methods]
     shown = [CostPoint(m.method, agreed, m.cpu) for m, agreed in points if agreed is not None]
     label = "agreement with simulations on other engines (%)"
-    caption = f"Agreement against CPU time; {_MARKS_EXPLAINED}"
+    caption = f"Agreement against CPU time; {_S_EXPLAINED}"
     return Section(
         "Scores and cost",
         "All cases first, then each scenario by itself. *Agreement with simulations* is the mean "
         "share of equal failing steps with all simulations that run on another engine.",
-        of.by_group(found.groups, table),
+        by_group(found.groups, table),
         [Picture("trade_off", plot_cost_accuracy(shown, y_label=label), caption)] if shown else [],
     )
 
@@ -179,11 +178,9 @@ def _engines(tuning: SameTuning) -> Table:
         tuning.rows,
         [
             words("engine", "method.engine"),
-            of.N_SCORED,
-            of.SCORE,
-            of.FULLY_STABLE,
+            *column.SCORED,
             *agreement,
-            of.CPU,
+            column.CPU,
             Column("build / step / read ms", "phases", _phases),
             Column("emulated", lambda row: use[row.method.spec].emulated, names),
             Column("ignored", lambda row: use[row.method.spec].ignored, names),
@@ -209,7 +206,7 @@ def _costs(found: Evaluation) -> Section:
 
     rows = [row for row in found.methods if row.phases is not None]
     columns = [
-        of.METHOD, of.N_TIMED, of.CPU, of.WALL,
+        column.METHOD, column.N_TIMED, column.CPU, column.WALL,
         *columns_for(("build", "step", "read"), "{} ms", time, significant),
         Column("other ms", "phases.other", significant),
     ]  # fmt: skip
@@ -238,7 +235,7 @@ def _agreement(comparison: Comparison) -> Section:
                 list(zip(matrix.titles, matrix.shares, strict=True)), [words("method", 0), *columns]
             )
         ],
-        [of.agreement_picture(matrix)],
+        [agreement_picture(matrix)],
     )
 
 
@@ -251,7 +248,7 @@ def _disagreements(comparison: Comparison) -> Section:
         f"Of {comparison.disputed} cases with more than one answer, the {len(shown)} on which most "
         "pairs of simulations differ (of all methods, where there are no simulations): the failing "
         "step that each method names, counted from 0, or *stable*.",
-        [Table(shown, [*of.CASE, *columns_for(shown[0].said, "{}", "said")])],
+        [Table(shown, [*column.CASE, *columns_for(shown[0].said, "{}", "said")])],
         [
             Picture(
                 f"disagreement_{rank}",
@@ -266,7 +263,7 @@ def _disagreements(comparison: Comparison) -> Section:
 
 def _settings(uses: Sequence[SettingsUse]) -> Section:
     columns = [
-        of.METHOD,
+        column.METHOD,
         *(words(use, form=names) for use in ("honoured", "emulated", "ignored")),
         words("all parameters that ask for something", "settings", _listed),
     ]

@@ -65,9 +65,7 @@ class LearnedStudy(Study[LearnedConfig, Any]):
             limit=config.limit,
             foreign=config.foreign,
             workers=workers,
-            generating=lambda *of: progress("item lists", *of),
-            training=lambda *of: progress("trainings", *of),
-            judging=lambda *of: progress("verdicts", *of),
+            progress=progress,
         )
         return record, provenance_lines()
 

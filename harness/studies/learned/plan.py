@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from enum import StrEnum
 from typing import Any
 
@@ -139,6 +139,11 @@ class Plan:
         """The planned sections."""
         return [section for section in Section if getattr(self, section)]
 
+    def only(self, sections: Collection[Section]) -> Plan:
+        """The same plan without the other sections."""
+        left = {f.name: f.default for f in fields(self) if f.name in set(Section) - set(sections)}
+        return replace(self, **left)
+
     def needed(self, sections: Collection[Section]) -> list[PlannedTraining]:
         """The trainings of some sections, each after the one that it continues."""
         found: dict[str, PlannedTraining] = {}
@@ -151,17 +156,18 @@ class Plan:
 
     def named(self, sections: Collection[Section]) -> Iterable[str]:
         """Names of the trainings of some sections."""
+        for what in self._planned(sections):
+            yield from filter(None, [getattr(what, "baseline", "")])
+            yield from getattr(what, "trainings", ())
+            yield from (name for name in getattr(what, "judges", ()) if name in self.trainings)
+
+    def method_names(self, sections: Collection[Section]) -> Iterable[str]:
+        """Names and specs of the methods of some sections, besides trainings."""
+        for what in self._planned(sections):
+            for kind in ("methods", "judges", "others"):
+                yield from getattr(what, kind, ())
+
+    def _planned(self, sections: Collection[Section]) -> Iterable[Any]:
         for section in sections:
-            for what in _as_tuple(getattr(self, section)):
-                names = (
-                    getattr(what, "baseline", ""),
-                    *getattr(what, "trainings", ()),
-                    *(n for n in getattr(what, "judges", ()) if n in self.trainings),
-                )
-                yield from filter(None, names)
-
-
-def _as_tuple(value: Any) -> tuple[Any, ...]:
-    if value is None:
-        return ()
-    return value if isinstance(value, tuple) else (value,)
+            found = getattr(self, section)
+            yield from found if isinstance(found, tuple) else filter(None, [found])

@@ -122,13 +122,8 @@ def _check_names(plan: Plan) -> None:
             seen = plan.trainings[seen.start]
         else:
             raise LearnerError(f"{where}: starts from itself in the end")
-    for section in (plan.table, plan.foreign):
-        for spec in (
-            *getattr(section, "methods", ()),
-            *getattr(section, "judges", ()),
-            *getattr(section, "others", ()),
-        ):
-            make_method(spec)
+    for spec in plan.method_names([Section.TABLE, Section.FOREIGN]):
+        make_method(spec)
     table = plan.table
     if table is not None and table.held not in (*table.methods, *table.trainings):
         raise LearnerError(

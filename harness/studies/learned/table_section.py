@@ -16,7 +16,7 @@ from steadyload.reports.table import (
 )
 from steadyload.runs.evaluation import ALL
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies import method_sections as of
+from steadyload.studies import method_sections as column
 from steadyload.studies.learned.summary import MethodTable
 
 _MOST_WALL = 0.4
@@ -51,14 +51,14 @@ def judge_table(table: MethodTable, scenarios: Sequence[str]) -> Section:
 def _accuracies(table: MethodTable, group: str) -> Table:
     paper = {spec: row.accuracy.get(group) for spec, row in table.paper.items()}
     columns = [
-        of.METHOD,
-        of.N,
-        of.ACCURACY,
-        of.by_spec("paper %", paper, plain_percent),
-        of.OVER,
-        of.UNDER,
-        of.titled(of.AHEAD, f"{table.held.title} minus it"),
-        *([of.NO_VERDICT] if group == ALL else []),
+        column.METHOD,
+        column.N,
+        column.ACCURACY,
+        column.by_spec("paper %", paper, plain_percent),
+        column.OVER,
+        column.UNDER,
+        column.titled(column.AHEAD, f"{table.held.title} minus it"),
+        *([column.NO_VERDICT] if group == ALL else []),
     ]
     title = "All scenarios" if group == ALL else f"Scenario {group}"
     return Table(table.rows[group], columns, f"**{title}**")
@@ -69,16 +69,18 @@ def _times(table: MethodTable) -> Table:
         {spec: best[place] for spec, best in table.fastest.items()} for place in range(3)
     )
     columns = [
-        of.METHOD,
-        of.N_TIMED,
+        column.METHOD,
+        column.N_TIMED,
         Column("repeats", lambda _: table.repeats),
-        of.CPU,
-        of.WALL,
-        of.by_spec("paper wall ms", {s: r.runtime[ALL] for s, r in table.paper.items()}, general),
+        column.CPU,
+        column.WALL,
+        column.by_spec(
+            "paper wall ms", {s: r.runtime[ALL] for s, r in table.paper.items()}, general
+        ),
         Column("layouts/s one by one", lambda row: f"{1e3 / row.wall.value:.0f}"),
-        of.by_spec("best batch", size),
-        of.by_spec("layouts/s at that", rate, _whole),
-        of.by_spec("layouts per CPU s", cpu_rate, _whole),
+        column.by_spec("best batch", size),
+        column.by_spec("layouts/s at that", rate, _whole),
+        column.by_spec("layouts per CPU s", cpu_rate, _whole),
     ]
     return Table(table.timed, columns, "**Time**")
 
@@ -96,8 +98,8 @@ def _rates(table: MethodTable) -> Table:
     return Table(
         [row for row in table.timed if row.method.spec in rates],
         [
-            of.METHOD,
-            of.N_TIMED,
+            column.METHOD,
+            column.N_TIMED,
             *columns_for(sizes, "{}", lambda r, size: rates[r.method.spec].get(size), _whole),
         ],
         "**Layouts a second, by the number judged at once**",

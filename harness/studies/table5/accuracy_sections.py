@@ -25,7 +25,8 @@ from steadyload.reports.table import (
 )
 from steadyload.runs.costs import load_explained
 from steadyload.runs.evaluation import ALL, MethodEvaluation
-from steadyload.studies import method_sections as of
+from steadyload.studies import method_sections as column
+from steadyload.studies.method_sections import by_group, terms_explained
 from steadyload.studies.table5.figures import plot_fronts
 from steadyload.studies.table5.label_ceiling import Ceiling
 from steadyload.studies.table5.summary import JudgedSet, Table5
@@ -56,9 +57,9 @@ def accuracy_and_cost(found: Table5) -> Section:
         "Accuracy and cost",
         "All scenarios first, then each by itself. *Paper*: what the paper's Table 5 has; it does "
         "not part over- and underestimation. *Letters*: two methods share one just where their "
-        f"accuracies are not told apart (next section). {of.terms_explained(own.about)} "
+        f"accuracies are not told apart (next section). {terms_explained(own.about)} "
         f"{own.evaluation.cost_source.explained()}{share}{what_rows_are(own)}",
-        of.by_group(own.groups, partial(_methods, found)),
+        by_group(own.groups, partial(_methods, found)),
         [
             Picture(
                 "accuracy",
@@ -96,17 +97,17 @@ def _methods(found: Table5, group: str) -> Table:
     return Table(
         [*rows, *map(MethodEvaluation, without)],
         [
-            of.METHOD,
-            of.N,
-            of.by_spec("paper %", paper, partial(plain_percent, digits=2)),
-            of.ACCURACY,
-            of.by_spec("letters", own.tests[group].letters),
-            of.OVER,
-            of.UNDER,
-            of.STABLE_OR_NOT,
-            *of.robust_and_fragile(rows),
-            of.NATURAL,
-            of.CPU,
+            column.METHOD,
+            column.N,
+            column.by_spec("paper %", paper, partial(plain_percent, digits=2)),
+            column.ACCURACY,
+            column.by_spec("letters", own.tests[group].letters),
+            column.OVER,
+            column.UNDER,
+            column.STABLE_OR_NOT,
+            *column.robust_and_fragile(rows),
+            column.NATURAL,
+            column.CPU,
             share_of_time(own, group),
             Column(
                 "no verdict, and why",
@@ -122,7 +123,7 @@ def share_of_time(
     """A column of CPU times over that of the yardstick."""
     shares, yard = own.timing.shares[group], own.timing.yardstick
     shown = {spec: form(share) for spec, share in shares.items()}
-    return of.by_spec(title, shown if yard is None else {**shown, yard.spec: "1"})
+    return column.by_spec(title, shown if yard is None else {**shown, yard.spec: "1"})
 
 
 def noise_of_labels(own: JudgedSet, ceiling: Ceiling) -> Section:
@@ -137,8 +138,8 @@ def noise_of_labels(own: JudgedSet, ceiling: Ceiling) -> Section:
         )
         tables.append(estimates_table("judge", others, "accuracy %", caption=caption))
     columns = [
-        of.METHOD,
-        of.N,
+        column.METHOD,
+        column.N,
         *(Column(f"{kind} %", kind, percent) for kind in ("robust", "fragile")),
         Column("errors on fragile labels %", _share_of_errors),
     ]
@@ -201,13 +202,13 @@ def time_a_layout(own: JudgedSet) -> Section:
         return found.value if found.n else None
 
     columns = [
-        of.METHOD,
-        of.N_TIMED,
-        of.CPU,
-        of.WALL,
+        column.METHOD,
+        column.N_TIMED,
+        column.CPU,
+        column.WALL,
         share_of_time(own, title="share" if yard is None else f"of {yard.title}"),
         *columns_for(own.groups[1:], "{} CPU ms", cpu, significant),
-        of.by_spec(
+        column.by_spec(
             "spread of repeats %",
             timing.spread if timing.repeats > 1 else {},
             partial(plain_percent, digits=0),
@@ -236,22 +237,24 @@ def planar_layouts(planar: JudgedSet) -> Section:
     assert held is not None, "there are too few item lists for all pairs"
     against = {m.spec: tests.of(m, held) for m in evaluation.judged.keys.values() if m != held}
     columns = [
-        of.METHOD,
-        of.N,
-        of.ACCURACY,
-        of.by_spec(f"minus {held.title}", {s: t.difference for s, t in against.items()}, percent),
-        of.by_spec("corrected p", {s: t.corrected for s, t in against.items()}, compact),
-        of.OVER,
-        of.UNDER,
+        column.METHOD,
+        column.N,
+        column.ACCURACY,
+        column.by_spec(
+            f"minus {held.title}", {s: t.difference for s, t in against.items()}, percent
+        ),
+        column.by_spec("corrected p", {s: t.corrected for s, t in against.items()}, compact),
+        column.OVER,
+        column.UNDER,
         *columns_for(
             planar.groups[1:],
             "{} %",
             lambda row, group: evaluation.row(row.method.spec, group).accuracy,
             percent,
         ),
-        of.CPU,
+        column.CPU,
         share_of_time(planar),
-        of.NO_VERDICT,
+        column.NO_VERDICT,
     ]
     load = evaluation.cost_source.load
     return Section(

@@ -8,7 +8,7 @@ from steadyload.reports.page import Picture, Section
 from steadyload.reports.table import Column, Table, columns_for, compact, percent, words
 from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies import method_sections as of
+from steadyload.studies import method_sections as column
 from steadyload.studies.table5.accuracy_sections import share_of_time
 from steadyload.studies.table5.error_places import MarginBin
 from steadyload.studies.table5.figures import (
@@ -44,12 +44,12 @@ def beside_the_paper(found: Table5) -> Section:
     base = None if yard is None else paper.row_of(yard)
     shares = {} if base is None else {s: time / base.runtime[ALL] for s, time in wall.items()}
     columns = [
-        of.METHOD,
-        of.N,
+        column.METHOD,
+        column.N,
         *columns_for(paper.among(own.groups), "{} %, paper / ours", both),
-        of.by_spec("paper, wall ms", wall, compact),
-        of.titled(of.WALL, "ours, wall ms"),
-        of.by_spec("paper, of its PS_3", shares, compact),
+        column.by_spec("paper, wall ms", wall, compact),
+        column.titled(column.WALL, "ours, wall ms"),
+        column.by_spec("paper, of its PS_3", shares, compact),
         share_of_time(
             own,
             ALL,
@@ -105,7 +105,7 @@ def by_size(own: JudgedSet) -> Section:
         "Accuracy in per cent, by items in the layout, all scenarios. A layout of more items has "
         "more steps at which a method can part from the label. Layouts of 20 items are cut off at "
         "that number, and come from the item classes with many small items.",
-        [Table(own.evaluation.methods, [of.METHOD, *columns])],
+        [Table(own.evaluation.methods, [column.METHOD, *columns])],
         [
             Picture(
                 "sizes",
@@ -155,7 +155,7 @@ def _margins(own: JudgedSet) -> Table:
     slow = [b for b in own.margins if b.high <= 0.0 and b.holding]
     return Table(
         own.evaluation.methods,
-        [of.METHOD, *columns_for(slow, title, alarms, lambda e: f"{percent(e)}, n {e.n}")],
+        [column.METHOD, *columns_for(slow, title, alarms, lambda e: f"{percent(e)}, n {e.n}")],
         "False alarms on steps that do not balance, and hold for the label because they move too "
         "slowly; per cent by margin in cm:",
     )
