@@ -10,7 +10,7 @@ from typing import Any
 
 from steadyload.cli.snap import Snap
 from steadyload.cli.terminal import print_table, progress_bar, say
-from steadyload.studies.options import REQUIRED, operand, option, positive_number
+from steadyload.studies.options import REQUIRED, methods_option, operand, option, positive_number
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,10 +18,9 @@ class Score(Snap):
     """Files, methods, and the required reliability of a verdict."""
 
     files: tuple[Path, ...] = operand(REQUIRED, "layouts", metavar="FILE")
-    methods: tuple[str, ...] = option(
-        (), "for example sme, pbs:alpha=0.7, ps3@mujoco; may be repeated (default: sme)",
-        names=("--method", "-m"), metavar="SPEC",
-    )  # fmt: skip
+    methods: tuple[str, ...] = methods_option(
+        "for example sme, pbs:alpha=0.7, ps3@mujoco; may be repeated (default: sme)"
+    )
     scenario: str | None = option(
         None, "draw centres of mass (default: as in the file)",
         choices="steadyload.layouts.scenarios:Scenario",

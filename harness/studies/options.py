@@ -67,6 +67,11 @@ def operand(
     )
 
 
+def methods_option(about: str) -> Any:
+    """A field of spec strings of methods; the flag ``--method``, ``-m`` is repeated."""
+    return option((), about, names=("--method", "-m"), metavar="SPEC")
+
+
 REQUIRED = dataclasses.MISSING
 """The default of a field that must be given."""
 

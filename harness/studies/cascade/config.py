@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from steadyload.studies.options import option
+from steadyload.studies.options import methods_option, option
 from steadyload.studies.study import Progress, Study, silent
 
 
@@ -15,10 +15,7 @@ class CascadeConfig:
     """Which cascade is compared with which methods, on which cases."""
 
     engine: str = option("mujoco", "default: mujoco", metavar="NAME")
-    methods: tuple[str, ...] = option(
-        (), "a further method on the page; may be repeated", names=("--method", "-m"),
-        metavar="SPEC",
-    )  # fmt: skip
+    methods: tuple[str, ...] = methods_option("a further method on the page; may be repeated")
     thresholds: Path | None = option(
         None, "file of thresholds (default: the one of the package)", metavar="FILE"
     )

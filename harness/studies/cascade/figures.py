@@ -4,27 +4,17 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from steadyload.reports.charts import (
-    ACCURACY_LABEL,
-    CostPoint,
-    draw_cost_point,
-    reach,
-    set_cost_axis,
-    spread_the_top,
-)
+from steadyload.reports.charts import CostPoint, plot_cost_accuracy, reach, spread_the_top
 from steadyload.reports.style import colour, marker
 from steadyload.studies.cascade.summary import CascadeStudy
 
 
 def plot_sweep(study: CascadeStudy) -> Figure:
     """Accuracy over CPU time: methods as points, and a line through a cascade's budgets."""
-    figure = Figure(figsize=(7.6, 4.6))
-    axes = figure.add_subplot()
-    methods, swept = study.methods, study.swept
-    for row in methods:
-        if row not in swept:
-            point = CostPoint(row.method, row.accuracy, row.cpu)
-            draw_cost_point(axes, point, linestyle="none", label=row.method.title)
+    swept = study.swept
+    others = [row for row in study.methods if row not in swept]
+    figure = plot_cost_accuracy([CostPoint(row.method, row.accuracy, row.cpu) for row in others])
+    [axes] = figure.axes
     if swept:
         axes.errorbar(
             [row.cpu.value for row in swept],
@@ -46,8 +36,6 @@ def plot_sweep(study: CascadeStudy) -> Figure:
                 ha="right",
                 fontsize=8,
             )
-    set_cost_axis(axes)
-    spread_the_top(axes, min(100 * row.accuracy.low for row in methods))
-    axes.set_ylabel(ACCURACY_LABEL)
+    spread_the_top(axes, min(100 * row.accuracy.low for row in study.methods))
     axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
     return figure

@@ -191,6 +191,13 @@ def _share(
     )
 
 
+_KEPT = (
+    "cases", "item_lists", "independent", "allowed", "lost", "gained", "bound", "sure_bound",
+    "accuracy",
+)  # fmt: skip
+"""Fields of a ladder that have the same name in the file of thresholds."""
+
+
 def fitted(budget: float, ladder: Ladder) -> FittedLadder:
     """Thresholds as they were fitted, for one budget."""
     found = ladder.found
@@ -198,16 +205,8 @@ def fitted(budget: float, ladder: Ladder) -> FittedLadder:
         budget=budget,
         stages=tuple((stage.method, stage.low, stage.high) for stage in ladder.stages),
         last=ladder.last,
-        cases=found["cases"],
-        item_lists=found["item_lists"],
-        independent=found["independent"],
-        allowed=found["allowed"],
-        lost=found["lost"],
-        gained=found["gained"],
-        bound=found["bound"],
-        sure_bound=found["sure_bound"],
+        **{name: found[name] for name in _KEPT},
         left_out=(found["left_out"]["lost"], found["left_out"]["cases"]),
-        accuracy=found["accuracy"],
         accuracy_alone=found["alone"],
         cost=found["milliseconds"],
         cost_alone=found["milliseconds_alone"],

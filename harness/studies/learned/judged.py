@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -17,7 +18,6 @@ from steadyload.learners.sequences import Sequences, load_sequences
 from steadyload.learners.weights import Weights, load_weights
 from steadyload.runs.accuracy import accuracy_of_seeds, difference_of_seeds
 from steadyload.runs.evaluation import ALL
-from steadyload.statistics.estimate import Estimate
 from steadyload.studies.learned.summary import ProvenanceRow, TrainedRow
 from steadyload.studies.learned.trainings import Run
 
@@ -57,11 +57,10 @@ class JudgedPart:
         """All scenarios of the cases."""
         return tuple(dict.fromkeys(str(s) for s in self.cases.scenarios))
 
-    def probabilities(self, weights: Weights, members: int | None = None) -> Array32:
-        """Probabilities that steps are unstable, (cases, most items): mean of ``members``."""
+    def probabilities(self, weights: Weights) -> Array32:
+        """Probabilities that steps are unstable, (cases, most items): mean of all members."""
         rows = self.sequences(weights.kind).padded()
-        networks = weights.networks[:members]
-        found: Array32 = np.mean([n.probabilities_of_many(rows) for n in networks], axis=0)
+        found: Array32 = np.mean([n.probabilities_of_many(rows) for n in weights.networks], axis=0)
         return found
 
     def rights(self, runs: Sequence[Run]) -> Rights:
@@ -74,22 +73,6 @@ class JudgedPart:
             self._known[folder] = names_the_label(told, self.cases)
         return self._known[folder]
 
-    def by_scenario(self, rights: Rights) -> dict[str, Estimate]:
-        """Accuracy, the mean of the seeds; intervals are clustered by item list."""
-        return {
-            name: accuracy_of_seeds(rights[:, which], self.cases.instances[which])
-            for name, which in self._parts().items()
-        }
-
-    def differences(self, rights: Rights, others: Rights) -> dict[str, Estimate]:
-        """Accuracy minus that of others, both the mean of their seeds, case by case."""
-        return {
-            name: difference_of_seeds(
-                rights[:, which], others[:, which], self.cases.instances[which]
-            )
-            for name, which in self._parts().items()
-        }
-
     def row(self, runs: Sequence[Run], against: Sequence[Run] = ()) -> TrainedRow:
         """Result of a training.
 
@@ -97,7 +80,8 @@ class JudgedPart:
             runs: its seeds.
             against: the seeds of the training that it is compared with.
         """
-        rights = self.rights(runs)
+        rights, others = self.rights(runs), self.rights(against)
+        lists, groups = self.cases.instances, self._groups()
         manifest = load_weights(runs[0].weights).manifest
         options = manifest["members"][0]["options"]
         return TrainedRow(
@@ -108,15 +92,17 @@ class JudgedPart:
             labels=_label_sources(manifest["data"], runs[0]),
             item_lists=manifest["item_lists"],
             cases=manifest["cases"],
-            accuracy=self.by_scenario(rights),
-            seeds={
-                name: tuple(rights[:, which].mean(axis=1).tolist())
-                for name, which in self._parts().items()
-            },
-            difference=self.differences(rights, self.rights(against)) if against else None,
+            accuracy={g: accuracy_of_seeds(rights[:, m], lists[m]) for g, m in groups.items()},
+            seeds={g: tuple(rights[:, m].mean(axis=1).tolist()) for g, m in groups.items()},
+            difference={
+                group: difference_of_seeds(rights[:, mask], others[:, mask], lists[mask])
+                for group, mask in groups.items()
+            }
+            if against
+            else None,
         )
 
-    def _parts(self) -> dict[str, NDArray[np.bool_]]:
+    def _groups(self) -> dict[str, NDArray[np.bool_]]:
         scenarios = self.cases.scenarios
         return {ALL: np.ones(len(scenarios), dtype=bool)} | {
             s: np.asarray(scenarios == s) for s in self.scenarios
@@ -151,8 +137,4 @@ def _label_sources(data: Sequence[Mapping[str, object]], run: Run) -> str:
     if run.start is None:
         return own
     before = load_weights(run.start).manifest["data"]
-    return f"{_label_sources(before, _without_start(run))}, then {own}"
-
-
-def _without_start(run: Run) -> Run:
-    return Run(run.training, run.seed, run.folder, run.data, None)
+    return f"{_label_sources(before, dataclasses.replace(run, start=None))}, then {own}"

@@ -141,7 +141,9 @@ class Plan:
 
     def only(self, sections: Collection[Section]) -> Plan:
         """The same plan without the other sections."""
-        left = {f.name: f.default for f in fields(self) if f.name in set(Section) - set(sections)}
+        left: dict[str, Any] = {
+            f.name: f.default for f in fields(self) if f.name in set(Section) - set(sections)
+        }
         return replace(self, **left)
 
     def needed(self, sections: Collection[Section]) -> list[PlannedTraining]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from steadyload.studies.options import option
+from steadyload.studies.options import methods_option, option
 from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
 PROFILES = ("quick", "ci", "deep")
@@ -21,11 +21,10 @@ class PropertiesConfig:
         (), "only the label's way on this engine; may be repeated", names=("--engine",),
         metavar="NAME",
     )  # fmt: skip
-    methods: tuple[str, ...] = option(
-        (), "only this method, for example ps3@mujoco; may be repeated "
-        "(default: all static methods, and the label's way on every engine)",
-        names=("--method", "-m"), metavar="SPEC",
-    )  # fmt: skip
+    methods: tuple[str, ...] = methods_option(
+        "only this method, for example ps3@mujoco; may be repeated "
+        "(default: all static methods, and the label's way on every engine)"
+    )
     properties: tuple[str, ...] = option(
         (), "only this; may be repeated", names=("--property",), metavar="NAME"
     )

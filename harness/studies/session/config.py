@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from steadyload.studies.options import option
+from steadyload.studies.options import methods_option, option
 from steadyload.studies.study import Progress, Study, silent
 
 PARTS = ("cost", "gain")
@@ -19,10 +19,9 @@ class SessionConfig:
     parts: tuple[str, ...] = option(
         (), "only this; may be repeated", names=("--part",), choices=PARTS
     )
-    methods: tuple[str, ...] = option(
-        (), "measure only this; may be repeated (default: those of the published page)",
-        names=("--method", "-m"), metavar="SPEC",
-    )  # fmt: skip
+    methods: tuple[str, ...] = methods_option(
+        "measure only this; may be repeated (default: those of the published page)"
+    )
     judge: str | None = option(
         None, "judges what was packed (default: label@reference)", metavar="SPEC"
     )

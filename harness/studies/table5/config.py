@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from steadyload.studies.options import option
+from steadyload.studies.options import methods_option, option
 from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
 if TYPE_CHECKING:
@@ -17,10 +17,9 @@ if TYPE_CHECKING:
 class Table5Config:
     """Which methods, on how many cases, and how often they are timed."""
 
-    methods: tuple[str, ...] = option(
-        (), "may be repeated (default: the paper's methods on every engine, and our own)",
-        names=("--method", "-m"), metavar="SPEC",
-    )  # fmt: skip
+    methods: tuple[str, ...] = methods_option(
+        "may be repeated (default: the paper's methods on every engine, and our own)"
+    )
     limit: int | None = option(None, "only the first N cases a scenario", least=2)
     timed: int = option(
         100, "cases a scenario that are timed, in one process (default: 100)", least=1
@@ -31,7 +30,7 @@ class Table5Config:
         """The options of the study, with the methods that can judge and reasons for the others."""
         from steadyload.studies.table5.study import Table5Options
 
-        return Table5Options(self.methods, self.limit, self.timed, self.repeats)
+        return Table5Options(**vars(self))
 
 
 class Table5(Study[Table5Config, Any]):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,6 +20,7 @@ from steadyload.runs.labels import labelled_material
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.timing import BLOCK, Times, timed
+from steadyload.studies.table5.config import Table5Config
 from steadyload.studies.table5.front import SPATIAL
 
 RULES = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3")
@@ -67,15 +69,13 @@ Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
-class Table5Options:
-    """Options of the study of Table 5.
+class Table5Options(Table5Config):
+    """Options of the study of Table 5, and the methods that can judge.
+
+    Of named methods one that cannot judge is an error; of :func:`standard_methods` those that
+    cannot are left out, with a reason.
 
     Attributes:
-        methods: required specs: one that cannot judge is an error. Empty for
-            :func:`standard_methods`, of which those that cannot judge are left out, with a reason.
-        limit: cases a scenario, those of the first ranks; None for all.
-        timed: cases a scenario that are timed.
-        repeats: number of repetitions of the timing.
         block: cases that a method judges in a turn while it is timed.
         part: of the labelled sets.
 
@@ -85,10 +85,6 @@ class Table5Options:
         LearnerError: its weights cannot be read.
     """
 
-    methods: tuple[str, ...] = ()
-    limit: int | None = None
-    timed: int = 100
-    repeats: int = 3
     block: int = BLOCK
     part: str = PART
     spatial: tuple[str, ...] = field(init=False)
@@ -111,8 +107,7 @@ class Table5Options:
                 f"methods {', '.join(able)}: none judges layouts in space; name one more, such as "
                 "sme"
             )
-        for key, value in (("spatial", spatial), ("planar", planar), ("left_out", left_out)):
-            object.__setattr__(self, key, value)
+        vars(self).update(spatial=spatial, planar=planar, left_out=left_out)
 
     def study(self, *, planar: bool) -> StudyDefinition:
         """Definition of all 3-D methods on the large set, or all methods on the planar one."""
@@ -218,10 +213,8 @@ def time_table5(
         ResultsError: no case was judged yet.
         as :func:`steadyload.runs.timing.timed`.
     """
-    found = [
-        _timed(asked, planar, folder, workers, progress)
-        for planar, folder in _folders(asked, work).items()
-    ]
+    folders = _folders(asked, work).items()
+    found = [_timed(asked, planar, folder, workers, progress) for planar, folder in folders]
     return found[0], found[1] if len(found) > 1 else None
 
 
@@ -235,13 +228,7 @@ def _timed(
     asked: Table5Options, planar: bool, folder: Path, workers: int, progress: Progress
 ) -> Ran:
     study = asked.study(planar=planar)
-    fewer = StudyDefinition(
-        name=study.name,
-        methods=study.methods,
-        benchmark=study.benchmark,
-        benchmark_directory=study.benchmark_directory,
-        limit=min(asked.timed, asked.limit or asked.timed),
-    )
+    fewer = dataclasses.replace(study, limit=min(asked.timed, asked.limit or asked.timed))
     cases = {
         (layout.name, str(scenario)): layout
         for scenario, layout in labelled_material(fewer).cases(folder)

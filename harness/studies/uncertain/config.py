@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from steadyload.studies.options import option
+from steadyload.studies.options import methods_option, option
 from steadyload.studies.study import Progress, Study, silent
 
 
@@ -17,10 +17,9 @@ class UncertainConfig:
     uncertain: str | None = option(
         None, "what deviates (default: com=5mm,position=3mm)", metavar="WHAT"
     )
-    methods: tuple[str, ...] = option(
-        (), "may be repeated (default: a rule, the equilibrium with time, a network, an engine)",
-        names=("--method", "-m"), metavar="SPEC",
-    )  # fmt: skip
+    methods: tuple[str, ...] = methods_option(
+        "may be repeated (default: a rule, the equilibrium with time, a network, an engine)"
+    )
     cases: int | None = option(
         None, "a scenario, for methods without an engine (default: 100)", least=1
     )
