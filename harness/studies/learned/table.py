@@ -16,9 +16,10 @@ from steadyload.runs.costs import timed_costs
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import evaluate
 from steadyload.runs.runner import run_study
+from steadyload.runs.timing import timed
+from steadyload.studies.learned.batches import timed_batches
 from steadyload.studies.learned.plan import Plan, TablePlan
 from steadyload.studies.learned.summary import MethodTable
-from steadyload.studies.learned.timing import timed
 from steadyload.studies.learned.trainings import Workshop
 from steadyload.studies.table5.paper import paper
 
@@ -58,12 +59,12 @@ def judge_table(
 
     Raises:
         as :func:`steadyload.runs.runner.run_study` and
-        :func:`steadyload.studies.learned.timing.timed`.
+        :func:`steadyload.studies.learned.batches.timed_batches`.
     """
     table = plan.table
     assert table is not None
-    specs = _specs(table, workshop)
-    keys = dict(_named(name, spec, workshop) for name, spec in specs.items())
+    named = (_key(name, table, workshop) for name in (*table.methods, *table.trainings))
+    keys = {key.spec: key for key in named}
     study = StudyDefinition(
         name="learned",
         methods=tuple(keys),
@@ -72,47 +73,48 @@ def judge_table(
         shard_size=_SHARD_SIZE,
     )
     run_study(study, folder / "verdicts", workers=workers, progress=progress)
-    cases = load_benchmark().select(plan.part, limit=limit)
+    benchmark = load_benchmark()
+    cases = benchmark.select(plan.part, limit=limit)
     few = cases.groupby("scenario", sort=False).head(
         max(1, table.timed // cases["scenario"].nunique())
     )
-    times = timed(table, tuple(keys), few, folder, workers=workers)
-    evaluation = evaluate(
-        folder / "verdicts",
-        costs=timed_costs(times.single, pd.MultiIndex.from_frame(few[KEYS])),
-    )
-    held = str(make_method(specs[table.held]).spec)
+    timed_cases = pd.MultiIndex.from_frame(few[KEYS])
+    layouts = [benchmark.layout(name, scenario) for name, scenario in timed_cases]
+    times = timed(
+        tuple(keys), layouts, folder / "times",
+        repeats=table.repeats, block=len(layouts), workers=workers,
+    )  # fmt: skip
+    evaluation = evaluate(folder / "verdicts", costs=timed_costs(times, timed_cases))
+    held = _key(table.held, table, workshop)
     printed = {row.title: row for row in paper().rows}
     return MethodTable(
-        held=keys[held],
+        held=held,
         rows={
             group: tuple(
-                evaluation.row(spec, group, against=held, key=key) for spec, key in keys.items()
+                evaluation.row(key.spec, group, against=held.spec, key=key) for key in keys.values()
             )
             for group in evaluation.rows
         },
         paper={spec: printed[PAPER_COLUMNS[spec]] for spec in keys if spec in PAPER_COLUMNS},
-        batched=times.batched,
+        batched=timed_batches(
+            tuple(keys),
+            layouts,
+            folder,
+            repeats=table.repeats,
+            batches=table.batches,
+            workers=workers,
+        ),
         repeats=table.repeats,
         cost_source=evaluation.cost_source,
     )
 
 
-def _specs(table: TablePlan, workshop: Workshop) -> dict[str, str]:
-    """Specs by their name in the plan."""
-    found = {spec: spec for spec in table.methods}
-    for name in table.trainings:
-        run = workshop.runs(name)[0]
-        found[name] = f"{'lstm_1' if run.training.members == 1 else 'lstm_e'}:weights={run.weights}"
-    return found
-
-
-def _named(name: str, spec: str, workshop: Workshop) -> tuple[str, MethodKey]:
-    method = make_method(spec)
-    key = method_key(method)
-    training = workshop.plan.trainings.get(name)
-    if training is not None:
-        # A family of its own, so that figures distinguish trainings.
-        title = f"{training.title}, seed {training.seeds[0]}"
-        key = dataclasses.replace(key, title=title, family=name)
-    return str(method.spec), key
+def _key(name: str, table: TablePlan, workshop: Workshop) -> MethodKey:
+    """A method of the table, by its spec or the name of a training."""
+    if name not in table.trainings:
+        return method_key(make_method(name))
+    run = workshop.runs(name)[0]
+    kind = "lstm_1" if run.training.members == 1 else "lstm_e"
+    key = method_key(make_method(f"{kind}:weights={run.weights}"))
+    # A family of its own, so that figures distinguish trainings.
+    return dataclasses.replace(key, title=f"{run.training.title}, seed {run.seed}", family=name)

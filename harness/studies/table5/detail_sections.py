@@ -180,34 +180,25 @@ def to_watch(own: JudgedSet) -> Section:
         f"{_LINKED if any(w.view for w in own.watched) else ''}"
         "These commands write the cases as layout "
         "files, and pages that play both loadings side by side:\n\n"
-        f"```\n{_exports(own.watched)}\n{_views(own.watched)}\n```",
+        f"```\n{_commands(own.watched)}\n```",
         [Table(own.watched, columns)],
     )
 
 
-def _exports(watched: Sequence[Watch]) -> str:
-    files = {(w.directory, w.part, w.scenario): w for w in watched}
-    return "\n".join(
-        " ".join(
-            filter(
-                None,
-                (
-                    "steadyload benchmark export",
-                    directory,
-                    f"--part {part} --scenario {scenario} -o {_file(w)}",
-                ),
-            )
-        )
-        for (directory, part, scenario), w in files.items()
+def _commands(watched: Sequence[Watch]) -> str:
+    """Command lines that export the cases, a file a scenario, and then play them."""
+    files = {_file(w): w for w in watched}
+    exports = (
+        f"steadyload benchmark export {w.directory + ' ' if w.directory else ''}--part {w.part} "
+        f"--scenario {w.scenario} -o {file}"
+        for file, w in files.items()
     )
-
-
-def _views(watched: Sequence[Watch]) -> str:
-    return "\n".join(
+    views = (
         f"steadyload view {_file(w)} --layout {w.name} -m {w.wrong.spec} "
         f"--beside {w.right.spec} -o {w.name}.html"
         for w in watched
     )
+    return "\n".join([*exports, *views])
 
 
 def _file(watch: Watch) -> str:

@@ -1,18 +1,16 @@
-"""Cost of judging: the timing pass, and batches of layouts for methods that judge them."""
+"""Cost of judging batches of layouts, for methods that judge several at once."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
-import pandas as pd
 
-from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.model import Layout
 from steadyload.learners import LearnerError
 from steadyload.methods.method import Method
@@ -20,9 +18,7 @@ from steadyload.methods.registry import make_method
 from steadyload.runs.executors import SinglePart
 from steadyload.runs.provenance import key_of, made_by
 from steadyload.runs.store import JSON, Store, locked
-from steadyload.runs.timing import Times, taken
-from steadyload.runs.timing import timed as taken_singly
-from steadyload.studies.learned.plan import TablePlan
+from steadyload.runs.timing import taken
 from steadyload.studies.learned.summary import Batched
 
 VERSION = 1
@@ -66,52 +62,32 @@ class BatchUnit(SinglePart):
         return f"times-{key_of(identity)}"
 
 
-@dataclass(frozen=True)
-class TableTimes:
-    """Times of all methods of the table.
-
-    ``single``: of the timing pass, one layout at a time. ``batched``: by spec of the methods that
-    judge several layouts at once.
-    """
-
-    single: Times
-    batched: Mapping[str, Batched]
-
-
-def timed(
-    table: TablePlan, methods: Sequence[str], cases: pd.DataFrame, folder: Path, *, workers: int
-) -> TableTimes:
-    """Times of the methods of a table; stored in the folder, and not taken again.
+def timed_batches(
+    methods: Sequence[str],
+    layouts: Sequence[Layout],
+    folder: Path,
+    *,
+    repeats: int,
+    batches: tuple[int, ...],
+    workers: int,
+) -> dict[str, Batched]:
+    """Times by spec of the methods that judge batches; stored in the folder, and not taken again.
 
     Args:
-        table: with the repetitions and batch sizes.
-        methods: specs.
-        cases: of the labelled set, by layout and scenario.
+        methods: spec strings; those that judge one layout at a time are left out.
+        layouts: that every method judges.
         folder: made when it does not exist.
+        repeats: number of repetitions, all methods in turns.
+        batches: batch sizes.
         workers: 0 times in this process, any other number in one with a single thread.
 
     Raises:
-        LearnerError: a method ended its process while many layouts were judged at once.
-        ResultsError: a method ended its process while layouts were judged one at a time.
+        LearnerError: a method ended its process.
     """
-    benchmark = load_benchmark()
-    layouts = tuple(
-        benchmark.layout(name, scenario)
-        for name, scenario in zip(cases["layout"], cases["scenario"], strict=True)
-    )
-    # A block of all layouts, as in batches.
-    single = taken_singly(
-        methods, layouts, folder / "times", repeats=table.repeats, block=len(layouts),
-        workers=workers,
-    )  # fmt: skip
     able = tuple(spec for spec in methods if _knows_batches(spec))
-    if not (able and table.batches):
-        return TableTimes(single, {})
-    unit = BatchUnit(able, layouts, table.repeats, table.batches)
-    return TableTimes(single, _timed_batches(unit, folder, workers))
-
-
-def _timed_batches(unit: BatchUnit, folder: Path, workers: int) -> dict[str, Batched]:
+    if not (able and batches):
+        return {}
+    unit = BatchUnit(able, tuple(layouts), repeats, batches)
     with locked(folder):
         store = Store(folder, JSON)
         store.complete([unit], _time, lost=_refuse, workers=min(workers, 1))
