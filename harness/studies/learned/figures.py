@@ -40,8 +40,9 @@ def plot_size(curves: Sequence[SizeCurve]) -> Figure:
     return figure
 
 
-def plot_remedies(rows: Sequence[TrainedRow], scenarios: Sequence[str]) -> Figure:
+def plot_remedies(rows: Sequence[TrainedRow]) -> Figure:
     """Accuracy by scenario of every training, with its seeds as dots."""
+    scenarios = [group for group in rows[0].accuracy if group != ALL]
     figure = Figure(figsize=(2.2 + 2.2 * len(scenarios), 0.9 + 0.32 * len(rows)))
     panels = figure.subplots(1, len(scenarios), sharey=True, squeeze=False)[0]
     for axes, scenario in zip(panels, scenarios, strict=True):

@@ -18,14 +18,13 @@ def _numbers(values: Sequence[int]) -> str:
 
 def learned_page(learned: Learned, manifest: Mapping[str, str]) -> Page:
     """Compose the page."""
-    scenarios, agreement = learned.scenarios, learned.agreement or {}
     sections = [
-        judge_table(learned.table, scenarios) if learned.table is not None else None,
-        size(learned.size, scenarios) if learned.size else None,
-        sources(learned.sources, agreement, scenarios) if learned.sources else None,
-        remedies(learned.remedies, scenarios) if learned.remedies else None,
+        judge_table(learned.table) if learned.table is not None else None,
+        size(learned.size) if learned.size else None,
+        sources(learned.sources, learned.agreement or {}) if learned.sources else None,
+        remedies(learned.remedies) if learned.remedies else None,
         calibration(learned.calibration) if learned.calibration else None,
-        leak(learned.leak, scenarios) if learned.leak else None,
+        leak(learned.leak) if learned.leak else None,
         foreign(learned.foreign) if learned.foreign is not None else None,
         _trainings(learned.trainings) if learned.trainings else None,
     ]

@@ -27,7 +27,7 @@ _GAIN = 0.08
 """Gain of accuracy that is the target of remedies there."""
 
 
-def size(curves: Sequence[SizeCurve], scenarios: Sequence[str]) -> Section:
+def size(curves: Sequence[SizeCurve]) -> Section:
     """Accuracy against the size of the training set."""
     return Section(
         "Size of the training set",
@@ -35,7 +35,7 @@ def size(curves: Sequence[SizeCurve], scenarios: Sequence[str]) -> Section:
         + "\n\nA training set grows by *cases* that are drawn from the same item lists, or by "
         "*item lists*: the two are not the same, since layouts packed from one list are alike. "
         f"{_SEEDS_EXPLAINED}",
-        [_rows(curve.rows, scenarios, caption=f"**{curve.title}**") for curve in curves],
+        [_rows(curve.rows, caption=f"**{curve.title}**") for curve in curves],
         [
             Picture(
                 "learned-size",
@@ -66,11 +66,9 @@ def _set(row: TrainedRow) -> str:
     return f"{row.cases} cases of {row.item_lists} item lists"
 
 
-def sources(
-    rows: Sequence[TrainedRow], agreement: Mapping[str, Estimate], scenarios: Sequence[str]
-) -> Section:
+def sources(rows: Sequence[TrainedRow], agreement: Mapping[str, Estimate]) -> Section:
     """Section of accuracy by the source of the training labels."""
-    tables = [_rows(rows, scenarios), _differences(rows, scenarios)]
+    tables = [_rows(rows), _differences(rows)]
     if agreement:
         caption = (
             "How often a source gives the label that the first one gives, on the layouts that were "
@@ -86,7 +84,7 @@ def sources(
     )
 
 
-def remedies(rows: Sequence[TrainedRow], scenarios: Sequence[str]) -> Section:
+def remedies(rows: Sequence[TrainedRow]) -> Section:
     """Section of the accuracy lost by shifted centres of mass, and the gain of each remedy."""
     plain = rows[0]
     said = []
@@ -112,18 +110,18 @@ def remedies(rows: Sequence[TrainedRow], scenarios: Sequence[str]) -> Section:
     return Section(
         "Shifted centres of mass",
         "\n\n".join(said),
-        [_rows(rows, scenarios, means=True), _differences(rows, scenarios)],
+        [_rows(rows, means=True), _differences(rows)],
         [
             Picture(
                 "learned-remedies",
-                plot_remedies(rows, scenarios),
+                plot_remedies(rows),
                 "Accuracy by scenario; bars are 95 % intervals, dots are single seeds.",
             )
         ],
     )
 
 
-def leak(rows: Sequence[LeakRow], scenarios: Sequence[str]) -> Section:
+def leak(rows: Sequence[LeakRow]) -> Section:
     """Section of the gain of training on layouts of held-out item lists."""
     said = [
         f"- {row.leaky.title} beside {row.honest.title}: {percent(row.leaky.difference[ALL])} "
@@ -132,9 +130,7 @@ def leak(rows: Sequence[LeakRow], scenarios: Sequence[str]) -> Section:
         for row in rows
         if row.leaky.difference is not None
     ]
-    tables = [
-        shown((row.honest, row.leaky), scenarios) for row in rows for shown in (_rows, _differences)
-    ]
+    tables = [shown((row.honest, row.leaky)) for row in rows for shown in (_rows, _differences)]
     return Section(
         "What a leak is worth",
         "\n".join(said)
@@ -154,14 +150,12 @@ def _held(row: TrainedRow, part: str) -> str:
     return f"- {row.title}: {percent(found)} points{where}{told}."
 
 
-def _rows(
-    rows: Sequence[TrainedRow], scenarios: Sequence[str], *, means: bool = False, caption: str = ""
-) -> Table:
+def _rows(rows: Sequence[TrainedRow], *, means: bool = False, caption: str = "") -> Table:
     """Table of trainings; ``means`` adds columns of the settings by which they differ."""
     about = ("features", "network", "symmetries") if means else ("labels",)
     accuracies = [
         column
-        for group in (ALL, *scenarios)
+        for group in rows[0].accuracy
         for column in (
             *columns_for((group,), "{} %", "accuracy", percent),
             *columns_for((group,), "seeds", "seeds", _spread),
@@ -181,13 +175,13 @@ def _rows(
 _N = Column("n", lambda row: row.accuracy[ALL].n)
 
 
-def _differences(rows: Sequence[TrainedRow], scenarios: Sequence[str]) -> Table:
+def _differences(rows: Sequence[TrainedRow]) -> Table:
     return Table(
         [row for row in rows if row.difference is not None],
         [
             words(f"minus {rows[0].title}", "title"),
             _N,
-            *columns_for((ALL, *scenarios), "{}", "difference", percent),
+            *columns_for(rows[0].accuracy, "{}", "difference", percent),
         ],
     )
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from steadyload.reports.charts import CostPoint, plot_cost_accuracy
 from steadyload.reports.page import Picture, Section
 from steadyload.reports.table import (
@@ -26,9 +24,9 @@ _LEAST_RATE = 10_000.0
 """Target rate of a learned method, many layouts at a time [layouts/s]."""
 
 
-def judge_table(table: MethodTable, scenarios: Sequence[str]) -> Section:
+def judge_table(table: MethodTable) -> Section:
     """Section of accuracy, scenario by scenario, and cost."""
-    tables = [_accuracies(table, group) for group in (ALL, *scenarios)]
+    tables = [_accuracies(table, group) for group in table.rows]
     if table.timed:
         tables.append(_times(table))
     if table.batched:
@@ -39,7 +37,7 @@ def judge_table(table: MethodTable, scenarios: Sequence[str]) -> Section:
     )
     return Section(
         "Beside other methods",
-        "\n".join([*_held_bars(table, scenarios), *_time_bars(table)])
+        "\n".join([*_held_bars(table), *_time_bars(table)])
         + "\n\n*Paper*: what Table 5 of the paper prints of the method of that name, on a test set "
         "of its own; its learners may have met the geometries of that set in training."
         f"{timed if table.timed else ''}",
@@ -106,20 +104,19 @@ def _rates(table: MethodTable) -> Table:
     )
 
 
-def _held_bars(table: MethodTable, scenarios: Sequence[str]) -> list[str]:
+def _held_bars(table: MethodTable) -> list[str]:
     """Comparison of the method that all are compared with and the paper's of that name."""
     held = table.held
     if held.spec not in table.paper:
         return []
     told = []
-    for scenario in scenarios:
-        bar = table.paper[held.spec].accuracy.get(scenario)
-        if bar is not None:
-            row = next(row for row in table.rows[scenario] if row.method == held)
-            reached = "reached" if row.accuracy.value >= bar else "missed"
+    for group, bar in table.paper[held.spec].accuracy.items():
+        if group in table.rows and group != ALL:
+            found = next(row.accuracy for row in table.rows[group] if row.method == held)
+            reached = "reached" if found.value >= bar else "missed"
             told.append(
-                f"{scenario} {100 * row.accuracy.value:.1f} % against {100 * bar:.1f} % "
-                f"({reached}{_unsure(row.accuracy, bar)})"
+                f"{group} {100 * found.value:.1f} % against {100 * bar:.1f} % "
+                f"({reached}{_unsure(found, bar)})"
             )
     return [f"- {held.title} beside the paper's: {'; '.join(told)}."]
 
