@@ -20,7 +20,6 @@ from steadyload.runs.labels import labelled_material
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.timing import BLOCK, Times, timed
-from steadyload.studies.table5.config import Table5Config
 from steadyload.studies.table5.front import SPATIAL
 
 RULES = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3")
@@ -69,13 +68,15 @@ Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
-class Table5Options(Table5Config):
-    """Options of the study of Table 5, and the methods that can judge.
-
-    Of named methods one that cannot judge is an error; of :func:`standard_methods` those that
-    cannot are left out, with a reason.
+class Table5Options:
+    """Options of the study of Table 5.
 
     Attributes:
+        methods: required specs: one that cannot judge is an error. Empty for
+            :func:`standard_methods`, of which those that cannot judge are left out, with a reason.
+        limit: cases a scenario, those of the first ranks; None for all.
+        timed: cases a scenario that are timed.
+        repeats: number of repetitions of the timing.
         block: cases that a method judges in a turn while it is timed.
         part: of the labelled sets.
 
@@ -85,6 +86,10 @@ class Table5Options(Table5Config):
         LearnerError: its weights cannot be read.
     """
 
+    methods: tuple[str, ...] = ()
+    limit: int | None = None
+    timed: int = 100
+    repeats: int = 3
     block: int = BLOCK
     part: str = PART
     spatial: tuple[str, ...] = field(init=False)
