@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from operator import attrgetter
+from collections.abc import Callable, Mapping
 
 from steadyload.reports.table import (
     Column,
@@ -57,15 +56,18 @@ def abstention_table(judges: Mapping[str, Abstention], caption: str = "") -> Tab
     columns = [
         words("judge", 0),
         Column("judges when as sure as", lambda row: row[1].least, significant),
+        *_with_n("all %", lambda found: found.every),
+        *_with_n("the surer nine tenths %", lambda found: found.sure),
+        *_with_n("the unsure tenth %", lambda found: found.unsure),
     ]
-    parts = {"every": "all %", "sure": "the surer nine tenths %", "unsure": "the unsure tenth %"}
-    for part, title in parts.items():
-        found = attrgetter(part)
-        columns += [
-            Column("n", lambda row, found=found: found(row[1]).n),
-            Column(title, lambda row, found=found: found(row[1]), percent),
-        ]
     return Table(tuple(judges.items()), columns, caption)
+
+
+def _with_n(title: str, part: Callable[[Abstention], Estimate]) -> list[Column]:
+    return [
+        Column("n", lambda row: part(row[1]).n),
+        Column(title, lambda row: part(row[1]), percent),
+    ]
 
 
 def _rows(kinds: Kinds) -> list[tuple[str, str, Reliability]]:

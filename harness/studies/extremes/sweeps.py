@@ -51,8 +51,8 @@ class ExtremeSweep:
 
     ``axis`` names the value, ``unit`` is its unit; ``measure`` gets the value. ``close`` and
     ``held`` describe the two limits in words. ``quantity`` names the quantity that is compared
-    with a closed form, empty where no box may move. ``shown``: the value that represents the sweep in a figure of errors;
-    ``resolution``: errors below it count as none [% of the closed form].
+    with a closed form, empty where no box may move. ``shown``: the value that represents the sweep
+    in a figure of errors; ``resolution``: errors below it count as none [% of the closed form].
     ``stops``: number of consecutive values not held after which larger ones are not measured.
     """
 
