@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
-from steadyload.reports.table import compact, markdown_table, percent, significant
+from steadyload.reports.table import (
+    Column,
+    Table,
+    compact,
+    general,
+    percent,
+    plain_percent,
+    significant,
+    words,
+)
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.reliability import Abstention, Reliability
 
@@ -12,60 +21,53 @@ Kinds = Mapping[str, Mapping[str, Reliability]]
 """By kind of probability, and by method."""
 
 
-def errors_table(kinds: Kinds) -> str:
+def errors_table(kinds: Kinds) -> Table:
     """Brier score and calibration error, a row a method and kind."""
-    return markdown_table(
-        ("judge", "probability that", "n", "Brier", "expected calibration error"),
+    return Table(
+        _rows(kinds),
         [
-            (judge, kind, str(found.brier.n), _number(found.brier), _number(found.error))
-            for judge, kind, found in _rows(kinds)
+            words("judge", 0),
+            words("probability that", 1),
+            Column("n", lambda row: row[2].brier.n),
+            Column("Brier", lambda row: row[2].brier, _number),
+            Column("expected calibration error", lambda row: row[2].error, _number),
         ],
-        left=2,
     )
 
 
-def bins_table(kinds: Kinds) -> str:
+def bins_table(kinds: Kinds) -> Table:
     """Table of the bins: predicted probability and observed frequency."""
-    return markdown_table(
-        ("judge", "probability that", "from", "to", "n", "mean probability %", "happened %"),
+    return Table(
+        [(judge, kind, each) for judge, kind, found in _rows(kinds) for each in found.bins],
         [
-            (
-                judge,
-                kind,
-                f"{each.low:g}",
-                f"{each.high:g}",
-                str(each.happened.n),
-                f"{100 * each.mean:.1f}",
-                percent(each.happened),
-            )
-            for judge, kind, found in _rows(kinds)
-            for each in found.bins
+            words("judge", 0),
+            words("probability that", 1),
+            Column("from", lambda row: row[2].low, general),
+            Column("to", lambda row: row[2].high, general),
+            Column("n", lambda row: row[2].happened.n),
+            Column("mean probability %", lambda row: row[2].mean, plain_percent),
+            Column("happened %", lambda row: row[2].happened, percent),
         ],
-        left=2,
     )
 
 
-def abstention_table(judges: Mapping[str, Abstention]) -> str:
+def abstention_table(judges: Mapping[str, Abstention], caption: str = "") -> Table:
     """Accuracy with and without the tenth that a method is least sure of."""
-    header = (
-        "judge", "judges when as sure as", "n", "all %", "n", "the surer nine tenths %", "n",
-        "the unsure tenth %",
-    )  # fmt: skip
-    return markdown_table(
-        header,
-        [
-            (
-                title,
-                significant(found.least),
-                *(
-                    text
-                    for share in (found.every, found.sure, found.unsure)
-                    for text in (str(share.n), percent(share))
-                ),
-            )
-            for title, found in judges.items()
-        ],
-    )
+    columns = [
+        words("judge", 0),
+        Column("judges when as sure as", lambda row: row[1].least, significant),
+        *_with_n("all %", lambda found: found.every),
+        *_with_n("the surer nine tenths %", lambda found: found.sure),
+        *_with_n("the unsure tenth %", lambda found: found.unsure),
+    ]
+    return Table(tuple(judges.items()), columns, caption)
+
+
+def _with_n(title: str, part: Callable[[Abstention], Estimate]) -> list[Column]:
+    return [
+        Column("n", lambda row: part(row[1]).n),
+        Column(title, lambda row: part(row[1]), percent),
+    ]
 
 
 def _rows(kinds: Kinds) -> list[tuple[str, str, Reliability]]:

@@ -29,7 +29,7 @@ class Extremes(ExtremesConfig):
         """Measure, write the page, and the envelope."""
         from steadyload.reports.page import write_page
         from steadyload.runs.definition import StudyError
-        from steadyload.studies.extremes.envelope import write_envelopes
+        from steadyload.studies.extremes.summary import write_envelopes
 
         if self.write_envelope and (self.sweeps or self.frequencies):
             raise StudyError("--write-envelope is of all sweeps and frequencies; leave these out")

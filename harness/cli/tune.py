@@ -79,8 +79,8 @@ class Tune:
         from steadyload.methods.tuned import TUNED
         from steadyload.reports.page import write_page
         from steadyload.runs.provenance import provenance, provenance_lines
-        from steadyload.studies.tuning.history import tuning_of
         from steadyload.studies.tuning.page import tuning_page
+        from steadyload.studies.tuning.summary import tuning_of
         from steadyload.tuning.presets import check_remakable, differences, preset, write_preset
         from steadyload.tuning.search import Search
 

@@ -26,10 +26,10 @@ from steadyload.runs.store import Store
 from steadyload.studies.comparison.page import study_page
 from steadyload.studies.comparison.summary import compare
 from steadyload.studies.properties.page import properties_page, property_sections
-from steadyload.studies.properties.records import Standing
 from steadyload.studies.properties.study import (
     OUTCOMES,
     PropertyStudy,
+    Standing,
     made_with,
     methods_on,
     run_properties,

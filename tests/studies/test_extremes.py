@@ -25,27 +25,25 @@ from steadyload.properties import mechanics
 from steadyload.reports.page import write_page
 from steadyload.runs.definition import StudyError
 from steadyload.studies.closed_forms.measuring import Stage
-from steadyload.studies.extremes import (
-    cells as extreme_cells,
-)
-from steadyload.studies.extremes import (
-    measuring as extreme_runs,
-)
-from steadyload.studies.extremes import scenes as scenes
-from steadyload.studies.extremes.cells import run_extremes
-from steadyload.studies.extremes.envelope import (
+from steadyload.studies.extremes import measuring as extreme_runs
+from steadyload.studies.extremes import scenes
+from steadyload.studies.extremes import study as extreme_cells
+from steadyload.studies.extremes.figures import plot_outcomes
+from steadyload.studies.extremes.measuring import Outcome
+from steadyload.studies.extremes.page import extremes_page
+from steadyload.studies.extremes.study import run_extremes
+from steadyload.studies.extremes.summary import (
     ENVELOPE_SWEEPS,
+    EnvelopeRow,
     envelope_file,
     envelope_rows,
     extremes_record,
     from_here_on,
     write_envelopes,
 )
-from steadyload.studies.extremes.figures import plot_outcomes
-from steadyload.studies.extremes.page import extremes_page
-from steadyload.studies.extremes.records import EnvelopeRow, ExtremeCell, Outcome
 from steadyload.studies.extremes.sweeps import (
     FREQUENCIES,
+    ExtremeCell,
     measure_cell,
     sweep_names,
     sweeps,
@@ -224,7 +222,7 @@ def test_a_tower_is_given_up_after_three_failures(tmp_path):
     assert [c.value for c in coarse] == [1, 2, 3, 5]
     assert [c.outcome.good for c in coarse] == [True, False, False, False]
     assert len([c for c in cells if c.frequency == 240]) > 8
-    most = 2 * len(sweeps()["tower"].about.values)
+    most = 2 * len(sweeps()["tower"].values)
     assert (seen[0], seen[-1]) == ((0, most), (most, most))
 
 
@@ -300,7 +298,7 @@ def cells_of(engine, frequency, held):
     return [
         ExtremeCell(name, engine, frequency, value, outcome)
         for name in ENVELOPE_SWEEPS
-        for value in sweeps()[name].about.values
+        for value in sweeps()[name].values
         for outcome in [Outcome.HELD if held.get(name, lambda v: True)(value) else Outcome.FAILED]
     ]
 
@@ -391,7 +389,7 @@ def test_the_page_leads_with_what_to_use(measured, tmp_path, assert_drawn):
 
 
 def test_a_map_has_a_colour_for_every_cell(measured):
-    about = sweeps()["plate-on-edge"].about
+    about = sweeps()["plate-on-edge"]
     mine = [c for c in measured if c.sweep == "plate-on-edge"]
     panels = plot_outcomes(about, mine, [15, 60]).axes
     assert [axes.get_title() for axes in panels] == ["bullet", "chipmunk", "reference"]

@@ -15,7 +15,8 @@ from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.tuning.figures import plot_changes, plot_price
 from steadyload.studies.tuning.page import tuning_page
-from steadyload.studies.tuning.records import (
+from steadyload.studies.tuning.search_figures import front, plot_algorithms
+from steadyload.studies.tuning.summary import (
     CostRow,
     GenerationRow,
     GeneRow,
@@ -30,7 +31,6 @@ from steadyload.studies.tuning.records import (
     Variant,
     VariantTable,
 )
-from steadyload.studies.tuning.search_figures import front, plot_algorithms
 
 
 def about(value, half=0.005):
@@ -154,7 +154,7 @@ def sections(tuning):
 
 def cells(table, *starts):
     """The cells of the row whose first ones are ``starts``."""
-    rows = [[c.strip() for c in line.strip("| ").split(" | ")] for line in table.splitlines()]
+    rows = [[c.strip() for c in line.strip("| ").split(" | ")] for line in str(table).splitlines()]
     (row,) = [row for row in rows if row[: len(starts)] == list(starts)]
     return row[len(starts) :]
 
@@ -324,7 +324,7 @@ def test_luck_is_a_mean_a_range_and_what_differs():
         "5.00 ms, from 4.00 to 6.00 ms. Seeds differ in 1 of 2 parameters: frequency."
         in section.text
     )
-    assert "friction" not in section.tables[0]
+    assert "friction" not in str(section.tables[0])
     assert cells(section.tables[0], "2")[-1] == "190"
     same = [replace(row, values=FULL.seeds[0].values) for row in FULL.seeds]
     text = sections(replace(EMPTY, seeds=tuple(same)))["How much luck"].text

@@ -181,7 +181,9 @@ def test_a_pages_numbers_follow_from_its_samples(benchmark):
 
 def page_text(found):
     page = uncertain_page(found, {})
-    return "\n".join([page.summary, *(s.text + "\n".join(s.tables) for s in page.sections)])
+    return "\n".join(
+        [page.summary, *(s.text + "\n".join(map(str, s.tables)) for s in page.sections)]
+    )
 
 
 def test_the_command_writes_the_page(tmp_path, capsys):

@@ -9,8 +9,8 @@ from steadyload.methods import registry, tuned
 from steadyload.methods.registry import make_method, method_listing
 from steadyload.methods.spec import SpecError, as_plain
 from steadyload.methods.tuned import Tuned, write_tuned
-from steadyload.studies.tuning.history import tuning_of
 from steadyload.studies.tuning.study import tuning_study
+from steadyload.studies.tuning.summary import tuning_of
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import TERMS, CostModel

@@ -13,7 +13,7 @@ import pytest
 
 from steadyload.methods import tuned
 from steadyload.methods.registry import make_method
-from steadyload.studies.tuning.history import search_row, tuning_of
+from steadyload.studies.tuning.summary import search_row, tuning_of
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import CostModel

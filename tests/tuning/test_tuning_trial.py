@@ -12,7 +12,7 @@ from steadyload.methods import stopwatch
 from steadyload.methods.method import Effort
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation_parameters import SimulationParameters
-from steadyload.studies.tuning.history import CHEAPEST, DEAREST, hypervolume
+from steadyload.studies.tuning.summary import CHEAPEST, DEAREST, hypervolume
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource, load_cases
 from steadyload.tuning.cost import TERMS, CostModel, calibrate

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from steadyload.studies.benchmark.records import MethodAgreement
+from steadyload.studies.benchmark.summary import MethodAgreement
 
 _INK = "#08519c"
 _SCENARIO_COLOURS = ("#9ecae1", "#4292c6", "#08519c", "#7f7f7f")

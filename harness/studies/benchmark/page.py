@@ -6,13 +6,46 @@ import math
 from collections.abc import Mapping
 
 from steadyload.reports.page import Page, Picture, Section
-from steadyload.reports.table import MISSING, markdown_table, percent
+from steadyload.reports.table import (
+    MISSING,
+    Column,
+    Table,
+    columns_for,
+    percent,
+    plain_percent,
+    words,
+)
 from steadyload.studies.benchmark.figures import (
     plot_agreement,
     plot_item_counts,
     plot_scores,
 )
-from steadyload.studies.benchmark.records import BenchmarkSummary, RobustDispute
+from steadyload.studies.benchmark.summary import BenchmarkSummary, RobustDispute
+
+_CLASSES = (
+    words("class", "item_class"),
+    Column("item lists", "instances"),
+    Column("layouts"),
+    Column("items a layout", "items.value", "{:.1f}".format),
+    Column("stable cases %", "stable", percent),
+)
+_SPLITS = (
+    words("split", lambda s: s.split or "in none"),
+    words("scenario"),
+    Column("item lists", "instances"),
+    Column("cases"),
+    Column("stable"),
+    Column("unstable", lambda s: s.cases - s.stable),
+)
+_NATURAL = (
+    words("scenario"),
+    Column("n", "stable.n"),
+    Column("stable %", "stable", percent),
+    Column("stable % of packings", "packings", percent),
+    Column("paper's %", "published", plain_percent),
+    Column("stable % by the other criterion", "criterion_paper", percent),
+    Column("other failing step %", "other_label", percent),
+)
 
 
 def benchmark_page(found: BenchmarkSummary, manifest: Mapping[str, str], notes: str = "") -> Page:
@@ -42,73 +75,24 @@ def benchmark_page(found: BenchmarkSummary, manifest: Mapping[str, str], notes: 
 
 
 def _contents(found: BenchmarkSummary) -> Section:
-    classes = markdown_table(
-        ("class", "item lists", "layouts", "items a layout", "stable cases %"),
-        [
-            (
-                str(c.item_class),
-                str(c.instances),
-                str(c.layouts),
-                f"{c.items.value:.1f}",
-                percent(c.stable),
-            )
-            for c in found.classes
-        ],
-    )
-    splits = markdown_table(
-        ("split", "scenario", "item lists", "cases", "stable", "unstable"),
-        [
-            (
-                s.split or "in none",
-                s.scenario,
-                str(s.instances),
-                str(s.cases),
-                str(s.stable),
-                str(s.cases - s.stable),
-            )
-            for s in found.splits
-        ],
-        left=2,
-    )
     return Section(
         "What is in it",
         "All layouts of one item list, whatever heuristic or scenario, lie in one split. Cases of "
         "test and validation lists that balancing leaves over are in none, so that nothing of a "
         "test list is learnt from.",
-        [classes, splits],
+        [Table(found.classes, _CLASSES), Table(found.splits, _SPLITS)],
         [Picture("item_counts", plot_item_counts(found.item_counts), "Layouts by size.")],
     )
 
 
 def _natural(found: BenchmarkSummary) -> Section:
-    rows = [
-        (
-            n.scenario,
-            str(n.stable.n),
-            percent(n.stable),
-            percent(n.packings),
-            MISSING if n.published is None else f"{100.0 * n.published:.1f}",
-            percent(n.criterion_paper),
-            percent(n.other_label),
-        )
-        for n in found.natural
-    ]
     return Section(
         "Natural shares of stable layouts",
         "Before anything is balanced, over all cases. The paper's shares are of its sub-dataset 2, "
         "in which a geometry counts as often as a heuristic gives it: *of packings* counts ours "
         "so, too, and how near that is tells how alike the packings are. Under the paper's other "
         "criterion (the geometric centre, at any sample) some labels differ.",
-        [
-            markdown_table(
-                (
-                    "scenario", "n", "stable %", "stable % of packings", "paper's %",
-                    "stable % by the other criterion",
-                    "other failing step %",
-                ),
-                rows,
-            )
-        ],
+        [Table(found.natural, _NATURAL)],
         [
             Picture(
                 "scores",
@@ -116,37 +100,28 @@ def _natural(found: BenchmarkSummary) -> Section:
                 "How far layouts can be loaded. Stable ones stand apart at the right.",
             )
         ],
-    )  # fmt: skip
+    )
 
 
 def _failures(found: BenchmarkSummary) -> Section:
     if not found.reasons:
         return Section("Why loadings fail", "No movements are recorded in this set.")
-    scenarios = list(found.reasons[0].shares)
+    columns = columns_for(found.reasons[0].shares, "{} %", "shares", percent)
     return Section(
         "Why loadings fail",
         "Of the unstable cases, at the failing step.",
-        [
-            markdown_table(
-                ("at the failing step", *(f"{s} %" for s in scenarios)),
-                [(r.reason, *(percent(r.shares[s]) for s in scenarios)) for r in found.reasons],
-            )
-        ],
+        [Table(found.reasons, [words("at the failing step", "reason"), *columns])],
     )
 
 
 def _firmness(found: BenchmarkSummary) -> Section:
-    parts = list(found.firmness[0].parts)
-    rows = [
-        (
-            f.split,
-            f.scenario,
-            str(f.robust.n),
-            percent(f.robust),
-            percent(f.confidence),
-            *(percent(f.parts[p]) for p in parts),
-        )
-        for f in found.firmness
+    columns = [
+        words("split"),
+        words("scenario"),
+        Column("n", "robust.n"),
+        Column("robust %", "robust", percent),
+        Column("confidence %", "confidence", percent),
+        *columns_for(found.firmness[0].parts, "{} %", "parts", percent),
     ]
     return Section(
         "How sure the labels are",
@@ -154,41 +129,27 @@ def _firmness(found: BenchmarkSummary) -> Section:
         "failing step; a label is *robust* when all do. *Numerical*: the same question solved "
         "otherwise; *model*: other friction, damping, stiffness; *limits*: thresholds and time "
         "10 % less or more.",
-        [
-            markdown_table(
-                ("split", "scenario", "n", "robust %", "confidence %", *(f"{p} %" for p in parts)),
-                rows,
-                left=2,
-            )
-        ],
+        [Table(found.firmness, columns)],
     )
 
 
 def _agreement(found: BenchmarkSummary) -> Section:
-    scenarios = list(found.judges[0].by_scenario)
-    rows = [
-        (
-            j.judge,
-            j.reason,
-            *(percent(j.by_scenario[s]) for s in scenarios),
-            percent(j.pooled),
-            percent(j.robust),
-            str(j.earlier),
-            str(j.later),
-            str(j.without_verdict),
-        )
-        for j in found.judges
+    columns = [
+        words("judge"),
+        words("reason"),
+        *columns_for(found.judges[0].by_scenario, "{} %", "by_scenario", percent),
+        Column("all %", "pooled", percent),
+        Column("robust labels %", "robust", percent),
+        Column("earlier"),
+        Column("later"),
+        Column("no verdict", "without_verdict"),
     ]
-    header = (
-        "judge", "reason", *(f"{s} %" for s in scenarios), "all %", "robust labels %", "earlier",
-        "later", "no verdict",
-    )  # fmt: skip
     return Section(
         "Further judges",
         "Agreement with the labels of the test split. The first rows are the ensemble; then the "
         "state carried over from placement to placement, and other engines. *Earlier* and *later* "
         "count cases in which a judge names an earlier or a later step.",
-        [markdown_table(header, rows, left=2)],
+        [Table(found.judges, columns)],
         [
             Picture(
                 "judges",
@@ -206,39 +167,28 @@ def _disputes(found: BenchmarkSummary, notes: str) -> Section:
         )
         text = "No engine disagrees with a robust label." if asked else "No engine was asked yet."
         return Section("Robust labels in dispute", text)
-    judges = list(found.disputes[0].said)
-    header = (
-        "layout", "scenario", "items", "label", *judges, "step", "corner cm", "angle deg",
-        "margin cm",
-    )  # fmt: skip
+    columns = [
+        words("layout"),
+        words("scenario"),
+        Column("items", "item_count"),
+        Column("label"),
+        *columns_for(found.disputes[0].said, "{}", "said"),
+        Column("step"),
+        Column("corner cm", lambda d: _movement(d, d.corner)),
+        Column("angle deg", lambda d: _movement(d, d.angle)),
+        Column("margin cm", lambda d: _movement(d, d.margin, 2)),
+    ]
     return Section(
         "Robust labels in dispute",
         "Every robust label of the test split that an engine disagrees with. *Step* is the first "
         "at which they part; how far the reference moves there, and the margin of equilibrium."
         + (f"\n\n{notes}" if notes else ""),
-        [
-            markdown_table(
-                header,
-                [
-                    (
-                        d.layout,
-                        d.scenario,
-                        str(d.item_count),
-                        d.label,
-                        *(d.said.get(j, MISSING) for j in judges),
-                        str(d.step),
-                        *_movement(d),
-                    )
-                    for d in found.disputes
-                ],
-                left=2,
-            )
-        ],
+        [Table(found.disputes, columns)],
     )
 
 
-def _movement(dispute: RobustDispute) -> tuple[str, str, str]:
-    if math.isnan(dispute.corner) or dispute.margin is None:
-        return (MISSING, MISSING, MISSING)
-    margin = f"{dispute.margin:.2f}" if math.isfinite(dispute.margin) else "none"
-    return (f"{dispute.corner:.1f}", f"{dispute.angle:.1f}", margin)
+def _movement(dispute: RobustDispute, value: float | None, digits: int = 1) -> str:
+    """A movement, or the margin, where the reference recorded the step."""
+    if math.isnan(dispute.corner) or dispute.margin is None or value is None:
+        return MISSING
+    return f"{value:.{digits}f}" if math.isfinite(value) else "none"

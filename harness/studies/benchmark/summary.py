@@ -1,9 +1,10 @@
-"""From a labelled set to the records that its page shows."""
+"""Typed results of a labelled set: what it holds, and how sure its labels are."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
@@ -15,16 +16,6 @@ from steadyload.layouts.scenarios import Scenario
 from steadyload.runs.provenance import provenance_lines
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
-from steadyload.studies.benchmark.records import (
-    BenchmarkSummary,
-    ClassCount,
-    FailureReason,
-    Firmness,
-    MethodAgreement,
-    NaturalStable,
-    RobustDispute,
-    SplitCount,
-)
 
 PUBLISHED_STABLE: Mapping[str, float] = {"S1": 0.790, "S2a": 0.760, "S2b": 0.708}
 """Share of stable layouts in the paper's sub-dataset 2, before balancing."""
@@ -34,6 +25,126 @@ _THRESHOLD_T, _THRESHOLD_R = 9.9995, 9.9995
 
 _BINS = 10
 STABLE = "stable"
+
+
+@dataclass(frozen=True, slots=True)
+class ClassCount:
+    """One item class: item lists, distinct geometries, items a layout, share of stable cases."""
+
+    item_class: int
+    instances: int
+    layouts: int
+    items: Estimate
+    stable: Estimate
+
+
+@dataclass(frozen=True, slots=True)
+class SplitCount:
+    """One split in one scenario; ``split`` is None for labelled cases of no split."""
+
+    split: str | None
+    scenario: str
+    instances: int
+    cases: int
+    stable: int
+
+
+@dataclass(frozen=True, slots=True)
+class NaturalStable:
+    """Share of layouts that can be loaded, before anything is balanced, in one scenario.
+
+    ``packings``: likewise where a geometry counts as often as a heuristic gave it.
+    ``criterion_paper``: likewise under the other criterion; ``other_label``: share of cases whose
+    failing step differs between the two. ``published``: the paper's share, None where it has none.
+    """
+
+    scenario: str
+    stable: Estimate
+    packings: Estimate
+    criterion_paper: Estimate | None
+    other_label: Estimate | None
+    published: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class FailureReason:
+    """Reasons for which loadings fail: shares of the unstable cases of a scenario."""
+
+    reason: str
+    shares: Mapping[str, Estimate]
+
+
+@dataclass(frozen=True, slots=True)
+class Firmness:
+    """Confidence of the labels of a split in one scenario: its mean and the share of robust labels.
+
+    ``parts`` is the mean agreement by reason of doubt.
+    """
+
+    split: str
+    scenario: str
+    confidence: Estimate
+    robust: Estimate
+    parts: Mapping[str, Estimate]
+
+
+@dataclass(frozen=True, slots=True)
+class MethodAgreement:
+    """Agreement of one further method with the labels of the test split, by scenario and pooled.
+
+    ``robust`` counts robust labels alone; None for the ensemble that defines them.
+    """
+
+    reason: str
+    judge: str
+    by_scenario: Mapping[str, Estimate]
+    pooled: Estimate
+    robust: Estimate | None
+    earlier: int
+    later: int
+    without_verdict: int
+
+
+@dataclass(frozen=True, slots=True)
+class RobustDispute:
+    """A robust label that an engine disagrees with.
+
+    ``corner`` [cm] and ``angle`` [degrees]: how far the reference moved at the step at which the
+    two part; ``margin`` [cm]: of the equilibrium there. ``said``: the failing step by each engine.
+    """
+
+    layout: str
+    scenario: str
+    item_count: int
+    label: str
+    said: Mapping[str, str]
+    step: int
+    corner: float
+    angle: float
+    margin: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class BenchmarkSummary:
+    """Everything the page of a labelled set shows.
+
+    ``item_counts``: layouts by number of items. ``scores``: by scenario, cases by failing step's
+    share of the items in ten bins, the last for stable ones.
+    """
+
+    layouts: int
+    cases: int
+    instances: int
+    without_label: int
+    classes: tuple[ClassCount, ...]
+    splits: tuple[SplitCount, ...]
+    natural: tuple[NaturalStable, ...]
+    item_counts: Mapping[int, int]
+    scores: Mapping[str, tuple[int, ...]]
+    reasons: tuple[FailureReason, ...]
+    firmness: tuple[Firmness, ...]
+    judges: tuple[MethodAgreement, ...]
+    disputes: tuple[RobustDispute, ...]
 
 
 def made_with(benchmark: Benchmark) -> dict[str, str]:
@@ -152,14 +263,13 @@ def _reasons(done: pd.DataFrame, scenarios: list[str]) -> list[FailureReason]:
         "balance": "no equilibrium (margin below 0)",
         "recent": "at the last item of the layout",
     }
-    found = []
-    for key, title in titles.items():
-        shares: dict[str, Estimate] = {}
-        for scenario in scenarios:
-            own = failed["scenario"] == scenario
-            shares[scenario] = share(rows[key][own], failed["instance"][own])
-        found.append(FailureReason(title, shares))
-    return found
+    own = {scenario: failed["scenario"] == scenario for scenario in scenarios}
+    return [
+        FailureReason(
+            title, {s: share(rows[key][here], failed["instance"][here]) for s, here in own.items()}
+        )
+        for key, title in titles.items()
+    ]
 
 
 def _at_failure(row: object) -> dict[str, bool]:
@@ -210,9 +320,8 @@ def _test_verdicts(benchmark: Benchmark) -> pd.DataFrame:
 
 def _agreement(said: pd.DataFrame, scenarios: list[str]) -> list[MethodAgreement]:
     """Agreement of every further method, from the rows of :func:`_test_verdicts`."""
-    order = [str(r) for r in Reason]
     rows = []
-    for reason in order:
+    for reason in map(str, Reason):
         part = said[said["reason"] == reason]
         for judge in part["judge"].unique():
             own = part[part["judge"] == judge]
@@ -224,23 +333,19 @@ def _agreement(said: pd.DataFrame, scenarios: list[str]) -> list[MethodAgreement
                 MethodAgreement(
                     reason=reason,
                     judge=str(judge),
-                    by_scenario={
-                        s: share(
-                            own["agrees"][own["scenario"] == s],
-                            own["instance"][own["scenario"] == s],
-                        )
-                        for s in scenarios
-                    },
-                    pooled=share(own["agrees"], own["instance"]),
-                    robust=None
-                    if reason in [str(r) for r in ENSEMBLE]
-                    else share(firm["agrees"], firm["instance"]),
+                    by_scenario={s: _agreeing(own[own["scenario"] == s]) for s in scenarios},
+                    pooled=_agreeing(own),
+                    robust=None if reason in map(str, ENSEMBLE) else _agreeing(firm),
                     earlier=int((step < label).sum()),
                     later=int((step > label).sum()),
                     without_verdict=len(own) - len(answered),
                 )
             )
     return rows
+
+
+def _agreeing(verdicts: pd.DataFrame) -> Estimate:
+    return share(verdicts["agrees"], verdicts["instance"])
 
 
 def _disputes(benchmark: Benchmark, said: pd.DataFrame) -> list[RobustDispute]:
@@ -252,11 +357,8 @@ def _disputes(benchmark: Benchmark, said: pd.DataFrame) -> list[RobustDispute]:
         every = engines[(engines["layout"] == name) & (engines["scenario"] == scenario)]
         case = traces.loc[(name, scenario)]
         count = int(case["item_count"])
-        steps = [
-            _step(case["failing_step"], count),
-            *(_step(v, count) for v in group["failing_step"]),
-        ]
-        first = min(min(steps), count - 1)
+        steps = (count - 1, case["failing_step"], *group["failing_step"])
+        first = min(int(step) for step in steps if not pd.isna(step))
         seen = case["corner_last"] is not None and first < len(case["corner_last"])
         rows.append(
             RobustDispute(
@@ -264,12 +366,7 @@ def _disputes(benchmark: Benchmark, said: pd.DataFrame) -> list[RobustDispute]:
                 scenario=str(scenario),
                 item_count=count,
                 label=_said(case["failing_step"], "done"),
-                said={
-                    str(j): _said(f, s)
-                    for j, f, s in zip(
-                        every["judge"], every["failing_step"], every["status"], strict=True
-                    )
-                },
+                said={str(v.judge): _said(v.failing_step, v.status) for v in every.itertuples()},
                 step=first,
                 corner=float(case["corner_last"][first]) if seen else math.nan,
                 angle=float(case["angle_last"][first]) if seen else math.nan,
@@ -277,10 +374,6 @@ def _disputes(benchmark: Benchmark, said: pd.DataFrame) -> list[RobustDispute]:
             )
         )
     return rows
-
-
-def _step(value: object, item_count: int) -> int:
-    return item_count if pd.isna(value) else int(value)  # type: ignore[call-overload]
 
 
 def _said(step: object, status: str) -> str:

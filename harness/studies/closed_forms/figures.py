@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from steadyload.reports.charts import PLAIN_TICKS
 from steadyload.reports.style import engine_colour, engine_marker
-from steadyload.studies.closed_forms.records import ClosedFormResult, ClosedFormTest
+from steadyload.studies.closed_forms.study import ClosedFormResult, ClosedFormTest
 
 _FEW = 7
 """Largest number of ticks side by side in a narrow panel."""

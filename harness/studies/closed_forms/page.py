@@ -5,15 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from steadyload.reports.page import Page, Picture, Section
-from steadyload.reports.table import MISSING, compact, markdown_table
+from steadyload.reports.table import MISSING, Column, Table, columns_for, compact, words
 from steadyload.studies.closed_forms.figures import (
     plot_closed_form_series,
     plot_closed_forms,
 )
-from steadyload.studies.closed_forms.records import ClosedFormResult, ClosedFormTest
+from steadyload.studies.closed_forms.study import ClosedFormResult, ClosedFormTest
 
-_OWN = "own"
+OWN_STEPS = "own"
 """Text for the frequency of an engine that chooses its own steps."""
+
+
+def hertz(frequency: int | None) -> str:
+    """A frequency, or that the engine chooses its own steps."""
+    return OWN_STEPS if frequency is None else f"{frequency} Hz"
+
+
+ENGINE = words("engine")
+SUBSTEPS = Column("substeps", "frequency", hertz)
 
 
 def closed_forms_page(
@@ -41,7 +50,7 @@ def closed_forms_page(
         "of motion solved to 1e-12, at equal SI values and every engine's settings for contacts as "
         "they are. An error is what was found minus what is expected, in the unit given, or in per "
         "cent of what is expected. Engines run at fixed substeps a second (Hz), except those that "
-        f"choose their own steps (`{_OWN}`). Nothing here is drawn by chance, so there are no "
+        f"choose their own steps (`{OWN_STEPS}`). Nothing here is drawn by chance, so there are no "
         "intervals; a bisection ends at the resolution named with its test.",
         sections,
         manifest,
@@ -56,19 +65,19 @@ def _overview(
     engines = list(dict.fromkeys(r.engine for r in results))
     finest = {e: _finest(r for r in results if r.engine == e) for e in engines}
     cells = {(r.test, r.engine): r for r in results if r.frequency == finest[r.engine]}
-    rows = [
-        (
-            test.name,
-            test.error_unit,
-            *(_error(test, cells.get((test.name, engine))) for engine in engines),
-        )
-        for test in tests
+    columns = [
+        words("test", "name"),
+        words("error in", "error_unit"),
+        *columns_for(
+            engines,
+            lambda engine: f"{engine}, {hertz(finest[engine])}",
+            lambda test, engine: _error(test, cells.get((test.name, engine))),
+        ),
     ]
-    header = ("test", "error in", *(f"{e}, {_hertz(finest[e])}" for e in engines))
     return Section(
         "Overview",
         "Errors at the highest frequency. How each test is defined, and all frequencies, below.",
-        [markdown_table(header, rows, left=2)],
+        [Table(tests, columns)],
         [
             Picture(
                 "closed-forms",
@@ -95,61 +104,53 @@ def _behind(tests: Sequence[ClosedFormTest], results: Sequence[ClosedFormResult]
             if r.frequency is not None or r.error is None or best is None or best.error is None:
                 continue
             if abs(r.error) > max(abs(best.error), test.resolution):
-                beaten = f"{_error(test, best)} ({best.engine}, {_hertz(finest)})"
+                beaten = f"{_error(test, best)} ({best.engine}, {hertz(finest)})"
                 rows.append(
                     (test.name, r.engine, _error(test, r), beaten, test.error_unit, test.when_soft)
                 )
     if not rows:
         return None
+    titles = ("test", "engine", "error", "best other", "in", "why")
     return Section(
         "Where an engine with steps of its own is not the best",
         "Its error is then the model's, not the integrator's.",
-        [markdown_table(("test", "engine", "error", "best other", "in", "why"), rows, left=6)],
+        [Table(rows, [words(title, k) for k, title in enumerate(titles)])],
     )
 
 
 def _single(test: ClosedFormTest, results: Sequence[ClosedFormResult]) -> Section:
-    rows = [
-        (
-            r.engine,
-            _hertz(r.frequency),
-            MISSING if r.found is None else f"{r.found:.6g}",
-            _error(test, r),
-        )
-        for r in results
-        if r.test == test.name
-    ]
     found = f"found ({test.unit})" if test.unit else "found"
-    header = ("engine", "substeps", found, f"error ({test.error_unit})")
+    columns = [
+        ENGINE,
+        SUBSTEPS,
+        Column(found, lambda r: MISSING if r.found is None else f"{r.found:.6g}"),
+        Column(f"error ({test.error_unit})", lambda r: _error(test, r)),
+    ]
     text = f"{test.definition} Expected: {f'{test.expected:.6g} {test.unit}'.strip()}."
-    return Section(test.series, text, [markdown_table(header, rows)])
+    return Section(test.series, text, [Table([r for r in results if r.test == test.name], columns)])
 
 
 def _family(tests: Sequence[ClosedFormTest], results: Sequence[ClosedFormResult]) -> Section:
     first = tests[0]
     found = {(r.test, r.engine, r.frequency): r for r in results}
-    runs = dict.fromkeys((r.engine, r.frequency) for r in results if r.test == first.name)
-    header = (
-        "engine",
-        "substeps",
-        *(f"{t.argument_name} {t.argument:g}" for t in tests),
-    )
-    rows = [
-        (
-            engine,
-            _hertz(frequency),
-            *(_error(t, found.get((t.name, engine, frequency))) for t in tests),
-        )
-        for engine, frequency in runs
+    columns = [
+        ENGINE,
+        SUBSTEPS,
+        *columns_for(
+            tests,
+            lambda t: f"{t.argument_name} {t.argument:g}",
+            lambda r, t: _error(t, found.get((t.name, r.engine, r.frequency))),
+        ),
     ]
     text = (
         f"{first.definition} Expected: {f'{first.expected:g} {first.unit}'.strip()}. Cells are "
         f"errors in {first.error_unit}."
     )
+    runs = [r for r in results if r.test == first.name]
     file = first.series.lower().replace(" ", "-")
     caption = f"{first.series}: size of the error against {first.argument_name}."
     picture = Picture(file, plot_closed_form_series(tests, results), caption)
-    return Section(first.series, text, [markdown_table(header, rows)], [picture])
+    return Section(first.series, text, [Table(runs, columns)], [picture])
 
 
 def _error(test: ClosedFormTest, result: ClosedFormResult | None) -> str:
@@ -166,7 +167,3 @@ def _error(test: ClosedFormTest, result: ClosedFormResult | None) -> str:
 def _finest(results: Iterable[ClosedFormResult]) -> int | None:
     """The highest frequency; None for an engine that chooses its own steps."""
     return max((r.frequency for r in results if r.frequency is not None), default=None)
-
-
-def _hertz(frequency: int | None) -> str:
-    return _OWN if frequency is None else f"{frequency} Hz"

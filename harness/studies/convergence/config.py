@@ -46,8 +46,9 @@ class ConvergenceStudy(Study[ConvergenceConfig, Any]):
             made_with,
             run_convergence,
         )
+        from steadyload.studies.convergence.summary import convergence
 
-        found = run_convergence(
+        results = run_convergence(
             work,
             layouts=config.layouts,
             sample=config.sample,
@@ -55,7 +56,7 @@ class ConvergenceStudy(Study[ConvergenceConfig, Any]):
             workers=workers,
             progress=lambda *of: progress("judging", *of),
         )
-        return found, made_with(work)
+        return convergence(*results), made_with(work)
 
     def page(self, result: Any) -> Any:
         """The page of the shares of labels that change."""

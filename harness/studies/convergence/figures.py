@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from steadyload.reports.charts import PLAIN_TICKS
+from steadyload.reports.charts import PLAIN_TICKS, reach
 from steadyload.reports.style import engine_colour
-from steadyload.studies.convergence.records import ConvergenceRow
+from steadyload.studies.convergence.summary import ConvergenceRow
 
 _COLUMNS = 4
 _INK = "#08519c"
@@ -42,9 +43,8 @@ def plot_sweeps(rows: Sequence[ConvergenceRow]) -> Figure:
 def _sweep(axes: Axes, group: str, members: Sequence[ConvergenceRow]) -> None:
     values = [m.value or 0.0 for m in members]
     shares = [100.0 * m.changed.value for m in members]
-    below = [100.0 * (m.changed.value - m.changed.low) for m in members]
-    above = [100.0 * (m.changed.high - m.changed.value) for m in members]
-    axes.errorbar(values, shares, (below, above), fmt="o-", color=_INK, ms=4, lw=1, capsize=2)
+    ends = np.hstack([reach(m.changed, 100.0) for m in members])
+    axes.errorbar(values, shares, ends, fmt="o-", color=_INK, ms=4, lw=1, capsize=2)
     if max(values) > 3.5 * min(values):
         axes.set_xscale("log")
         axes.xaxis.set_major_formatter(PLAIN_TICKS)
@@ -61,10 +61,9 @@ def plot_engines_against_reference(rows: Sequence[ConvergenceRow]) -> Figure:
         times = [row.cpu.value for row in own]
         shares = [100.0 * (1.0 - row.changed.value) for row in own]
         # Agreement is one minus the share of changes, so the ends of the interval change places.
-        below = [100.0 * (row.changed.high - row.changed.value) for row in own]
-        above = [100.0 * (row.changed.value - row.changed.low) for row in own]
+        ends = np.hstack([reach(row.changed, 100.0)[::-1] for row in own])
         ink = engine_colour(engine)
-        axes.errorbar(times, shares, (below, above), fmt="o-", color=ink, capsize=2, label=engine)
+        axes.errorbar(times, shares, ends, fmt="o-", color=ink, capsize=2, label=engine)
         for row, x, y in zip(own, times, shares, strict=True):
             axes.annotate(f" {row.value:g}", (x, y), fontsize=7, va="top", color=ink)
     axes.set_xscale("log")

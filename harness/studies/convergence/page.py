@@ -7,21 +7,38 @@ from collections.abc import Mapping, Sequence
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import (
     MISSING,
-    markdown_table,
+    Column,
+    Table,
+    columns_for,
+    counts,
     milliseconds,
     names,
     percent,
     significant,
+    words,
 )
 from steadyload.runs.costs import CostKind, CostSource
 from steadyload.studies.convergence.figures import (
     plot_engines_against_reference,
     plot_sweeps,
 )
-from steadyload.studies.convergence.records import (
+from steadyload.studies.convergence.summary import (
     Convergence,
     ConvergenceRow,
     LabelDispute,
+)
+from steadyload.studies.method_sections import NO_VERDICT, titled
+
+_COMPARED = (
+    Column("n", "changed.n"),
+    Column("changed %", "changed", percent),
+    Column("of stable %", "changed_stable", percent),
+    Column("of unstable %", "changed_unstable", percent),
+    Column("earlier"),
+    Column("later"),
+    Column("CPU ms", "cpu", milliseconds),
+    Column("slowest ms", "slowest", significant),
+    titled(NO_VERDICT, "without verdict"),
 )
 
 
@@ -52,7 +69,7 @@ def _reference(found: Convergence) -> Section:
         ("CPU ms a layout", milliseconds(reference.cpu)),
         ("slowest, ms", significant(reference.slowest)),
         *((f"CPU ms, {band}", milliseconds(time)) for band, time in found.by_size),
-        ("without verdict", _without_verdict(reference)),
+        ("without verdict", counts(reference.without_verdict)),
         (f"label changes under any other numerics %, n = {found.any_change.n}",
          percent(found.any_change)),
     ]  # fmt: skip
@@ -61,7 +78,7 @@ def _reference(found: Convergence) -> Section:
         "Generated layouts of at most 20 items, three classes and three scenarios. *Other "
         "numerics* are all tolerances, dampings, stiction speeds, longest steps, and stiffnesses "
         "from 1e8 N/m, of the next section together.",
-        [markdown_table(("", "measured"), rows)],
+        [Table(rows, [words("", 0), Column("measured", 1)])],
     )
 
 
@@ -127,61 +144,27 @@ def _slow_methods(rows: Sequence[ConvergenceRow]) -> Section:
     )
 
 
-def _table(what: str, rows: Sequence[ConvergenceRow]) -> str:
-    header = (
-        what, "n", "changed %", "of stable %", "of unstable %", "earlier", "later", "CPU ms",
-        "slowest ms", "without verdict",
-    )  # fmt: skip
-    return markdown_table(
-        header,
-        [
-            (
-                row.title,
-                str(row.changed.n),
-                percent(row.changed),
-                percent(row.changed_stable),
-                percent(row.changed_unstable),
-                str(row.earlier),
-                str(row.later),
-                milliseconds(row.cpu),
-                significant(row.slowest),
-                _without_verdict(row),
-            )
-            for row in rows
-        ],
-    )
-
-
-def _without_verdict(row: ConvergenceRow) -> str:
-    return names(f"{count} {status}" for status, count in row.without_verdict.items())
+def _table(what: str, rows: Sequence[ConvergenceRow]) -> Table:
+    return Table(rows, [words(what, "title"), *_COMPARED])
 
 
 def _disputes(found: Convergence) -> Section:
     if not found.disputes:
         return Section("Disagreements", "MuJoCo and Bullet at 480 Hz agree on every layout.")
-    judges = list(found.disputes[0].said)
-    header = ("layout", "items", "reference", "moved", *judges, "label changes under")
+    columns = [
+        words("layout"),
+        Column("items", "item_count"),
+        Column("reference", "label"),
+        Column("moved", _moved),
+        *columns_for(found.disputes[0].said, "{}", "said"),
+        Column("label changes under", lambda d: names(d.changes_under or [f"none of {d.tried}"])),
+    ]
     return Section(
         "Disagreements",
         "Every layout on which MuJoCo or Bullet at 480 Hz names another failing step. *Moved*: by "
         "how much at the reference's failing step. The last column names the changes of the "
         "reference itself that change the label, too, of those tried on this layout.",
-        [
-            markdown_table(
-                header,
-                [
-                    (
-                        d.layout,
-                        str(d.item_count),
-                        d.label,
-                        _moved(d),
-                        *(d.said[j] for j in judges),
-                        names(d.changes_under) if d.changes_under else f"none of {d.tried}",
-                    )
-                    for d in found.disputes
-                ],
-            )
-        ],
+        [Table(found.disputes, columns)],
     )
 
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
 from matplotlib.figure import Figure
 
-from steadyload.reports.charts import PLAIN_TICKS
+from steadyload.reports.charts import PLAIN_TICKS, reach
 from steadyload.reports.style import engine_colour, engine_marker
-from steadyload.studies.engines.records import EngineAgreement, SpeedCurve
+from steadyload.studies.engines.speed import SpeedCurve
+from steadyload.studies.engines.study import EngineAgreement
 
 
 def plot_growth(curves: Sequence[SpeedCurve]) -> Figure:
@@ -48,12 +50,11 @@ def plot_convergence(rows: Sequence[EngineAgreement]) -> Figure:
     axes = figure.add_subplot()
     for pair in rows[0].agreement:
         found = [100 * row.agreement[pair].value for row in rows]
-        low = [100 * (row.agreement[pair].value - row.agreement[pair].low) for row in rows]
-        high = [100 * (row.agreement[pair].high - row.agreement[pair].value) for row in rows]
+        ends = np.hstack([reach(row.agreement[pair], 100.0) for row in rows])
         axes.errorbar(
             [row.frequency for row in rows],
             found,
-            yerr=[low, high],
+            yerr=ends,
             marker="o",
             capsize=2,
             linewidth=1.0,

@@ -2,23 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import (
     MISSING,
-    markdown_table,
+    Column,
+    Table,
+    columns_for,
     milliseconds,
     percent,
     significant,
+    words,
 )
 from steadyload.runs.costs import CostKind, CostSource
 from steadyload.studies.engines.figures import plot_convergence, plot_growth
-from steadyload.studies.engines.records import (
-    EngineAgreement,
-    OptionEffect,
-    SpeedCurve,
-    Throughput,
+from steadyload.studies.engines.speed import SpeedCurve, Throughput
+from steadyload.studies.engines.study import EngineAgreement, OptionEffect
+
+
+def _whole(value: float | None) -> str:
+    return MISSING if value is None else f"{value:.0f}"
+
+
+def _of_point(title: str, name: str, form: Callable[[Any], str] = significant) -> Column:
+    """A column of the points of curves, over rows of a curve and a point."""
+    return Column(title, lambda row: getattr(row[1], name), form)
+
+
+_SPEED = (
+    words("engine", lambda row: row[0].engine),
+    words("scene", lambda row: row[0].scene),
+    words("scope", lambda row: row[0].scope),
+    _of_point("J", "item_count", str),
+    _of_point("CPU ms", "total"),
+    _of_point("build ms", "build"),
+    _of_point("step ms", "step"),
+    _of_point("read ms", "read"),
+    Column("step %", lambda row: 100 * row[1].step / row[1].total, _whole),
+    _of_point("floor ms", "floor"),
+    _of_point("create ms", "create"),
+    _of_point("own us a placement", "own", _whole),
+)
+_EFFECTS = (("changed %", "changed", percent), ("CPU ratio", "ratio", significant))
+_THROUGHPUT = (
+    words("engine"),
+    Column("n", "layouts"),
+    Column("layouts/s, 1 process", "one", significant),
+    Column("layouts/s, 2 processes", "two", significant),
+    Column("gain", lambda r: r.two / r.one, "{:.2f}".format),
 )
 
 
@@ -52,30 +85,18 @@ def engine_study_page(
 def _agreement(rows: Sequence[EngineAgreement]) -> Section:
     engines, pairs = list(rows[0].cpu), list(rows[0].agreement)
     n = next(iter(rows[0].agreement.values())).n
-    header = (
-        "Hz",
-        *(f"{a} = {b} %" for a, b in pairs),
-        *(f"{e} stable %" for e in engines),
-        *(f"{e} ms" for e in engines),
-    )
-    table = markdown_table(
-        header,
-        [
-            (
-                str(row.frequency),
-                *(percent(row.agreement[pair]) for pair in pairs),
-                *(percent(row.stable[e]) for e in engines),
-                *(milliseconds(row.cpu[e]) for e in engines),
-            )
-            for row in rows
-        ],
-    )
+    columns = [
+        words("Hz", "frequency"),
+        *columns_for(pairs, lambda pair: f"{' = '.join(pair)} %", "agreement", percent),
+        *columns_for(engines, "{} stable %", "stable", percent),
+        *columns_for(engines, "{} ms", "cpu", milliseconds),
+    ]
     return Section(
         "Agreement",
         f"Untuned, {n} generated layouts of 3 to 20 items in the three scenarios: 0.3 s a "
         "placement, reseat, 10 cm or 10 degrees at its end, contact friction 0.5. A cell is the "
         "share of layouts on which two engines name the same failing step.",
-        [table],
+        [Table(rows, columns)],
         [
             Picture(
                 "convergence",
@@ -87,20 +108,16 @@ def _agreement(rows: Sequence[EngineAgreement]) -> Section:
 
 
 def _options(effects: Sequence[OptionEffect]) -> Section:
-    engines = list(dict.fromkeys(e.engine for e in effects))
     found = {(e.option, e.engine): e for e in effects}
-    header = ("option", *(f"{e}: {what}" for e in engines for what in ("changed %", "CPU ratio")))
-    rows = []
-    for option in dict.fromkeys(e.option for e in effects):
-        cells = [option]
-        for engine in engines:
-            effect = found.get((option, engine))
-            cells += (
-                [percent(effect.changed), significant(effect.ratio)]
-                if effect
-                else [MISSING, MISSING]
-            )
-        rows.append(tuple(cells))
+    engines = dict.fromkeys(e.engine for e in effects)
+
+    def column(engine: str, title: str, name: str, form: Callable[[Any], str]) -> Column:
+        def value(option: str) -> Any:
+            return getattr(found.get((option, engine)), name, None)
+
+        return Column(f"{engine}: {title}", value, form)
+
+    columns = [words("option", str), *(column(e, *effect) for e in engines for effect in _EFFECTS)]
     return Section(
         "Options: what they change and what they cost",
         f"At 240 Hz, n = {effects[0].changed.n} layouts. *Changed* is the share of layouts whose "
@@ -108,27 +125,11 @@ def _options(effects: Sequence[OptionEffect]) -> Section:
         "that without, both measured in turn, layout by layout. All options are off by default: an "
         "untuned method is the plain algorithm, and whoever tunes one can give the same options to "
         "the others.",
-        [markdown_table(header, rows)],
+        [Table(dict.fromkeys(e.option for e in effects), columns)],
     )
 
 
 def _speed(curves: Sequence[SpeedCurve]) -> Section:
-    header = (
-        "engine", "scene", "scope", "J", "CPU ms", "build ms", "step ms", "read ms", "step %",
-        "floor ms", "create ms", "own us a placement",
-    )  # fmt: skip
-    rows = []
-    for curve in curves:
-        for p in curve.points:
-            cells = [curve.engine, curve.scene, curve.scope, str(p.item_count)]
-            cells += [significant(v) for v in (p.total, p.build, p.step, p.read)]
-            cells.append(f"{100 * p.step / p.total:.0f}")
-            if p.floor is None or p.create is None:
-                cells += [MISSING] * 3
-            else:
-                own = 1e3 * (p.total - p.floor - p.create) / p.item_count
-                cells += [significant(p.floor), significant(p.create), f"{own:.0f}"]
-            rows.append(tuple(cells))
     return Section(
         "Speed",
         "0.3 s a placement at 90 Hz, reseat, one look at its end; every item is placed. *Pile*: "
@@ -139,7 +140,7 @@ def _speed(curves: Sequence[SpeedCurve]) -> Section:
         "engine has them), *own* all the rest, a difference of measurements: noise where steps are "
         "long. The exponent in the figure is fitted from 10 items on. A curve ends where an engine "
         "has no verdict within a minute, or none at all (DART refuses more than 1000 contacts).",
-        [markdown_table(header, rows, left=3)],
+        [Table([(curve, point) for curve in curves for point in curve.points], _SPEED)],
         [
             Picture(
                 "growth",
@@ -151,13 +152,8 @@ def _speed(curves: Sequence[SpeedCurve]) -> Section:
 
 
 def _throughput(rates: Sequence[Throughput]) -> Section:
-    header = ("engine", "n", "layouts/s, 1 process", "layouts/s, 2 processes", "gain")
-    rows = [
-        (r.engine, str(r.layouts), significant(r.one), significant(r.two), f"{r.two / r.one:.2f}")
-        for r in rates
-    ]
     return Section(
         "Throughput",
         "Generated layouts of 3 to 20 items, wall time, start-up excluded.",
-        [markdown_table(header, rows)],
+        [Table(rates, _THROUGHPUT)],
     )

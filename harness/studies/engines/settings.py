@@ -2,9 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+
 from steadyload.engines.registry import capabilities, engines
 from steadyload.engines.world import EngineNotInstalledError
-from steadyload.studies.engines.records import EngineSettings
+
+
+@dataclass(frozen=True, slots=True)
+class EngineSettings:
+    """An engine's declared capabilities: setting -> (capability, a note)."""
+
+    name: str
+    title: str
+    dimensions: int
+    answers: Mapping[str, tuple[str, str]]
+    notes: str
 
 
 def engine_records() -> list[EngineSettings]:

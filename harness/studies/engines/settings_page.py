@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from steadyload.reports.table import markdown_table
-from steadyload.studies.engines.records import EngineSettings
+from steadyload.studies.engines.settings import EngineSettings
 
 
 def engines_rows(

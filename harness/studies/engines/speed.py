@@ -10,6 +10,7 @@ import multiprocessing
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -21,7 +22,7 @@ from steadyload.methods.method import Status, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.methods.scene import boxes
 from steadyload.methods.simulation_parameters import SimulationParameters
-from steadyload.studies.engines.records import SpeedCurve, SpeedPoint, Throughput
+from steadyload.runs.worker import worker_environment
 
 ITEM_COUNTS = (5, 10, 20, 50, 100, 200)
 TUNING = "t_max=0.3,frequency=90,between_steps=reseat,samples=1"
@@ -38,6 +39,52 @@ _ENOUGH_SECONDS = 2.0
 """Time above which a case is not repeated [s]."""
 
 Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedPoint:
+    """Cost of one layout [CPU ms, medians over ``repeats``].
+
+    ``floor`` is the engine's own stepping, ``create`` the adding of boxes; None where they were not
+    measured.
+    """
+
+    item_count: int
+    total: float
+    build: float
+    step: float
+    read: float
+    floor: float | None
+    create: float | None
+    repeats: int
+
+    @property
+    def own(self) -> float | None:
+        """All that is neither stepping nor adding [CPU us a placement]; None where not known."""
+        if self.floor is None or self.create is None:
+            return None
+        return 1e3 * (self.total - self.floor - self.create) / self.item_count
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedCurve:
+    """Cost against the number of items: one engine, one scene, one scope."""
+
+    engine: str
+    scene: str
+    scope: str
+    points: tuple[SpeedPoint, ...]
+    exponent: float
+
+
+@dataclass(frozen=True, slots=True)
+class Throughput:
+    """Layouts a second [1/s, wall time] over one process and over two."""
+
+    engine: str
+    layouts: int
+    one: float
+    two: float
 
 
 @cache
@@ -122,7 +169,7 @@ def throughput(*, layouts: int = 60, progress: Progress = lambda what: None) -> 
         spec, rates = f"simulation@{engine}:{TUNING}", []
         for workers in (1, 2):
             parts = [cases[i::10] for i in range(10)]
-            with ProcessPoolExecutor(workers, mp_context=context) as pool:
+            with worker_environment(), ProcessPoolExecutor(workers, mp_context=context) as pool:
                 # Warm both workers, then measure.
                 list(pool.map(_judge_part, [spec] * 4 * workers, [cases[:6]] * 4 * workers))
                 start = time.perf_counter()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -10,8 +10,8 @@ from steadyload.engines.registry import engine_names, world_class
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
+from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
-from steadyload.studies.engines.records import EngineAgreement, OptionEffect
 
 BASE = "t_max=0.3,eps_t=10,eps_r=10,friction=0.5,between_steps=reseat"
 """Untuned parameters: time, thresholds and friction of the reference simulation, nothing else."""
@@ -39,6 +39,31 @@ OPTIONS: dict[str, tuple[str, str]] = {
 _OPTION_FREQUENCY = 240
 
 Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class EngineAgreement:
+    """Agreement between engines at one frequency [Hz]; ``cpu`` in ms a layout."""
+
+    frequency: int
+    stable: Mapping[str, Estimate]
+    cpu: Mapping[str, Estimate]
+    agreement: Mapping[tuple[str, str], Estimate]
+
+
+@dataclass(frozen=True, slots=True)
+class OptionEffect:
+    """Effect of an option on one engine.
+
+    ``changed``: share of layouts with another failing step. ``ratio``: CPU time with the option
+    over that without. ``cpu``: with it, in ms a layout.
+    """
+
+    option: str
+    engine: str
+    changed: Estimate
+    ratio: float
+    cpu: Estimate
 
 
 @dataclass(frozen=True, slots=True)

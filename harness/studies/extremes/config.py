@@ -43,8 +43,8 @@ class Extremes(Study[ExtremesConfig, Any]):
     ) -> Any:
         """The limits that each engine holds, and provenance."""
         from steadyload.runs.provenance import provenance
-        from steadyload.studies.extremes.cells import run_extremes
-        from steadyload.studies.extremes.envelope import extremes_record
+        from steadyload.studies.extremes.study import run_extremes
+        from steadyload.studies.extremes.summary import extremes_record
         from steadyload.studies.extremes.sweeps import FREQUENCIES, TIMEOUT
 
         timeout = config.timeout or TIMEOUT

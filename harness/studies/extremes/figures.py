@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from steadyload.studies.extremes.records import ExtremeCell, ExtremeSweep, Outcome
+from steadyload.studies.extremes.measuring import Outcome
+from steadyload.studies.extremes.sweeps import ExtremeCell, ExtremeSweep
 
 _COLOURS = {
     Outcome.CLOSE: "#08519c",

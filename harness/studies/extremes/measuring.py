@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from enum import StrEnum
 
 import numpy as np
 
@@ -25,7 +26,6 @@ from steadyload.properties import mechanics
 from steadyload.studies.closed_forms import measuring as runs
 from steadyload.studies.closed_forms.measuring import Stage
 from steadyload.studies.extremes import scenes as scenes
-from steadyload.studies.extremes.records import Outcome
 
 VERSION = 1
 """Version of the measurement: raised when the same engine gets another cell."""
@@ -57,6 +57,26 @@ CLOSE, HELD = 0.02, 0.1
 
 BOUNCE_SLACK = 0.01
 """Rebound that counts as none, as a share of the drop."""
+
+
+class Outcome(StrEnum):
+    """Outcome of an engine in one cell of a sweep.
+
+    ``close``: within the stricter of a sweep's two limits. ``held``: within the other one.
+    ``failed``: beyond both, or diverged. ``no verdict``: no result within the time limit of a cell,
+    or an error. ``undefined``: the engine has no such setting.
+    """
+
+    CLOSE = "close"
+    HELD = "held"
+    FAILED = "failed"
+    NO_VERDICT = "no verdict"
+    UNDEFINED = "undefined"
+
+    @property
+    def good(self) -> bool:
+        """Within at least the wider limit."""
+        return self in (Outcome.CLOSE, Outcome.HELD)
 
 
 @dataclass(frozen=True, slots=True)

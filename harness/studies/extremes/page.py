@@ -5,23 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from steadyload.reports.page import Page, Picture, Section
-from steadyload.reports.table import MISSING, compact, markdown_table
+from steadyload.reports.table import Column, Table, columns_for, compact, words, yes_no
 from steadyload.studies.closed_forms.figures import (
     plot_closed_form_series,
     plot_closed_forms,
 )
-from steadyload.studies.closed_forms.records import ClosedFormResult, ClosedFormTest
+from steadyload.studies.closed_forms.page import ENGINE, OWN_STEPS, SUBSTEPS, hertz
 from steadyload.studies.extremes.figures import plot_outcomes
-from steadyload.studies.extremes.records import (
+from steadyload.studies.extremes.measuring import Outcome
+from steadyload.studies.extremes.summary import (
     EnvelopeRow,
-    ExtremeCell,
     Extremes,
-    ExtremeSweep,
-    Outcome,
+    closed_form_results,
+    closed_form_test,
+    expected_value,
 )
+from steadyload.studies.extremes.sweeps import ExtremeCell, ExtremeSweep
 
-_OWN = "own"
-"""The frequency of an engine that chooses its own steps."""
+_WITH_NEGATIVE = ("plate-on-edge",)
+"""Sweeps whose largest held value is not meaningful."""
 
 _SPOKEN_OF = (60, 240, 1000)
 """Frequencies in sentences and tables of numbers, where they were measured."""
@@ -31,6 +33,37 @@ _CURVES = (30, 90, 240, 1000)
 
 _TALL, _UNEVEN = 10, 10.0
 """Stack height [items] and mass ratio on a pallet: weights are a few kilograms to tens of them."""
+
+
+def _ratio(value: float) -> str:
+    return f"{value:,.0f}" if value else "none"
+
+
+def _edges(row: EnvelopeRow) -> str:
+    return f"{row.least_size:g} to {row.most_size:g}" if row.most_size else "none"
+
+
+def _envelope_columns(since: str, up_to: str) -> list[Column]:
+    """Columns of what was held; ``since`` is the title of the frequency."""
+    return [
+        ENGINE,
+        Column(since, "frequency", hertz),
+        Column(f"stacks{up_to}", "tower_height", _ratio),
+        Column(f"heavy on light{up_to}", "heavy_on_light", _ratio),
+        Column(f"light on heavy{up_to}", "light_on_heavy", _ratio),
+        Column("edges (cm)", _edges),
+        Column(f"items{up_to}", "item_count", _ratio),
+    ]
+
+
+_NUMBERS = {
+    "moved": "moved (mm)",
+    "turned": "turned (deg)",
+    "penetration": "penetration (mm)",
+    "energy": "energy (mm)",
+    "cpu": "CPU ms",
+}
+"""Titles of numbers of a cell."""
 
 
 def extremes_page(extremes: Extremes, manifest: Mapping[str, str]) -> Page:
@@ -52,7 +85,7 @@ def extremes_page(extremes: Extremes, manifest: Mapping[str, str]) -> Page:
         "loading does, at friction 0.5 and restitution 0 where these are not swept; *held* means "
         "that none moved by more than 10 cm or turned by more than 10 degrees at the end of it. "
         "What moves is held against a closed form. Each axis is swept by itself. An engine that "
-        f"chooses its own steps (`{_OWN}`) runs once. A cell that takes longer than "
+        f"chooses its own steps (`{OWN_STEPS}`) runs once. A cell that takes longer than "
         f"{extremes.timeout:g} s of wall time has no verdict, which is neither held nor failed. "
         "Nothing here is drawn by chance, so there are no intervals.",
         sections,
@@ -61,19 +94,7 @@ def extremes_page(extremes: Extremes, manifest: Mapping[str, str]) -> Page:
 
 
 def _use(extremes: Extremes) -> Section:
-    header = (
-        "engine",
-        "at or above",
-        "stacks up to",
-        "heavy on light up to",
-        "light on heavy up to",
-        "edges (cm)",
-        "items up to",
-    )
-    tables = [
-        markdown_table(header, [(r.engine, _hertz(r.frequency), *_holds(r)) for r in rows])
-        for rows in (extremes.from_here_on, extremes.at_rest)
-    ]
+    columns = _envelope_columns("at or above", " up to")
     return Section(
         "What to use",
         "Use an engine at or above so many substeps a second for stacks of up to so many items and "
@@ -82,25 +103,14 @@ def _use(extremes: Extremes) -> Section:
         "not fall, or one before it does, or not even two equal cubes hold. Where a larger value "
         "has no verdict, the number is what was seen to hold, not all that does.",
         [
-            tables[0],
-            f"The same where nothing may move by 1 mm or turn by half a degree:\n\n{tables[1]}",
+            Table(extremes.from_here_on, columns),
+            Table(
+                extremes.at_rest,
+                columns,
+                "The same where nothing may move by 1 mm or turn by half a degree:",
+            ),
         ],
     )
-
-
-def _holds(row: EnvelopeRow) -> tuple[str, ...]:
-    edges = f"{row.least_size:g} to {row.most_size:g}" if row.most_size else "none"
-    return (
-        f"{row.tower_height}" if row.tower_height else "none",
-        _ratio(row.heavy_on_light),
-        _ratio(row.light_on_heavy),
-        edges,
-        f"{row.item_count}" if row.item_count else "none",
-    )
-
-
-def _ratio(value: float) -> str:
-    return f"{value:,.0f}" if value else "none"
 
 
 def _findings(extremes: Extremes) -> Section:
@@ -131,14 +141,14 @@ def _findings(extremes: Extremes) -> Section:
         )
     for engine in dict.fromkeys(r.engine for r in rows):
         fit = [r for r in extremes.from_here_on if r.engine == engine and _is_fit(r)]
-        when = f"from {_hertz(fit[0].frequency)} on" if fit else "at no frequency measured"
+        when = f"from {hertz(fit[0].frequency)} on" if fit else "at no frequency measured"
         if fit and fit[0].frequency is None:
             when = "with its own steps"
         said.append(
             f"- {engine} holds stacks of {_TALL} and mass ratios of {_UNEVEN:g}, both ways, {when}"
             + (f", with edges down to {fit[0].least_size:g} cm." if fit else ".")
         )
-    blind = [f"{r.engine} at {_hertz(r.frequency)}" for r in rows if not r.sees_falls]
+    blind = [f"{r.engine} at {hertz(r.frequency)}" for r in rows if not r.sees_falls]
     if blind:
         said.append(
             f"- A plate over an edge is misjudged by {', '.join(blind)}: a row that holds towers "
@@ -156,7 +166,7 @@ def _silent(extremes: Extremes) -> str:
     at: dict[str, list[str]] = {}
     for c in extremes.cells:
         if c.outcome is Outcome.NO_VERDICT:
-            at.setdefault(f"{c.engine}, {titles[c.sweep]}", []).append(_hertz(c.frequency))
+            at.setdefault(f"{c.engine}, {titles[c.sweep]}", []).append(hertz(c.frequency))
     return "; ".join(f"{what} ({', '.join(dict.fromkeys(hertz))})" for what, hertz in at.items())
 
 
@@ -166,25 +176,13 @@ def _is_fit(row: EnvelopeRow) -> bool:
 
 
 def _envelope(rows: Sequence[EnvelopeRow]) -> Section:
-    header = (
-        "engine",
-        "substeps",
-        "stacks",
-        "heavy on light",
-        "light on heavy",
-        "edges (cm)",
-        "items",
-        "sees falls",
-    )
-    cells = [
-        (r.engine, _hertz(r.frequency), *_holds(r), "yes" if r.sees_falls else "no") for r in rows
-    ]
+    columns = _envelope_columns("substeps", "")
     return Section(
         "The envelope",
         "What is held at each frequency by itself. `harness/methods/envelopes.json` has these "
         "numbers; studies and scores warn of layouts that leave the row of the engine and "
         "frequency that judges them.",
-        [markdown_table(header, cells)],
+        [Table(rows, [*columns, Column("sees falls", "sees_falls", yes_no)])],
     )
 
 
@@ -197,22 +195,20 @@ def _resting(sweep: ExtremeSweep, extremes: Extremes) -> Section:
         )
     if sweep.name in _WITH_NEGATIVE:
         return Section(sweep.title, text, [], [_map(sweep, cells, extremes)])
-    header = (
-        "engine", "substeps", f"largest {sweep.axis} held", "moved (mm)", "turned (deg)",
-        "penetration (mm)", "energy (mm)", "CPU ms",
-    )  # fmt: skip
+    columns = [
+        ENGINE,
+        SUBSTEPS,
+        Column(f"largest {sweep.axis} held", "value", "{:,g}".format),
+        *columns_for(_NUMBERS, _NUMBERS.__getitem__, "numbers", compact),
+    ]
     return Section(
         sweep.title,
         f"{text} The table has the largest value that was held: how far any box moved, turned and "
         "came into another one, the energy gained over the weight of all (a height; below 0: lost) "
         "and, for information, the CPU time.",
-        [markdown_table(header, [_numbers(c) for c in _largest_held(cells)])],
+        [Table(_largest_held(cells), columns)],
         [_map(sweep, cells, extremes)],
     )
-
-
-_WITH_NEGATIVE = ("plate-on-edge",)
-"""Sweeps whose largest held value is not meaningful."""
 
 
 def _largest_held(cells: Sequence[ExtremeCell]) -> list[ExtremeCell]:
@@ -221,16 +217,6 @@ def _largest_held(cells: Sequence[ExtremeCell]) -> list[ExtremeCell]:
         if cell.outcome.good and cell.frequency in (*_SPOKEN_OF, None):
             largest[cell.engine, cell.frequency] = cell
     return list(largest.values())
-
-
-def _numbers(cell: ExtremeCell) -> tuple[str, ...]:
-    found = [cell.numbers.get(n) for n in ("moved", "turned", "penetration", "energy", "cpu")]
-    return (
-        cell.engine,
-        _hertz(cell.frequency),
-        f"{cell.value:,g}",
-        *(MISSING if n is None else compact(n) for n in found),
-    )
 
 
 def _map(sweep: ExtremeSweep, cells: Sequence[ExtremeCell], extremes: Extremes) -> Picture:
@@ -243,8 +229,8 @@ def _map(sweep: ExtremeSweep, cells: Sequence[ExtremeCell], extremes: Extremes) 
 
 
 def _overview(formulas: Sequence[ExtremeSweep], extremes: Extremes) -> Section:
-    shown = [_test(s, s.shown) for s in formulas if s.shown is not None]
-    results = [r for s in formulas for r in _results(s, extremes.cells)]
+    shown = [closed_form_test(s, s.shown) for s in formulas if s.shown is not None]
+    results = [r for s in formulas for r in closed_form_results(s, extremes.cells)]
     return Section(
         "Errors against closed forms",
         "At one value of each of the sweeps below.",
@@ -266,15 +252,26 @@ def _overview(formulas: Sequence[ExtremeSweep], extremes: Extremes) -> Section:
 def _formula(sweep: ExtremeSweep, extremes: Extremes) -> Section:
     cells = [c for c in extremes.cells if c.sweep == sweep.name]
     # A value of 0 is another test: a box that does not stop, or does not rebound.
-    tests = [_test(sweep, v) for v in sweep.values if v and _expected(sweep, v, cells)]
-    results = [r for r in _results(sweep, cells) if r.frequency in (*_CURVES, None)]
-    header = ("engine", "substeps", *(f"{sweep.axis} {v:g}" for v in sweep.values))
-    by_place = {(c.engine, c.frequency, c.value): c for c in cells}
-    runs = dict.fromkeys((c.engine, c.frequency) for c in cells)
-    rows = [
-        (e, _hertz(f), *(_found(by_place.get((e, f, v))) for v in sweep.values)) for e, f in runs
+    tests = [
+        closed_form_test(sweep, v) for v in sweep.values if v and expected_value(sweep, v, cells)
     ]
-    expected = ("closed form", "", *(_or_missing(_expected(sweep, v, cells)) for v in sweep.values))
+    results = [r for r in closed_form_results(sweep, cells) if r.frequency in (*_CURVES, None)]
+    found = {(c.engine, c.frequency, c.value): c.numbers.get("found") for c in cells}
+    runs = dict.fromkeys((c.engine, hertz(c.frequency), c.frequency) for c in cells)
+    rows = [
+        ("closed form", "", {v: expected_value(sweep, v, cells) for v in sweep.values}),
+        *((e, hertz, {v: found.get((e, f, v)) for v in sweep.values}) for e, hertz, f in runs),
+    ]
+    columns = [
+        words("engine", 0),
+        Column("substeps", 1),
+        *columns_for(
+            sweep.values,
+            lambda value: f"{sweep.axis} {value:g}",
+            lambda row, value: row[2][value],
+            lambda number: compact(number, 3),
+        ),
+    ]
     pictures = [_map(sweep, cells, extremes)]
     if any(r.error is not None for r in results):
         caption = f"{sweep.title}: size of the error against {sweep.axis}."
@@ -284,45 +281,6 @@ def _formula(sweep: ExtremeSweep, extremes: Extremes) -> Section:
         sweep.title,
         f"{sweep.definition} Stricter limit: {sweep.close}. Held: {sweep.held}. Cells are what was "
         f"found: {sweep.quantity}.",
-        [markdown_table(header, [expected, *rows])],
+        [Table(rows, columns)],
         pictures,
     )
-
-
-def _found(cell: ExtremeCell | None) -> str:
-    return MISSING if cell is None else _or_missing(cell.numbers.get("found"))
-
-
-def _or_missing(value: float | None) -> str:
-    return MISSING if value is None else compact(value, 3)
-
-
-def _expected(sweep: ExtremeSweep, value: float, cells: Sequence[ExtremeCell]) -> float | None:
-    """Value of the closed form, as the cells hold it; None where no engine has a result."""
-    mine = (c for c in cells if c.sweep == sweep.name and c.value == value)
-    return next((c.numbers["expected"] for c in mine if "expected" in c.numbers), None)
-
-
-def _test(sweep: ExtremeSweep, value: float) -> ClosedFormTest:
-    axis = f"{sweep.axis} ({sweep.unit})" if sweep.unit else sweep.axis
-    return ClosedFormTest(
-        f"{sweep.name} {value:g}", sweep.title, sweep.definition, 1.0, sweep.quantity,
-        relative=True, resolution=sweep.resolution, argument=value, argument_name=axis,
-    )  # fmt: skip
-
-
-def _results(sweep: ExtremeSweep, cells: Sequence[ExtremeCell]) -> list[ClosedFormResult]:
-    """Errors in per cent of the closed form, where that is not 0."""
-    results = []
-    for c in cells:
-        expected = c.numbers.get("expected")
-        if c.sweep == sweep.name and expected:
-            found = c.numbers["found"]
-            error = 100.0 * (found - expected) / expected
-            name = f"{sweep.name} {c.value:g}"
-            results.append(ClosedFormResult(name, c.engine, c.frequency, found, error))
-    return results
-
-
-def _hertz(frequency: int | None) -> str:
-    return _OWN if frequency is None else f"{frequency} Hz"

@@ -1,14 +1,14 @@
 """Sweeps to the limits of numerical stability, as data: values and limits of what is held.
 
 A cell is one engine at one frequency and one value. Cells are independent of each other;
-:mod:`steadyload.studies.extremes.cells` runs and stores them.
+:mod:`steadyload.studies.extremes.study` runs and stores them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cache
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache, partial
 
 from steadyload.engines.registry import world_class
 from steadyload.engines.world import EngineError
@@ -16,9 +16,8 @@ from steadyload.methods.method import Stopwatch, TimeoutExpiredError
 from steadyload.studies.closed_forms import measuring as runs
 from steadyload.studies.closed_forms.measuring import NoValueError, Stage
 from steadyload.studies.extremes import measuring as extreme_runs
-from steadyload.studies.extremes import scenes as scenes
-from steadyload.studies.extremes.measuring import Finding
-from steadyload.studies.extremes.records import ExtremeCell, ExtremeSweep, Outcome
+from steadyload.studies.extremes import scenes
+from steadyload.studies.extremes.measuring import Finding, Outcome
 
 VERSION = 1
 """Version of values, limits and scenes of the sweeps: raised when cells change."""
@@ -47,11 +46,47 @@ _ROUGH = f"within {100 * extreme_runs.HELD:g} %"
 
 
 @dataclass(frozen=True, slots=True)
-class Sweep:
-    """A sweep and the function that measures one value of it."""
+class ExtremeSweep:
+    """One axis of a sweep.
 
-    about: ExtremeSweep
+    ``axis`` names the value, ``unit`` is its unit; ``measure`` gets the value. ``close`` and
+    ``held`` describe the two limits in words. ``quantity`` names the quantity that is compared
+    with a closed form, empty where no box may move. ``shown``: the value that represents the sweep
+    in a figure of errors; ``resolution``: errors below it count as none [% of the closed form].
+    ``stops``: number of consecutive values not held after which larger ones are not measured.
+    """
+
+    name: str
+    title: str
+    definition: str
+    axis: str
+    unit: str
+    values: tuple[float, ...]
     measure: Callable[[Stage, float], Finding]
+    close: str = _REST
+    held: str = _LABEL
+    quantity: str = ""
+    shown: float | None = None
+    resolution: float = 1e-3
+    stops: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ExtremeCell:
+    """Result of one engine at one frequency and value.
+
+    ``frequency`` is None for an engine that chooses its own steps. ``numbers``, by name:
+    ``found`` and ``expected`` where there is a closed form, else ``moved`` [mm], ``turned`` [deg],
+    ``penetration`` [mm], ``energy`` [mm]; always ``cpu`` [ms]. ``note``: a remark on the result.
+    """
+
+    sweep: str
+    engine: str
+    frequency: int | None
+    value: float
+    outcome: Outcome
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    note: str = ""
 
 
 def sweep_names() -> tuple[str, ...]:
@@ -88,64 +123,30 @@ def measure_cell(
     return ExtremeCell(sweep, engine, frequency, value, finding.outcome, numbers, finding.note)
 
 
-def _resting(
-    name: str,
-    title: str,
-    definition: str,
-    axis: str,
-    unit: str,
-    values: tuple[float, ...],
-    measure: Callable[[Stage, float], Finding],
-    *,
-    close: str = _REST,
-    held: str = _LABEL,
-    stops: int | None = None,
-) -> Sweep:
-    about = ExtremeSweep(name, title, definition, axis, unit, values, close, held, stops=stops)
-    return Sweep(about, measure)
-
-
-def _formula(
-    name: str,
-    title: str,
-    definition: str,
-    axis: str,
-    unit: str,
-    values: tuple[float, ...],
-    measure: Callable[[Stage, float], Finding],
-    *,
-    quantity: str,
-    shown: float,
-    held: str = _ROUGH,
-    resolution: float = 1e-3,
-) -> Sweep:
-    about = ExtremeSweep(
-        name, title, definition, axis, unit, values, _NEAR, held, quantity=quantity, shown=shown,
-        resolution=resolution,
-    )  # fmt: skip
-    return Sweep(about, measure)
+_formula = partial(ExtremeSweep, close=_NEAR, held=_ROUGH)
+"""A sweep that is compared with a closed form."""
 
 
 @cache
-def sweeps() -> dict[str, Sweep]:
+def sweeps() -> dict[str, ExtremeSweep]:
     """All sweeps by name, in the order of the page."""
     side = f"{100 * scenes.SIDE:g} cm"
     little = "as elsewhere, but moved by at most a hundredth of an edge where that is less"
     far = "as elsewhere, but moved by at most one edge where that is less"
     defined = (
-        _resting(
+        ExtremeSweep(
             "tower", "Tower", f"Equal cubes of {side} on top of each other.", "cubes", "",
             _HEIGHTS, lambda stage, n: extreme_runs.settle(stage, scenes.tower(round(n))),
             stops=_STOPS,
         ),
-        _resting(
+        ExtremeSweep(
             "heavy-on-light", "Heavy on light",
             f"A cube of {side} on another one, heavier by the mass ratio r: root r kg on "
             "1 / root r kg.",
             "mass ratio", "", _RATIOS,
             lambda stage, r: extreme_runs.settle(stage, scenes.loaded((r**-0.5, r**0.5))),
         ),
-        _resting(
+        ExtremeSweep(
             "heavy-on-two", "Heavy on two light ones",
             "The same heavy cube on a tower of two light ones.",
             "mass ratio", "", _RATIOS,
@@ -153,12 +154,12 @@ def sweeps() -> dict[str, Sweep]:
                 stage, scenes.loaded((r**-0.5, r**-0.5, r**0.5))
             ),
         ),
-        _resting(
+        ExtremeSweep(
             "light-on-heavy", "Light on heavy", "The light cube on the heavy one.",
             "mass ratio", "", _RATIOS,
             lambda stage, r: extreme_runs.settle(stage, scenes.loaded((r**0.5, r**-0.5))),
         ),
-        _resting(
+        ExtremeSweep(
             "size-two", "Size of two cubes",
             "A cube on an equal one, of the density of water.", "edge", "cm", _SIZES,
             lambda stage, cm: extreme_runs.settle(
@@ -166,26 +167,26 @@ def sweeps() -> dict[str, Sweep]:
             ),
             close=little, held=far,
         ),
-        _resting(
+        ExtremeSweep(
             "size-five", "Size of five cubes", "A tower of five such cubes.", "edge", "cm", _SIZES,
             lambda stage, cm: extreme_runs.settle(
                 stage, scenes.tower(5, 0.01 * cm), edge=0.01 * cm
             ),
             close=little, held=far,
         ),
-        _resting(
+        ExtremeSweep(
             "items", "Number of items",
             f"Cubes of {side} without gaps, layer by layer, as nearly a cube as can be; in two "
             "dimensions a square wall.",
             "cubes", "", _COUNTS, lambda stage, n: extreme_runs.items(stage, round(n)),
             stops=_STOPS,
         ),
-        _resting(
+        ExtremeSweep(
             "plates", "Pile of plates", "Plates of 1 x 100 x 100 cm, 10 kg each.",
             "plates", "", _PLATES,
             lambda stage, n: extreme_runs.settle(stage, scenes.plates(round(n))), stops=_STOPS,
         ),
-        _resting(
+        ExtremeSweep(
             "plate-on-edge", "Plate over an edge",
             "One such plate on a fixed table, its centre of mass before the edge (negative), where "
             "it stays, or past it, where it turns by more than 10 degrees within 0.3 s.",
@@ -194,12 +195,12 @@ def sweeps() -> dict[str, Sweep]:
             close="it stays within 1 mm and 0.5 degrees, or it falls",
             held="it stays within 10 cm and 10 degrees",
         ),
-        _resting(
+        ExtremeSweep(
             "grid-friction", "Grid at a friction",
             f"3 x 3 x 3 cubes of {side} without gaps (3 x 3 in two dimensions) at a friction.",
             "friction", "", _FRICTIONS, lambda stage, f: extreme_runs.grid(stage, friction=f),
         ),
-        _resting(
+        ExtremeSweep(
             "grid-restitution", "Grid at a restitution",
             "The same grid at friction 0.5 and a restitution; where an engine imitates it on "
             "request, it is asked to.",
@@ -235,4 +236,4 @@ def sweeps() -> dict[str, Sweep]:
             resolution=0.1,
         ),
     )  # fmt: skip
-    return {sweep.about.name: sweep for sweep in defined}
+    return {sweep.name: sweep for sweep in defined}

@@ -7,8 +7,8 @@ from pathlib import PurePosixPath
 
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.scene import plot_scene
-from steadyload.reports.table import MISSING, markdown_table
-from steadyload.studies.properties.records import PropertyRow, PropertyTable, Standing
+from steadyload.reports.table import MISSING, Column, Table, columns_for, general, words
+from steadyload.studies.properties.study import PropertyRow, PropertyTable, Standing
 
 _SIGNS = {
     Standing.HOLDS: "holds",
@@ -16,6 +16,20 @@ _SIGNS = {
     Standing.VIOLATED: "**violated**",
     Standing.NOT_ASKED: MISSING,
 }
+
+_ITEMS = (
+    words("item", 0),
+    *columns_for(range(3), "xyz".__getitem__, lambda row, axis: row[1].position[axis], general),
+    *columns_for(
+        range(3),
+        ("width", "height", "depth").__getitem__,
+        lambda row, axis: row[1].size[axis],
+        general,
+    ),
+    Column("offset x, y, z (cm)", lambda row: ", ".join(map(general, row[1].mass_offset))),
+    Column("kg", lambda row: row[1].weight, general),
+)
+"""Columns of numbered items."""
 
 
 def properties_page(found: PropertyTable, manifest: Mapping[str, str]) -> Page:
@@ -48,15 +62,17 @@ def property_sections(found: PropertyTable) -> list[Section]:
 
 def _matrix(found: PropertyTable) -> Section:
     cells = {(row.method.spec, row.property): row for row in found.rows}
-    rows = [
-        (name, *(_cell(cells.get((method.spec, name))) for method in found.methods))
-        for name in found.about
-    ]
+    columns = columns_for(
+        found.methods,
+        lambda method: method.title,
+        lambda name, method: cells.get((method.spec, name)),
+        _cell,
+    )
     return Section(
         "Properties and methods",
         "In each cell, how the method stands to the property, and on how many of the cases tried "
         f"the property said anything. {MISSING}: not asked.",
-        [markdown_table(("property", *(m.title for m in found.methods)), rows)],
+        [Table(found.about, [words("property", str), *columns])],
     )
 
 
@@ -74,15 +90,13 @@ def _cell(row: PropertyRow | None) -> str:
 def _in_words(found: PropertyTable) -> Section:
     return Section(
         "What they say",
-        tables=[markdown_table(("property", "what must hold"), found.about.items(), left=2)],
+        tables=[Table(found.about.items(), [words("property", 0), words("what must hold", 1)])],
     )
 
 
 def _counterexample(row: PropertyRow) -> Section:
-    title, smallest = (
-        f"{row.standing.capitalize()}: {row.property}, {row.method.title}",
-        row.smallest,
-    )
+    title = f"{row.standing.capitalize()}: {row.property}, {row.method.title}"
+    smallest = row.smallest
     if smallest is None:
         return Section(title, f"No answer: {row.why}.")
     drawn = "; ".join(f"{name} {value:g}" for name, value in smallest.change.items())
@@ -92,27 +106,12 @@ def _counterexample(row: PropertyRow) -> Section:
     if row.why:
         text += f"\n\n{row.why}"
     text += f"\n\nThe layout: [{smallest.file}]({smallest.file})."
-    header = ("item", "x", "y", "z", "width", "height", "depth", "offset x, y, z (cm)", "kg")
-    items = [
-        (
-            str(number),
-            *(f"{value:g}" for value in (*item.position, *item.size)),
-            ", ".join(f"{value:g}" for value in item.mass_offset),
-            f"{item.weight:g}",
-        )
-        for number, item in enumerate(smallest.items)
-    ]
     picture = Picture(
         f"counterexample_{PurePosixPath(smallest.file).stem.replace('-', '_')}",
         plot_scene(smallest.layout),
         "The layout in cm; dots are centres of mass.",
     )
-    return Section(
-        title,
-        text,
-        [markdown_table(header, items)],
-        [picture],
-    )
+    return Section(title, text, [Table(enumerate(smallest.layout.items), _ITEMS)], [picture])
 
 
 def refusals(rows: Sequence[PropertyRow]) -> dict[str, tuple[int, int]]:

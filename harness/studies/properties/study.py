@@ -9,8 +9,9 @@ from __future__ import annotations
 import json
 import re
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from importlib import metadata, resources
 from pathlib import Path
 
@@ -22,7 +23,7 @@ from steadyload.layouts.readers import read_json
 from steadyload.layouts.record import Record, to_layout
 from steadyload.layouts.writers import as_native
 from steadyload.methods.envelope import ENVELOPES
-from steadyload.methods.naming import method_key
+from steadyload.methods.naming import MethodKey, method_key
 from steadyload.properties import PropertyError
 from steadyload.properties.findings import finding
 from steadyload.properties.property import Case, MethodUnderTest, Property
@@ -31,13 +32,6 @@ from steadyload.properties.search import VERSION, Counterexample, PropertyResult
 from steadyload.runs.executors import IN_THIS_PROCESS, SinglePart
 from steadyload.runs.provenance import key_of, made_by, provenance_lines
 from steadyload.runs.store import Codec, Progress, Store, locked
-from steadyload.studies.properties.records import (
-    ItemRow,
-    PropertyRow,
-    PropertyTable,
-    SmallestCase,
-    Standing,
-)
 
 STATIC_METHODS = (
     "fbs",
@@ -51,6 +45,63 @@ STATIC_METHODS = (
 
 _READABLE = 100
 """Number of characters of a counterexample's file name that name property and method."""
+
+
+class Standing(StrEnum):
+    """Result of a property for a method.
+
+    ``holds``: no counterexample among the cases tried. ``finding``: it does not hold, and that is
+    declared. ``violated``: it does not hold, and that is not declared. ``not asked``: the method
+    does not declare what the property needs, or the property applies to no case, or the method
+    refused all cases to which it applies.
+    """
+
+    HOLDS = "holds"
+    FINDING = "finding"
+    VIOLATED = "violated"
+    NOT_ASKED = "not asked"
+
+
+@dataclass(frozen=True, slots=True)
+class SmallestCase:
+    """The smallest case found on which a property does not hold.
+
+    ``found``: found and expected results. ``change``: other values drawn for the case.
+    ``file``: path of the layout, relative to the page.
+    """
+
+    found: str
+    change: Mapping[str, float]
+    layout: Layout
+    file: str
+
+
+@dataclass(frozen=True, slots=True)
+class PropertyRow:
+    """Result of one property for one method.
+
+    ``examples``: cases tried; ``asked``: those to which the property applies; ``refused``: those
+    that the method refused, which lie outside its range. ``why``: the reason of a declared finding,
+    or how an engine ended its process.
+    """
+
+    property: str
+    method: MethodKey
+    standing: Standing
+    examples: int
+    asked: int
+    why: str = ""
+    smallest: SmallestCase | None = None
+    refused: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class PropertyTable:
+    """Properties x methods: the statement of each property, and a row for each pair."""
+
+    about: Mapping[str, str]
+    methods: tuple[MethodKey, ...]
+    rows: tuple[PropertyRow, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -253,13 +304,7 @@ def _smallest(unit: _Unit, shown: Counterexample, directory: Path) -> SmallestCa
     file = Path("counterexamples") / f"{_file_name(unit)}.json"
     (directory / file).parent.mkdir(parents=True, exist_ok=True)
     write_layouts(directory / file, [layout], Format.NATIVE)
-    return SmallestCase(
-        found=shown.found,
-        change=shown.case.change,
-        items=_items(layout),
-        layout=layout,
-        file=file.as_posix(),
-    )
+    return SmallestCase(shown.found, shown.case.change, layout, file.as_posix())
 
 
 def _file_name(unit: _Unit) -> str:
@@ -267,9 +312,3 @@ def _file_name(unit: _Unit) -> str:
     pair = f"{unit.property} {unit.method}"
     readable = re.sub(r"[^a-z0-9]+", "-", pair.lower()).strip("-")[:_READABLE]
     return f"{readable}-{zlib.crc32(pair.encode()):08x}"
-
-
-def _items(layout: Layout) -> tuple[ItemRow, ...]:
-    return tuple(
-        ItemRow(item.position, item.size, item.mass_offset, item.weight) for item in layout.items
-    )

@@ -5,10 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from steadyload.reports.page import Page, Section
-from steadyload.reports.table import markdown_table, significant
-from steadyload.studies.scale.records import ScalePoint, ScaleStep
+from steadyload.reports.table import Column, Table, significant
+from steadyload.studies.scale.study import ScalePoint, ScaleStep
 
-_STEPS = ("run", "load", "report")
+_COLUMNS = (
+    Column("rows"),
+    Column("layouts"),
+    Column("folder MiB", "size", significant),
+    *(
+        column
+        for step in ("run", "load", "report")
+        for column in (
+            Column(f"{step}: wall s", f"{step}.wall", significant),
+            Column(f"{step}: CPU s", f"{step}.cpu", significant),
+            Column(f"{step}: MiB", f"{step}.peak", "{:.0f}".format),
+        )
+    ),
+)
 
 
 def scale_page(points: Sequence[ScalePoint], how: str, manifest: Mapping[str, str]) -> Page:
@@ -19,25 +32,6 @@ def scale_page(points: Sequence[ScalePoint], how: str, manifest: Mapping[str, st
         how: a sentence on the methods and layouts.
         manifest: provenance of the page.
     """
-    columns = [f"{step}: {what}" for step in _STEPS for what in ("wall s", "CPU s", "MiB")]
-    header = ("rows", "layouts", "folder MiB", *columns)
-    table = markdown_table(
-        header,
-        [
-            (
-                str(point.rows),
-                str(point.layouts),
-                significant(point.size),
-                *(
-                    cell
-                    for step in _steps(point)
-                    for cell in (significant(step.wall), significant(step.cpu), f"{step.peak:.0f}")
-                ),
-            )
-            for point in points
-        ],
-        left=0,
-    )
     least, most = points[0], points[-1]
     growth = ""
     if most.rows > least.rows:
@@ -53,7 +47,7 @@ def scale_page(points: Sequence[ScalePoint], how: str, manifest: Mapping[str, st
                 "Time and memory",
                 "*Run*: the process that hands out units and writes shards; others judge. *Load*: "
                 "`load_results`, all columns. *Report*: what a page shows, from the folder.",
-                [table],
+                [Table(points, _COLUMNS)],
             )
         ],
         manifest,

@@ -13,14 +13,15 @@ import tempfile
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
+from steadyload.runs.worker import worker_environment
 from steadyload.studies.comparison.summary import compare
-from steadyload.studies.scale.records import ScalePoint, ScaleStep
 
 METHODS = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5")
 """Cheap methods, so that the measured needs are those of everything but judging."""
@@ -29,6 +30,31 @@ REPETITIONS = 10
 _ROWS_A_LAYOUT = len(METHODS) * REPETITIONS
 _SHARD_SIZE = 100
 _SEED = 1
+
+
+@dataclass(frozen=True, slots=True)
+class ScaleStep:
+    """Needs of one process for a step: wall and CPU time [s], peak memory [MiB]."""
+
+    wall: float
+    cpu: float
+    peak: float
+
+
+@dataclass(frozen=True, slots=True)
+class ScalePoint:
+    """Needs of a study with a number of rows; ``size`` of its folder [MiB].
+
+    ``run`` is the process that coordinates and writes, ``load`` reads all columns of all rows,
+    ``report`` computes the records of a page.
+    """
+
+    rows: int
+    layouts: int
+    size: float
+    run: ScaleStep
+    load: ScaleStep
+    report: ScaleStep
 
 
 def scale(
@@ -75,7 +101,7 @@ def _run(folder: Path, layouts: int, workers: int) -> None:
 def _measured(step: Callable[..., Any], *arguments: Any) -> ScaleStep:
     """A step in a process of its own."""
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(1, mp_context=context) as process:
+    with worker_environment(), ProcessPoolExecutor(1, mp_context=context) as process:
         return process.submit(_measure, step, arguments).result()
 
 

@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 
 from steadyload.reports.charts import PLAIN_TICKS
 from steadyload.reports.style import colour, face, marker
-from steadyload.studies.session.records import SessionCurve
+from steadyload.studies.session.study import SessionCurve
 
 
 def plot_placement_costs(curves: Sequence[SessionCurve]) -> Figure:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from steadyload.layouts.heuristics import HEURISTICS, Heuristic
 from steadyload.layouts.model import Layout
 from steadyload.layouts.packing import ITEM_CLASSES, Instance, make_instance
 from steadyload.methods.method import Method, Verdict
-from steadyload.methods.naming import method_key
+from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
+from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
-from steadyload.studies.session.records import PackingGain, PackingTask
 from steadyload.studies.session.stable_packing import StablePacking, pack_stably
 
 Progress = Callable[[str], None]
@@ -37,6 +38,52 @@ ITEM_COUNT = 20
 """Number of items of a list: the most that a layout of the labelled set has."""
 
 _SEED = 21
+
+
+@dataclass(frozen=True, slots=True)
+class PackingGain:
+    """Results of packing heuristics when one method rejects placements.
+
+    Attributes:
+        method: that rejects; None: nothing is rejected.
+        stable: share of the bins that are stable by the task's ``judge``.
+        score: mean score of a bin by the same method.
+        bins: bins an item list.
+        left_out: items that were not accepted at any place.
+        asked, rejected: placements judged and rejected, an item.
+        cpu: CPU time of packing, judgements included, an item [ms].
+        judging: of this, the judgements [ms].
+    """
+
+    method: MethodKey | None
+    stable: Estimate
+    score: Estimate
+    bins: Estimate
+    left_out: int
+    asked: float
+    rejected: float
+    cpu: Estimate
+    judging: Estimate
+
+
+@dataclass(frozen=True, slots=True)
+class PackingTask:
+    """A packing task and its results.
+
+    Attributes:
+        title: description of the item lists.
+        item_lists, items: number of item lists, and of items in each.
+        heuristics: names.
+        judge: spec of the method that judges the packed bins.
+        gains: one for each method.
+    """
+
+    title: str
+    item_lists: int
+    items: int
+    heuristics: tuple[str, ...]
+    judge: str
+    gains: tuple[PackingGain, ...]
 
 
 def packing_gains(

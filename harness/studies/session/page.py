@@ -7,17 +7,52 @@ from collections.abc import Mapping, Sequence
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import (
     MISSING,
-    markdown_table,
+    Column,
+    Table,
+    columns_for,
     milliseconds,
     percent,
     significant,
+    words,
 )
 from steadyload.runs.costs import CostKind, CostSource
+from steadyload.studies.method_sections import METHOD
 from steadyload.studies.session.figures import plot_placement_costs
-from steadyload.studies.session.records import PackingGain, PackingTask, SessionCurve
+from steadyload.studies.session.packing_gains import PackingTask
+from steadyload.studies.session.study import SessionCurve
 
 _SHOWN = (40, 100, 200)
 """Numbers of loaded items for which the table shows the cost."""
+
+
+def _two_digits(value: float | None) -> str:
+    return significant(value, 2)
+
+
+def _over_session(curve: SessionCurve) -> float | None:
+    placement, whole = curve.placement(_SHOWN[-1]), curve.whole(_SHOWN[-1])
+    return whole / placement if whole is not None and placement is not None else None
+
+
+_COSTS = (
+    words("scene"),
+    METHOD,
+    *columns_for(_SHOWN, "ms at {}", SessionCurve.placement, significant),
+    Column("exponent", "exponent", lambda e: MISSING if e is None else f"{e:.2f}"),
+    Column(f"whole layout, ms at {_SHOWN[-1]}", lambda curve: curve.whole(_SHOWN[-1]), significant),
+    Column("over session", _over_session, _two_digits),
+)
+_GAINS = (
+    words("rejected by", lambda gain: gain.method.title if gain.method else "nobody"),
+    Column("stable %", "stable", percent),
+    Column("mean score %", "score", percent),
+    Column("bins a list", "bins.value", "{:.2f}".format),
+    Column("left out", "left_out"),
+    Column("judged an item", lambda gain: gain.asked if gain.method else None, _two_digits),
+    Column("rejected an item", lambda gain: gain.rejected if gain.method else None, _two_digits),
+    Column("ms an item", "cpu", milliseconds),
+    Column("of this judging", lambda gain: gain.judging if gain.method else None, milliseconds),
+)
 
 
 def session_page(
@@ -49,22 +84,6 @@ def session_page(
 
 
 def _costs(curves: Sequence[SessionCurve], scenes: Mapping[str, str]) -> Section:
-    header = (
-        "scene", "method", *(f"ms at {items}" for items in _SHOWN), "exponent",
-        f"whole layout, ms at {_SHOWN[-1]}", "over session",
-    )  # fmt: skip
-    rows = []
-    for curve in curves:
-        at = {p.items: p for p in curve.points}
-        last = at.get(_SHOWN[-1])
-        cells = [curve.scene, curve.method.title]
-        cells += [significant(at[n].placement) if n in at else MISSING for n in _SHOWN]
-        cells.append(MISSING if curve.exponent is None else f"{curve.exponent:.2f}")
-        if last is None or last.whole is None:
-            cells += [MISSING, MISSING]
-        else:
-            cells += [significant(last.whole), significant(last.whole / last.placement, 2)]
-        rows.append(tuple(cells))
     about = "; ".join(f"*{name}*: {text}" for name, text in scenes.items())
     return Section(
         "What a placement costs",
@@ -75,7 +94,7 @@ def _costs(curves: Sequence[SessionCurve], scenes: Mapping[str, str]) -> Section
         "*Exponent*: from 100 items on the cost grows as this power of the items loaded, 0 is "
         "flat, 1 is in proportion. *Whole layout*: judging all of it anew, which says the same. A "
         "curve ends where a session has taken too long.",
-        [markdown_table(header, rows, left=2)],
+        [Table(curves, _COSTS)],
         [
             Picture(
                 "placements",
@@ -88,15 +107,15 @@ def _costs(curves: Sequence[SessionCurve], scenes: Mapping[str, str]) -> Section
 
 
 def _gains(tasks: Sequence[PackingTask]) -> Section:
-    header = (
-        "rejected by", "stable %", "mean score %", "bins a list", "left out", "judged an item",
-        "rejected an item", "ms an item", "of this judging",
-    )  # fmt: skip
     first = tasks[0]
-    tables = []
-    for task in tasks:
-        tables.append(f"**{task.title}**, {task.item_lists} lists of {task.items} items")
-        tables.append(markdown_table(header, [_gain(gain) for gain in task.gains]))
+    tables = [
+        Table(
+            task.gains,
+            _GAINS,
+            f"**{task.title}**, {task.item_lists} lists of {task.items} items",
+        )
+        for task in tasks
+    ]
     return Section(
         "What packing gains",
         "Item lists of the paper's three classes, sides in whole centimetres, packed by the "
@@ -110,20 +129,4 @@ def _gains(tasks: Sequence[PackingTask]) -> Section:
         "right on nearly all layouts of a test set may be worth less here than a strict rule, "
         "whose errors are all on the safe side.",
         tables,
-    )
-
-
-def _gain(gain: PackingGain) -> tuple[str, ...]:
-    asked = (MISSING, MISSING)
-    if gain.method is not None:
-        asked = (significant(gain.asked, 2), significant(gain.rejected, 2))
-    return (
-        "nobody" if gain.method is None else gain.method.title,
-        percent(gain.stable),
-        percent(gain.score),
-        f"{gain.bins.value:.2f}",
-        str(gain.left_out),
-        *asked,
-        milliseconds(gain.cpu),
-        MISSING if gain.method is None else milliseconds(gain.judging),
     )

@@ -11,11 +11,10 @@ import numpy as np
 
 from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.methods.method import Method
-from steadyload.methods.naming import method_key
+from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.session import LoadingSession
 from steadyload.studies.engines.speed import random_boxes
-from steadyload.studies.session.records import PlacementCost, SessionCurve
 
 Progress = Callable[[str], None]
 
@@ -52,6 +51,45 @@ _ENOUGH_TO_REPEAT = 0.5
 
 _ENOUGH_FOR_A_WHOLE = 1.5
 """Time of one size after which no larger whole layouts are judged [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlacementCost:
+    """Cost of a placement at a number of loaded items.
+
+    Attributes:
+        items: last of the consecutive items whose median is taken.
+        placement: CPU time of a placement in a session [ms], a median.
+        whole: CPU time of judging the whole layout instead [ms]; None where not measured.
+    """
+
+    items: int
+    placement: float
+    whole: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class SessionCurve:
+    """Costs of one method while one scene is loaded.
+
+    Attributes:
+        scene: its name.
+        exponent: the cost of a placement grows as this power of the items loaded; None where the
+            curve is too short for an estimate.
+    """
+
+    method: MethodKey
+    scene: str
+    points: tuple[PlacementCost, ...]
+    exponent: float | None
+
+    def placement(self, items: int) -> float | None:
+        """The cost of a placement at a number of items; None where not measured."""
+        return next((p.placement for p in self.points if p.items == items), None)
+
+    def whole(self, items: int) -> float | None:
+        """The cost of judging the whole layout at a number of items; None where not measured."""
+        return next((p.whole for p in self.points if p.items == items), None)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,20 +6,27 @@ from collections.abc import Sequence
 
 from steadyload.reports.page import Picture, Section
 from steadyload.reports.table import (
-    MISSING,
+    Column,
+    Table,
+    columns_for,
     compact,
-    markdown_table,
     names,
     percent,
     significant,
+    words,
 )
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.tuning.figures import plot_changes, plot_transfer
-from steadyload.studies.tuning.records import (
-    TransferCell,
-    TransferTable,
-    Variant,
-    VariantTable,
+from steadyload.studies.tuning.summary import TransferCell, TransferTable, Variant, VariantTable
+
+_CHANGES = (
+    words("change"),
+    words("to", "values"),
+    Column("n", "found.accuracy.n"),
+    Column("accuracy %", "found.accuracy", percent),
+    Column("change of accuracy", "accuracy_change", percent),
+    Column("cost ms", "found.cpu.value", significant),
+    Column("cost factor", "cost_change", compact),
 )
 
 
@@ -55,19 +62,24 @@ def plausibility(tables: Sequence[VariantTable]) -> Section:
     )
 
 
+def _variant_tables(tables: Sequence[VariantTable]) -> list[Table]:
+    return [Table(t.rows, _CHANGES, f"**{t.engine}, part {t.part}**") for t in tables]
+
+
 def _loses(row: Variant) -> bool:
     return row.accuracy_change.high < 0.0
 
 
+def _with_change(rows: Sequence[Variant]) -> str:
+    return ", ".join(f"{r.change} ({percent(r.accuracy_change)})" for r in rows)
+
+
 def _dearest(table: VariantTable) -> str:
-    losing = sorted(
-        (r for r in table.rows if _loses(r)), key=lambda r: (r.accuracy_change.value, r.change)
-    )
-    told = ", ".join(f"{r.change} ({percent(r.accuracy_change)})" for r in losing[:3])
+    losing = sorted(filter(_loses, table.rows), key=lambda r: (r.accuracy_change.value, r.change))
     dearer = max(table.rows, key=lambda r: r.cost_change)
-    said = f"- {table.engine}, part `{table.part}`: "
-    said += (
-        f"{len(losing)} of {len(table.rows)} changes cost accuracy, most of all {told}"
+    said = f"- {table.engine}, part `{table.part}`: " + (
+        f"{len(losing)} of {len(table.rows)} changes cost accuracy, most of all "
+        f"{_with_change(losing[:3])}"
         if losing
         else f"none of {len(table.rows)} changes costs accuracy for certain"
     )
@@ -78,83 +90,49 @@ def _dearest(table: VariantTable) -> str:
 
 def _free(table: VariantTable) -> str:
     free = [r.change for r in table.rows if not _loses(r)]
-    bound = [f"{r.change} ({percent(r.accuracy_change)})" for r in table.rows if _loses(r)]
-    said = f"- {table.engine}, part `{table.part}`: "
-    said += f"at no loss: {names(free)}" if free else "nothing goes back at no loss"
-    return said + (f"; accuracy is lost by: {names(bound)}." if bound else ".")
-
-
-def _variant_tables(tables: Sequence[VariantTable]) -> list[str]:
-    header = ("change", "to", "n", "accuracy %", "change of accuracy", "cost ms", "cost factor")
-    return [
-        f"**{table.engine}, part {table.part}**\n\n"
-        + markdown_table(
-            header,
-            [
-                (
-                    r.change,
-                    r.values,
-                    str(r.found.accuracy.n),
-                    percent(r.found.accuracy),
-                    percent(r.accuracy_change),
-                    significant(r.found.cpu.value),
-                    compact(r.cost_change),
-                )
-                for r in table.rows
-            ],
-            left=2,
-        )
-        for table in tables
-    ]
+    bound = [r for r in table.rows if _loses(r)]
+    said = f"at no loss: {names(free)}" if free else "nothing goes back at no loss"
+    lost = f"; accuracy is lost by: {_with_change(bound)}" if bound else ""
+    return f"- {table.engine}, part `{table.part}`: {said}{lost}."
 
 
 def transfer(table: TransferTable, number: int) -> Section:
     """Section of the parameters of every engine on every other; ``number`` is in file names."""
+    text = _belongs(table)
     ignored = [
         f"- {judged_on} has no such setting as {names(settings)}, which were tuned on {tuned_on}."
         for (tuned_on, judged_on), settings in table.ignored.items()
         if settings
     ]
-    text = _belongs(table)
     if ignored:
         text += "\n\nNot all settings exist on every engine:\n\n" + "\n".join(ignored)
     cells = {(c.tuned_on, c.judged_on): c for c in table.cells}
     counts = sorted({c.found.accuracy.n for c in table.cells})
-    header = ("tuned on, judged on", *table.engines)
     tables = [
-        f"{title}:\n\n"
-        + markdown_table(
-            header,
+        Table(
+            table.engines,
             [
-                (
-                    row,
-                    *(said(cells[row, e]) if (row, e) in cells else MISSING for e in table.engines),
-                )
-                for row in table.engines
+                words("tuned on, judged on", str),
+                *columns_for(table.engines, "{}", lambda here, there: cells[here, there], form),
             ],
+            caption,
         )
-        for title, said in (
+        for caption, form in (
             (
-                f"Accuracy % with its interval (n {names(map(str, counts))})",
+                f"Accuracy % with its interval (n {names(map(str, counts))}):",
                 lambda c: percent(c.found.accuracy),
             ),
-            ("Overestimated % / underestimated %, then CPU time", _faults),
+            ("Overestimated % / underestimated %, then CPU time:", _faults),
         )
     ]
-    return Section(
-        f"Transfer between engines, part {table.part}",
-        text,
-        tables,
-        [
-            Picture(
-                f"transfer-{number + 1}",
-                plot_transfer(table),
-                "Accuracy in per cent and CPU time a layout of parameters tuned on one engine "
-                "(rows) and judged on another (columns). Colour: how far they are ahead of "
-                "those that were tuned on the engine they are judged on.",
-            )
-        ],
+    picture = Picture(
+        f"transfer-{number + 1}",
+        plot_transfer(table),
+        "Accuracy in per cent and CPU time a layout of parameters tuned on one engine "
+        "(rows) and judged on another (columns). Colour: how far they are ahead of "
+        "those that were tuned on the engine they are judged on.",
     )
+    return Section(f"Transfer between engines, part {table.part}", text, tables, [picture])
 
 
 def _faults(cell: TransferCell) -> str:
@@ -195,9 +173,10 @@ def _answer(ahead: int, pairs: int) -> str:
 
 
 def _ahead(engine: str, foreign: Sequence[TransferCell]) -> str:
-    mine = [c for c in foreign if c.judged_on == engine]
     told = "; ".join(
-        f"of {c.tuned_on}'s by {percent(c.found.ahead)}{_apart(c.found.ahead)}" for c in mine
+        f"of {c.tuned_on}'s by {percent(c.found.ahead)}{_apart(c.found.ahead)}"
+        for c in foreign
+        if c.judged_on == engine
     )
     return f"- Judged on {engine}, its own parameters are ahead {told or 'of no others'}."
 

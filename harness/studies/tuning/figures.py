@@ -13,24 +13,23 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from steadyload.reports.charts import reach
+from steadyload.reports.charts import CostPoint, draw_cost_point, reach
 from steadyload.reports.style import engine_colour, engine_marker
 from steadyload.reports.table import compact, significant
 from steadyload.runs.evaluation import MethodEvaluation
-from steadyload.studies.tuning.records import (
-    TransferTable,
-    Tuning,
-    VariantTable,
-)
 from steadyload.studies.tuning.search_figures import (
     USUAL_ACCURACIES,
     draw_front,
     set_accuracy_against_cost,
 )
+from steadyload.studies.tuning.summary import TransferTable, Tuning, VariantTable
 
 _GREY = "#7f7f7f"
 _FILLS = ("none", "bottom", "left", "top", "right")
 """Fill styles of the markers of methods that a tuned method is compared with."""
+
+_TUNED = {"markersize": 10.0, "markeredgecolor": "black"}
+_BOUGHT = {"markersize": 6.0, "markeredgecolor": "white"}
 
 _DARK = 0.7
 """Share of the colour scale above which black text is not legible."""
@@ -41,33 +40,28 @@ _FAR = 10.0
 
 def plot_price(tuning: Tuning) -> Figure:
     """Accuracy against CPU time: fronts as steps, and measurements on the test part as points."""
-    named = [
-        *(s.engine for s in tuning.searches),
-        *(p.engine for p in tuning.prices),
-        *(t.engine for t in tuning.tests),
-    ]
-    engines = list(dict.fromkeys(named))
     figure = Figure(figsize=(7.6, 5.0))
     axes = figure.add_subplot()
+    named = [r.engine for r in (*tuning.searches, *tuning.prices, *tuning.tests)]
+    engines = list(dict.fromkeys(named))
     for engine in engines:
         judged = [p for s in tuning.searches if s.engine == engine for p in s.judged]
         draw_front(axes, judged, engine_colour(engine), linewidth=1.2, alpha=0.8)
-    families = list(dict.fromkeys(o.method.family for t in tuning.tests for o in t.others))
-    titles = _family_titles(tuning)
-    bought = [(p.engine, p.test) for p in tuning.prices if p.test is not None]
-    shown = [o for _, o in bought]
-    for engine, outcome in bought:
-        _point(axes, engine, outcome, markersize=6.0, markeredgecolor="white")
-    for table in tuning.tests:
-        for other in table.others:
-            fill = _FILLS[families.index(other.method.family) % len(_FILLS)]
-            _point(axes, table.engine, other, **_filled(fill), markersize=8.0)
-        _point(axes, table.engine, table.tuned, markersize=10.0, markeredgecolor="black")
-        shown += [table.tuned, *table.others]
+    # One entry of the legend for a family on all engines: its title without the engine.
+    others = [(t.engine, other) for t in tuning.tests for other in t.others]
+    titles = {o.method.family: o.method.title.partition(" @ ")[0] for _, o in others}
+    fills = {family: _filled(_FILLS[k % len(_FILLS)]) for k, family in enumerate(titles)}
+    points: list[tuple[str, MethodEvaluation, dict[str, Any]]] = [
+        *((p.engine, p.test, _BOUGHT) for p in tuning.prices if p.test is not None),
+        *((engine, other, fills[other.method.family]) for engine, other in others),
+        *((t.engine, t.tuned, _TUNED) for t in tuning.tests),
+    ]
+    for engine, row, style in points:
+        _draw_point(axes, engine, row, style)
     set_accuracy_against_cost(
         axes,
-        [*USUAL_ACCURACIES, *(100.0 * o.accuracy.value for o in shown)],
-        [o.cpu.value for o in shown],
+        [*USUAL_ACCURACIES, *(100.0 * row.accuracy.value for _, row, _ in points)],
+        [row.cpu.value for _, row, _ in points],
     )
     for budget in dict.fromkeys(p.budget for p in tuning.prices):
         axes.axvline(budget, color=_GREY, linewidth=0.8, linestyle=":", zorder=0)
@@ -78,45 +72,32 @@ def plot_price(tuning: Tuning) -> Figure:
     roles: list[tuple[str, dict[str, Any]]] = []
     if tuning.searches:
         roles.append(("front of the searches", {"linestyle": "-", "linewidth": 1.2}))
-    if bought:
-        roles.append(("bought by a budget", _spot(markersize=6.0)))
+    if any(style is _BOUGHT for _, _, style in points):
+        roles.append(("bought by a budget", _spot(_BOUGHT)))
     if tuning.tests:
-        roles.append(("tuned", _spot(markersize=10.0, markeredgecolor="black")))
-    for family in families:
-        fill = _FILLS[families.index(family) % len(_FILLS)]
-        roles.append((titles[family], _spot(**_filled(fill), markersize=8.0)))
+        roles.append(("tuned", _spot(_TUNED)))
+    roles += [(titles[family], _spot(fill)) for family, fill in fills.items()]
     handles += [Line2D([], [], color=_GREY, label=label, **style) for label, style in roles]
     axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
     return figure
 
 
-def _spot(**style: Any) -> dict[str, Any]:
+def _spot(style: dict[str, Any]) -> dict[str, Any]:
     return {"marker": "o", "linestyle": "", **style}
 
 
 def _filled(fill: str) -> dict[str, Any]:
-    return {"fillstyle": fill, "markerfacecoloralt": "white"}
+    return {"fillstyle": fill, "markerfacecoloralt": "white", "markersize": 8.0}
 
 
-def _family_titles(tuning: Tuning) -> dict[str, str]:
-    """Titles of methods without their engine: one entry of the legend for all engines."""
-    return {
-        o.method.family: o.method.title.partition(" @ ")[0] for t in tuning.tests for o in t.others
-    }
-
-
-def _point(axes: Axes, engine: str, outcome: MethodEvaluation, **style: Any) -> None:
+def _draw_point(axes: Axes, engine: str, row: MethodEvaluation, style: dict[str, Any]) -> None:
+    """A point in its engine's colour, since the figure compares engines."""
     shade = engine_colour(engine)
-    x, y = outcome.cpu, outcome.accuracy
-    axes.errorbar(
-        x.value,
-        100.0 * y.value,
-        xerr=reach(x, 1.0),
-        yerr=reach(y, 100.0),
-        fmt=engine_marker(engine),
-        color=shade,
-        elinewidth=0.8,
-        **style,
+    own = {"fmt": engine_marker(engine), "color": shade, "markerfacecolor": shade}
+    draw_cost_point(
+        axes,
+        CostPoint(row.method, row.accuracy, row.cpu),
+        **{**own, "markeredgecolor": shade, "markeredgewidth": 1.0, **style},
     )
 
 

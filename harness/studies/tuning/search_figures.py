@@ -10,26 +10,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import ArrayLike, NDArray
 
+from steadyload.reports.charts import set_cost_axis, spread_the_top
 from steadyload.reports.style import algorithm_colour
-from steadyload.studies.tuning.records import JudgedGenotype, SearchRow
-
-_ACCURACIES = (50.0, 60.0, 70.0, 80.0, 90.0, 95.0, 97.0, 98.0, 99.0, 99.5, 99.8, 99.95)
-"""Ticks of an axis of accuracies, in per cent."""
-
-_COSTS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
-"""Ticks of an axis of costs, in ms."""
+from steadyload.studies.tuning.summary import JudgedGenotype, SearchRow
 
 _USUAL_COSTS = (0.3, 100.0)
 USUAL_ACCURACIES = (82.5, 99.2)
 """Range of accuracies [%] in figures that compare engines."""
-
-_MARGIN = 0.05
-"""Margin at the ends of the axis of accuracies, so that markers are not cut."""
-
-_ALL_BUT = 1e-4
-"""Share of errors that is drawn for 0, which has no logarithm."""
 
 _CHEAP = 1.0
 """Fronts are shown whole from this cost on [ms]; cheaper points may be too low to be shown."""
@@ -68,38 +56,20 @@ def draw_front(axes: Axes, judged: Iterable[JudgedGenotype], colour: str, **styl
 def set_accuracy_against_cost(
     axes: Axes, accuracies: Sequence[float], costs: Sequence[float]
 ) -> None:
-    """Set an axis of accuracy [%], which widens high values, and a logarithmic one of cost [ms].
+    """Set axes of accuracy and cost.
 
     Args:
         axes: to be set.
         accuracies: visible values in per cent, one at least; fronts may begin below them.
         costs: visible values in ms.
     """
-    axes.set_yscale("function", functions=(_spread, _joined))
-    least, most = _spread(min(accuracies)) - _MARGIN, _spread(max(accuracies)) + _MARGIN
-    low = max([t for t in _ACCURACIES[:-1] if _spread(t) < least], default=0.0)
-    high = min([t for t in _ACCURACIES if _spread(t) > most], default=_ACCURACIES[-1])
-    axes.set_ylim(low, high)
-    shown = [t for t in _ACCURACIES if low <= t <= high]
-    axes.set_yticks(shown, [f"{t:g}" for t in shown])
-    axes.set_xscale("log")
-    left = min([*(0.8 * c for c in costs), _USUAL_COSTS[0]])
-    right = max([*(1.25 * c for c in costs), _USUAL_COSTS[1]])
-    axes.set_xlim(left, right)
-    shown = [t for t in _COSTS if left <= t <= right]
-    axes.set_xticks(shown, [f"{t:g}" for t in shown])
-    axes.minorticks_off()
-    axes.grid(visible=True, linewidth=0.4, alpha=0.6)
-    axes.set_xlabel("CPU time a layout (ms)")
+    set_cost_axis(axes)
+    axes.set_xlim(
+        min([*(0.8 * c for c in costs), _USUAL_COSTS[0]]),
+        max([*(1.25 * c for c in costs), _USUAL_COSTS[1]]),
+    )
+    spread_the_top(axes, min(accuracies))
     axes.set_ylabel("accuracy (%)")
-
-
-def _spread(percent: ArrayLike) -> NDArray[np.float64]:
-    return -np.log10(np.maximum(1.0 - np.asarray(percent, dtype=float) / 100.0, _ALL_BUT))
-
-
-def _joined(height: ArrayLike) -> NDArray[np.float64]:
-    return 100.0 * (1.0 - 10.0 ** -np.asarray(height, dtype=float))
 
 
 def plot_histories(searches: Sequence[SearchRow]) -> Figure:

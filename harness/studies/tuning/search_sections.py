@@ -2,19 +2,51 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from statistics import fmean
 
 from steadyload.reports.page import Picture, Section
 from steadyload.reports.table import (
+    Column,
+    Table,
+    columns_for,
     duration,
-    markdown_table,
     milliseconds,
     names,
     percent,
+    plain_percent,
     significant,
+    words,
 )
-from steadyload.studies.tuning.records import SearchRow, SeedRow
 from steadyload.studies.tuning.search_figures import plot_algorithms, plot_histories
+from steadyload.studies.tuning.summary import SearchRow, SeedRow
+
+Groups = Mapping[str, Mapping[str, list[SearchRow]]]
+"""Searches that can be compared: by title of the group, by algorithm."""
+
+
+def _from_start(what: int, form: Callable[[float], str]) -> Callable[[SearchRow], str]:
+    """What a search begins with, and what it found."""
+    return lambda row: f"{form(row.start[what])} → {form(row.found[what])}"
+
+
+_SEARCHES = (
+    words("engine"),
+    words("algorithm"),
+    words("space"),
+    Column("seed"),
+    Column("population", lambda r: f"{r.population} x {r.generations}"),
+    Column("genotypes"),
+    Column("judged whole", "whole"),
+    Column("given up", lambda r: r.genotypes - r.whole),
+    Column("repeats"),
+    Column("CPU", "cpu", duration),
+    Column("wall", "wall", duration),
+    Column("fitness", _from_start(0, "{:.4f}".format)),
+    Column("accuracy %", _from_start(1, plain_percent)),
+    Column("cost ms", _from_start(2, significant)),
+    Column("hypervolume", "hypervolume", "{:.3f}".format),
+)
 
 
 def searches(rows: Sequence[SearchRow]) -> Section:
@@ -25,7 +57,8 @@ def searches(rows: Sequence[SearchRow]) -> Section:
         f"{duration(sum(r.cpu for r in rows))} of CPU time, {whole:,} of them on all cases"
         + (f"; the other {judged - whole:,} were given up before." if judged > whole else ".")
     ]
-    said.append("\n".join(_best_of(engine, rows) for engine in _engines(rows)))
+    engines = dict.fromkeys(r.engine for r in rows)
+    said.append("\n".join(_best_of(engine, rows) for engine in engines))
     begun = [f"{r.engine}, {r.algorithm}, seed {r.seed} with {r.known}" for r in rows if r.known]
     if begun:
         said.append(
@@ -41,7 +74,7 @@ def searches(rows: Sequence[SearchRow]) -> Section:
     return Section(
         "The searches",
         "\n\n".join(said),
-        [_table(rows)],
+        [Table(rows, _SEARCHES)],
         [
             Picture(
                 "searches",
@@ -53,10 +86,6 @@ def searches(rows: Sequence[SearchRow]) -> Section:
     )
 
 
-def _engines(rows: Sequence[SearchRow]) -> list[str]:
-    return list(dict.fromkeys(r.engine for r in rows))
-
-
 def _best_of(engine: str, rows: Sequence[SearchRow]) -> str:
     best = max((r for r in rows if r.engine == engine), key=lambda r: r.found[0])
     (_, accuracy, cost), (_, better, new) = best.start, best.found
@@ -66,105 +95,75 @@ def _best_of(engine: str, rows: Sequence[SearchRow]) -> str:
     )
 
 
-def _table(rows: Sequence[SearchRow]) -> str:
-    header = (
-        "engine", "algorithm", "space", "seed", "population", "genotypes", "judged whole",
-        "given up", "repeats", "CPU", "wall", "fitness", "accuracy %", "cost ms", "hypervolume",
-    )  # fmt: skip
-    return markdown_table(
-        header,
-        [
-            (
-                r.engine,
-                r.algorithm,
-                r.space,
-                str(r.seed),
-                f"{r.population} x {r.generations}",
-                str(r.genotypes),
-                str(r.whole),
-                str(r.genotypes - r.whole),
-                str(r.repeats),
-                duration(r.cpu),
-                duration(r.wall),
-                f"{r.start[0]:.4f} → {r.found[0]:.4f}",
-                f"{100 * r.start[1]:.1f} → {100 * r.found[1]:.1f}",
-                f"{significant(r.start[2])} → {significant(r.found[2])}",
-                f"{r.hypervolume:.3f}",
-            )
-            for r in rows
-        ],
-        left=3,
-    )
-
-
 def algorithms(rows: Sequence[SearchRow]) -> list[Section]:
     """Sections of algorithms on the same engine and space; empty without two algorithms on one."""
     groups = _groups(rows)
     if not groups:
         return []
-    table = markdown_table(
-        ("searched", "algorithm", "searches", "genotypes", "hypervolume", "best fitness"),
+    lines = [(title, name, own) for title, group in groups.items() for name, own in group.items()]
+    table = Table(
+        lines,
         [
-            (
-                title,
-                algorithm,
-                str(len(mine)),
-                f"{_mean([r.genotypes for r in mine]):.0f}",
-                _mean_and_range([r.hypervolume for r in mine], 3),
-                _mean_and_range([r.found[0] for r in mine], 4),
-            )
-            for title, group in groups.items()
-            for algorithm, mine in _by_algorithm(group).items()
+            words("searched", 0),
+            words("algorithm", 1),
+            Column("searches", 2, lambda own: str(len(own))),
+            Column("genotypes", 2, lambda own: f"{fmean(r.genotypes for r in own):.0f}"),
+            Column("hypervolume", 2, lambda own: _mean_and_range(_volumes(own), 3)),
+            Column("best fitness", 2, lambda own: _mean_and_range(_fitness(own), 4)),
         ],
-        left=2,
     )
+    whole = {title: [r for own in g.values() for r in own] for title, g in groups.items()}
+    picture = Picture(
+        "algorithms",
+        plot_algorithms(whole),
+        "Left: hypervolume of the front so far over genotypes judged. Right: the "
+        "fronts at the end, accuracy where the searches judged against modelled cost. "
+        "A line a search.",
+    )
+    said = [
+        f"- {title}: {_order(group, _volumes, 'hypervolume', 3)}; "
+        f"{_order(group, _fitness, 'fitness', 4)}."
+        for title, group in groups.items()
+    ]
     return [
         Section(
             "Genetic against multi-objective",
-            "\n".join(_larger(title, group) for title, group in groups.items())
-            + "\n\nMeans over searches, with their range where there are several.",
+            "\n".join(said) + "\n\nMeans over searches, with their range where there are several.",
             [table],
-            [
-                Picture(
-                    "algorithms",
-                    plot_algorithms(groups),
-                    "Left: hypervolume of the front so far over genotypes judged. Right: the "
-                    "fronts at the end, accuracy where the searches judged against modelled cost. "
-                    "A line a search.",
-                )
-            ],
+            [picture],
         )
     ]
 
 
-def _groups(rows: Sequence[SearchRow]) -> dict[str, list[SearchRow]]:
-    """By title, the searches of one engine in one space that more than one algorithm made."""
-    found: dict[tuple[str, str], list[SearchRow]] = {}
+def _groups(rows: Sequence[SearchRow]) -> Groups:
+    """The searches of one engine in one space that more than one algorithm made."""
+    found: dict[tuple[str, str], dict[str, list[SearchRow]]] = {}
     for row in rows:
-        found.setdefault((row.engine, row.space), []).append(row)
-    groups = {key: mine for key, mine in found.items() if len(_by_algorithm(mine)) > 1}
+        group = found.setdefault((row.engine, row.space), {})
+        group.setdefault(row.algorithm, []).append(row)
+    groups = {key: group for key, group in found.items() if len(group) > 1}
     alone = len({space for _, space in groups}) == 1
     return {engine if alone else f"{engine}, {space}": g for (engine, space), g in groups.items()}
 
 
-def _by_algorithm(rows: Sequence[SearchRow]) -> dict[str, list[SearchRow]]:
-    found: dict[str, list[SearchRow]] = {}
-    for row in rows:
-        found.setdefault(row.algorithm, []).append(row)
-    return found
+def _volumes(rows: Sequence[SearchRow]) -> list[float]:
+    return [r.hypervolume for r in rows]
 
 
-def _larger(title: str, rows: Sequence[SearchRow]) -> str:
-    """Sentence on the algorithms with the largest mean hypervolume and the best mean fitness."""
-    mine = _by_algorithm(rows)
-    volume = {a: [r.hypervolume for r in group] for a, group in mine.items()}
-    fitness = {a: [r.found[0] for r in group] for a, group in mine.items()}
-    return f"- {title}: {_order(volume, 'hypervolume', 3)}; {_order(fitness, 'fitness', 4)}."
+def _fitness(rows: Sequence[SearchRow]) -> list[float]:
+    return [r.found[0] for r in rows]
 
 
-def _order(values: Mapping[str, Sequence[float]], what: str, digits: int) -> str:
-    ranked = sorted(values, key=lambda a: -_mean(values[a]))
-    numbers = [f"{_mean(values[a]):.{digits}f}" for a in ranked]
+def _order(
+    group: Mapping[str, Sequence[SearchRow]],
+    value: Callable[[Sequence[SearchRow]], list[float]],
+    what: str,
+    digits: int,
+) -> str:
+    """Words on the algorithm with the largest mean of a value."""
+    values = {algorithm: value(rows) for algorithm, rows in group.items()}
+    ranked = sorted(values, key=lambda a: -fmean(values[a]))
+    numbers = [f"{fmean(values[a]):.{digits}f}" for a in ranked]
     if numbers[0] == numbers[-1]:
         return f"the same {what} ({numbers[0]})"
     others = ", ".join(f"{n} ({a})" for n, a in zip(numbers[1:], ranked[1:], strict=True))
@@ -174,12 +173,8 @@ def _order(values: Mapping[str, Sequence[float]], what: str, digits: int) -> str
     return said
 
 
-def _mean(values: Sequence[float]) -> float:
-    return sum(values) / len(values)
-
-
 def _mean_and_range(values: Sequence[float], digits: int) -> str:
-    mean = f"{_mean(values):.{digits}f}"
+    mean = f"{fmean(values):.{digits}f}"
     if len(values) == 1:
         return mean
     return f"{mean} ({min(values):.{digits}f} to {max(values):.{digits}f})"
@@ -187,18 +182,17 @@ def _mean_and_range(values: Sequence[float], digits: int) -> str:
 
 def luck(rows: Sequence[SeedRow]) -> Section:
     """Section of the results of the same search with other seeds."""
-    engines = list(dict.fromkeys(r.engine for r in rows))
     said, tables = [], []
-    for engine in engines:
+    for engine in dict.fromkeys(r.engine for r in rows):
         mine = [r for r in rows if r.engine == engine]
         genes = list(dict.fromkeys(g for r in mine for g in r.values))
         differing = [g for g in genes if len({r.values.get(g) for r in mine}) > 1]
         accuracies = [100 * r.test.accuracy.value for r in mine]
         costs = [r.test.cpu.value for r in mine]
         said.append(
-            f"- {engine}, {len(mine)} seeds: test accuracy {_mean(accuracies):.1f} % on average, "
+            f"- {engine}, {len(mine)} seeds: test accuracy {fmean(accuracies):.1f} % on average, "
             f"from {min(accuracies):.1f} to {max(accuracies):.1f} %; CPU time "
-            f"{significant(_mean(costs))} ms, from {significant(min(costs))} to "
+            f"{significant(fmean(costs))} ms, from {significant(min(costs))} to "
             f"{significant(max(costs))} ms. "
             + (
                 f"Seeds differ in {len(differing)} of {len(genes)} parameters: {names(differing)}."
@@ -206,28 +200,19 @@ def luck(rows: Sequence[SeedRow]) -> Section:
                 else "All seeds found the same parameters."
             )
         )
-        tables.append(f"**{engine}**\n\n{_seed_table(mine, differing)}")
+        columns = [
+            words("seed"),
+            Column("fitness", "fitness", "{:.4f}".format),
+            Column("validation %", "validation", plain_percent),
+            Column("n", "test.accuracy.n"),
+            Column("test %", "test.accuracy", percent),
+            Column("CPU ms", "test.cpu", milliseconds),
+            *columns_for(differing, "{}", "values"),
+        ]
+        tables.append(Table(mine, columns, f"**{engine}**"))
     return Section(
         "How much luck",
         "\n".join(said) + "\n\nEach seed's best genotype was tested once. The tables have those "
         "parameters that are not the same for all seeds.",
         tables,
-    )
-
-
-def _seed_table(rows: Sequence[SeedRow], differing: Sequence[str]) -> str:
-    return markdown_table(
-        ("seed", "fitness", "validation %", "n", "test %", "CPU ms", *differing),
-        [
-            (
-                str(r.seed),
-                f"{r.fitness:.4f}",
-                f"{100 * r.validation:.1f}",
-                str(r.test.accuracy.n),
-                percent(r.test.accuracy),
-                milliseconds(r.test.cpu),
-                *(r.values.get(g, "-") for g in differing),
-            )
-            for r in rows
-        ],
     )

@@ -16,8 +16,7 @@ from steadyload.methods.tuned import TUNED, tuned
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import Evaluation, evaluate
 from steadyload.runs.runner import run_study
-from steadyload.studies.tuning.history import tuning_of
-from steadyload.studies.tuning.records import (
+from steadyload.studies.tuning.summary import (
     PricePoint,
     SeedRow,
     TransferCell,
@@ -26,6 +25,7 @@ from steadyload.studies.tuning.records import (
     Tuning,
     Variant,
     VariantTable,
+    tuning_of,
 )
 from steadyload.studies.tuning.variants import (
     Change,

@@ -13,25 +13,76 @@ from steadyload.reports.reliability_tables import (
 )
 from steadyload.reports.table import (
     MISSING,
+    Column,
+    Table,
     compact,
+    counts,
     factor,
-    markdown_table,
     milliseconds,
     names,
     percent,
+    plain_percent,
     significant,
+    words,
+    yes_no,
 )
 from steadyload.runs.costs import CostKind, CostSource
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.uncertain.records import (
-    Check,
-    Checked,
-    Uncertain,
-    UncertainRow,
-)
+from steadyload.studies.method_sections import METHOD
+from steadyload.studies.uncertain.summary import Check, Uncertain, UncertainRow
 
 _FEW = 10
 """Smallest number of cases of which a mean is shown."""
+
+
+def _enough(estimate: Estimate) -> str:
+    return percent(estimate) if estimate.n >= _FEW else MISSING
+
+
+def _with_n(title: str, value: str) -> tuple[Column, Column]:
+    return Column(title, value, _enough), Column("n", f"{value}.n")
+
+
+_ACCURACY = (
+    METHOD,
+    Column("n", "plan.n"),
+    Column("plan %", "plan", percent),
+    Column("likeliest step %", "likeliest", percent),
+    Column("ahead (points)", "ahead", percent),
+    Column("Brier, plan", "plan_brier", factor),
+    Column("Brier, P", "stands.brier", factor),
+)
+_FIRM = (
+    METHOD,
+    *_with_n("unsure %", "unsure"),
+    *_with_n("changed %", "changed"),
+    *_with_n("robust %", "changed_robust"),
+    *_with_n("fragile %", "changed_fragile"),
+)
+_ALONE = (
+    words("deviates", "what"),
+    Column("n", "changed.n"),
+    Column("changed %", "changed", percent),
+    Column("unsure %", "unsure", percent),
+)
+_COST = (
+    METHOD,
+    Column("n", "samples.n"),
+    Column("samples", "samples", lambda e: f"{e.value:.0f} [{e.low:.0f}, {e.high:.0f}]"),
+    Column("CPU ms, plan", "plan_cpu", milliseconds),
+    Column("CPU ms, all samples", "cpu", milliseconds),
+    Column("sampling ended", "endings", counts),
+    Column("samples without a verdict", "lost"),
+    Column("cases without one", "unjudged"),
+)
+_CHECKED = (
+    words("layout"),
+    words("scenario"),
+    Column("samples"),
+    Column("P %", lambda row: percent(Estimate(row.stands, row.low, row.high, row.samples))),
+    Column("random samples %", "random", plain_percent),
+    Column("inside", "inside", yes_no),
+)
 
 
 def uncertain_page(found: Uncertain, manifest: Mapping[str, str]) -> Page:
@@ -93,9 +144,6 @@ def _by_label(row: UncertainRow) -> str:
 
 
 def _accuracy(rows: Sequence[UncertainRow]) -> Section:
-    header = (
-        "method", "n", "plan %", "likeliest step %", "ahead (points)", "Brier, plan", "Brier, P",
-    )  # fmt: skip
     return Section(
         "Accuracy",
         "Share of cases on which the failing step is the label's: the one of the plan, and the "
@@ -103,46 +151,18 @@ def _accuracy(rows: Sequence[UncertainRow]) -> Section:
         "holds 0 tells no difference. *Brier*: mean square of the distance between what is said "
         "of standing (stable or not, 1 or 0, or P) and the label, 1 or 0; 0 is best, and saying "
         "one half always is 0.25. A case without a verdict counts as wrong.",
-        [
-            markdown_table(
-                header,
-                [
-                    (
-                        row.method.title,
-                        str(row.plan.n),
-                        percent(row.plan),
-                        percent(row.likeliest),
-                        percent(row.ahead),
-                        factor(row.plan_brier),
-                        factor(row.stands.brier),
-                    )
-                    for row in rows
-                ],
-            )
-        ],
+        [Table(rows, _ACCURACY)],
     )
 
 
 def _firm(rows: Sequence[UncertainRow]) -> Section:
-    header = ("method", "unsure %", "n", "changed %", "n", "robust %", "n", "fragile %", "n")
     return Section(
         "How firm a plan's verdict is",
         "*Unsure*: P lies from 5 to 95 %. *Changed*: mean share of samples with another failing "
         "step than the plan, over all cases, and over those whose label is *robust* (all judges "
         f"of its ensemble name the same step) or *fragile* (one does not); fewer than {_FEW} cases "
         "tell no mean.",
-        [
-            markdown_table(
-                header,
-                [
-                    (
-                        row.method.title,
-                        *_with_n(row.unsure, row.changed, row.changed_robust, row.changed_fragile),
-                    )
-                    for row in rows
-                ],
-            )
-        ],
+        [Table(rows, _FIRM)],
     )
 
 
@@ -150,15 +170,7 @@ def _alone(found: Uncertain) -> Section:
     return Section(
         "What matters",
         f"One thing alone deviates, judged by {found.alone_method.title}.",
-        [
-            markdown_table(
-                ("deviates", "n", "changed %", "unsure %"),
-                [
-                    (each.what, str(each.changed.n), percent(each.changed), percent(each.unsure))
-                    for each in found.alone
-                ],
-            )
-        ],
+        [Table(found.alone, _ALONE)],
     )
 
 
@@ -178,8 +190,11 @@ def _calibration(rows: Sequence[UncertainRow]) -> Section:
         "alone makes it larger than 0.",
         [
             errors_table(kinds),
-            "Accuracy of the likeliest step without the tenth of the cases of which it has the "
-            f"smallest share:\n\n{abstention_table(abstaining)}",
+            abstention_table(
+                abstaining,
+                "Accuracy of the likeliest step without the tenth of the cases of which it has the "
+                "smallest share:",
+            ),
             bins_table(kinds),
         ],
         [
@@ -200,40 +215,18 @@ def _calibration(rows: Sequence[UncertainRow]) -> Section:
 
 
 def _cost(found: Uncertain) -> Section:
-    header = (
-        "method", "n", "samples", "CPU ms, plan", "CPU ms, all samples", "sampling ended",
-        "samples without a verdict", "cases without one",
-    )  # fmt: skip
     return Section(
         "Cost",
         "A case and all of its samples; drawing what deviates is part of it. "
         f"{CostSource(CostKind.JUDGING).explained()} *Ended*: cases by why there were not more "
         "samples; *narrow*: the interval is as narrow as asked for; "
         "*spent*: there were as many as there may be.",
-        [
-            markdown_table(
-                header,
-                [
-                    (
-                        row.method.title,
-                        str(row.samples.n),
-                        f"{row.samples.value:.0f} [{row.samples.low:.0f}, {row.samples.high:.0f}]",
-                        milliseconds(row.plan_cpu),
-                        milliseconds(row.cpu),
-                        names(f"{count} {why}" for why, count in row.endings.items()),
-                        str(row.lost),
-                        str(row.unjudged),
-                    )
-                    for row in found.rows
-                ],
-            )
-        ],
+        [Table(found.rows, _COST)],
     )
 
 
 def _check(check: Check) -> Section:
     farthest = max(abs(row.stands - row.random) for row in check.rows)
-    header = ("layout", "scenario", "samples", "P %", "random samples %", "inside")
     return Section(
         "Against many random samples",
         f"{check.method.title}, the {len(check.rows)} first layouts, scenarios in turn, of which "
@@ -244,30 +237,7 @@ def _check(check: Check) -> Section:
         f"{significant(100 * farthest, 2)} points apart. One quasi-random sample is worth "
         f"{factor(check.gain)} random ones: p (1 - p) / n over the variance of the mean, which "
         "shows in how far the answers of independent scramblings lie apart.",
-        [
-            markdown_table(
-                header,
-                [(row.layout, row.scenario, *_checked(row)) for row in check.rows],
-                left=2,
-            )
-        ],
-    )
-
-
-def _checked(row: Checked) -> tuple[str, ...]:
-    return (
-        str(row.samples),
-        percent(Estimate(row.stands, row.low, row.high, row.samples)),
-        f"{100 * row.random:.1f}",
-        "yes" if row.inside else "no",
-    )
-
-
-def _with_n(*estimates: Estimate) -> tuple[str, ...]:
-    return tuple(
-        text
-        for each in estimates
-        for text in (percent(each) if each.n >= _FEW else MISSING, str(each.n))
+        [Table(check.rows, _CHECKED)],
     )
 
 

@@ -1,28 +1,24 @@
-"""Computation of records for a page from the samples of labelled cases."""
+"""Typed results on uncertain verdicts, from the samples of labelled cases. Shares are 0 to 1."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
-from steadyload.methods.naming import method_key
+from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import parse_uncertainty
+from steadyload.runs.accuracy import verdicts_against_labels
+from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, ratio, share
-from steadyload.statistics.reliability import abstention, reliability
-from steadyload.studies.uncertain.records import (
-    Alone,
-    Check,
-    Checked,
-    Uncertain,
-    UncertainRow,
-)
+from steadyload.statistics.reliability import Abstention, Reliability, abstention, reliability
 from steadyload.studies.uncertain.study import CHECK, Sampled, UncertainOptions
 
 UNSURE = (0.05, 0.95)
@@ -30,6 +26,110 @@ UNSURE = (0.05, 0.95)
 
 _BINS = (0.0, UNSURE[0], 0.35, 0.65, UNSURE[1], 1.0)
 """Edges of bins; few cases are unsure, so that bins of equal width would be nearly empty."""
+
+
+@dataclass(frozen=True, slots=True)
+class UncertainRow:
+    """Reliability of one method's verdicts on labelled cases that deviate from their plans.
+
+    Attributes:
+        method: the method.
+        plan: accuracy of its verdict on the plan.
+        likeliest: accuracy of the failing step that most samples have.
+        ahead: the latter minus the former, case by case.
+        unsure: share of cases whose probability of standing is from 5 to 95 %.
+        changed: mean share of samples with another failing step than the plan; ``changed_robust``
+            and ``changed_fragile`` of cases whose label is so.
+        samples: mean number a case; ``endings``: cases by the reason for which sampling ended.
+        lost: samples without a verdict. ``unjudged``: cases without any sample with a verdict.
+        cpu, plan_cpu: of a case with all its samples, and of the plan alone [ms].
+        stands: calibration of the probability that the whole load stands, against the label.
+        right: calibration of the share of the likeliest failing step, against its being the
+            label's.
+        plan_brier: mean squared difference of stable (1 or 0) by the plan and by the label.
+        abstention: accuracy without the cases whose likeliest step has the smallest share.
+    """
+
+    method: MethodKey
+    plan: Estimate
+    likeliest: Estimate
+    ahead: Estimate
+    unsure: Estimate
+    changed: Estimate
+    changed_robust: Estimate
+    changed_fragile: Estimate
+    samples: Estimate
+    endings: Mapping[str, int]
+    lost: int
+    unjudged: int
+    cpu: Estimate
+    plan_cpu: Estimate
+    stands: Reliability
+    right: Reliability
+    plan_brier: Estimate
+    abstention: Abstention
+
+
+@dataclass(frozen=True, slots=True)
+class Alone:
+    """Effect of the deviation of one quantity alone: shares as in :class:`UncertainRow`."""
+
+    what: str
+    changed: Estimate
+    unsure: Estimate
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """A layout's probability of standing, by quasi-random and by many random samples."""
+
+    layout: str
+    scenario: str
+    stands: float
+    low: float
+    high: float
+    samples: int
+    random: float
+
+    @property
+    def inside(self) -> bool:
+        """True if the random samples' share lies in the interval."""
+        return self.low <= self.random <= self.high
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """Comparison of probabilities with those of ``random`` random samples a layout.
+
+    ``gain``: number of random samples that one sample is worth, by the variance between the
+    scramblings.
+    """
+
+    method: MethodKey
+    random: int
+    inside: Estimate
+    gain: Estimate
+    rows: tuple[Checked, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Uncertain:
+    """All records for the page.
+
+    ``item_lists``: number of clusters of the intervals. ``silent``: titles of methods without a
+    verdict on any sample.
+    """
+
+    part: str
+    uncertainty: str
+    half_width: float
+    most: int
+    item_lists: int
+    rows: tuple[UncertainRow, ...]
+    silent: tuple[str, ...]
+    alone_method: MethodKey
+    alone: tuple[Alone, ...]
+    check: Check | None
 
 
 def summarise(asked: UncertainOptions, sampled: Sampled) -> Uncertain:
@@ -61,7 +161,7 @@ class _Answer:
     """Result of the samples of one case: shares of those with a verdict; empty without any."""
 
     stands: float
-    likeliest: int
+    likeliest: float
     sure: float
     changed: float
 
@@ -71,13 +171,11 @@ class _Cases:
 
     def __init__(self, table: pd.DataFrame, labels: pd.DataFrame) -> None:
         self.table = table
-        mine = labels.loc[pd.MultiIndex.from_frame(table[KEYS])]
-        self.instances: NDArray[Any] = mine["instance"].to_numpy()
-        counts = mine["item_count"].astype(int)
-        self.label: NDArray[np.int64] = mine["failing_step"].fillna(counts).astype(int).to_numpy()
-        self.stable: NDArray[np.bool_] = mine["failing_step"].isna().to_numpy()
-        self.robust: NDArray[np.bool_] = mine["robust"].fillna(False).to_numpy(bool)
-        self.fragile: NDArray[np.bool_] = ~mine["robust"].fillna(True).to_numpy(bool)
+        self.labels = labels.loc[pd.MultiIndex.from_frame(table[KEYS])]
+        self.instances: NDArray[Any] = self.labels["instance"].to_numpy()
+        self.stable: NDArray[np.bool_] = self.labels["failing_step"].isna().to_numpy()
+        self.robust: NDArray[np.bool_] = self.labels["robust"].fillna(False).to_numpy(bool)
+        self.fragile: NDArray[np.bool_] = ~self.labels["robust"].fillna(True).to_numpy(bool)
         self.plan: NDArray[np.int64] = table["nominal"].fillna(-1).astype(int).to_numpy()
         self.items: NDArray[np.int64] = table["item_count"].to_numpy()
         answers = [
@@ -85,11 +183,16 @@ class _Cases:
             for safe, plan, count in zip(table["safe"], self.plan, self.items, strict=True)
         ]
         self.judged = np.array([answer is not None for answer in answers])
-        given = [answer or _Answer(np.nan, -1, np.nan, np.nan) for answer in answers]
+        given = [answer or _Answer(np.nan, np.nan, np.nan, np.nan) for answer in answers]
         self.stands = np.array([answer.stands for answer in given])
         self.likeliest = np.array([answer.likeliest for answer in given])
         self.sure = np.array([answer.sure for answer in given])
         self.changed = np.array([answer.changed for answer in given])
+
+    def right(self, safe: ArrayLike) -> NDArray[np.bool_]:
+        """Mask of the cases on which a number of items placed safely, if any, is the label's."""
+        compared = verdicts_against_labels(pd.Series(safe), self.labels)
+        return compared["right"].to_numpy(bool)
 
     def unsure(self) -> NDArray[np.bool_]:
         """Mask of the unsure cases, of those with a result."""
@@ -112,7 +215,7 @@ def _answer(safe: dict[int, int], plan: int, count: int) -> _Answer | None:
 def _row(spec: str, cases: _Cases) -> UncertainRow:
     lists, table = cases.instances, cases.table
     judged = cases.judged
-    plan_right, right = cases.plan == cases.label, cases.likeliest == cases.label
+    plan_right, right = cases.right(table["nominal"]), cases.right(cases.likeliest)
     plan_stands = (cases.plan == cases.items).astype(float)
     robust, fragile = judged & cases.robust, judged & cases.fragile
     return UncertainRow(

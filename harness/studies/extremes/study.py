@@ -26,10 +26,11 @@ from steadyload.runs.store import Codec, Progress, Store, locked
 from steadyload.studies.closed_forms import measuring as closed_form_runs
 from steadyload.studies.extremes import measuring as extreme_runs
 from steadyload.studies.extremes import sweeps as sweeps_of
-from steadyload.studies.extremes.records import ExtremeCell, Outcome
+from steadyload.studies.extremes.measuring import Outcome
 from steadyload.studies.extremes.sweeps import (
     FREQUENCIES,
     TIMEOUT,
+    ExtremeCell,
     measure_cell,
     sweep_names,
     sweeps,
@@ -164,9 +165,9 @@ class Line:
         cls, sweep: str, engine: str, frequency: int | None, timeout: float, made_by: MadeBy
     ) -> Line:
         """The line of a sweep."""
-        about = sweeps()[sweep].about
-        units = (CellUnit(sweep, engine, frequency, v, timeout, made_by) for v in about.values)
-        return cls(tuple(units), about.stops)
+        own = sweeps()[sweep]
+        units = (CellUnit(sweep, engine, frequency, v, timeout, made_by) for v in own.values)
+        return cls(tuple(units), own.stops)
 
     def measured(self, cells: Mapping[str, ExtremeCell]) -> list[ExtremeCell]:
         """The cells of this line among some cells by key."""

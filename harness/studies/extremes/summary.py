@@ -1,10 +1,11 @@
-"""Computation of each engine's envelope from the cells of the extremes, and its file."""
+"""Results of the extremes: each engine's envelope, computed from the cells, and its file."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -13,13 +14,9 @@ import steadyload.methods
 from steadyload.atomic import write_atomically
 from steadyload.engines.registry import installed_versions
 from steadyload.methods.envelope import ENVELOPES
-from steadyload.studies.extremes.records import (
-    EnvelopeRow,
-    ExtremeCell,
-    Extremes,
-    Outcome,
-)
-from steadyload.studies.extremes.sweeps import sweeps
+from steadyload.studies.closed_forms.study import ClosedFormResult, ClosedFormTest
+from steadyload.studies.extremes.measuring import Outcome
+from steadyload.studies.extremes.sweeps import ExtremeCell, ExtremeSweep, sweeps
 
 _SIZE_SWEEPS = ("size-two", "size-five")
 _NOMINAL = 10.0
@@ -35,13 +32,50 @@ Held = dict[float, bool]
 """Measured value -> whether it was held."""
 
 
+@dataclass(frozen=True, slots=True)
+class EnvelopeRow:
+    """Envelope of an engine at one frequency, at the label's thresholds.
+
+    ``tower_height`` in items, mass ratios as numbers, sizes in cm, 0 where nothing was held.
+    ``sees_falls``: a plate beyond an edge falls, and one before it stays.
+    """
+
+    engine: str
+    frequency: int | None
+    tower_height: int
+    heavy_on_light: float
+    light_on_heavy: float
+    least_size: float
+    most_size: float
+    item_count: int
+    sees_falls: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Extremes:
+    """All results of the study of extremes.
+
+    ``envelope``: at the label's thresholds; ``rests``: at those of rest. ``from_here_on`` and
+    ``at_rest``: the same, for values held at that frequency and all higher ones; only where falls
+    are detected and two cubes hold, and one row where two are equal. ``timeout``: of a cell [s].
+    """
+
+    sweeps: tuple[ExtremeSweep, ...]
+    cells: tuple[ExtremeCell, ...]
+    envelope: tuple[EnvelopeRow, ...]
+    rests: tuple[EnvelopeRow, ...]
+    from_here_on: tuple[EnvelopeRow, ...]
+    at_rest: tuple[EnvelopeRow, ...]
+    timeout: float
+
+
 def extremes_record(cells: Sequence[ExtremeCell], timeout: float) -> Extremes:
     """The record for the page; sweeps without cells are left out."""
     measured = {cell.sweep for cell in cells}
     rows = envelope_rows(cells)
     strict = envelope_rows(cells, frozenset({Outcome.CLOSE}))
     return Extremes(
-        sweeps=tuple(s.about for name, s in sweeps().items() if name in measured),
+        sweeps=tuple(s for name, s in sweeps().items() if name in measured),
         cells=tuple(cells),
         envelope=rows,
         rests=strict,
@@ -131,17 +165,39 @@ def _both(row: EnvelopeRow, higher: EnvelopeRow) -> EnvelopeRow:
     least, most = max(row.least_size, higher.least_size), min(row.most_size, higher.most_size)
     if not (row.most_size and higher.most_size):
         least = most = 0.0
-    return EnvelopeRow(
-        engine=row.engine,
-        frequency=row.frequency,
-        tower_height=min(row.tower_height, higher.tower_height),
-        heavy_on_light=min(row.heavy_on_light, higher.heavy_on_light),
-        light_on_heavy=min(row.light_on_heavy, higher.light_on_heavy),
-        least_size=least,
-        most_size=most,
-        item_count=min(row.item_count, higher.item_count),
-        sees_falls=row.sees_falls and higher.sees_falls,
-    )
+    both = ("tower_height", "heavy_on_light", "light_on_heavy", "item_count", "sees_falls")
+    least_of_two = {name: min(getattr(row, name), getattr(higher, name)) for name in both}
+    return dataclasses.replace(row, least_size=least, most_size=most, **least_of_two)
+
+
+def expected_value(sweep: ExtremeSweep, value: float, cells: Sequence[ExtremeCell]) -> float | None:
+    """Value of the closed form, as the cells hold it; None where no engine has a result."""
+    mine = (c for c in cells if c.sweep == sweep.name and c.value == value)
+    return next((c.numbers["expected"] for c in mine if "expected" in c.numbers), None)
+
+
+def closed_form_test(sweep: ExtremeSweep, value: float) -> ClosedFormTest:
+    """One value of a sweep as a test, in per cent of its closed form."""
+    axis = f"{sweep.axis} ({sweep.unit})" if sweep.unit else sweep.axis
+    return ClosedFormTest(
+        f"{sweep.name} {value:g}", sweep.title, sweep.definition, 1.0, sweep.quantity,
+        relative=True, resolution=sweep.resolution, argument=value, argument_name=axis,
+    )  # fmt: skip
+
+
+def closed_form_results(
+    sweep: ExtremeSweep, cells: Sequence[ExtremeCell]
+) -> list[ClosedFormResult]:
+    """Errors in per cent of the closed form, where that is not 0."""
+    results = []
+    for c in cells:
+        expected = c.numbers.get("expected")
+        if c.sweep == sweep.name and expected:
+            found = c.numbers["found"]
+            error = 100.0 * (found - expected) / expected
+            name = f"{sweep.name} {c.value:g}"
+            results.append(ClosedFormResult(name, c.engine, c.frequency, found, error))
+    return results
 
 
 def envelope_file() -> Path:
