@@ -20,7 +20,6 @@ from steadyload.layouts.model import Layout
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.envelope_use import EnvelopeCount
-from steadyload.runs.executors import IN_THIS_PROCESS, Executor
 from steadyload.runs.labels import (
     LABELS_FILE,
     Case,
@@ -29,6 +28,7 @@ from steadyload.runs.labels import (
     labelled_material,
     own_material,
 )
+from steadyload.runs.pool import IN_THIS_PROCESS, Executor
 from steadyload.runs.provenance import provenance
 from steadyload.runs.results import LAYOUTS_FILE, SCHEMA_VERSION, load_manifest, result_store
 from steadyload.runs.store import (
@@ -80,7 +80,7 @@ def run_study(
         LayoutError, StudyError: see :meth:`StudyDefinition.layouts`.
         BenchmarkError: see :func:`steadyload.runs.labels.labelled_material`.
         OtherCodeError: a process that is to judge has other code or packages than this one.
-        WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
+        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     if resume and not (directory / "manifest.json").exists():
         raise ResultsError(f"{directory}: holds no run to resume")

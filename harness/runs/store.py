@@ -28,8 +28,7 @@ import pyarrow as pa
 from steadyload.atomic import clear_unfinished, write_atomically
 from steadyload.errors import UserError
 from steadyload.layouts.benchmark.tables import as_parquet, from_parquet
-from steadyload.runs.executors import IN_THIS_PROCESS, Executor, run_units
-from steadyload.runs.pool import PartLimit
+from steadyload.runs.pool import IN_THIS_PROCESS, Executor, PartLimit, run_units
 
 _DIGITS = 16
 """Number of digits of a checksum."""
@@ -61,7 +60,7 @@ class KeyedUnit(Protocol):
     def __len__(self) -> int: ...
 
     def without(self, done: int) -> Self:
-        """See :func:`steadyload.runs.executors.run_units`, as for the next."""
+        """See :func:`steadyload.runs.pool.run_units`, as for the next."""
         ...
 
     def describe(self, part: int) -> str:
@@ -281,7 +280,7 @@ class Store(Generic[Answer, Stored]):
 
         Args:
             units: all units whose shards are wanted; of units with the same key the first counts.
-            work: see :func:`steadyload.runs.executors.run_units`, as for workers.
+            work: see :func:`steadyload.runs.pool.run_units`, as for workers.
             crashed: makes the result of a part that ends its process. None: there is no result, and
                 the unit stays missing.
             lost: called with such a unit and the reason; by default it is an error.
@@ -296,7 +295,7 @@ class Store(Generic[Answer, Stored]):
 
         Raises:
             ResultsError: a unit ended its process, and neither ``crashed`` nor ``lost`` was given.
-            WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
+            WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
         """
         if survey is None:
             units = list(units)

@@ -26,7 +26,7 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.simulation_parameters import SimulationParameters
 from steadyload.methods.spec import SpecError
 from steadyload.methods.tuned import TUNED, tuned
-from steadyload.runs.executors import SinglePart, run_units
+from steadyload.runs.pool import SinglePart, run_units
 from steadyload.runs.provenance import made_by
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource, load_cases

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.runs.executors import run_units
+from steadyload.runs.pool import run_units
 from steadyload.runs.provenance import provenance
 from steadyload.runs.store import locked
 from steadyload.tuning import TuningError
@@ -128,7 +128,7 @@ class Search:
             TuningError: the algorithm needs a package that is not there; the folder's search cannot
                 go on as it began.
             ResultsError: another search is at work in the folder.
-            WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
+            WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
             TuningError: the search was begun with another model of cost or other labels, or its
                 generations would be other ones now.
         """

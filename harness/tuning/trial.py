@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from steadyload.methods.method import Status, judge
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import SpecError
-from steadyload.runs.executors import SinglePart
+from steadyload.runs.pool import SinglePart
 from steadyload.tuning.cases import CaseSource, load_cases
 from steadyload.tuning.cost import CostModel
 

@@ -16,8 +16,7 @@ import pytest
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.packing import random_layouts
 from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.executors import Processes, WorkerDiedError, run_units
-from steadyload.runs.pool import PartLimit
+from steadyload.runs.pool import PartLimit, Processes, WorkerDiedError, run_units
 from steadyload.runs.results import ResultsError, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.worker import RemoteTracebackError, UnpicklableError

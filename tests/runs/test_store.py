@@ -12,7 +12,7 @@ import pyarrow as pa
 import pytest
 
 from steadyload.cli import main
-from steadyload.runs.executors import Serial
+from steadyload.runs.pool import Serial
 from steadyload.runs.provenance import key_of
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.store import JSON, DamagedError, Store, locked, parquet

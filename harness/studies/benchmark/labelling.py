@@ -37,7 +37,7 @@ from steadyload.methods import trace
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.executors import IN_THIS_PROCESS
+from steadyload.runs.pool import IN_THIS_PROCESS
 from steadyload.runs.provenance import key_of, made_by, provenance
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
@@ -170,7 +170,7 @@ def label_set(
             for the splits.
         ResultsError: another run is at work in the folder.
         EngineNotInstalledError: a method's engine is missing.
-        WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
+        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     manifest = read_tables(directory)[3]
     if manifest.get("origin") == "imported" or "seed" not in manifest:

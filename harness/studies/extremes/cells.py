@@ -20,7 +20,7 @@ from steadyload.engines.registry import engines as registered
 from steadyload.errors import nearest
 from steadyload.methods import loading
 from steadyload.runs.definition import StudyError
-from steadyload.runs.executors import IN_THIS_PROCESS, SinglePart
+from steadyload.runs.pool import IN_THIS_PROCESS, SinglePart
 from steadyload.runs.provenance import key_of, made_on, provenance
 from steadyload.runs.store import Codec, Progress, Store, locked
 from steadyload.studies.closed_forms import measuring as closed_form_runs
@@ -111,7 +111,7 @@ def run_extremes(
         StudyError: no engine or sweep of that name.
         EngineNotInstalledError: the library behind an engine is missing.
         ResultsError: another run is at work in the folder, or it holds something else.
-        WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
+        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     names = _known(only_engines, engine_names(), registered(), "engine")
     picked = _known(only_sweeps, sweep_names(), sweep_names(), "sweep")

@@ -14,8 +14,8 @@ from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method, method_class, method_classes
 from steadyload.methods.spec import parse_spec
 from steadyload.runs.definition import StudyDefinition, StudyError
-from steadyload.runs.executors import Executor
 from steadyload.runs.labels import labelled_material
+from steadyload.runs.pool import Executor
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.timing import BLOCK, Times, timed
