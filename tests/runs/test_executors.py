@@ -277,6 +277,15 @@ def test_no_more_units_are_asked_for_than_there_is_room_for(outside):
     assert not multiprocessing.active_children()
 
 
+def test_a_part_in_work_is_killed_when_no_more_results_are_wanted(outside):
+    units, begin = [outside.Words((0.0,)), outside.Words((40.0,))], time.monotonic()
+    answers = run_units(outside.pauses, units, workers=2, crashed=no_crash)
+    assert next(answers) == (units[0], [0.0])
+    answers.close()
+    assert time.monotonic() - begin < 30.0
+    assert not multiprocessing.active_children()
+
+
 def test_an_executor_keeps_its_workers_for_the_same_work(outside):
     def answers(work):
         units = [outside.Words(("PID",)) for _ in range(3)]
