@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from steadyload.atomic import clear_unfinished, write_atomically
+from steadyload.atomic import checksum, clear_unfinished, manifest_text, write_atomically
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model import Layout
 from steadyload.methods.registry import make_method
@@ -32,15 +33,17 @@ from steadyload.runs.pool import IN_THIS_PROCESS, Executor
 from steadyload.runs.provenance import provenance
 from steadyload.runs.results import LAYOUTS_FILE, SCHEMA_VERSION, load_manifest, result_store
 from steadyload.runs.store import (
+    DamagedError,
     Progress,
     ResultsError,
     Survey,
-    checksum,
     checksum_of,
     is_whole,
     locked,
 )
 from steadyload.runs.units import crashed_row, hard_limit, judge_unit, made_now, study_units
+
+_log = logging.getLogger("steadyload")
 
 _FRESH = f".{LAYOUTS_FILE}"
 """Name of the file of layouts until it is complete."""
@@ -171,7 +174,7 @@ def _claim(directory: Path, study: StudyDefinition) -> None:
     if directory.exists() and not directory.is_dir():
         raise ResultsError(f"{directory}: is not a folder")
     if (directory / "manifest.json").exists():
-        name = load_manifest(directory)["study"]["name"]
+        name = load_manifest(directory, verify=False)["study"]["name"]
         if name != study.name:
             raise ResultsError(f"{directory}: holds the study {name!r}; choose another folder")
     elif directory.exists() and any(map(_is_foreign, directory.iterdir())):
@@ -188,7 +191,11 @@ def _is_foreign(found: Path) -> bool:
 def _is_finished(directory: Path, manifest: dict[str, Any]) -> bool:
     if not (directory / "manifest.json").exists():
         return False
-    found = load_manifest(directory)
+    try:
+        found = load_manifest(directory)
+    except DamagedError:
+        _log.warning("%s: is damaged; it is made again", directory / "manifest.json")
+        return False
     # Labels may have changed under verdicts that have not.
     told = ("schema_version", "shards", "labels", "envelope", "files")
     if any(found.get(key) != manifest.get(key) for key in told):
@@ -232,7 +239,7 @@ def _manifest(
 
 
 def _write_manifest(directory: Path, manifest: dict[str, Any]) -> None:
-    write_atomically(directory / "manifest.json", json.dumps(manifest, indent=1) + "\n")
+    write_atomically(directory / "manifest.json", manifest_text(manifest))
 
 
 def _now() -> str:

@@ -25,13 +25,10 @@ from typing import Any, Generic, NoReturn, Protocol, Self, TypeVar
 import pandas as pd
 import pyarrow as pa
 
-from steadyload.atomic import clear_unfinished, write_atomically
+from steadyload.atomic import CHECKSUM_DIGITS, checksum, clear_unfinished, write_atomically
 from steadyload.errors import UserError
 from steadyload.layouts.benchmark.tables import as_parquet, from_parquet
 from steadyload.runs.pool import IN_THIS_PROCESS, Executor, PartLimit, run_units
-
-_DIGITS = 16
-"""Number of digits of a checksum."""
 
 Progress = Callable[[int, int], None]
 
@@ -105,16 +102,11 @@ def parquet(schema: pa.Schema) -> Codec[dict[str, Any], pd.DataFrame]:
     return Codec(".parquet", encode, partial(from_parquet, schema=schema))
 
 
-def checksum(content: bytes) -> str:
-    """The checksum of a file's content: the first digits of its SHA-256."""
-    return hashlib.sha256(content).hexdigest()[:_DIGITS]
-
-
 def checksum_of(path: Path) -> str:
     """The checksum of a file of any size; empty where there is none."""
     try:
         with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()[:_DIGITS]
+            return hashlib.file_digest(file, "sha256").hexdigest()[:CHECKSUM_DIGITS]
     except FileNotFoundError:
         return ""
 
@@ -328,7 +320,9 @@ class Store(Generic[Answer, Stored]):
 
     def _listed(self) -> dict[str, str]:
         """The checksums of existing shards, by key; a file name without one is not a shard's."""
-        name = re.compile(rf"([^.].*)\.([0-9a-f]{{{_DIGITS}}}){re.escape(self._codec.suffix)}")
+        name = re.compile(
+            rf"([^.].*)\.([0-9a-f]{{{CHECKSUM_DIGITS}}}){re.escape(self._codec.suffix)}"
+        )
         files = self._folder.iterdir() if self._folder.is_dir() else ()
         return {m[1]: m[2] for file in files if (m := name.fullmatch(file.name))}
 
