@@ -29,7 +29,7 @@ from steadyload.runs.labels import (
     labelled_material,
     own_material,
 )
-from steadyload.runs.pool import IN_THIS_PROCESS, Executor
+from steadyload.runs.pool import IN_THIS_PROCESS, Executor, PartLimit
 from steadyload.runs.provenance import provenance
 from steadyload.runs.results import LAYOUTS_FILE, SCHEMA_VERSION, load_manifest, result_store
 from steadyload.runs.store import (
@@ -41,7 +41,15 @@ from steadyload.runs.store import (
     is_whole,
     locked,
 )
-from steadyload.runs.units import crashed_row, hard_limit, judge_unit, made_now, study_units
+from steadyload.runs.units import (
+    Row,
+    Unit,
+    crashed_row,
+    hard_limit,
+    judge_unit,
+    made_now,
+    study_units,
+)
 
 _log = logging.getLogger("steadyload")
 
@@ -58,6 +66,7 @@ def run_study(
     workers: int | Executor = IN_THIS_PROCESS,
     rerun: bool = False,
     resume: bool = False,
+    limit: PartLimit[Unit, Row] | None = None,
     progress: Progress = lambda done, total: None,
 ) -> int:
     """Compute the missing rows of a study; returns the number of rows computed now.
@@ -74,6 +83,7 @@ def run_study(
             of status ``timeout``. 0 judges in this process, and a crash ends it.
         rerun: compute everything anew.
         resume: require an existing run; without it, a new one is begun where there is none.
+        limit: hard limit of a judgement; None for that of the study's timeout.
         progress: called with rows done and rows in all, first with the existing ones.
 
     Raises:
@@ -92,7 +102,8 @@ def run_study(
     material = own_material(study) if study.benchmark is None else labelled_material(study)
     _claim(directory, study)
     with locked(directory):
-        return _run(study, material, directory, workers, rerun, progress)
+        limit = limit or hard_limit(study.timeout)
+        return _run(study, material, directory, workers, rerun, limit, progress)
 
 
 def _run(
@@ -101,6 +112,7 @@ def _run(
     directory: Path,
     workers: int | Executor,
     rerun: bool,
+    limit: PartLimit[Unit, Row] | None,
     progress: Progress,
 ) -> int:
     store, layouts, kept = result_store(directory), directory / _FRESH, directory / LAYOUTS_FILE
@@ -132,7 +144,7 @@ def _run(
         study_units(study, material.cases(kept), made_by),
         judge_unit,
         crashed=crashed_row,
-        limit=hard_limit(study.timeout),
+        limit=limit,
         workers=workers,
         progress=progress,
         survey=survey,

@@ -32,10 +32,11 @@ from steadyload.tuning.trial import (
     Race,
     TrialResult,
     TrialUnit,
-    crashed_trial,
     estimated,
     fitness,
     run_trial,
+    trial_limit,
+    trial_without_result,
 )
 
 GOAL_SHARE = 0.185
@@ -292,7 +293,13 @@ class Search:
         keys = {spec: key for key, spec in specs.items()}
         units = [TrialUnit(spec, source, model, race) for spec in keys]
         found: dict[Any, TrialResult] = {}
-        for unit, [trial] in run_units(run_trial, units, workers=workers, crashed=crashed_trial):
+        for unit, [trial] in run_units(
+            run_trial,
+            units,
+            workers=workers,
+            crashed=trial_without_result,
+            limit=trial_limit(len(self.cases)),
+        ):
             found[keys[unit.spec]] = trial
             if number is not None:
                 self.ledger.add(Entry(keys[unit.spec], number, trial))
