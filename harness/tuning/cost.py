@@ -154,18 +154,9 @@ def calibrate(
         with suppress(SpecError):
             specs.append(space.spec(genotype))
     units = [_Measurement(spec, source, cases, repeats) for spec in specs]
-    found = [
-        answer
-        for _, answers in run_units(
-            _measure,
-            units,
-            workers=workers,
-            crashed=_no_cost,
-            limit=PartLimit(_SECONDS_A_CASE * cases * repeats, _no_cost),
-        )
-        for answer in answers
-        if answer is not None
-    ]
+    limit = PartLimit(_SECONDS_A_CASE * cases * repeats, _no_cost)
+    measured = run_units(_measure, units, workers=workers, crashed=_no_cost, limit=limit)
+    found = [answer for _, answers in measured for answer in answers if answer is not None]
     if not found:
         raise TuningError(f"engine {space.engine!r}: no genotype could be measured")
     found.sort(key=lambda answer: answer[1:])  # in which order they were measured means nothing
@@ -244,7 +235,7 @@ class _Measurement(SinglePart):
 _Counted = tuple[Sequence[float], float, str]
 
 
-def _measure(unit: _Measurement) -> Iterator[_Counted]:
+def _measure(unit: _Measurement) -> Iterator[_Counted | None]:
     """Mean counts and mean CPU time [ms] a layout, and the spec."""
     method = make_method(unit.spec)
     cases = load_cases(unit.source)
@@ -259,5 +250,6 @@ def _measure(unit: _Measurement) -> Iterator[_Counted]:
     yield row.tolist(), 1e3 * float(cpu.mean()), unit.spec
 
 
-def _no_cost(unit: _Measurement, part: int, reason: str) -> None:
+def _no_cost(*_: object) -> _Counted | None:
     """A parameter set that ends its process, or takes too long, gives no cost."""
+    return None
