@@ -1,11 +1,47 @@
-"""Files that are either whole or not there."""
+"""Files that are either whole or not there, and checksums by which a later change is noticed."""
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
+
+CHECKSUM_DIGITS = 16
+"""Number of digits of a checksum."""
+
+_CHECKSUM = "checksum"
+"""Key of a manifest's own checksum."""
+
+
+def checksum(content: bytes) -> str:
+    """The checksum of a file's content: the first digits of its SHA-256."""
+    return hashlib.sha256(content).hexdigest()[:CHECKSUM_DIGITS]
+
+
+class ChecksumError(ValueError):
+    """A manifest's content is not what was written."""
+
+
+def manifest_text(manifest: Mapping[str, Any]) -> str:
+    """A manifest as JSON, with the checksum of the rest as its last entry."""
+    own = {_CHECKSUM: checksum(json.dumps(manifest).encode())}
+    return json.dumps({**manifest, **own}, indent=1) + "\n"
+
+
+def verified_manifest(found: Mapping[str, Any]) -> dict[str, Any]:
+    """A manifest that was read, without its checksum; those of earlier versions have none.
+
+    Raises:
+        ChecksumError: it is not what was written.
+    """
+    manifest = dict(found)
+    if manifest.pop(_CHECKSUM, None) not in (None, checksum(json.dumps(manifest).encode())):
+        raise ChecksumError
+    return manifest
 
 
 def write_atomically(path: Path, content: str | bytes | Iterable[str]) -> None:

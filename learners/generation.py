@@ -35,7 +35,7 @@ from steadyload.learners import LearnerError
 from steadyload.learners.sequences import HeldOut, geometry_of
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
-from steadyload.runs.executors import SinglePart
+from steadyload.runs.pool import SinglePart
 from steadyload.runs.provenance import provenance, raised
 from steadyload.runs.store import Codec, Progress, Store, locked, parquet
 
@@ -130,7 +130,7 @@ def generate_labelled(
     Args:
         options: what to draw, and who labels.
         directory: of the set; made when it does not exist.
-        workers: processes beside this one, see :func:`steadyload.runs.executors.run_units`.
+        workers: processes beside this one, see :func:`steadyload.runs.pool.run_units`.
         progress: called with item lists done and item lists in all.
 
     Returns:
@@ -139,7 +139,7 @@ def generate_labelled(
     Raises:
         LearnerError: the folder holds another set.
         ResultsError: another run is at work in the folder.
-        WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
+        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     make_method(options.label).prepare()
     with locked(directory):

@@ -7,6 +7,7 @@ share this module, and their sections can stand on one page.
 from __future__ import annotations
 
 import re
+import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
@@ -17,6 +18,7 @@ import jinja2
 from matplotlib.figure import Figure
 
 from steadyload.reports.charts import image
+from steadyload.reports.replacing import put_back, replace_together
 from steadyload.reports.table import Table
 
 _FIGURES = "figures"
@@ -56,10 +58,11 @@ def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
     """Write a page and its pictures into ``directory``; returns the path of the Markdown file.
 
     The same page gives the same bytes. Pictures go to ``figures/`` beside the page. All is written
-    into a folder of its own first and renamed into place then, so that no file of the page is ever
-    half-written; pictures that only the page before had are removed, and nothing else is.
+    into a folder of its own first and renamed into place then, as a set: an interruption leaves the
+    page before or the new one. Pictures that only the page before had are removed, and nothing else
+    is. When the process is killed in between, writing the page again puts all in order.
     """
-    path, figures = directory / name, directory / _FIGURES
+    path, undo = directory / name, directory / f".{name}.undo"
     template = resources.files("steadyload.reports.templates").joinpath("page.md.j2").read_text()
     # Markdown is written, not HTML: there is nothing to escape here.
     environment = jinja2.Environment(  # noqa: S701
@@ -69,27 +72,24 @@ def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
         undefined=jinja2.StrictUndefined,
     )
     directory.mkdir(parents=True, exist_ok=True)
+    put_back(directory, undo)
+    for unfinished in directory.glob(f".{name}.*"):
+        shutil.rmtree(unfinished)
     with TemporaryDirectory(prefix=f".{name}.", dir=directory) as beside:
         fresh = Path(beside)
+        (fresh / _FIGURES).mkdir()
         files: dict[str, str] = {}
         for picture in (p for section in page.sections for p in section.pictures):
             ending, drawn = image(picture.figure)
             files[picture.name] = f"{_FIGURES}/{picture.name}{ending}"
-            (fresh / f"{picture.name}{ending}").write_bytes(drawn)
+            (fresh / files[picture.name]).write_bytes(drawn)
         text = environment.from_string(template).render(page=page, files=files)
         (fresh / name).write_text(text)
-        before, shown = _shown(path), {Path(file).name for file in files.values()}
-        if shown:
-            figures.mkdir(exist_ok=True)
-        for file in shown:
-            (fresh / file).replace(figures / file)
-        (fresh / name).replace(path)
-    for file in before - shown:
-        (figures / file).unlink(missing_ok=True)
+        replace_together(directory, fresh, [*files.values(), name], [*_shown(path), name], undo)
     return path
 
 
 def _shown(path: Path) -> set[str]:
-    """The file names of the pictures that the page of an earlier run shows."""
+    """The files of the pictures that the page of an earlier run shows."""
     text = path.read_text(errors="replace") if path.exists() else ""
-    return set(re.findall(rf"^!\[.*\]\({_FIGURES}/([^/)]+)\)$", text, re.MULTILINE))
+    return set(re.findall(rf"^!\[.*\]\(({_FIGURES}/[^/)]+)\)$", text, re.MULTILINE))

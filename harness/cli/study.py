@@ -31,7 +31,7 @@ class Run:
     executor: str = option(
         "processes",
         "where to judge: in this process, in others beside it, or on a Dask cluster (default: "
-        "processes)", choices="steadyload.runs.executors:EXECUTORS",
+        "processes)", choices="steadyload.runs.pool:EXECUTORS",
     )  # fmt: skip
     scheduler: str | None = option(
         None, "of the Dask cluster, such as tcp://10.0.0.1:8786 (default: one on this machine)",
@@ -50,7 +50,7 @@ class Run:
         """Judge the missing cases."""
         from steadyload.runs.definition import load_study
         from steadyload.runs.envelope_use import study_warnings
-        from steadyload.runs.executors import make_executor
+        from steadyload.runs.pool import make_executor
         from steadyload.runs.results import load_manifest
         from steadyload.runs.runner import run_study
 

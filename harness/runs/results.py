@@ -17,6 +17,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from steadyload.atomic import ChecksumError, verified_manifest
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import Method, Verdict
 from steadyload.methods.spec import as_plain
@@ -190,10 +191,15 @@ def _frame(table: pa.Table) -> pd.DataFrame:
     return table.to_pandas(types_mapper=nullable.get)
 
 
-def load_manifest(directory: str | Path) -> dict[str, Any]:
+def load_manifest(directory: str | Path, *, verify: bool = True) -> dict[str, Any]:
     """The manifest of a run folder.
 
+    Args:
+        directory: the run folder.
+        verify: compare its checksum; without it, a damaged manifest is returned, too.
+
     Raises:
+        DamagedError: it is not what was written.
         ResultsError: not a run folder.
     """
     path = Path(directory) / "manifest.json"
@@ -202,11 +208,19 @@ def load_manifest(directory: str | Path) -> dict[str, Any]:
     except FileNotFoundError:
         raise ResultsError(f"{directory}: no manifest.json; is it the folder of a study?") from None
     except ValueError:
-        raise ResultsError(f"{path}: not valid JSON; is it cut off?") from None
+        raise ResultsError(
+            f"{path}: not valid JSON; is it cut off? To mend it, remove all from the folder but "
+            "results/ and run the study again: what is finished is kept"
+        ) from None
     try:
         complete = {*_MANIFEST_KEYS} <= set(manifest) and "name" in manifest["study"]
     except TypeError:
         complete = False
     if not complete:
         raise ResultsError(f"{path}: is not the manifest of a study")
-    return manifest
+    try:
+        return verified_manifest(manifest)
+    except ChecksumError:
+        if verify:
+            raise DamagedError(path) from None
+        return dict(manifest)

@@ -8,19 +8,19 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from steadyload.atomic import clear_unfinished, write_atomically
+from steadyload.atomic import checksum, clear_unfinished, manifest_text, write_atomically
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model import Layout
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.envelope_use import EnvelopeCount
-from steadyload.runs.executors import IN_THIS_PROCESS, Executor
 from steadyload.runs.labels import (
     LABELS_FILE,
     Case,
@@ -29,18 +29,29 @@ from steadyload.runs.labels import (
     labelled_material,
     own_material,
 )
+from steadyload.runs.pool import IN_THIS_PROCESS, Executor, PartLimit
 from steadyload.runs.provenance import provenance
 from steadyload.runs.results import LAYOUTS_FILE, SCHEMA_VERSION, load_manifest, result_store
 from steadyload.runs.store import (
+    DamagedError,
     Progress,
     ResultsError,
     Survey,
-    checksum,
     checksum_of,
     is_whole,
     locked,
 )
-from steadyload.runs.units import crashed_row, hard_limit, judge_unit, made_now, study_units
+from steadyload.runs.units import (
+    Row,
+    Unit,
+    crashed_row,
+    hard_limit,
+    judge_unit,
+    made_now,
+    study_units,
+)
+
+_log = logging.getLogger("steadyload")
 
 _FRESH = f".{LAYOUTS_FILE}"
 """Name of the file of layouts until it is complete."""
@@ -55,6 +66,7 @@ def run_study(
     workers: int | Executor = IN_THIS_PROCESS,
     rerun: bool = False,
     resume: bool = False,
+    limit: PartLimit[Unit, Row] | None = None,
     progress: Progress = lambda done, total: None,
 ) -> int:
     """Compute the missing rows of a study; returns the number of rows computed now.
@@ -71,6 +83,7 @@ def run_study(
             of status ``timeout``. 0 judges in this process, and a crash ends it.
         rerun: compute everything anew.
         resume: require an existing run; without it, a new one is begun where there is none.
+        limit: hard limit of a judgement; None for that of the study's timeout.
         progress: called with rows done and rows in all, first with the existing ones.
 
     Raises:
@@ -80,7 +93,7 @@ def run_study(
         LayoutError, StudyError: see :meth:`StudyDefinition.layouts`.
         BenchmarkError: see :func:`steadyload.runs.labels.labelled_material`.
         OtherCodeError: a process that is to judge has other code or packages than this one.
-        WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
+        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     if resume and not (directory / "manifest.json").exists():
         raise ResultsError(f"{directory}: holds no run to resume")
@@ -89,7 +102,8 @@ def run_study(
     material = own_material(study) if study.benchmark is None else labelled_material(study)
     _claim(directory, study)
     with locked(directory):
-        return _run(study, material, directory, workers, rerun, progress)
+        limit = limit or hard_limit(study.timeout)
+        return _run(study, material, directory, workers, rerun, limit, progress)
 
 
 def _run(
@@ -98,6 +112,7 @@ def _run(
     directory: Path,
     workers: int | Executor,
     rerun: bool,
+    limit: PartLimit[Unit, Row] | None,
     progress: Progress,
 ) -> int:
     store, layouts, kept = result_store(directory), directory / _FRESH, directory / LAYOUTS_FILE
@@ -129,7 +144,7 @@ def _run(
         study_units(study, material.cases(kept), made_by),
         judge_unit,
         crashed=crashed_row,
-        limit=hard_limit(study.timeout),
+        limit=limit,
         workers=workers,
         progress=progress,
         survey=survey,
@@ -171,7 +186,7 @@ def _claim(directory: Path, study: StudyDefinition) -> None:
     if directory.exists() and not directory.is_dir():
         raise ResultsError(f"{directory}: is not a folder")
     if (directory / "manifest.json").exists():
-        name = load_manifest(directory)["study"]["name"]
+        name = load_manifest(directory, verify=False)["study"]["name"]
         if name != study.name:
             raise ResultsError(f"{directory}: holds the study {name!r}; choose another folder")
     elif directory.exists() and any(map(_is_foreign, directory.iterdir())):
@@ -188,7 +203,11 @@ def _is_foreign(found: Path) -> bool:
 def _is_finished(directory: Path, manifest: dict[str, Any]) -> bool:
     if not (directory / "manifest.json").exists():
         return False
-    found = load_manifest(directory)
+    try:
+        found = load_manifest(directory)
+    except DamagedError:
+        _log.warning("%s: is damaged; it is made again", directory / "manifest.json")
+        return False
     # Labels may have changed under verdicts that have not.
     told = ("schema_version", "shards", "labels", "envelope", "files")
     if any(found.get(key) != manifest.get(key) for key in told):
@@ -232,7 +251,7 @@ def _manifest(
 
 
 def _write_manifest(directory: Path, manifest: dict[str, Any]) -> None:
-    write_atomically(directory / "manifest.json", json.dumps(manifest, indent=1) + "\n")
+    write_atomically(directory / "manifest.json", manifest_text(manifest))
 
 
 def _now() -> str:

@@ -25,14 +25,10 @@ from typing import Any, Generic, NoReturn, Protocol, Self, TypeVar
 import pandas as pd
 import pyarrow as pa
 
-from steadyload.atomic import clear_unfinished, write_atomically
+from steadyload.atomic import CHECKSUM_DIGITS, checksum, clear_unfinished, write_atomically
 from steadyload.errors import UserError
 from steadyload.layouts.benchmark.tables import as_parquet, from_parquet
-from steadyload.runs.executors import IN_THIS_PROCESS, Executor, run_units
-from steadyload.runs.pool import PartLimit
-
-_DIGITS = 16
-"""Number of digits of a checksum."""
+from steadyload.runs.pool import IN_THIS_PROCESS, Executor, PartLimit, run_units
 
 Progress = Callable[[int, int], None]
 
@@ -61,7 +57,7 @@ class KeyedUnit(Protocol):
     def __len__(self) -> int: ...
 
     def without(self, done: int) -> Self:
-        """See :func:`steadyload.runs.executors.run_units`, as for the next."""
+        """See :func:`steadyload.runs.pool.run_units`, as for the next."""
         ...
 
     def describe(self, part: int) -> str:
@@ -106,16 +102,11 @@ def parquet(schema: pa.Schema) -> Codec[dict[str, Any], pd.DataFrame]:
     return Codec(".parquet", encode, partial(from_parquet, schema=schema))
 
 
-def checksum(content: bytes) -> str:
-    """The checksum of a file's content: the first digits of its SHA-256."""
-    return hashlib.sha256(content).hexdigest()[:_DIGITS]
-
-
 def checksum_of(path: Path) -> str:
     """The checksum of a file of any size; empty where there is none."""
     try:
         with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()[:_DIGITS]
+            return hashlib.file_digest(file, "sha256").hexdigest()[:CHECKSUM_DIGITS]
     except FileNotFoundError:
         return ""
 
@@ -281,7 +272,7 @@ class Store(Generic[Answer, Stored]):
 
         Args:
             units: all units whose shards are wanted; of units with the same key the first counts.
-            work: see :func:`steadyload.runs.executors.run_units`, as for workers.
+            work: see :func:`steadyload.runs.pool.run_units`, as for workers.
             crashed: makes the result of a part that ends its process. None: there is no result, and
                 the unit stays missing.
             lost: called with such a unit and the reason; by default it is an error.
@@ -296,7 +287,7 @@ class Store(Generic[Answer, Stored]):
 
         Raises:
             ResultsError: a unit ended its process, and neither ``crashed`` nor ``lost`` was given.
-            WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
+            WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
         """
         if survey is None:
             units = list(units)
@@ -329,7 +320,9 @@ class Store(Generic[Answer, Stored]):
 
     def _listed(self) -> dict[str, str]:
         """The checksums of existing shards, by key; a file name without one is not a shard's."""
-        name = re.compile(rf"([^.].*)\.([0-9a-f]{{{_DIGITS}}}){re.escape(self._codec.suffix)}")
+        name = re.compile(
+            rf"([^.].*)\.([0-9a-f]{{{CHECKSUM_DIGITS}}}){re.escape(self._codec.suffix)}"
+        )
         files = self._folder.iterdir() if self._folder.is_dir() else ()
         return {m[1]: m[2] for file in files if (m := name.fullmatch(file.name))}
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import judge
 from steadyload.methods.registry import make_method
-from steadyload.runs.executors import SinglePart
+from steadyload.runs.pool import SinglePart
 from steadyload.runs.provenance import key_of
 from steadyload.runs.store import JSON, Progress, Store, locked
 from steadyload.runs.units import made_now
@@ -123,7 +123,7 @@ def timed(
 
     Raises:
         ResultsError: a method ended its process.
-        WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
+        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     if not methods:
         return Times({}, {}, None)

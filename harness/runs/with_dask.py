@@ -14,23 +14,25 @@ import pickle
 import time
 import traceback
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import CancelledError, Future
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from typing import Any, Self, TypeVar
+from typing import Any
 
 import dask
 from distributed import Client, KilledWorker, LocalCluster, Security, Worker, get_worker
 from distributed.comm import get_address_host_port
 from distributed.diagnostics.plugin import WorkerPlugin
 
-from steadyload.runs.executors import POLL_SECONDS, ExecutorError
 from steadyload.runs.pool import (
+    POLL_SECONDS,
     UNITS_PER_WORKER,
-    Answer,
+    Executor,
+    ExecutorError,
     GivenUpError,
     Processes,
+    Result,
     Task,
     Unit,
     WorkerDiedError,
@@ -49,10 +51,8 @@ _PATIENCE = 10.0
 
 _GONE = "the Dask scheduler is gone; what is finished is kept: run it again to go on"
 
-Result = TypeVar("Result")
 
-
-class Dask:
+class Dask(Executor):
     """Executor on a Dask cluster.
 
     Args:
@@ -93,26 +93,25 @@ class Dask:
 
     @property
     def room(self) -> int:
-        """See :attr:`steadyload.runs.executors.Executor.room`."""
+        """See :attr:`steadyload.runs.pool.Executor.room`."""
         if time.monotonic() - self._asked >= POLL_SECONDS:
-            with suppress(
-                OSError, TimeoutError
-            ):  # tasks that are running notice the loss of a scheduler
+            # Tasks that are running notice the loss of a scheduler.
+            with suppress(OSError, TimeoutError):
                 threads = self._client.scheduler_info(n_workers=0)["total_threads"]
                 self._room = UNITS_PER_WORKER * max(1, threads)
             self._asked = time.monotonic()
         return self._room
 
-    def submit(self, task: Task[Unit, Answer]) -> Future[list[Answer]]:
-        """See :meth:`steadyload.runs.executors.Executor.submit`."""
+    def submit(self, task: Task[Unit, Result]) -> Future[list[Result]]:
+        """See :meth:`steadyload.runs.pool.Executor.submit`."""
         if self._client.status == "closed":
             raise WorkerDiedError(_GONE)
         # As bytes, because the scheduler need not unpickle or hold the objects.
-        future = self._executor.submit(_answers, self._pools, pickled(task))
-        return _translated(future, lambda: _outcome(future, task.unit))
-
-    def __enter__(self) -> Self:
-        return self
+        done = self._executor.submit(_results, self._pools, pickled(task))
+        results: Future[list[Result]] = Future()
+        done.add_done_callback(lambda done: _pass_on(done, results, task.unit))
+        results.add_done_callback(lambda results: results.cancelled() and done.cancel())
+        return results
 
     def __exit__(self, *raised: object) -> None:
         self._stack.close()
@@ -141,13 +140,13 @@ class _Failed:
     traceback: str
 
 
-def _answers(pools: str, task: bytes) -> list[Any] | _Failed:
+def _results(pools: str, task: bytes) -> list[Any] | _Failed:
     """Results of a task; runs on a Dask worker."""
     worker = get_worker()
     plugin = worker.plugins[pools]
     assert isinstance(plugin, _WorkerPool)
     try:
-        return plugin.pool.answers(pickle.loads(task))  # noqa: S301 - from the executor
+        return plugin.pool.results(pickle.loads(task))  # noqa: S301 - from the executor
     except Exception as error:
         return _Failed(error, worker.address, traceback.format_exc())
 
@@ -173,21 +172,14 @@ def _outcome(done: Future[list[Any] | _Failed], unit: WorkUnit) -> list[Any]:
     return found
 
 
-def _translated(future: Future[Any], outcome: Callable[[], Result]) -> Future[Result]:
-    """A future of the outcome of another one; cancelling it cancels that."""
-    translated: Future[Result] = Future()
-
-    def translate(_: object) -> None:
-        if not translated.set_running_or_notify_cancel():
-            return
-        try:
-            translated.set_result(outcome())
-        except Exception as error:
-            translated.set_exception(error)
-
-    future.add_done_callback(translate)
-    translated.add_done_callback(lambda other: other.cancelled() and future.cancel())
-    return translated
+def _pass_on(done: Future[list[Any] | _Failed], results: Future[list[Any]], unit: WorkUnit) -> None:
+    """Give the outcome of a finished task to the future that the caller has."""
+    if not results.set_running_or_notify_cancel():
+        return
+    try:
+        results.set_result(_outcome(done, unit))
+    except Exception as error:
+        results.set_exception(error)
 
 
 _NO_HTTP: dict[str, list[str]] = {

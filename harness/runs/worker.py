@@ -1,6 +1,7 @@
-"""A worker process of the pool: it receives units and reports part by part, until it is shut down.
+"""A worker process, and the object by which the pool speaks with it.
 
-The pool therefore knows the part at which a worker died.
+A worker receives units of work and sends the result of every part as soon as it is known. The part
+at which a process ended is therefore known, too.
 """
 
 from __future__ import annotations
@@ -15,15 +16,12 @@ import time
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from enum import Enum
+from enum import Enum, auto
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
 from multiprocessing.reduction import ForkingPickler
 from typing import Any
-
-Work = Callable[[Any], Iterator[Any]]
-"""Prepares for a unit of work, then yields a result for each of its parts."""
 
 _ENVIRONMENT = {
     "PYTHONSAFEPATH": "1",
@@ -46,7 +44,7 @@ _START_LOCK = threading.Lock()
 """Held while a process is started, because the environment is changed for it."""
 
 _PATIENCE = 10.0
-"""Time within which a worker must end after its connection was closed [s]."""
+"""Time within which a process must end after its pipe was closed [s]."""
 
 
 class UnpicklableError(TypeError):
@@ -60,149 +58,148 @@ class RemoteTracebackError(Exception):
         return f"in a worker process:\n\n{self.args[0]}"
 
 
-class Event(Enum):
-    """Report of a worker. Some have values: a result, or an exception with its traceback."""
+class Phase(Enum):
+    """Phase of a worker; of one that has died, the last."""
 
-    READY = "the process has started"
-    PREPARED = "the unit's parts follow"
-    ANSWER = "a part is done"
-    DONE = "the unit is done"
-    FAILED = "the work raised an exception"
-    DIED = "the process has ended"
-    TIMEOUT = "there was no report in time"
+    STARTING = auto()
+    IDLE = auto()
+    PREPARING = auto()
+    WORKING = auto()
 
 
-class State(Enum):
-    """State of a worker; for one that has died, its last state."""
-
-    STARTING = "starting"
-    IDLE = "idle"
-    PREPARING = "preparing for a unit"
-    ANSWERING = "answering a unit's parts"
+class PartTimeoutError(Exception):
+    """A part has taken longer than it may."""
 
 
-_AFTER = {
-    Event.READY: State.IDLE,
-    Event.PREPARED: State.ANSWERING,
-    Event.DONE: State.IDLE,
-    Event.FAILED: State.IDLE,
-}
-"""States that begin with an event."""
+class ProcessDiedError(Exception):
+    """A worker's process has ended; ``code`` as of :attr:`multiprocessing.Process.exitcode`."""
 
-
-@dataclass(frozen=True, slots=True)
-class Exit:
-    """End of a process; ``code`` as of :attr:`multiprocessing.Process.exitcode`."""
-
-    code: int
+    def __init__(self, code: int, phase: Phase) -> None:
+        super().__init__(code, phase)
+        self.code, self.phase = code, phase
 
     @property
-    def by_itself(self) -> bool:
-        """True if code in the process ended it, rather than something outside."""
-        return self.code >= 0 or -self.code in _FATAL_ERRORS
+    def is_crash(self) -> bool:
+        """True if code of a part ended the process, rather than something outside."""
+        by_itself = self.code >= 0 or -self.code in _FATAL_ERRORS
+        return by_itself and self.phase is Phase.WORKING
 
     def __str__(self) -> str:
         if self.code >= 0:
             return f"with exit status {self.code}"
-        with contextlib.suppress(ValueError):
-            return f"by {signal.Signals(-self.code).name}"
-        return f"by signal {-self.code}"
+        names = {int(known): known.name for known in signal.Signals}
+        return f"by {names.get(-self.code, f'signal {-self.code}')}"
 
 
 class Worker:
-    """A started process and the connection to it.
+    """A worker process, which is started at once, and the pipe to it.
 
     Args:
-        work: a module-level function.
+        work: a module-level function that prepares for a unit, then yields the results of its
+            parts.
 
     Raises:
         UnpicklableError: ``work`` cannot be sent.
     """
 
-    def __init__(self, work: Work) -> None:
+    def __init__(self, work: Callable[[Any], Iterator[Any]]) -> None:
         pickled(work)  # raises before there is a process
-        self.work, self.state = work, State.STARTING
-        # spawn: engines must not inherit each other's native state.
-        context = multiprocessing.get_context("spawn")
-        self._connection, theirs = context.Pipe()
-        self._process = context.Process(target=_serve, args=(theirs, work))
-        with theirs, _START_LOCK, worker_environment(), interrupts_blocked():
-            self._process.start()
+        self.work, self.phase = work, Phase.STARTING
+        self.process, self._pipe = start_process(_serve, work)
 
-    def send(self, unit: Any) -> None:
-        """Send a unit to an idle worker.
-
-        Raises:
-            UnpicklableError: it cannot be sent.
-        """
-        message = pickled(unit)
-        self.state = State.PREPARING
-        with contextlib.suppress(OSError):  # `receive` reports a worker that has died
-            self._connection.send_bytes(message)
-
-    def receive(self, seconds: float | None = None) -> tuple[Event, Any]:
-        """The next report, waiting for it; with ``DIED`` comes an :class:`Exit`.
+    def results(self, unit: Any, seconds: float | None) -> Iterator[Any]:
+        """The results of a unit's parts, each as soon as it is known; then the worker is idle.
 
         Args:
-            seconds: wall time after which the event is ``TIMEOUT``; None for no limit.
+            unit: the unit of work.
+            seconds: wall time that a part may take; None for no limit.
+
+        Raises:
+            PartTimeoutError: a part took longer. The process goes on.
+            ProcessDiedError: the process ended.
+            UnpicklableError: the unit or a result cannot be sent.
+            Exception: of the work; the worker is idle.
         """
-        if not self._connection.poll(seconds):
-            return Event.TIMEOUT, None
+        message = pickled(unit)
+        if self.phase is Phase.STARTING:
+            self._receive()
+        self.phase = Phase.PREPARING
+        with contextlib.suppress(OSError):  # `_receive` notices a process that has ended
+            self._pipe.send_bytes(message)
+        self._receive()
+        while True:
+            result = self._receive(seconds)
+            if self.phase is Phase.IDLE:
+                return
+            yield result
+
+    def _receive(self, seconds: float | None = None) -> Any:
+        """The next result, if the message has one; the message sets the phase."""
+        if not self._pipe.poll(seconds):
+            raise PartTimeoutError
         try:
-            event, value = self._connection.recv()
+            message = self._pipe.recv_bytes()
         except (EOFError, OSError):
-            self._process.join(_PATIENCE)
-            self.kill()
-            return Event.DIED, Exit(self._exit_code())
-        self.state = _AFTER.get(event, self.state)
-        return event, value
+            raise ProcessDiedError(self._exit_code(), self.phase) from None
+        self.phase, result, failure = pickle.loads(message)  # noqa: S301 - from our own process
+        if failure is not None:
+            error, text = failure
+            raise error from RemoteTracebackError(text)
+        return result
 
     def _exit_code(self) -> int:
         """Exit code; another thread that starts a process polls all, and may read it first."""
+        self.shut_down()
         deadline = time.monotonic() + _PATIENCE
-        while (code := self._process.exitcode) is None and time.monotonic() < deadline:
+        while (code := self.process.exitcode) is None and time.monotonic() < deadline:
             time.sleep(0.001)
         assert code is not None, "somebody else waits for processes that are ours"
         return code
 
     def shut_down(self) -> None:
-        """Let an idle worker end by itself, and wait for it."""
-        self._connection.close()
-        self._process.join(_PATIENCE)
+        """Let an idle process end by itself, and wait for it."""
+        self._pipe.close()
+        self.process.join(_PATIENCE)
         self.kill()
 
-    def signal_kill(self) -> None:
-        """Kill the process; another thread may wait in :meth:`receive`, which reports it."""
-        self._process.kill()
-
     def kill(self) -> None:
-        """Kill the process and release its resources; no thread may wait in :meth:`receive`."""
-        self._process.kill()
-        self._process.join()
-        self._connection.close()
+        """Kill the process and release its resources; no thread may wait for results."""
+        self.process.kill()
+        self.process.join()
+        self._pipe.close()
 
 
-def _serve(connection: Connection, work: Work) -> None:
-    """Loop of a worker process: units of work until the connection is closed."""
+def _serve(pipe: Connection, work: Callable[[Any], Iterator[Any]]) -> None:
+    """Loop of a worker process: units of work until the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-    _end_with_parent()
-    with contextlib.suppress(BrokenPipeError, ConnectionResetError):  # the parent has gone
-        connection.send((Event.READY, None))
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+    def send(
+        phase: Phase, result: Any = None, failure: tuple[Exception, str] | None = None
+    ) -> None:
+        pipe.send_bytes(pickled((phase, result, failure)))
+
+    with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
+        send(Phase.IDLE)
         while True:
+            message = pipe.recv_bytes()
             try:
-                message = connection.recv_bytes()
-            except EOFError:
-                return
-            try:
-                answers = work(pickle.loads(message))  # noqa: S301 - from the parent process
-                connection.send((Event.PREPARED, None))
-                for answer in answers:
-                    connection.send_bytes(pickled((Event.ANSWER, answer)))
-                connection.send((Event.DONE, None))
+                results = work(pickle.loads(message))  # noqa: S301 - from the parent process
+                send(Phase.WORKING)
+                for result in results:
+                    send(Phase.WORKING, result)
+                send(Phase.IDLE)
             except Exception as error:
-                report = (_picklable(error), traceback.format_exc())
-                connection.send((Event.FAILED, report))
+                send(Phase.IDLE, failure=(_picklable(error), traceback.format_exc()))
+
+
+def _end_with_parent() -> None:
+    """End this process when the one that started it is killed, whatever it is doing."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
 
 
 def _picklable(error: Exception) -> Exception:
@@ -229,10 +226,26 @@ def pickled(thing: object) -> bytes:
         ) from error
 
 
+def start_process(
+    target: Callable[..., None], *arguments: Any, daemon: bool = False
+) -> tuple[SpawnProcess, Connection]:
+    """A new interpreter that calls ``target(pipe, *arguments)``, and our end of the pipe.
+
+    ``daemon`` is that of :class:`multiprocessing.Process`.
+    """
+    # spawn: engines must not inherit each other's native state.
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=target, args=(theirs, *arguments), daemon=daemon)
+    with theirs, _START_LOCK, worker_environment(), interrupts_blocked():
+        process.start()
+    return process, ours
+
+
 @contextmanager
 def worker_environment() -> Iterator[None]:
     """Context in which new processes get the variables of workers; those of the user stay."""
-    added = [name for name in _ENVIRONMENT if name not in os.environ]
+    added = _ENVIRONMENT.keys() - os.environ.keys()
     os.environ.update({name: _ENVIRONMENT[name] for name in added})
     try:
         yield
@@ -255,15 +268,3 @@ def interrupts_blocked() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _end_with_parent() -> None:
-    """Make a worker end when the process that started it is killed, instead of waiting forever."""
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def watch() -> None:
-        parent.join()
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()

@@ -26,7 +26,7 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.simulation_parameters import SimulationParameters
 from steadyload.methods.spec import SpecError
 from steadyload.methods.tuned import TUNED, tuned
-from steadyload.runs.executors import SinglePart, run_units
+from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.runs.provenance import made_by
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource, load_cases
@@ -63,6 +63,9 @@ _REDRAWN = 0.3
 _ANCHOR_WEIGHT = 16.0
 """Of the goal, the start of a space and what was found in it before, among parameter sets: every
 cost of a search is compared with the first, and searches spend their time near the others."""
+
+_SECONDS_A_CASE = 20.0
+"""Hard limit on the wall time of a measurement, by judged case."""
 
 _USUAL_ITERATIONS = 50
 """Of an engine that was not told."""
@@ -151,12 +154,9 @@ def calibrate(
         with suppress(SpecError):
             specs.append(space.spec(genotype))
     units = [_Measurement(spec, source, cases, repeats) for spec in specs]
-    found = [
-        answer
-        for _, answers in run_units(_measure, units, workers=workers, crashed=_crashed)
-        for answer in answers
-        if answer is not None
-    ]
+    limit = PartLimit(_SECONDS_A_CASE * cases * repeats, _no_cost)
+    measured = run_units(_measure, units, workers=workers, crashed=_no_cost, limit=limit)
+    found = [answer for _, answers in measured for answer in answers if answer is not None]
     if not found:
         raise TuningError(f"engine {space.engine!r}: no genotype could be measured")
     found.sort(key=lambda answer: answer[1:])  # in which order they were measured means nothing
@@ -235,7 +235,7 @@ class _Measurement(SinglePart):
 _Counted = tuple[Sequence[float], float, str]
 
 
-def _measure(unit: _Measurement) -> Iterator[_Counted]:
+def _measure(unit: _Measurement) -> Iterator[_Counted | None]:
     """Mean counts and mean CPU time [ms] a layout, and the spec."""
     method = make_method(unit.spec)
     cases = load_cases(unit.source)
@@ -250,5 +250,6 @@ def _measure(unit: _Measurement) -> Iterator[_Counted]:
     yield row.tolist(), 1e3 * float(cpu.mean()), unit.spec
 
 
-def _crashed(unit: _Measurement, part: int, reason: str) -> None:
-    """A parameter set that ends its process gives no cost."""
+def _no_cost(*_: object) -> _Counted | None:
+    """A parameter set that ends its process, or takes too long, gives no cost."""
+    return None

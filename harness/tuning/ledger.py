@@ -17,8 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.atomic import write_atomically
-from steadyload.runs.store import checksum
+from steadyload.atomic import checksum, write_atomically
 from steadyload.tuning import TuningError
 from steadyload.tuning.space import Genotype
 from steadyload.tuning.trial import TrialResult

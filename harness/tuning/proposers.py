@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import signal
 from collections.abc import Sequence
@@ -11,7 +10,7 @@ from typing import ClassVar, Protocol
 
 import numpy as np
 
-from steadyload.runs.worker import interrupts_blocked, worker_environment
+from steadyload.runs.worker import start_process
 from steadyload.tuning.space import Genotype, Space
 
 VERSION = 1
@@ -79,14 +78,7 @@ class Genetic:
     ) -> None:
         first = first_generation(space, population, seed, known)
         sizes = [len(gene.values) for gene in space.genes]
-        context = multiprocessing.get_context("spawn")
-        self._line, theirs = context.Pipe()
-        self._process = context.Process(
-            target=_evolve, args=(theirs, first, sizes, seed), daemon=True
-        )
-        with worker_environment(), interrupts_blocked():
-            self._process.start()
-        theirs.close()
+        self._process, self._line = start_process(_evolve, first, sizes, seed, daemon=True)
 
     def ask(self) -> list[Genotype]:
         """See :meth:`Proposer.ask`."""

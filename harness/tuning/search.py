@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.runs.executors import run_units
+from steadyload.runs.pool import run_units
 from steadyload.runs.provenance import provenance
 from steadyload.runs.store import locked
 from steadyload.tuning import TuningError
@@ -32,10 +32,11 @@ from steadyload.tuning.trial import (
     Race,
     TrialResult,
     TrialUnit,
-    crashed_trial,
     estimated,
     fitness,
     run_trial,
+    trial_limit,
+    trial_without_result,
 )
 
 GOAL_SHARE = 0.185
@@ -128,7 +129,7 @@ class Search:
             TuningError: the algorithm needs a package that is not there; the folder's search cannot
                 go on as it began.
             ResultsError: another search is at work in the folder.
-            WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
+            WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
             TuningError: the search was begun with another model of cost or other labels, or its
                 generations would be other ones now.
         """
@@ -292,7 +293,13 @@ class Search:
         keys = {spec: key for key, spec in specs.items()}
         units = [TrialUnit(spec, source, model, race) for spec in keys]
         found: dict[Any, TrialResult] = {}
-        for unit, [trial] in run_units(run_trial, units, workers=workers, crashed=crashed_trial):
+        for unit, [trial] in run_units(
+            run_trial,
+            units,
+            workers=workers,
+            crashed=trial_without_result,
+            limit=trial_limit(len(self.cases)),
+        ):
             found[keys[unit.spec]] = trial
             if number is not None:
                 self.ledger.add(Entry(keys[unit.spec], number, trial))

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from steadyload.methods.method import Status, judge
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import SpecError
-from steadyload.runs.executors import SinglePart
+from steadyload.runs.pool import PartLimit, SinglePart
+from steadyload.runs.units import hard_seconds
 from steadyload.tuning.cases import CaseSource, load_cases
 from steadyload.tuning.cost import CostModel
 
@@ -34,7 +35,7 @@ GROWTH = dict(zip(ROUNDS, (5.0, 2.5, 1.5, 1.3), strict=True))
 the median of 96 such genotypes on MuJoCo and Bullet, judged on all 900 cases of validation."""
 
 WORST_COST = 1e4
-"""ms; of what cannot be judged."""
+"""ms; of what cannot be judged, and of a case of a trial at most on average: a hard limit."""
 
 _SURE = 2.0
 """Standard errors."""
@@ -233,6 +234,11 @@ def run_trial(unit: TrialUnit) -> Iterator[TrialResult]:
     yield trial
 
 
-def crashed_trial(unit: TrialUnit, part: int, reason: str) -> TrialResult:
-    """Of a genotype that ends the process it is judged in."""
+def trial_limit(case_count: int) -> PartLimit[TrialUnit, TrialResult]:
+    """Hard limit of a trial on that many cases, such as one in a call of an engine that hangs."""
+    return PartLimit(hard_seconds(1e-3 * WORST_COST * case_count), trial_without_result)
+
+
+def trial_without_result(unit: TrialUnit, part: int, reason: str) -> TrialResult:
+    """Of a genotype that ends the process it is judged in, or exceeds its hard limit."""
     return TrialResult(NOTHING.right, NOTHING.cost, reason=f"{unit.describe(part)}: {reason}")

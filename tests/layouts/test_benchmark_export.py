@@ -4,15 +4,22 @@ import csv
 import json
 
 import pandas as pd
+import pyarrow.parquet as pq
 import pytest
 
+from steadyload.atomic import write_atomically
 from steadyload.cli import main
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
+from steadyload.layouts.benchmark import BenchmarkError, load_benchmark, tables
 from steadyload.layouts.benchmark.dataset import row_of
 from steadyload.layouts.benchmark.export import LABEL_COLUMNS, export, labels_path
 from steadyload.layouts.benchmark.overview import overview
-from steadyload.layouts.benchmark.tables import CASES, write_tables
+from steadyload.layouts.benchmark.tables import (
+    CASES,
+    DamagedSetError,
+    as_parquet,
+    write_tables,
+)
 from steadyload.layouts.formats import Format, read_layouts
 from steadyload.layouts.record import FormatError
 
@@ -62,6 +69,46 @@ def folder(tmp_path):
     frames = [pd.DataFrame(rows) for rows in (layouts, cases, opinions)]
     write_tables(tmp_path / "set", *frames, {"origin": "made here"})
     return tmp_path / "set"
+
+
+@pytest.mark.parametrize("name", ["layouts", "cases", "opinions"])
+def test_a_table_that_is_not_the_one_written_is_named(folder, tmp_path, name):
+    """One that can be read, as a copy out of another set."""
+    file = folder / f"{name}.parquet"
+    whole = pd.read_parquet(file)
+    file.write_bytes(as_parquet(whole[::-1], pq.read_schema(file)))
+    with pytest.raises(
+        DamagedSetError, match=rf"{name}\.parquet: is damaged, .* make the set anew"
+    ):
+        load_benchmark(folder)
+    about = folder / "manifest.json"
+    older = {k: v for k, v in json.loads(about.read_text()).items() if "checksum" not in k}
+    about.write_text(json.dumps(older))
+    assert load_benchmark(folder).manifest == older
+
+
+def test_a_changed_manifest_of_a_set_is_named(folder):
+    about = folder / "manifest.json"
+    about.write_text(about.read_text().replace("made here", "made there"))
+    with pytest.raises(DamagedSetError, match=r"manifest\.json: is damaged"):
+        load_benchmark(folder)
+
+
+def test_a_set_interrupted_while_it_is_written_again_can_be_read(folder, monkeypatch):
+    before, written = load_benchmark(folder), []
+
+    def interrupt(path, content):
+        written.append(path.name)
+        if path.name == "cases.parquet":
+            raise KeyboardInterrupt
+        write_atomically(path, content)
+
+    monkeypatch.setattr(tables, "write_atomically", interrupt)
+    frames = (before.layouts.reset_index()[::-1], before.cases, before.opinions)
+    with pytest.raises(KeyboardInterrupt):
+        write_tables(folder, *frames, before.manifest)
+    assert written == ["manifest.json", "layouts.parquet", "cases.parquet"]
+    assert set(load_benchmark(folder).layouts.index) == {"A", "B"}
 
 
 def labels(path):

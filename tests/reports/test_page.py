@@ -1,10 +1,32 @@
 """A page is written whole or not at all, and leaves alone what is not its own."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import matplotlib.figure
 import pytest
 
 from steadyload.reports import page as pages
 from steadyload.reports.page import Page, Picture, Section, write_page
+
+KILLED = """
+import os, sys
+from pathlib import Path
+import matplotlib.figure
+from steadyload.reports.page import Page, Picture, Section, write_page
+left, replace = int(sys.argv[1]), Path.replace
+def killing(self, target):
+    global left
+    left -= 1
+    if left < 0:
+        os._exit(9)
+    return replace(self, target)
+Path.replace = killing
+pictures = [Picture(name, matplotlib.figure.Figure(), "Shows.") for name in ("b", "c")]
+write_page(Page("New", "So.", [Section("One", pictures=pictures)], {}), Path("."))
+"""
 
 
 def page(*names, summary="So."):
@@ -55,3 +77,45 @@ def test_a_page_that_cannot_be_made_leaves_the_one_before(tmp_path):
     with pytest.raises(TypeError):
         write_page(broken, tmp_path)
     assert {name: (tmp_path / name).read_bytes() for name in files(tmp_path)} == before
+
+
+def contents(folder):
+    return {name: (folder / name).read_bytes() for name in files(folder)}
+
+
+@pytest.mark.parametrize("moved", [0, 1, 2])
+def test_a_page_interrupted_between_two_of_its_files_is_the_one_before(
+    tmp_path, monkeypatch, moved
+):
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "figures" / "mine.png").write_text("mine")
+    write_page(page("a", "b"), tmp_path)
+    before, replace, calls = contents(tmp_path), Path.replace, []
+
+    def interrupt(self, target):
+        calls.append(target)
+        if len(calls) == moved + 1:
+            raise KeyboardInterrupt
+        return replace(self, target)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "replace", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            write_page(page("b", "c", summary="New."), tmp_path)
+    assert contents(tmp_path) == before
+    write_page(page("b", "c", summary="New."), tmp_path)
+    assert files(tmp_path) == {
+        "report.md", "figures/b.svg", "figures/c.svg", "figures/mine.png",
+    }  # fmt: skip
+
+
+def test_a_page_whose_process_was_killed_is_put_in_order_by_the_next(tmp_path):
+    write_page(page("a", "b"), tmp_path)
+    before = contents(tmp_path)
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    command = [sys.executable, "-c", KILLED, "2"]
+    assert subprocess.run(command, cwd=tmp_path, env=environment, check=False).returncode == 9
+    assert "figures/c.svg" in files(tmp_path)
+    with pytest.raises(TypeError):
+        write_page(Page("Title", "So.", [Section("One", tables=None)], {}), tmp_path)
+    assert contents(tmp_path) == before

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from steadyload.atomic import checksum
 from steadyload.cli import main
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.benchmark.build import BuildOptions, build
@@ -31,7 +32,6 @@ from steadyload.runs.judged import load_judged
 from steadyload.runs.labels import as_labels, load_labels
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
-from steadyload.runs.store import checksum
 from steadyload.runs.timing import Times
 from steadyload.statistics.metrics import mean, share
 from steadyload.studies.comparison.page import study_page

@@ -21,7 +21,7 @@ from distributed.comm import connect
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.packing import random_layouts
 from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.executors import (
+from steadyload.runs.pool import (
     ExecutorError,
     WorkerDiedError,
     make_executor,

@@ -16,8 +16,7 @@ import pytest
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.packing import random_layouts
 from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.executors import Processes, WorkerDiedError, run_units
-from steadyload.runs.pool import PartLimit
+from steadyload.runs.pool import PartLimit, Processes, WorkerDiedError, run_units
 from steadyload.runs.results import ResultsError, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.worker import RemoteTracebackError, UnpicklableError
@@ -275,6 +274,15 @@ def test_no_more_units_are_asked_for_than_there_is_room_for(outside):
         assert answer == [None]
         assert len(drawn) - done < 4
     answers.close()
+    assert not multiprocessing.active_children()
+
+
+def test_a_part_in_work_is_killed_when_no_more_results_are_wanted(outside):
+    units, begin = [outside.Words((0.0,)), outside.Words((40.0,))], time.monotonic()
+    answers = run_units(outside.pauses, units, workers=2, crashed=no_crash)
+    assert next(answers) == (units[0], [0.0])
+    answers.close()
+    assert time.monotonic() - begin < 30.0
     assert not multiprocessing.active_children()
 
 

@@ -12,7 +12,7 @@ import pyarrow as pa
 import pytest
 
 from steadyload.cli import main
-from steadyload.runs.executors import Serial
+from steadyload.runs.pool import Serial
 from steadyload.runs.provenance import key_of
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.store import JSON, DamagedError, Store, locked, parquet
@@ -227,6 +227,34 @@ def test_a_bit_of_the_layouts_is_noticed(done, tmp_path, capfd):
         assert "layouts.json: cannot be read, it is damaged" in capfd.readouterr().err
     check_mended(folder, file, said(done), capfd)
     assert file.read_bytes() == whole
+
+
+def test_a_changed_manifest_is_named_and_written_again(done, tmp_path, capfd):
+    folder = Path(shutil.copytree(done, tmp_path / "mine"))
+    file = folder / "run" / "manifest.json"
+    changed = file.read_text().replace('"rows": 8', '"rows": 9')
+    file.write_text(changed)
+    with pytest.raises(DamagedError, match=r"manifest\.json: .* is damaged; run the study again"):
+        load_manifest(folder / "run")
+    check_mended(folder, file, said(done), capfd)
+    assert load_manifest(folder / "run")["rows"] == 8
+    older = {k: v for k, v in json.loads(changed).items() if k != "checksum"}
+    file.write_text(json.dumps(older))
+    assert load_manifest(folder / "run") == older
+
+
+def test_what_is_said_of_a_manifest_that_was_cut_off_mends_it(done, tmp_path, capfd):
+    folder = Path(shutil.copytree(done, tmp_path / "mine"))
+    file = folder / "run" / "manifest.json"
+    file.write_bytes(file.read_bytes()[:-9])
+    assert run(folder) == 2
+    assert "remove all from the folder but results/ and run" in capfd.readouterr().err
+    for other in (folder / "run").iterdir():
+        if other.name != "results":
+            other.unlink()
+    assert run(folder) == 0
+    assert capfd.readouterr().out.startswith("0 ")
+    pd.testing.assert_frame_equal(said(folder), said(done))
 
 
 def test_a_folder_of_an_earlier_version_is_judged_anew(done, tmp_path, capfd):

@@ -2,7 +2,9 @@
 
 import dataclasses
 import json
+import os
 import re
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +13,7 @@ from matplotlib.colors import to_hex
 from matplotlib.patches import Rectangle
 
 from steadyload.cli import main
+from steadyload.engines import registry
 from steadyload.engines.registry import engine_names, open_world, world_class
 from steadyload.engines.world import (
     GRAVITY,
@@ -269,6 +272,42 @@ def test_processes_give_the_cells_of_one(tmp_path):
         return [(c.value, c.outcome, c.numbers["found"]) for c in cells]
 
     assert said("one", 1) == said("two", 2)
+
+
+@pytest.fixture
+def hanging(tmp_path, monkeypatch):
+    """An engine of another distribution whose steps hang, and hold Python's lock."""
+    about = tmp_path / "site" / "hanging-1.0.dist-info"
+    about.mkdir(parents=True)
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: hanging\nVersion: 1.0\n")
+    entry = "[steadyload.engines]\nhanging = hanging_engine:HangingWorld\n"
+    (about / "entry_points.txt").write_text(entry)
+    (about.parent / "hanging_engine.py").write_text(
+        "import ctypes\n"
+        "from steadyload.engines.with_bullet import BulletWorld\n"
+        "class HangingWorld(BulletWorld):\n"
+        "    def _advance(self, substeps, length):\n"
+        "        ctypes.PyDLL(None).sleep(600)\n"
+    )
+    monkeypatch.syspath_prepend(about.parent)
+    path = os.pathsep.join([str(about.parent), *filter(None, sys.path)])
+    monkeypatch.setenv("PYTHONPATH", path)
+    registry._from_other_distributions.cache_clear()
+    yield "hanging"
+    registry._from_other_distributions.cache_clear()
+
+
+def test_a_native_call_that_hangs_costs_one_cell(hanging, tmp_path):
+    asked = {"only_engines": [hanging], "only_sweeps": ["light-on-heavy"], "frequencies": [60]}
+    values = sweeps()["light-on-heavy"].about.values[:1]
+    with pytest.MonkeyPatch.context() as patched:
+        about = dataclasses.replace(sweeps()["light-on-heavy"].about, values=values)
+        one = {"light-on-heavy": dataclasses.replace(sweeps()["light-on-heavy"], about=about)}
+        patched.setattr(extreme_cells, "sweeps", lambda: one)
+        (cell,) = run_extremes(tmp_path / "run", **asked, timeout=0.1, workers=1)
+    assert (cell.outcome, cell.note) == (
+        Outcome.NO_VERDICT, "no answer within 5.2 s; its process was killed",
+    )  # fmt: skip
 
 
 def test_an_engine_with_its_own_steps_runs_once(tmp_path):

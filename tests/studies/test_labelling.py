@@ -15,7 +15,12 @@ from steadyload.layouts.benchmark.build import BuildOptions, build
 from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import row_of
 from steadyload.layouts.benchmark.splits import SplitSizes
-from steadyload.layouts.benchmark.tables import UNLABELLED, as_parquet, read_parquet
+from steadyload.layouts.benchmark.tables import (
+    UNLABELLED,
+    as_parquet,
+    read_parquet,
+    write_tables,
+)
 from steadyload.layouts.packing import random_layouts
 from steadyload.layouts.scenarios import Scenario
 from steadyload.methods.registry import make_method
@@ -163,6 +168,37 @@ def test_a_case_that_crashes_has_no_label(tmp_path):
     (found,) = read_parquet(tmp_path / "x.parquet", TRACES).itertuples()
     assert (found.layout, found.status, found.reason) == (layout.name, "crashed", "by SIGABRT")
     assert pd.isna(found.failing_step)
+
+
+def test_a_case_beyond_its_hard_limit_has_no_label(tmp_path, monkeypatch):
+    monkeypatch.setattr(labelling, "CASE_SECONDS", 1e-6)
+    (layout,) = random_layouts(1, seed=5)
+    rows = pd.DataFrame([row_of(layout, "Class_1_Instance_0", 1, (layout.name,))])
+    write_unlabelled(tmp_path / "set", rows, [("S1", layout)], {"seed": 1})
+    (found,) = labelling._traced(tmp_path / "set", 1, lambda *_: None).itertuples()
+    assert (found.status, found.reason) == (
+        "timeout", "no answer within 1e-06 s; its process was killed",
+    )  # fmt: skip
+    assert pd.isna(found.failing_step)
+
+
+@pytest.mark.usefixtures("outside")
+def test_a_further_method_that_hangs_ends_no_labelling(tmp_path, monkeypatch):
+    monkeypatch.setattr(labelling, "CASE_SECONDS", 3.0)
+    layouts = random_layouts(3, seed=5)
+    rows = [row_of(lay, f"Class_1_Instance_{k}", 1, (lay.name,)) for k, lay in enumerate(layouts)]
+    cases = [("S1", lay) for lay in layouts]
+    write_unlabelled(tmp_path / "set", pd.DataFrame(rows), cases, {"seed": 1})
+    found = load_benchmark(tmp_path / "set")
+    done = found.cases.drop(columns="instance").assign(status="done", split="test", rank=range(3))
+    write_tables(
+        tmp_path / "set", found.layouts.reset_index(), done, found.opinions, found.manifest
+    )
+    hanging = (FurtherMethod(Reason.ENGINE, "harmful:harm=hang"),)
+    said = labelling._asked(tmp_path / "set", "test", hanging, 1, lambda *_: None)
+    assert said.set_index("layout")["status"].to_dict() == {
+        "layout-0000": "done", "layout-0001": "done", "layout-0002": "timeout",
+    }  # fmt: skip
 
 
 def test_a_built_set_is_not_overwritten(tmp_path):

@@ -14,7 +14,7 @@ import pytest
 from steadyload.methods import tuned
 from steadyload.methods.registry import make_method
 from steadyload.studies.tuning.summary import search_row, tuning_of
-from steadyload.tuning import TuningError
+from steadyload.tuning import TuningError, trial
 from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import CostModel
 from steadyload.tuning.ledger import Ledger
@@ -237,6 +237,16 @@ def test_the_order_of_answers_decides_nothing(finished, tmp_path):
     turned = Search.of(tmp_path)
     assert [e.genotype for e in turned.judged()] == [e.genotype for e in search.judged()]
     assert turned.fittest().genotype == search.fittest().genotype
+
+
+def test_a_genotype_beyond_its_hard_limit_is_worth_nothing(genetic, monkeypatch):
+    search, _ = genetic
+    monkeypatch.setattr(trial, "hard_seconds", lambda timeout: 1e-6 * timeout)
+    spec = search.space.spec(search.space.start)
+    found = search._judge({"start": spec}, search._race(1), 1)["start"]
+    assert (len(found), found.reason) == (
+        0, f"{spec}: no answer within 0.00036 s; its process was killed",
+    )  # fmt: skip
 
 
 def test_a_budget_ends_a_search_over_all_its_starts(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,13 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from steadyload.atomic import write_atomically
+from steadyload.atomic import (
+    ChecksumError,
+    checksum,
+    manifest_text,
+    verified_manifest,
+    write_atomically,
+)
 from steadyload.errors import UserError
 
 VERSION = 1
@@ -87,9 +94,22 @@ method."""
 
 _TABLES = {"layouts": LAYOUTS, "cases": CASES, "opinions": OPINIONS}
 
+_CHECKSUMS = "checksums"
+"""Entry of the manifest: the checksum of every table, by name."""
+
 
 class BenchmarkError(UserError):
     """A folder that holds no labelled set, a damaged one, or one that lacks what is needed."""
+
+
+class DamagedSetError(BenchmarkError):
+    """A file of a labelled set whose content is no longer what was written."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(
+            f"{path}: is damaged, its checksum is another; take it from a backup, or remove the "
+            "folder and make the set anew"
+        )
 
 
 def write_tables(
@@ -99,16 +119,23 @@ def write_tables(
     opinions: pd.DataFrame,
     manifest: dict[str, Any],
 ) -> None:
-    """Write a labelled set. All that takes time or may fail comes before the first file."""
+    """Write a labelled set. All that takes time or may fail comes before the first file.
+
+    While tables are being replaced, a manifest that is there has no checksums of them.
+    """
     frames = {"layouts": layouts, "cases": cases, "opinions": opinions}
     contents = {name: as_parquet(frame, _TABLES[name]) for name, frame in frames.items()}
     directory.mkdir(parents=True, exist_ok=True)
+    path = directory / "manifest.json"
+    with suppress(BenchmarkError):
+        write_atomically(path, manifest_text({**_load_manifest(path), _CHECKSUMS: {}}))
     for name, content in contents.items():
         write_atomically(directory / f"{name}.parquet", content)
     counts = {"layouts": len(layouts), "cases": len(cases), "opinions": len(opinions)}
-    own = {"version": VERSION, **counts}
+    sums = {name: checksum(content) for name, content in contents.items()}
+    own = {"version": VERSION, **counts, _CHECKSUMS: sums}
     about = own | manifest | own  # those of an earlier manifest give way
-    write_atomically(directory / "manifest.json", json.dumps(about, indent=1) + "\n")
+    write_atomically(path, manifest_text(about))
 
 
 def refuse_foreign(directory: Path) -> None:
@@ -153,31 +180,50 @@ def read_tables(
     Raises:
         BenchmarkError: not such a folder, one of another version, or a damaged one.
     """
-    path = directory / "manifest.json"
+    manifest = _load_manifest(directory / "manifest.json")
+    sums = manifest.pop(_CHECKSUMS, {})
+    layouts, cases, opinions = (
+        read_parquet(directory / f"{name}.parquet", schema, sums.get(name))
+        for name, schema in _TABLES.items()
+    )
+    return layouts, cases, opinions, manifest
+
+
+def _load_manifest(path: Path) -> dict[str, Any]:
     try:
         manifest = json.loads(path.read_bytes())
         version = manifest["version"]
+        found = verified_manifest(manifest)
     except FileNotFoundError:
-        raise BenchmarkError(f"{directory}: no manifest.json; is it a labelled set?") from None
+        raise BenchmarkError(f"{path.parent}: no manifest.json; is it a labelled set?") from None
+    except ChecksumError:
+        raise DamagedSetError(path) from None
     except (ValueError, TypeError, KeyError):
         raise BenchmarkError(f"{path}: is not the manifest of a labelled set") from None
     if version != VERSION:
         raise BenchmarkError(f"{path}: version is {version!r}; allowed: {VERSION}")
-    frames = [read_parquet(directory / f"{name}.parquet", s) for name, s in _TABLES.items()]
-    layouts, cases, opinions = frames
-    return layouts, cases, opinions, manifest
+    return found
 
 
-def read_parquet(path: Path, schema: pa.Schema) -> pd.DataFrame:
+def read_parquet(path: Path, schema: pa.Schema, expected: str | None = None) -> pd.DataFrame:
     """A table of one of the schemas above.
+
+    Args:
+        path: the file.
+        schema: of the table.
+        expected: its checksum; None where it is not known.
 
     Raises:
         BenchmarkError: it is missing, damaged, or of another schema.
     """
     try:
-        return from_parquet(path.read_bytes(), schema)
+        content = path.read_bytes()
     except FileNotFoundError:
         raise BenchmarkError(f"{path}: is missing") from None
+    if expected not in (None, checksum(content)):
+        raise DamagedSetError(path)
+    try:
+        return from_parquet(content, schema)
     except BenchmarkError as error:
         raise BenchmarkError(f"{path}: {error}") from None
 

@@ -78,12 +78,20 @@ def trace_unit(unit: TraceUnit) -> Iterator[dict[str, Any]]:
 
 def crashed_row(unit: TraceUnit, part: int, reason: str) -> dict[str, Any]:
     """The row of a case that ends the process it is traced in."""
-    scenario, layout = unit.cases[part]
+    return _row(*unit.cases[part], Status.CRASHED, reason)
+
+
+def timed_out_row(unit: TraceUnit, part: int, reason: str) -> dict[str, Any]:
+    """The row of a case that exceeds its hard limit."""
+    return _row(*unit.cases[part], Status.TIMEOUT, reason)
+
+
+def _row(scenario: str, layout: Layout, status: Status, reason: str = "") -> dict[str, Any]:
     return {
         "layout": layout.name,
         "scenario": scenario,
         "item_count": len(layout),
-        "status": str(Status.CRASHED),
+        "status": str(status),
         "reason": reason,
     }
 
@@ -93,13 +101,7 @@ def trace_row(scenario: str, layout: Layout) -> dict[str, Any]:
     method = make_method(LABEL)
     assert isinstance(method, Simulation)
     trace = trace_loading(layout, method, t_max=T_MAX, samples=SAMPLES, ending=DECISIVE)
-    row: dict[str, Any] = {
-        "layout": layout.name,
-        "scenario": scenario,
-        "item_count": len(layout),
-        "status": str(Status.DONE),
-        "reason": "",
-    }
+    row = _row(scenario, layout, Status.DONE)
     try:
         answers = {spec: _failing_step(spec, trace, layout) for spec in (LABEL, PAPER, *LIMITS)}
     except UndecidedError:

@@ -37,11 +37,12 @@ from steadyload.methods import trace
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.executors import IN_THIS_PROCESS
+from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit
 from steadyload.runs.provenance import key_of, made_by, provenance
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.store import Store, locked, parquet
+from steadyload.runs.units import timed_out_row as timed_out_verdict
 from steadyload.studies.benchmark import label_rows
 from steadyload.studies.benchmark.label_rows import (
     LABEL,
@@ -49,8 +50,12 @@ from steadyload.studies.benchmark.label_rows import (
     TRACES,
     TraceUnit,
     crashed_row,
+    timed_out_row,
     trace_unit,
 )
+
+CASE_SECONDS = 3600.0
+"""Hard limit on the wall time of a case, far beyond that of any: for a call that hangs."""
 
 _SHARD = 48
 
@@ -170,7 +175,7 @@ def label_set(
             for the splits.
         ResultsError: another run is at work in the folder.
         EngineNotInstalledError: a method's engine is missing.
-        WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
+        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     manifest = read_tables(directory)[3]
     if manifest.get("origin") == "imported" or "seed" not in manifest:
@@ -245,6 +250,7 @@ def _traced(directory: Path, workers: int, progress: Callable[[int, int], None])
         sorted(units, key=_turn(benchmark)),
         trace_unit,
         crashed=crashed_row,
+        limit=PartLimit(CASE_SECONDS, timed_out_row),
         workers=workers,
         progress=progress,
     )
@@ -295,7 +301,11 @@ def _asked(
     (directory / "opinions").mkdir(exist_ok=True)
     folder = directory / "opinions" / part
     run_study(
-        study, folder, workers=workers, progress=lambda done, total: progress(part, done, total)
+        study,
+        folder,
+        workers=workers,
+        limit=PartLimit(CASE_SECONDS, timed_out_verdict),
+        progress=lambda done, total: progress(part, done, total),
     )
     rows = load_results(folder)
     return pd.DataFrame(

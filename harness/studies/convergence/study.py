@@ -11,7 +11,7 @@ import pandas as pd
 
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.executors import IN_THIS_PROCESS
+from steadyload.runs.pool import IN_THIS_PROCESS
 from steadyload.runs.provenance import provenance_lines
 from steadyload.runs.results import load_manifest, load_results
 from steadyload.runs.runner import run_study

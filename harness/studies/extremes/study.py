@@ -20,9 +20,10 @@ from steadyload.engines.registry import engines as registered
 from steadyload.errors import nearest
 from steadyload.methods import loading
 from steadyload.runs.definition import StudyError
-from steadyload.runs.executors import IN_THIS_PROCESS, SinglePart
+from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit, SinglePart
 from steadyload.runs.provenance import key_of, made_on, provenance
 from steadyload.runs.store import Codec, Progress, Store, locked
+from steadyload.runs.units import hard_seconds
 from steadyload.studies.closed_forms import measuring as closed_form_runs
 from steadyload.studies.extremes import measuring as extreme_runs
 from steadyload.studies.extremes import sweeps as sweeps_of
@@ -73,12 +74,17 @@ class CellUnit(SinglePart):
 
 
 def measure_unit(unit: CellUnit) -> Iterator[ExtremeCell]:
-    """Measure a unit's cell."""
-    yield measure_cell(unit.sweep, unit.engine, unit.frequency, unit.value, unit.timeout)
+    """Prepare the engine, then measure a unit's cell."""
+    world_class(unit.engine).warm_up(0)
+    return (
+        measure_cell(cell.sweep, cell.engine, cell.frequency, cell.value, cell.timeout)
+        for cell in (unit,)
+    )
 
 
-def crashed_cell(unit: CellUnit, reason: str) -> ExtremeCell:
-    """The cell of an engine that ends its process."""
+def cell_without_verdict(unit: CellUnit, part: int, reason: str) -> ExtremeCell:
+    """The cell of an engine that ends its process, or exceeds its hard limit."""
+    assert part == 0, "a unit is one cell"
     return ExtremeCell(
         unit.sweep, unit.engine, unit.frequency, unit.value, Outcome.NO_VERDICT, note=reason
     )
@@ -112,7 +118,7 @@ def run_extremes(
         StudyError: no engine or sweep of that name.
         EngineNotInstalledError: the library behind an engine is missing.
         ResultsError: another run is at work in the folder, or it holds something else.
-        WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
+        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     names = _known(only_engines, engine_names(), registered(), "engine")
     picked = _known(only_sweeps, sweep_names(), sweep_names(), "sweep")
@@ -138,7 +144,8 @@ def run_extremes(
             store.complete(
                 waiting,
                 measure_unit,
-                crashed=lambda unit, part, reason: crashed_cell(unit, reason),
+                crashed=cell_without_verdict,
+                limit=PartLimit(hard_seconds(timeout), cell_without_verdict),
                 workers=workers,
                 progress=lambda new, _, done=done: progress(done + new, len(units)),  # type: ignore[misc]
             )

@@ -15,7 +15,7 @@ from steadyload.layouts.model import Layout
 from steadyload.learners import LearnerError
 from steadyload.methods.method import Method
 from steadyload.methods.registry import make_method
-from steadyload.runs.executors import SinglePart
+from steadyload.runs.pool import SinglePart
 from steadyload.runs.provenance import key_of, made_by
 from steadyload.runs.store import JSON, Store, locked
 from steadyload.runs.timing import taken

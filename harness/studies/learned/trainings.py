@@ -21,7 +21,7 @@ from steadyload.learners.jobs import BENCHMARK, TrainingJob, train_weights
 from steadyload.learners.options import training_preset
 from steadyload.learners.weights import MANIFEST
 from steadyload.methods.spec import as_plain
-from steadyload.runs.executors import SinglePart, run_units
+from steadyload.runs.pool import SinglePart, run_units
 from steadyload.studies.learned.plan import Plan, PlannedTraining, Section
 
 Progress = Callable[[int, int], None]

@@ -29,7 +29,7 @@ from steadyload.properties.findings import finding
 from steadyload.properties.property import Case, MethodUnderTest, Property
 from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import VERSION, Counterexample, PropertyResult, search
-from steadyload.runs.executors import IN_THIS_PROCESS, SinglePart
+from steadyload.runs.pool import IN_THIS_PROCESS, SinglePart
 from steadyload.runs.provenance import key_of, made_by, provenance_lines
 from steadyload.runs.store import Codec, Progress, Store, locked
 
@@ -174,7 +174,7 @@ def run_properties(
         PropertyError: no property applies to any of the methods.
         EngineNotInstalledError: a method's engine is missing.
         ResultsError: another run is at work in the folder.
-        WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
+        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     subjects = list({s.spec: s for s in map(MethodUnderTest, study.methods)}.values())
     for subject in subjects:

@@ -15,8 +15,8 @@ from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method, method_class, method_classes
 from steadyload.methods.spec import parse_spec
 from steadyload.runs.definition import StudyDefinition, StudyError
-from steadyload.runs.executors import Executor
 from steadyload.runs.labels import labelled_material
+from steadyload.runs.pool import Executor
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.timing import BLOCK, Times, timed
@@ -190,7 +190,7 @@ def judge_table5(
         as :func:`steadyload.runs.runner.run_study`.
     """
     if (work / "manifest.json").exists():  # its page would be overwritten
-        name = load_manifest(work)["study"]["name"]
+        name = load_manifest(work, verify=False)["study"]["name"]
         raise ResultsError(f"{work}: holds the study {name!r}; choose another folder")
     for planar, folder in _folders(asked, work).items():
         run_study(asked.study(planar=planar), folder, workers=workers, progress=progress)

@@ -19,7 +19,7 @@ from steadyload.layouts.model import Layout
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import parse_uncertainty
 from steadyload.runs import verdict_reliability
-from steadyload.runs.executors import IN_THIS_PROCESS
+from steadyload.runs.pool import IN_THIS_PROCESS
 from steadyload.runs.provenance import key_of, made_by
 from steadyload.runs.store import JSON, Progress, Store, locked
 from steadyload.runs.verdict_reliability import FIRST_LOOK, Sampling
@@ -96,7 +96,7 @@ def run_uncertain(
         BenchmarkError: no such part.
         ResultsError: it is no folder, or another run is at work in it.
         EngineNotInstalledError: a method's engine is missing.
-        WorkerDiedError: see :func:`steadyload.runs.executors.run_units`.
+        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     for text in (asked.uncertainty, *asked.alone):
         parse_uncertainty(text)
