@@ -6,10 +6,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from steadyload.layouts.dialect import Dialect
 from steadyload.layouts.formats import scan_layouts
 from steadyload.layouts.model import Layout
 from steadyload.layouts.record import Refused
 from steadyload.layouts.scenarios import Scenario
+from steadyload.layouts.sources import source_name
 from steadyload.methods.envelope import leaves
 from steadyload.methods.method import Method, Status, Verdict, judge
 from steadyload.methods.registry import make_method
@@ -29,7 +31,8 @@ def score_layouts(
     max_items: int | None = None,
     limit: int | None = None,
     snap_gap: float = 0.0,
-    skip_invalid: bool = False,
+    dialect: Dialect | None = None,
+    strict: bool = False,
     timeout: float | None = None,
     uncertainty: Uncertainty | None = None,
     sampling: Sampling | None = None,
@@ -45,7 +48,9 @@ def score_layouts(
         max_items: judge only the first items of each layout.
         limit: use only the first layouts.
         snap_gap: close vertical gaps up to this when reading [cm]; 0 closes none.
-        skip_invalid: make an invalid layout a record with status ``refused`` instead of an error.
+        dialect: units, axes, positions and columns of the files, which are then CSV files.
+        strict: end at the first layout that is not valid, instead of a record with the status
+            ``refused``.
         timeout: wall seconds a judgement may take.
         uncertainty: the quantities that deviate from the plans; None judges the plans alone.
         sampling: the rule by which sampling of deviations ends; None for the defaults.
@@ -58,15 +63,14 @@ def score_layouts(
         which quantities the layout leaves the envelope of the method's engine.
 
     Raises:
-        LayoutError: a file or layout is invalid (not with ``skip_invalid``, which still refuses a
-            file that cannot be read at all).
+        LayoutError: a file cannot be read as a whole; or a layout is not valid, if ``strict``.
         SpecError: a method does not exist.
         EngineNotInstalledError: a method's engine is missing.
     """
     judges = [make_method(spec) for spec in methods]
     for method in judges:
         method.prepare()
-    entries = _read(files, limit, snap_gap, skip_invalid)
+    entries = _read(files, limit, snap_gap, dialect, strict)
     records: list[Record] = []
     total = len(entries) * len(judges)
     progress(0, total)
@@ -116,14 +120,18 @@ def uncertain_record(found: VerdictReliability) -> Record:
 
 
 def _read(
-    files: Sequence[str | Path], limit: int | None, snap_gap: float, skip_invalid: bool
+    files: Sequence[str | Path],
+    limit: int | None,
+    snap_gap: float,
+    dialect: Dialect | None,
+    strict: bool,
 ) -> list[tuple[str, Layout | Refused]]:
     entries: list[tuple[str, Layout | Refused]] = []
     for file in files:
-        for entry in scan_layouts(file, snap_gap=snap_gap):
-            if isinstance(entry, Refused) and not skip_invalid:
+        for entry in scan_layouts(file, snap_gap=snap_gap, dialect=dialect):
+            if isinstance(entry, Refused) and strict:
                 raise entry.error
-            entries.append((str(file), entry))
+            entries.append((source_name(file), entry))
             if limit is not None and len(entries) == limit:
                 return entries
     return entries
