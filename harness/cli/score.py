@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from steadyload.cli.box_names import named_reason
 from steadyload.cli.dialect import SOME_REFUSED, DialectFlags, Strict
 from steadyload.cli.flags import UsageError
 from steadyload.cli.snap import Snap
@@ -148,4 +149,4 @@ def _refused(records: Iterable[Mapping[str, Any]]) -> Refusals:
 def _why(record: Mapping[str, Any]) -> str:
     """The reason, and the settings that the engine ignored, which are always shown."""
     ignored = f"ignored: {', '.join(record['ignored'])}" if record["ignored"] else ""
-    return "; ".join(filter(None, (record["reason"], ignored)))
+    return "; ".join(filter(None, (named_reason(record), ignored)))

@@ -8,7 +8,8 @@ from typing import Any
 
 from steadyload.layouts.dialect import Dialect
 from steadyload.layouts.formats import scan_layouts
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model import Item, Layout
+from steadyload.layouts.naming import box_id, with_ids
 from steadyload.layouts.record import Refused
 from steadyload.layouts.scenarios import Scenario
 from steadyload.layouts.sources import source_name
@@ -58,8 +59,9 @@ def score_layouts(
 
     Returns:
         Records with the keys ``layout, file, method, items, scenario, score, failing_step, status,
-        moved_item, displacement, rotation, reason, ignored, emulated, outside, seconds,
-        cpu_seconds``; times are wall and CPU seconds of the whole judgement, ``outside`` lists in
+        failing_box, moved_item, moved_box, displacement, rotation, reason, ignored, emulated,
+        outside, seconds, cpu_seconds``; ``failing_box`` and ``moved_box`` are ids, None where a box
+        has none; times are wall and CPU seconds of the whole judgement, ``outside`` lists in
         which quantities the layout leaves the envelope of the method's engine.
 
     Raises:
@@ -148,9 +150,10 @@ def _record(
     if isinstance(entry, Layout):
         verdict = judge(method, entry, timeout) if found is None else found.nominal
         items, outside = verdict.item_count, list(leaves(entry, method))
+        boxes: Sequence[Item] = entry.items
     else:
         verdict = Verdict(item_count=0, status=Status.REFUSED, reason=str(entry.error))
-        items, outside = None, []
+        items, outside, boxes = None, [], ()
     return {
         "layout": entry.name,
         "file": file,
@@ -159,11 +162,13 @@ def _record(
         "scenario": str(scenario) if scenario else None,
         "score": verdict.score,
         "failing_step": verdict.failing_step,
+        "failing_box": box_id(boxes, verdict.failing_step),
         "status": str(verdict.status),
         "moved_item": verdict.moved_item,
+        "moved_box": box_id(boxes, verdict.moved_item),
         "displacement": verdict.displacement,
         "rotation": verdict.rotation,
-        "reason": verdict.reason,
+        "reason": with_ids(verdict.reason, boxes),
         "ignored": list(verdict.ignored),
         "emulated": list(verdict.emulated),
         "outside": outside,

@@ -10,6 +10,7 @@ from steadyload.errors import UserError, nearest
 from steadyload.layouts.dialect import Dialect
 from steadyload.layouts.formats import scan_layouts
 from steadyload.layouts.model import Layout
+from steadyload.layouts.naming import box_label, with_ids
 from steadyload.layouts.record import Refused
 from steadyload.layouts.sources import source_name
 from steadyload.methods.recording import RecordedStep, Recording, record_loading
@@ -48,7 +49,7 @@ def write_view(layout: Layout, methods: Sequence[str], output: str | Path) -> Pa
     judges = [make_method(spec) for spec in methods]
     for judge in judges:
         judge.prepare(len(layout))
-    loadings = tuple(_loading(record_loading(layout, judge)) for judge in judges)
+    loadings = tuple(_loading(record_loading(layout, judge), layout) for judge in judges)
     html = view_html(
         View(layout.name, layout.pallet.size, _items(layout), loadings, provenance_lines())
     )
@@ -98,12 +99,13 @@ def _items(layout: Layout) -> tuple[ViewedItem, ...]:
             item.mass_offset,
             item.weight,
             item.name,
+            box_label(item.sequence, item.name),
         )
         for item in layout.items
     )
 
 
-def _loading(recording: Recording) -> ViewedLoading:
+def _loading(recording: Recording, layout: Layout) -> ViewedLoading:
     said = recording.verdict
     return ViewedLoading(
         method=recording.method,
@@ -113,7 +115,7 @@ def _loading(recording: Recording) -> ViewedLoading:
         moved_item=said.moved_item,
         displacement=said.displacement,
         rotation=said.rotation,
-        reason=said.reason,
+        reason=with_ids(said.reason, layout.items),
         seconds=said.cpu.total,
         ignored=said.ignored,
         simulates=recording.simulates,
