@@ -253,7 +253,8 @@ def test_too_many_items_refuse_a_layout_and_not_the_others(tmp_path):
 
 def test_layouts_are_handed_out_as_they_are_complete(monkeypatch):
     head = PLAIN.splitlines()[0].partition(",offset_x")[0]
-    rows = [f"L{k},80,200,120,0,,0,0,0,1,1,1,1" for k in range(4)] + ["L4,80"]
+    rows = [f"L{k},80,200,120,0,,0,0,0,1,1,1,1" for k in range(6)]
+    rows[4] = "L4,80"
     records = read_csv("\n".join([head, *rows]), Dialect())
     assert [next(records).name for _ in range(4)] == ["L0", "L1", "L2", "L3"]
     with pytest.raises(FormatError, match="line 6 has 2 values"):
