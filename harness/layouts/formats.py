@@ -122,7 +122,7 @@ def _records(path: str | Path, dialect: Dialect) -> Iterator[Record | Refused]:
     try:
         text = content.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
-        raise FormatError(f"is not UTF-8 text (byte {error.start})") from None
+        raise FormatError(f"is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
     del content
     yield from read_csv(text, dialect) if kind is Format.CSV else _READERS[kind](text)
 
