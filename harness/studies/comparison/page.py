@@ -56,7 +56,7 @@ def study_page(comparison: Comparison) -> Page:
         _settings(comparison.uses),
         *([_beyond(comparison.beyond)] if comparison.beyond else []),
     ]
-    summary = f"{_partial(comparison)}{_summary(comparison, found.labelled)}"
+    summary = _partial(comparison) + _refused(comparison) + _summary(comparison, found.labelled)
     return Page(f"Study: {comparison.title}", summary, sections, comparison.manifest)
 
 
@@ -91,6 +91,16 @@ def _partial(comparison: Comparison) -> str:
     return (
         f"**Partial: {comparison.missing_rows} rows are still missing.** Only cases that every "
         f"method has judged are shown{without}; run the study again to go on.\n\n"
+    )
+
+
+def _refused(comparison: Comparison) -> str:
+    """Paragraph on layouts that are not valid; empty where all are."""
+    if not comparison.refused:
+        return ""
+    return (
+        f"**{comparison.refused} further layouts of the files were refused**, since they are not "
+        "valid: `manifest.json` says why. They are not on this page.\n\n"
     )
 
 
