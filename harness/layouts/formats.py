@@ -12,16 +12,16 @@ from enum import StrEnum
 from pathlib import Path
 
 from steadyload.atomic import write_atomically
+from steadyload.layouts.csv_reader import read_csv
+from steadyload.layouts.limits import MAX_FILE_BYTES, MAX_YAML_BYTES
 from steadyload.layouts.model import Layout, LayoutError
-from steadyload.layouts.readers import read_aclpp, read_blocks, read_csv, read_json
+from steadyload.layouts.readers import read_aclpp, read_blocks, read_json
 from steadyload.layouts.record import FormatError, Record, Refused, to_layout
 from steadyload.layouts.snapping import snap
 from steadyload.layouts.writers import as_csv, as_job, as_native
 
 _TWICE = "name stands there twice; allowed: one layout a name"
 _HEAD_BYTES = 64 * 1024
-_SIZE_CAPS = {"yaml": 8 * 1024**2, "other": 256 * 1024**2}
-"""A YAML parser takes a second for 4 MB even in C; the largest real schedule is below 2 MB."""
 
 
 class Format(StrEnum):
@@ -101,7 +101,7 @@ def _records(path: Path) -> Iterator[Record | Refused]:
                 "is in no known format; allowed: steadyload JSON, CSV with a header line, "
                 "job JSON with 'ulds', ACLPP schedule YAML"
             )
-        cap = _SIZE_CAPS["yaml" if kind is Format.ACLPP else "other"]
+        cap = MAX_YAML_BYTES if kind is Format.ACLPP else MAX_FILE_BYTES
         if size > cap:
             raise FormatError(
                 f"has {size / 1024**2:.0f} MiB; allowed for this format: {cap // 1024**2} MiB"

@@ -10,8 +10,9 @@ from collections.abc import Iterable, Iterator
 from textwrap import indent
 from typing import Any
 
+from steadyload.layouts.csv_reader import CSV_COLUMNS
 from steadyload.layouts.model import Layout
-from steadyload.layouts.readers import CSV_COLUMNS, NATIVE_FORMAT, NATIVE_VERSION
+from steadyload.layouts.readers import NATIVE_FORMAT, NATIVE_VERSION
 
 
 def as_native(layouts: Iterable[Layout]) -> Iterator[str]:

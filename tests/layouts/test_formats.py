@@ -10,13 +10,13 @@ import jsonschema
 import pytest
 
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
+from steadyload.layouts.csv_reader import CSV_COLUMNS
 from steadyload.layouts.formats import (
     Format,
     read_layouts,
     scan_layouts,
     write_layouts,
 )
-from steadyload.layouts.readers import CSV_COLUMNS
 from steadyload.layouts.record import FormatError, Refused
 from steadyload.layouts.snapping import snap
 

@@ -1,0 +1,25 @@
+"""Largest sizes that a layout file may have, whatever its format: checked while it is read."""
+
+from __future__ import annotations
+
+MAX_ITEMS = 5_000
+"""Items of a layout."""
+
+MAX_LAYOUTS = 1_000_000
+"""Layouts of a file."""
+
+MAX_FILE_BYTES = 256 * 1024**2
+"""Bytes of a file, of a pipe and of standard input."""
+
+MAX_YAML_BYTES = 8 * 1024**2
+"""Bytes of a YAML file: its parser takes a second for 4 MB even in C, and the largest real schedule
+is below 2 MB."""
+
+MAX_DEPTH = 32
+"""How deep lists and objects may lie in each other."""
+
+MAX_NUMBER_LENGTH = 64
+"""Characters of a number; a number of this program has at most 25."""
+
+MAX_TEXT_LENGTH = 1_000
+"""Characters of a name, of a column's name, or of any other text of a file."""
