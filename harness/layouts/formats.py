@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable, Iterator
 from enum import StrEnum
+from functools import partial
+from itertools import chain
 from pathlib import Path
 
 from steadyload.atomic import write_atomically
@@ -22,6 +24,7 @@ from steadyload.layouts.writers import as_csv, as_job, as_native
 
 _TWICE = "name stands there twice; allowed: one layout a name"
 _HEAD_BYTES = 64 * 1024
+_CHUNK_BYTES = 256 * 1024
 
 
 class Format(StrEnum):
@@ -101,6 +104,9 @@ def _records(path: Path) -> Iterator[Record | Refused]:
                 "is in no known format; allowed: steadyload JSON, CSV with a header line, "
                 "job JSON with 'ulds', ACLPP schedule YAML"
             )
+        if kind is Format.NATIVE:
+            yield from read_json(chain([head], iter(partial(file.read, _CHUNK_BYTES), b"")))
+            return
         cap = MAX_YAML_BYTES if kind is Format.ACLPP else MAX_FILE_BYTES
         if size > cap:
             raise FormatError(
@@ -160,7 +166,6 @@ def read_written(path: str | Path, names: Container[str] | None = None) -> Itera
 
 
 _READERS: dict[Format, Callable[[str], Iterator[Record | Refused]]] = {
-    Format.NATIVE: read_json,
     Format.CSV: read_csv,
     Format.ACLPP: read_aclpp,
 }
