@@ -68,7 +68,7 @@ class JsonText:
         """The next value, of whatever kind."""
         self.next_character()
         while True:
-            wrong = json.JSONDecodeError("Expecting value", self._text, self._at)
+            place = self._at
             try:
                 value, end = _DECODER.raw_decode(self._text, self._at)
                 # A number may go on.
@@ -76,7 +76,7 @@ class JsonText:
                     self._at = end
                     return value
             except json.JSONDecodeError as error:
-                wrong = error
+                place = error.pos
                 if self._ended or not self._may_go_on(error):
                     raise self._invalid(error.msg, error.pos) from None
             except RecursionError:
@@ -87,9 +87,7 @@ class JsonText:
                 # Python refuses to convert integers of thousands of digits.
                 raise FormatError(f"holds a number that is none ({error})") from None
             if len(self._text) - self._at > MAX_VALUE_LENGTH:
-                raise self._invalid(
-                    f"a value of more than {MAX_VALUE_LENGTH:,} characters", wrong.pos
-                )
+                raise self._invalid(f"a value of more than {MAX_VALUE_LENGTH:,} characters", place)
             self._read_more()
 
     def _may_go_on(self, error: json.JSONDecodeError) -> bool:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.errors import UserError
+from steadyload.escaping import printable
 
 FloatArray = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -33,6 +34,8 @@ WEIGHTS = (1e-9, 1e6)
 _AXES = ("x", "y", "z")
 _SIZES = ("width", "height", "depth")
 _BLOCK = 256
+_SHOWN = 200
+"""Characters of a name in a message."""
 
 
 class LayoutError(UserError):
@@ -57,8 +60,8 @@ class LayoutError(UserError):
 
     def __str__(self) -> str:
         places = [self.file]
-        places.append(f'layout "{self.layout}"' if self.layout else None)
-        places.append(f"item {self.item}" if self.item else None)
+        places.append(f'layout "{printable(self.layout, _SHOWN)}"' if self.layout else None)
+        places.append(f"item {printable(self.item, _SHOWN)}" if self.item else None)
         return ": ".join([p for p in places if p] + [self.message])
 
 
@@ -340,4 +343,4 @@ def _allowed(limits: tuple[float, float]) -> str:
 
 
 def _unprintable(name: str) -> str:
-    return f"name is {name!a}; allowed: one or more printable characters"
+    return f"name is {name[:_SHOWN]!a}; allowed: one or more printable characters"

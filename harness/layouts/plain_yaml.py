@@ -76,11 +76,10 @@ def _refuse_growth(text: str) -> None:
 def _refuse_long(event: yaml.ScalarEvent) -> None:
     """A long number or time costs as much as thousands; some grow with the square of the length."""
     if len(event.value) > MAX_TEXT_LENGTH:
-        raise _refusal(
-            event,
-            f"holds a YAML value that is none: {shown(event.value)} has "
-            f"{len(event.value):,} characters,",
-            f"{MAX_TEXT_LENGTH:,}",
+        raise FormatError(
+            f"holds a YAML value that is none at line {event.start_mark.line + 1}: "
+            f"{shown(event.value)} has {len(event.value):,} characters; allowed: at most "
+            f"{MAX_TEXT_LENGTH:,}"
         )
 
 
