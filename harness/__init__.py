@@ -22,6 +22,8 @@ if __name__ != "steadyload":
 
 if TYPE_CHECKING:
     from steadyload.layouts.benchmark import load_benchmark as load_benchmark
+    from steadyload.layouts.dialect import Dialect as Dialect
+    from steadyload.layouts.dialect import load_profile as load_profile
     from steadyload.layouts.formats import read_layouts as read
     from steadyload.layouts.model import Item as Item
     from steadyload.layouts.model import Layout as Layout
@@ -34,12 +36,14 @@ if TYPE_CHECKING:
     from steadyload.studies.viewing import write_view as view
 
 _PUBLIC = {
+    "Dialect": "steadyload.layouts.dialect:Dialect",
     "Item": "steadyload.layouts.model:Item",
     "Layout": "steadyload.layouts.model:Layout",
     "LoadingSession": "steadyload.methods.session:LoadingSession",
     "Pallet": "steadyload.layouts.model:Pallet",
     "Verdict": "steadyload.methods.method:Verdict",
     "load_benchmark": "steadyload.layouts.benchmark:load_benchmark",
+    "load_profile": "steadyload.layouts.dialect:load_profile",
     "load_results": "steadyload.runs.results:load_results",
     "make_method": "steadyload.methods.registry:make_method",
     "read": "steadyload.layouts.formats:read_layouts",
@@ -49,12 +53,14 @@ _PUBLIC = {
 """Public name -> ``"module:name"`` of what it stands for."""
 
 __all__ = [
+    "Dialect",
     "Item",
     "Layout",
     "LoadingSession",
     "Pallet",
     "Verdict",
     "load_benchmark",
+    "load_profile",
     "load_results",
     "make_method",
     "read",

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 
 _MARKUP = re.compile(r"[\\`*\[\]<>|!#&~@]|(?<!\w)_|_(?!\w)|(?<=:)/(?=/)|(?<=www)\.")
-_FORMULA = re.compile(r"'*[=+\-@\t\r]")
 
 
 def printable(text: str, most: int | None = None) -> str:
@@ -24,13 +23,3 @@ def printable(text: str, most: int | None = None) -> str:
 def markdown(text: str) -> str:
     """A text for Markdown, and for HTML made of it: characters, and no markup, tag or link."""
     return _MARKUP.sub(r"\\\g<0>", printable(text))
-
-
-def csv_cell(text: str) -> str:
-    """A text for a cell of CSV, which no spreadsheet takes for a formula; see the next."""
-    return f"'{text}" if _FORMULA.match(text) else text
-
-
-def from_csv_cell(text: str) -> str:
-    """The text that :func:`csv_cell` was given."""
-    return text[1:] if text[:1] == "'" and _FORMULA.match(text) else text

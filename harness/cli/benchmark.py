@@ -82,7 +82,7 @@ class Export(BenchmarkConfig):
     )  # fmt: skip
     limit: int | None = option(None, "only the first N of every scenario", least=1)
     to: str | None = option(
-        None, "format of the output (default: csv for *.csv, else native)", choices=WRITABLE
+        None, "format of the output (default: csv for *.csv, native for *.json)", choices=WRITABLE
     )
     output: Path = option(REQUIRED, "the file that is written", names=("--output", "-o"))
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from steadyload.cli.dialect import DialectFlags
+from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import working
 from steadyload.cli.snap import Snap
 from steadyload.studies.options import REQUIRED, operand, option
@@ -12,20 +14,35 @@ from steadyload.studies.options import REQUIRED, operand, option
 WRITABLE = ("native", "csv", "job")
 """Formats that can be written."""
 
+_ENDINGS = {".csv": "csv", ".json": "native", "": "native"}
+"""Suffix of an output -> the format that is meant by it."""
+
 
 def output_format(output: Path, named: str | None) -> str:
-    """The named format, else that of the suffix of the output."""
-    return named or ("csv" if output.suffix.lower() == ".csv" else "native")
+    """The named format, else that of the suffix of the output.
+
+    Raises:
+        UsageError: no format is named, and none that can be written has this suffix.
+    """
+    if named is not None:
+        return named
+    suffix = output.suffix.lower()
+    if suffix not in _ENDINGS:
+        raise UsageError(
+            f"--output: {str(output)!r} ends with {suffix!r}; allowed: .csv, .json, or --to with "
+            f"one of {', '.join(WRITABLE)}"
+        )
+    return _ENDINGS[suffix]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Convert(Snap):
+class Convert(Snap, DialectFlags):
     """Files in, a file out."""
 
-    files: tuple[Path, ...] = operand(REQUIRED, "layouts", metavar="FILE")
+    files: tuple[Path, ...] = operand(REQUIRED, "layouts; - reads standard input", metavar="FILE")
     output: Path = option(REQUIRED, "the file that is written", names=("--output", "-o"))
     to: str | None = option(
-        None, "format of the output (default: csv for *.csv, else native)", choices=WRITABLE
+        None, "format of the output (default: csv for *.csv, native for *.json)", choices=WRITABLE
     )
 
     def run(self) -> None:
@@ -33,8 +50,11 @@ class Convert(Snap):
         from steadyload.layouts.formats import Format, read_layouts, write_layouts
 
         working()
+        kind, dialect = Format(output_format(self.output, self.to)), self.dialect()
         layouts = [
-            layout for file in self.files for layout in read_layouts(file, snap_gap=self.gap)
+            layout
+            for file in self.files
+            for layout in read_layouts(file, snap_gap=self.gap, dialect=dialect)
         ]
-        write_layouts(self.output, layouts, Format(output_format(self.output, self.to)))
+        write_layouts(self.output, layouts, kind)
         print(f"{len(layouts)} layouts -> {self.output}")

@@ -257,6 +257,8 @@ def _whole_names(words: Sequence[str], names: Collection[str]) -> list[str]:
     for word in _before_the_rest(words):
         flag, equals, value = word.partition("=")
         begun = [name for name in names if name.startswith(flag)] if flag[:2] == "--" else []
+        if word == "-":  # standard input, which is no flag
+            word = "./-"
         made.append(begun[0] + equals + value if len(begun) == 1 and len(flag) > 2 else word)
     return made + list(words[len(made) :])
 

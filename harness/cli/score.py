@@ -8,16 +8,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from steadyload.cli.box_names import named_reason
+from steadyload.cli.dialect import SOME_REFUSED, DialectFlags, Strict
+from steadyload.cli.flags import UsageError
 from steadyload.cli.snap import Snap
 from steadyload.cli.terminal import print_table, progress_bar, say
+from steadyload.layouts.refusals import Refusals
 from steadyload.studies.options import REQUIRED, operand, option, positive_number
 
 
 @dataclass(frozen=True, kw_only=True)
-class Score(Snap):
+class Score(Snap, DialectFlags, Strict):
     """Files, methods, and the required reliability of a verdict."""
 
-    files: tuple[Path, ...] = operand(REQUIRED, "layouts", metavar="FILE")
+    files: tuple[Path, ...] = operand(REQUIRED, "layouts; - reads standard input", metavar="FILE")
     methods: tuple[str, ...] = option(
         (), "for example sme, pbs:alpha=0.7, ps3@mujoco; may be repeated (default: sme)",
         names=("--method", "-m"), metavar="SPEC",
@@ -45,14 +49,18 @@ class Score(Snap):
     max_items: int | None = option(None, "only the first J items", metavar="J", least=1)
     limit: int | None = option(None, "only the first N layouts", least=1)
     skip_invalid: bool = option(
-        False, "record an invalid layout as refused and go on, instead of ending with status 2"
+        False, "end with status 0 although layouts were refused, and name them in the table only"
     )
     timeout: float | None = option(
         None, "wall seconds a judgement may take", metavar="S", read=positive_number
     )
     json: bool = option(False, "print one JSON array of records")
 
-    def run(self) -> None:
+    def __post_init__(self) -> None:
+        if self.skip_invalid and self.strict:
+            raise UsageError("--skip-invalid: not allowed with --strict")
+
+    def run(self) -> int:
         """Judge, warn, print."""
         from steadyload.cli.uncertain import uncertain_table, without_effect
         from steadyload.layouts.scenarios import Scenario
@@ -68,11 +76,19 @@ class Score(Snap):
                 max_items=self.max_items,
                 limit=self.limit,
                 snap_gap=self.gap,
-                skip_invalid=self.skip_invalid,
+                dialect=self.dialect(),
+                strict=self.strict,
                 timeout=self.timeout,
                 **self._deviations(),
                 progress=advance,
             )
+        refused = _refused(records)
+        if refused.count and not self.skip_invalid:
+            judged = len({(r["file"], r["layout"]) for r in records}) - refused.count
+            for sentence in refused.sentences(judged):
+                say(f"steadyload: {sentence}")
+            if not judged:
+                return 2
         for warning in [*score_warnings(records), *without_effect(records)]:
             say(warning)
         if self.json:
@@ -81,6 +97,7 @@ class Score(Snap):
             print_table(*uncertain_table(records))
         else:
             print_table(_HEADER, list(_rows(records)))
+        return SOME_REFUSED if refused.count and not self.skip_invalid else 0
 
     def _deviations(self) -> dict[str, Any]:
         """Arguments on deviations and their sampling; empty without ``--uncertain``.
@@ -120,7 +137,16 @@ def _rows(records: Iterable[Mapping[str, Any]]) -> Iterable[tuple[str, ...]]:
         )
 
 
+def _refused(records: Iterable[Mapping[str, Any]]) -> Refusals:
+    """Layouts that are not valid: those of which not even the items could be counted."""
+    reasons = {(r["file"], r["layout"]): r["reason"] for r in records if r["items"] is None}
+    refused = Refusals()
+    for reason in reasons.values():
+        refused.add(reason)
+    return refused
+
+
 def _why(record: Mapping[str, Any]) -> str:
     """The reason, and the settings that the engine ignored, which are always shown."""
     ignored = f"ignored: {', '.join(record['ignored'])}" if record["ignored"] else ""
-    return "; ".join(filter(None, (record["reason"], ignored)))
+    return "; ".join(filter(None, (named_reason(record), ignored)))

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from steadyload.cli.dialect import SOME_REFUSED, DialectFlags, Strict
 from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import working
 from steadyload.cli.studies import configuration, write
@@ -14,8 +15,8 @@ from steadyload.studies.options import REQUIRED, operand, option
 
 
 @dataclass(frozen=True, kw_only=True)
-class Run:
-    """A study file, and the workers."""
+class Run(DialectFlags, Strict):
+    """A study file, the workers, and the form of the study's files."""
 
     study: str = operand(
         REQUIRED, "a study file, or the word 'embedded': a slice of the shipped labelled set",
@@ -46,8 +47,9 @@ class Run:
         if self.rerun and self.resume:
             raise UsageError("--resume: not allowed with --rerun")
 
-    def run(self) -> None:
+    def run(self) -> int:
         """Judge the missing cases."""
+        from steadyload.layouts.refusals import Refusals
         from steadyload.runs.definition import load_study
         from steadyload.runs.envelope_use import study_warnings
         from steadyload.runs.executors import make_executor
@@ -56,6 +58,9 @@ class Run:
 
         working()
         study = load_study(self.study)
+        study = replace(
+            study, dialect=self.dialect(study.dialect), strict=self.strict or study.strict
+        )
         directory = self.output or Path("runs") / study.name
         told = {"workers": self.workers, "scheduler": self.scheduler}
         with (
@@ -71,9 +76,14 @@ class Run:
                 resume=self.resume,
                 progress=advance,
             )
-        for warning in study_warnings(load_manifest(directory)["envelope"]):
+        manifest = load_manifest(directory)
+        refused = Refusals.restated(manifest.get("refused"))
+        for sentence in refused.sentences(manifest["layouts"]):
+            say(f"steadyload: {sentence}")
+        for warning in study_warnings(manifest["envelope"]):
             say(warning)
         print(f"{computed} rows computed; results in {directory}")
+        return SOME_REFUSED if refused.count else 0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from steadyload.cli.box_names import named_reason
 from steadyload.runs.verdict_reliability import Ending
 
 _SHOWN = 3
@@ -46,7 +47,7 @@ def _row(record: Mapping[str, Any], found: Mapping[str, Any] | None) -> tuple[st
         "-" if step is None else str(step),
     )
     if found is None or found["stands"] is None:
-        return (*plan, "-", "-", "-", "-", "-", record["reason"])
+        return (*plan, "-", "-", "-", "-", "-", named_reason(record))
     low, high = (100.0 * end for end in found["interval"])
     return (
         *plan,
@@ -55,7 +56,7 @@ def _row(record: Mapping[str, Any], found: Mapping[str, Any] | None) -> tuple[st
         f"{found['expected_score']:.3f}",
         str(found["samples"]),
         f"{found['seconds']:.2f}",
-        "; ".join(filter(None, (record["reason"], _shortage(found)))),
+        "; ".join(filter(None, (named_reason(record), _shortage(found)))),
     )
 
 

@@ -5,15 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from steadyload.cli.dialect import DialectFlags
 from steadyload.cli.terminal import status_line
 from steadyload.studies.options import REQUIRED, operand, option
 
 
 @dataclass(frozen=True, kw_only=True)
-class View:
+class View(DialectFlags):
     """A layout, and the methods that judge it."""
 
-    file: Path = operand(REQUIRED, "layouts", metavar="FILE")
+    file: Path = operand(REQUIRED, "layouts; - reads standard input", metavar="FILE")
     layout: str | None = option(None, "which one of a file of several")
     method: str = option(
         "ps3@mujoco", "default: ps3@mujoco", names=("--method", "-m"), metavar="SPEC"
@@ -27,7 +28,7 @@ class View:
         """Write the page."""
         from steadyload.studies.viewing import pick_layout, write_view
 
-        layout = pick_layout(self.file, self.layout)
+        layout = pick_layout(self.file, self.layout, dialect=self.dialect())
         methods = [self.method, *filter(None, [self.beside])]
         with status_line() as say:
             say(f"judging {layout.name}")

@@ -1,13 +1,22 @@
-"""Reader of CSV files: one row an item, text in, records out."""
+"""Reader of CSV files: one row an item, text in, records out, one layout after the other."""
 
 from __future__ import annotations
 
 import csv
-import io
 import re
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from decimal import Decimal
+from itertools import chain
+from typing import Any
 
-from steadyload.layouts.record import FormatError, Record, shown
+from steadyload.layouts.csv_cells import minus_half, number, times, unguarded
+from steadyload.layouts.csv_columns import SEPARATORS, Columns, find_columns, separator_of
+from steadyload.layouts.dialect import UNITS, WEIGHT_UNITS, Dialect
+from steadyload.layouts.limits import MAX_ITEMS, MAX_LAYOUTS, MAX_TEXT_LENGTH
+from steadyload.layouts.model import LayoutError
+from steadyload.layouts.record import FormatError, Record, Refused
 
 CSV_COLUMNS = (
     "layout",
@@ -27,61 +36,193 @@ CSV_COLUMNS = (
     "offset_y",
     "offset_z",
 )
+"""Columns of a file as it is written here."""
 
-_ASCII_NUMBER = re.compile(
-    r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf|infinity)", re.A | re.I
-)
+_SEPARATOR_LINE = re.compile(r"sep=([;,\t]?)")
+"""First line by which a spreadsheet is told the separator."""
+
+_CHUNK = 1 << 16
+"""Characters that are split into lines at a time."""
+
+_SIZES = ("width", "height", "depth")
+_ONE = Decimal(1)
+_TURNED = {"y": (0, 1, 2), "z": (1, 2, 0)}
+"""Axis that points up -> which of the file's axes are our x, y and z."""
 
 
-def read_csv(text: str) -> Iterator[Record]:
-    """Records of a CSV file: one row an item, the columns of :data:`CSV_COLUMNS` in any order."""
-    reader = csv.reader(io.StringIO(text.replace("\r", "\n"), newline=""), strict=True)
-    records: dict[str, Record] = {}
+def is_csv(line: str, dialect: Dialect) -> bool:
+    """True if a file's first line is a header with a column that the dialect knows."""
+    return bool(_SEPARATOR_LINE.fullmatch(line)) or separator_of(line, dialect) is not None
+
+
+def read_csv(text: str, dialect: Dialect) -> Iterator[Record | Refused]:
+    """Records of a CSV file, in the order in which their layouts first appear.
+
+    Rows of a layout may stand anywhere: a first pass counts them, so that the second one holds only
+    layouts that have begun and are not complete.
+    """
+    separator, header, rows = _opened(text, dialect)
+    columns = find_columns(header, dialect)
+    left = Counter[str]()
+    for _, row in rows:
+        if len(row) == columns.count:
+            left[row[columns.layout]] += 1
+            if len(left) > MAX_LAYOUTS:
+                raise FormatError(f"has more than {MAX_LAYOUTS} layouts; allowed: up to so many")
+    read = _Rows(columns, dialect, separator)
+    begun: dict[str, Record | Refused] = {}
+    for line, row in _opened(text, dialect)[2]:
+        read.check(line, row)
+        name = row[columns.layout]
+        begun[name] = read.added(begun.get(name), line, row)
+        left[name] -= 1
+        while begun and not left[first := next(iter(begun))]:
+            yield begun.pop(first)
+
+
+def _opened(text: str, dialect: Dialect) -> tuple[str, list[str], Iterator[tuple[int, list[str]]]]:
+    """Separator, header, and the rows that are not empty, with the numbers of their lines."""
+    lines = _lines(text)
+    before, line = next(((k, line) for k, line in enumerate(lines) if line.strip()), (0, ""))
+    stated = _SEPARATOR_LINE.fullmatch(line.rstrip("\n"))
+    if stated:
+        before, line = before + 1, next(lines, "")
+    separator = (stated[1] if stated else "") or separator_of(line, dialect) or ","
+    reader = csv.reader(chain([line], lines), strict=True, delimiter=separator)
+    header = next(_checked(reader, before), (0, []))[1]
+    return separator, header, _checked(reader, before)
+
+
+def _checked(reader: Any, before: int) -> Iterator[tuple[int, list[str]]]:
     try:
-        header = [name.strip() for name in next(reader)]
-        _check_columns(header)
         for row in reader:
-            if not row:
-                continue
-            if len(row) != len(header):
-                raise FormatError(
-                    f"line {reader.line_num} has {len(row)} values; allowed: {len(header)}, "
-                    "as the header says"
-                )
-            values = dict(zip(header, row, strict=True))
-            pallet = {s: _from_text(values[f"pallet_{s}"]) for s in ("width", "height", "depth")}
-            record = records.setdefault(values["layout"], Record(values["layout"], pallet, []))
-            if record.pallet != pallet:
-                raise FormatError(
-                    f"line {reader.line_num} states another pallet size than the lines before; "
-                    "allowed: one pallet a layout",
-                    layout=record.name,
-                )
-            item = {k: _from_text(values[k]) for k in CSV_COLUMNS[4:] if k in values}
-            record.items.append(item | {"name": values.get("item", "")})
+            if any(row):
+                yield before + reader.line_num, row
     except csv.Error as error:
-        raise FormatError(f"line {reader.line_num} is not CSV ({error})") from None
-    yield from records.values()
+        raise FormatError(f"line {before + reader.line_num} is not CSV ({error})") from None
 
 
-def _check_columns(header: Sequence[str]) -> None:
-    optional = {"item", "offset_x", "offset_y", "offset_z"}
-    allowed = f"allowed: {', '.join(CSV_COLUMNS)}"
-    for name in header:
-        if name not in CSV_COLUMNS:
-            raise FormatError(f"has the unknown CSV column {shown(name)}; {allowed}")
-        if header.count(name) > 1:
-            raise FormatError(f"has the CSV column {name!r} twice; allowed: each once")
-    for name in CSV_COLUMNS:
-        if name not in header and name not in optional:
-            raise FormatError(f"lacks the CSV column {name!r}; {allowed}")
+def _lines(text: str) -> Iterator[str]:
+    """The lines of a text that ends them by either character, without a copy of the whole."""
+    start = 0
+    while start < len(text):
+        end = text.find("\n", start + _CHUNK) + 1 or len(text)
+        for line in text[start:end].replace("\r", "\n").removesuffix("\n").split("\n"):
+            yield line + "\n"
+        start = end
 
 
-def _from_text(text: str) -> int | float | str:
-    """A CSV cell as the number that it states, else as it is."""
-    text = text.strip()
-    if not _ASCII_NUMBER.fullmatch(text):
-        return text
-    number = float(text)
-    # Sequence numbers are whole; beyond this a float is no longer exact.
-    return int(number) if abs(number) < 1e15 and text.lstrip("+-").isdigit() else number
+@dataclass
+class _Rows:
+    """Rows of a file as items of records."""
+
+    columns: Columns
+    dialect: Dialect
+    separator: str
+    marks: dict[str, int] = field(default_factory=dict)
+    """Decimal marks that the file has, with the first line of each."""
+    last: tuple[list[str], dict[str, Any]] = ([], {})
+    """Cells of the pallet in the row before, and what they state."""
+
+    def check(self, line: int, row: Sequence[str]) -> None:
+        """Refuse a row with too few or many cells, or with a cell that is too long."""
+        if len(row) != self.columns.count:
+            others = [mark for mark in SEPARATORS if mark != self.separator]
+            mixed = next((m for m in others if any(m in cell for cell in row)), None)
+            hint = "" if mixed is None else f", parted by {self.separator!r} and not by {mixed!r}"
+            raise FormatError(
+                f"line {line} has {len(row)} values; allowed: {self.columns.count}, as the header "
+                f"says{hint}"
+            )
+        longest = max(map(len, row))
+        if longest > MAX_TEXT_LENGTH:
+            raise FormatError(
+                f"line {line} has a cell of {longest} characters; allowed: {MAX_TEXT_LENGTH}"
+            )
+
+    def added(
+        self, record: Record | Refused | None, line: int, row: Sequence[str]
+    ) -> Record | Refused:
+        """A layout's record with one row more."""
+        if isinstance(record, Refused):
+            return record
+        pallet = self._pallet(line, row)
+        if record is None:
+            record = Record(unguarded(row[self.columns.layout]), pallet, [])
+        if record.pallet != pallet:
+            error: LayoutError = FormatError(
+                f"line {line} states another pallet size than the lines before; allowed: one "
+                "pallet a layout"
+            )
+            return Refused(record.name, error)
+        if len(record.items) == MAX_ITEMS:
+            return Refused(
+                record.name, LayoutError(f"has more than {MAX_ITEMS} items; allowed: {MAX_ITEMS}")
+            )
+        record.items.append(self._item(line, row))
+        return record
+
+    def _pallet(self, line: int, row: Sequence[str]) -> dict[str, Any]:
+        cells = [row[place] for place in self.columns.pallet]
+        if cells != self.last[0]:
+            sides = self._turned(self._lengths(line, row, self.columns.pallet))
+            self.last = cells, dict(zip(_SIZES, map(_plain, sides), strict=True))
+        return self.last[1]
+
+    def _item(self, line: int, row: Sequence[str]) -> dict[str, Any]:
+        columns = self.columns
+        sizes = self._lengths(line, row, columns.size)
+        position = self._lengths(line, row, columns.position)
+        if self.dialect.positions == "centre":
+            position = [
+                minus_half(p, s) if isinstance(p, Decimal) and isinstance(s, Decimal) else p
+                for p, s in zip(position, sizes, strict=True)
+            ]
+        offsets = self._lengths(line, row, columns.offset)
+        weight = self._scaled(line, row[columns.weight], WEIGHT_UNITS[self.dialect.weight])
+        item = {
+            "sequence": _whole(self._scaled(line, row[columns.sequence], _ONE)),
+            "name": "" if columns.identity is None else unguarded(row[columns.identity]),
+            "weight": _plain(weight),
+        }
+        item |= zip("xyz", map(_plain, self._turned(position)), strict=True)
+        item |= zip(_SIZES, map(_plain, self._turned(sizes)), strict=True)
+        named = zip("xyz", self._turned(offsets), strict=True)
+        return item | {f"offset_{axis}": _plain(v) for axis, v in named if v is not None}
+
+    def _turned(self, values: Sequence[Any]) -> list[Any]:
+        return [values[axis] for axis in _TURNED[self.dialect.up]]
+
+    def _lengths(self, line: int, row: Sequence[str], places: Iterable[int | None]) -> list[Any]:
+        factor = UNITS[self.dialect.units]
+        return [None if p is None else self._scaled(line, row[p], factor) for p in places]
+
+    def _scaled(self, line: int, cell: str, factor: Decimal) -> Decimal | str:
+        """A cell's number in our unit, else the cell as it is."""
+        value = number(cell)
+        if value is None or ("," in cell and self.separator == ","):
+            return cell.strip()
+        for mark in ".,":
+            if mark in cell and mark not in self.marks:
+                self._note(mark, line)
+        return value if factor == _ONE else times(value, factor)
+
+    def _note(self, mark: str, line: int) -> None:
+        self.marks[mark] = line
+        if len(self.marks) > 1:
+            raise FormatError(
+                f"has numbers with a decimal point (line {self.marks['.']}) and with a decimal "
+                f"comma (line {self.marks[',']}); allowed: one of them, and no other mark in a "
+                "number"
+            )
+
+
+def _plain(value: Any) -> Any:
+    return float(value) if isinstance(value, Decimal) else value
+
+
+def _whole(value: Decimal | str) -> Any:
+    """A sequence number; beyond 15 digits a float is no longer exact."""
+    number = _plain(value)
+    exact = isinstance(number, float) and number.is_integer() and abs(number) < 1e15
+    return int(number) if exact else number

@@ -14,17 +14,22 @@ from itertools import chain
 from pathlib import Path
 
 from steadyload.atomic import write_atomically
-from steadyload.layouts.csv_reader import read_csv
+from steadyload.layouts.csv_reader import is_csv, read_csv
+from steadyload.layouts.dialect import Dialect
 from steadyload.layouts.limits import MAX_FILE_BYTES, MAX_YAML_BYTES
 from steadyload.layouts.model import Layout, LayoutError
 from steadyload.layouts.readers import read_aclpp, read_blocks, read_json
 from steadyload.layouts.record import FormatError, Record, Refused, to_layout
 from steadyload.layouts.snapping import snap
+from steadyload.layouts.sources import opened, read_rest, source_name
 from steadyload.layouts.writers import as_csv, as_job, as_native
 
 _TWICE = "name stands there twice; allowed: one layout a name"
 _HEAD_BYTES = 64 * 1024
 _CHUNK_BYTES = 256 * 1024
+
+
+_PLAIN = Dialect()
 
 
 class Format(StrEnum):
@@ -36,31 +41,36 @@ class Format(StrEnum):
     ACLPP = "aclpp"
 
 
-def read_layouts(path: str | Path, *, snap_gap: float = 0.0) -> list[Layout]:
+def read_layouts(
+    path: str | Path, *, snap_gap: float = 0.0, dialect: Dialect | None = None
+) -> list[Layout]:
     """All layouts of a file.
 
     Args:
-        path: a file in any of the formats of :class:`Format`.
+        path: a file in any of the formats of :class:`Format`; ``-`` for standard input.
         snap_gap: close vertical gaps up to this [cm], see :func:`snap`.
+        dialect: units, axes, positions and columns of a CSV file; None for those of ours.
 
     Raises:
         LayoutError: the file is in no known format, is cut off, or holds an invalid layout.
         OSError: the file cannot be read.
     """
     layouts = []
-    for entry in scan_layouts(path, snap_gap=snap_gap):
+    for entry in scan_layouts(path, snap_gap=snap_gap, dialect=dialect):
         if isinstance(entry, Refused):
             raise entry.error
         layouts.append(entry)
     return layouts
 
 
-def scan_layouts(path: str | Path, *, snap_gap: float = 0.0) -> Iterator[Layout | Refused]:
+def scan_layouts(
+    path: str | Path, *, snap_gap: float = 0.0, dialect: Dialect | None = None
+) -> Iterator[Layout | Refused]:
     """Like :func:`read_layouts`, but an invalid layout is handed out instead of raised."""
-    path = Path(path)
+    file = source_name(path)
     names: set[str] = set()
     try:
-        for record in _records(path):
+        for record in _records(path, dialect or _PLAIN):
             if record.name in names:
                 raise FormatError(_TWICE, layout=record.name)
             names.add(record.name)
@@ -70,14 +80,14 @@ def scan_layouts(path: str | Path, *, snap_gap: float = 0.0) -> Iterator[Layout 
                 layout = to_layout(record)
                 yield snap(layout, snap_gap) if snap_gap > 0.0 else layout
             except LayoutError as error:
-                yield Refused(record.name, error.located(file=str(path), layout=record.name))
+                yield Refused(record.name, error.located(file=file, layout=record.name))
         if not names:
             raise FormatError("holds no layouts; allowed: one or more")
     except LayoutError as error:
-        raise error.located(file=str(path)) from None
+        raise error.located(file=file) from None
 
 
-def detect_format(head: str) -> Format | None:
+def detect_format(head: str, dialect: Dialect | None = None) -> Format | None:
     """The format of a text that begins with ``head``; JSON formats differ only when parsed.
 
     Returns :attr:`Format.NATIVE` for any JSON object.
@@ -89,34 +99,38 @@ def detect_format(head: str) -> Format | None:
     first = next((line for line in lines if line and line != "---" and line[0] != "#"), "")
     if first in ("flights:", "segments:"):
         return Format.ACLPP
-    return Format.CSV if "sequence" in first and "," in first else None
+    return Format.CSV if is_csv(first, dialect or _PLAIN) else None
 
 
-def _records(path: Path) -> Iterator[Record | Refused]:
-    with path.open("rb") as file:
+def _records(path: str | Path, dialect: Dialect) -> Iterator[Record | Refused]:
+    with opened(path) as file:
         head = file.read(_HEAD_BYTES)
-        size = path.stat().st_size
-        kind = detect_format(head.decode("utf-8", errors="replace")) if b"\0" not in head else None
+        text = head.decode("utf-8", errors="replace")
+        kind = detect_format(text, dialect) if b"\0" not in head else None
         if not head:
             raise FormatError("is empty")
         if kind is None:
             raise FormatError(
-                "is in no known format; allowed: steadyload JSON, CSV with a header line, "
-                "job JSON with 'ulds', ACLPP schedule YAML"
+                "is in no known format; allowed: steadyload JSON, CSV with a header line (columns "
+                "of your own are named with --columns or in a profile), job JSON with 'ulds', "
+                "ACLPP schedule YAML"
+            )
+        if kind is not Format.CSV and dialect.stated():
+            raise FormatError(
+                f"is no CSV file; {' and '.join(dialect.stated())} can be stated of CSV files "
+                "only, since other formats have units and axes of their own"
             )
         if kind is Format.NATIVE:
             yield from read_json(chain([head], iter(partial(file.read, _CHUNK_BYTES), b"")))
             return
         cap = MAX_YAML_BYTES if kind is Format.ACLPP else MAX_FILE_BYTES
-        if size > cap:
-            raise FormatError(
-                f"has {size / 1024**2:.0f} MiB; allowed for this format: {cap // 1024**2} MiB"
-            )
-        try:
-            text = (head + file.read()).decode("utf-8-sig").replace("\r\n", "\n")
-        except UnicodeDecodeError as error:
-            raise FormatError(f"is not UTF-8 text (byte {error.start})") from None
-    yield from _READERS[kind](text)
+        content = read_rest(file, head, cap)
+    try:
+        text = content.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        raise FormatError(f"is not UTF-8 text (byte {error.start})") from None
+    del content
+    yield from read_csv(text, dialect) if kind is Format.CSV else read_aclpp(text)
 
 
 def write_layouts(path: str | Path, layouts: Iterable[Layout], kind: Format) -> None:
@@ -164,11 +178,6 @@ def read_written(path: str | Path, names: Container[str] | None = None) -> Itera
     except LayoutError as error:
         raise error.located(file=str(path)) from None
 
-
-_READERS: dict[Format, Callable[[str], Iterator[Record | Refused]]] = {
-    Format.CSV: read_csv,
-    Format.ACLPP: read_aclpp,
-}
 
 _WRITERS: dict[Format, Callable[[Iterable[Layout]], str | Iterator[str]]] = {
     Format.NATIVE: as_native,

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from steadyload.errors import UserError
 from steadyload.escaping import printable
+from steadyload.layouts.naming import box_label
 
 FloatArray = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -61,7 +62,9 @@ class LayoutError(UserError):
     def __str__(self) -> str:
         places = [self.file]
         places.append(f'layout "{printable(self.layout, _SHOWN)}"' if self.layout else None)
-        places.append(f"item {printable(self.item, _SHOWN)}" if self.item else None)
+        # What is no label of a box is the number of an item.
+        item = printable(self.item or "", _SHOWN)
+        places.append(item if " " in item else f"item {item}" if item else None)
         return ": ".join([p for p in places if p] + [self.message])
 
 
@@ -75,7 +78,8 @@ class Item:
         size: width, height, depth as placed [cm], within :data:`SIDES`.
         weight: [kg], within :data:`WEIGHTS`.
         mass_offset: centre of mass minus geometric centre (x, y, z) [cm]; at most half a side.
-        name: for people; printable characters, need not be unique.
+        name: the id of the box, such as an SKU, by which messages name it; printable characters,
+            need not be unique. No verdict depends on it.
 
     Raises:
         LayoutError: a value is not allowed.
@@ -115,7 +119,7 @@ class Item:
                 )
 
     def __str__(self) -> str:
-        return f'{self.sequence} "{self.name}"' if self.name else str(self.sequence)
+        return box_label(self.sequence, self.name)
 
     def _refuse(self, message: str) -> None:
         raise LayoutError(message, item=str(self))
@@ -317,8 +321,7 @@ def outside_error(item: Item, pallet: Pallet, axis: int, span: tuple[float, floa
 def overlap_error(item: Item, other: Item, depth: float) -> LayoutError:
     """Error message for an item that overlaps one placed before it, by a depth [cm]."""
     return LayoutError(
-        f"overlaps item {other} by {depth:g} cm along every axis; "
-        f"allowed: at most {TOLERANCE:g} cm",
+        f"overlaps {other} by {depth:g} cm along every axis; allowed: at most {TOLERANCE:g} cm",
         item=str(item),
     )
 

@@ -32,7 +32,7 @@ _ULD_SIZES = {
 """Inner length, width and height [cm] of the ACLPP's load devices; ``_cad`` variants are equal."""
 
 _NATIVE_KEYS = ("format", "version", "layouts")
-_ITEM_KEYS = ("sequence", "name", "position", "size", "weight", "mass_offset")
+_ITEM_KEYS = ("sequence", "id", "name", "position", "size", "weight", "mass_offset")
 
 _Parsed = Iterator[Record | Refused]
 
@@ -150,7 +150,7 @@ def _native_record(name: str, layout: Mapping[str, Any]) -> Record:
         item = _mapping(item, f"items[{place}]")
         _check_keys(item, _ITEM_KEYS, f"items[{place}]")
         values = {k: item.get(k) for k in ("sequence", "weight")}
-        values["name"] = _text(item.get("name", ""), f"items[{place}].name")
+        values["name"] = _identity(item, f"items[{place}]")
         values |= _unpacked(item, "position", ("x", "y", "z"), place)
         values |= _unpacked(item, "size", ("width", "height", "depth"), place)
         if "mass_offset" in item:
@@ -271,6 +271,17 @@ def _check_keys(values: Mapping[str, Any], known: Collection[str], where: str) -
             raise FormatError(
                 f"{where} has the unknown key {shown(key)}; {hint}allowed: {', '.join(known)}"
             )
+
+
+def _identity(item: Mapping[str, Any], where: str) -> str:
+    """The id of a box, which may stand under either key; some programs give numbers."""
+    if "id" in item and "name" in item:
+        raise FormatError(f"{where} has id and name; allowed: one of them, the id of the box")
+    if type(item.get("id")) is int:
+        return str(item["id"])[:MAX_TEXT_LENGTH]
+    return _text(
+        item.get("id", item.get("name", "")), f"{where}.{'id' if 'id' in item else 'name'}"
+    )
 
 
 def _text(value: Any, where: str) -> str:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
+from steadyload.layouts.naming import box_label
 
 _SHOWN = 40
 _MOST_BITS = 1023
@@ -68,7 +69,9 @@ def _item(values: Mapping[str, Any], index: int) -> Item:
         weight = _number(values, "weight", "weight", "kg")
         return Item(sequence, (x, y, z), sides, weight, offsets, name)  # type: ignore[arg-type]
     except LayoutError as error:
-        raise LayoutError(error.message, item=error.item or str(index)) from None
+        number = values["sequence"] if type(values.get("sequence")) is int else index
+        label = box_label(number, name if isinstance(name, str) else "")
+        raise LayoutError(error.message, item=error.item or label) from None
 
 
 def _number(values: Mapping[str, Any], key: str, label: str, unit: str) -> float:

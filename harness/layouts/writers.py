@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator
 from textwrap import indent
 from typing import Any
 
+from steadyload.layouts.csv_cells import harmless
 from steadyload.layouts.csv_reader import CSV_COLUMNS
 from steadyload.layouts.model import Layout
 from steadyload.layouts.readers import NATIVE_FORMAT, NATIVE_VERSION
@@ -53,10 +54,10 @@ def as_csv(layouts: Iterable[Layout]) -> str:
         for item in layout.items:
             writer.writerow(
                 (
-                    layout.name,
+                    harmless(layout.name),
                     *layout.pallet.size,
                     item.sequence,
-                    item.name,
+                    harmless(item.name),
                     *item.position,
                     *item.size,
                     item.weight,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import glob
 import re
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, fields
 from importlib import resources
 from itertools import islice
@@ -15,9 +15,11 @@ from typing import Any
 from steadyload.errors import UserError, nearest
 from steadyload.layouts.benchmark import Part
 from steadyload.layouts.benchmark.dataset import SETS
-from steadyload.layouts.formats import read_layouts
-from steadyload.layouts.model import Layout
+from steadyload.layouts.dialect import Dialect, DialectError, load_profile
+from steadyload.layouts.formats import scan_layouts
+from steadyload.layouts.model import Layout, LayoutError
 from steadyload.layouts.packing import drawn_layouts
+from steadyload.layouts.record import Refused
 from steadyload.layouts.scenarios import Scenario, apply_scenario
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import SpecError
@@ -47,6 +49,8 @@ class StudyDefinition:
         max_items: judge only the first items of a layout; None for all.
         limit: use only the first layouts; None for all.
         snap_gap: vertical gaps to close when reading [cm].
+        dialect: units, axes, positions and columns of the files, which are then CSV files.
+        strict: end at the first layout that is not valid; else it is left out.
         repetitions: judgements of every case, for timing.
         shard_size: cases a unit of work.
         timeout: wall seconds a judgement may take; None for no limit.
@@ -77,6 +81,8 @@ class StudyDefinition:
     timeout: float | None = None
     benchmark: Part | str | None = None
     benchmark_directory: Path | str | None = None
+    dialect: Dialect = Dialect()
+    strict: bool = False
 
     def __post_init__(self) -> None:
         methods = tuple(str(make_method(spec).spec) for spec in self.methods)
@@ -96,35 +102,51 @@ class StudyDefinition:
             ("generated", self.generated, own),
             ("seed", self.seed, own),
             ("snap_gap", self.snap_gap, own),
+            ("profile", self.dialect.stated(), own),
             ("max_items", self.max_items, "labels hold for whole layouts"),
         ):
             if given:
                 raise StudyError(f"{key} cannot stand beside benchmark: {why}")
 
-    def layouts(self) -> Iterator[Layout]:
+    def layouts(self, refused: Callable[[Refused], None] = lambda one: None) -> Iterator[Layout]:
         """The study's own layouts in turn, whole and without scenarios, those of the files first.
 
         Those of a labelled set come from :func:`steadyload.runs.labels.labelled_material`.
 
+        Args:
+            refused: called with each layout that is not valid, which is left out.
+
         Raises:
-            LayoutError: a file is invalid, or two files hold a layout of the same name.
+            LayoutError: a file is invalid; or a layout, if the study is strict or has no other.
             StudyError: two layouts have the same name, or a file cannot be read.
         """
         names: set[str] = set()
-        for layout in islice(self._sources(), self.limit):
+        first: list[LayoutError] = []
+        for layout in islice(self._sources(refused, first), self.limit):
             if layout.name in names:
                 raise StudyError(
                     f"layouts: name {layout.name!r} stands in two files; allowed: once"
                 )
             names.add(layout.name)
             yield layout
+        if not names and first:
+            raise first[0]
         if not names:
             raise StudyError("layouts: the files hold none; allowed: one or more")
 
-    def _sources(self) -> Iterator[Layout]:
+    def _sources(
+        self, refused: Callable[[Refused], None], first: list[LayoutError]
+    ) -> Iterator[Layout]:
         for file in self.files:
             try:
-                yield from read_layouts(file, snap_gap=self.snap_gap)
+                for entry in scan_layouts(file, snap_gap=self.snap_gap, dialect=self.dialect):
+                    if isinstance(entry, Layout):
+                        yield entry
+                    elif self.strict:
+                        raise entry.error
+                    else:
+                        first[:] = first or [entry.error]
+                        refused(entry)
             except OSError as error:
                 raise StudyError(f"layouts: {file}: {error.strerror}") from None
         yield from islice(drawn_layouts(self.seed), self.generated)
@@ -162,12 +184,13 @@ def load_study(source: str | Path) -> StudyDefinition:
         raise StudyError(f"{path}: not valid TOML ({error})") from None
     try:
         return _definition(content, path)
-    except (StudyError, SpecError) as error:
+    except (StudyError, SpecError, DialectError) as error:
         raise StudyError(f"{path}: {error}") from None
 
 
 def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
-    known = {f.name for f in fields(StudyDefinition)} - {"files"} | {"layouts"}
+    known = {f.name for f in fields(StudyDefinition)} - {"files", "dialect"}
+    known |= {"layouts", "profile"}
     for key in content:
         if key not in known:
             raise StudyError(f"unknown key {key!r}; {nearest(key, known)}")
@@ -210,6 +233,11 @@ def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
     benchmark, folder = content.get("benchmark"), content.get("benchmark_directory")
     if folder is not None and not (isinstance(folder, str) and folder):
         raise StudyError(f"benchmark_directory is {folder!r}; allowed: the path of a folder")
+    profile, strict = content.get("profile"), content.get("strict", False)
+    if profile is not None and not (isinstance(profile, str) and profile):
+        raise StudyError(f"profile is {profile!r}; allowed: the path of a TOML file")
+    if not isinstance(strict, bool):
+        raise StudyError(f"strict is {strict!r}; allowed: true or false")
     timeout = content.get("timeout")
     if timeout is not None and (type(timeout) not in (int, float) or not 0.0 < timeout < 1e9):
         raise StudyError(f"timeout is {timeout!r}; allowed: more than 0 [s]")
@@ -225,6 +253,8 @@ def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
         timeout=timeout,
         benchmark=benchmark,
         benchmark_directory=_set_of(folder, path.parent),
+        dialect=Dialect() if profile is None else load_profile(path.parent / profile),
+        strict=strict,
         **numbers,
     )
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,9 @@ from steadyload.layouts.benchmark import Benchmark, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.benchmark.tables import as_parquet, from_parquet
 from steadyload.layouts.formats import read_written
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model import Layout, LayoutError
+from steadyload.layouts.record import Refused
+from steadyload.layouts.refusals import Refusals
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.results import kept_file
 
@@ -58,12 +60,14 @@ class Material:
         cases: all cases, from the file that the layouts were written to; each call starts anew.
         labels: a row a case, :data:`LABELS`; None without labels.
         about: the manifest's entry on the labels; None without labels.
+        refused: layouts of the files that are not valid; complete once ``layouts`` were iterated.
     """
 
     layouts: Iterable[Layout]
     cases: Callable[[Path], Iterable[Case]]
     labels: pd.DataFrame | None = None
     about: dict[str, Any] | None = None
+    refused: Refusals = field(default_factory=Refusals)
 
 
 def own_material(study: StudyDefinition) -> Material:
@@ -73,7 +77,16 @@ def own_material(study: StudyDefinition) -> Material:
         LayoutError, StudyError: when its layouts are read, see
             :meth:`StudyDefinition.layouts`.
     """
-    return Material(study.layouts(), lambda kept: study.cases(read_written(kept)))
+    refused = Refusals()
+
+    def refuse(one: Refused) -> None:
+        # A run folder may be handed on: it says nothing of the folders of this machine.
+        error = one.error
+        name = None if error.file is None else Path(error.file).name
+        refused.add(str(LayoutError(error.message, file=name, layout=one.name, item=error.item)))
+
+    layouts = study.layouts(refuse)
+    return Material(layouts, lambda kept: study.cases(read_written(kept)), refused=refused)
 
 
 def labelled_material(study: StudyDefinition) -> Material:

@@ -190,7 +190,7 @@ def _is_finished(directory: Path, manifest: dict[str, Any]) -> bool:
         return False
     found = load_manifest(directory)
     # Labels may have changed under verdicts that have not.
-    told = ("schema_version", "shards", "labels", "envelope", "files")
+    told = ("schema_version", "shards", "labels", "envelope", "files", "refused")
     if any(found.get(key) != manifest.get(key) for key in told):
         return False
     files = [is_whole(directory / name, total) for name, total in manifest["files"].items()]
@@ -213,6 +213,8 @@ def _manifest(
         "files": [file.name for file in study.files],
         "generated": study.generated,
     }
+    if study.dialect.stated():
+        definition["dialect"] = study.dialect.stated()
     if study.benchmark is not None:
         definition["benchmark"] = str(study.benchmark)
     return {
@@ -224,6 +226,7 @@ def _manifest(
         "rows": survey.parts,
         "shards": list(survey.keys),
         **({} if material.about is None else {"labels": material.about}),
+        **({"refused": material.refused.stated()} if material.refused.count else {}),
         "envelope": passing.envelope.use,
         **provenance(),
         "started": _now(),

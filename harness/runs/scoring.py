@@ -6,10 +6,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from steadyload.layouts.dialect import Dialect
 from steadyload.layouts.formats import scan_layouts
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model import Item, Layout
+from steadyload.layouts.naming import box_id, with_ids
 from steadyload.layouts.record import Refused
 from steadyload.layouts.scenarios import Scenario
+from steadyload.layouts.sources import source_name
 from steadyload.methods.envelope import leaves
 from steadyload.methods.method import Method, Status, Verdict, judge
 from steadyload.methods.registry import make_method
@@ -29,7 +32,8 @@ def score_layouts(
     max_items: int | None = None,
     limit: int | None = None,
     snap_gap: float = 0.0,
-    skip_invalid: bool = False,
+    dialect: Dialect | None = None,
+    strict: bool = False,
     timeout: float | None = None,
     uncertainty: Uncertainty | None = None,
     sampling: Sampling | None = None,
@@ -45,7 +49,9 @@ def score_layouts(
         max_items: judge only the first items of each layout.
         limit: use only the first layouts.
         snap_gap: close vertical gaps up to this when reading [cm]; 0 closes none.
-        skip_invalid: make an invalid layout a record with status ``refused`` instead of an error.
+        dialect: units, axes, positions and columns of the files, which are then CSV files.
+        strict: end at the first layout that is not valid, instead of a record with the status
+            ``refused``.
         timeout: wall seconds a judgement may take.
         uncertainty: the quantities that deviate from the plans; None judges the plans alone.
         sampling: the rule by which sampling of deviations ends; None for the defaults.
@@ -53,20 +59,20 @@ def score_layouts(
 
     Returns:
         Records with the keys ``layout, file, method, items, scenario, score, failing_step, status,
-        moved_item, displacement, rotation, reason, ignored, emulated, outside, seconds,
-        cpu_seconds``; times are wall and CPU seconds of the whole judgement, ``outside`` lists in
+        failing_box, moved_item, moved_box, displacement, rotation, reason, ignored, emulated,
+        outside, seconds, cpu_seconds``; ``failing_box`` and ``moved_box`` are ids, None where a box
+        has none; times are wall and CPU seconds of the whole judgement, ``outside`` lists in
         which quantities the layout leaves the envelope of the method's engine.
 
     Raises:
-        LayoutError: a file or layout is invalid (not with ``skip_invalid``, which still refuses a
-            file that cannot be read at all).
+        LayoutError: a file cannot be read as a whole; or a layout is not valid, if ``strict``.
         SpecError: a method does not exist.
         EngineNotInstalledError: a method's engine is missing.
     """
     judges = [make_method(spec) for spec in methods]
     for method in judges:
         method.prepare()
-    entries = _read(files, limit, snap_gap, skip_invalid)
+    entries = _read(files, limit, snap_gap, dialect, strict)
     records: list[Record] = []
     total = len(entries) * len(judges)
     progress(0, total)
@@ -116,14 +122,18 @@ def uncertain_record(found: VerdictReliability) -> Record:
 
 
 def _read(
-    files: Sequence[str | Path], limit: int | None, snap_gap: float, skip_invalid: bool
+    files: Sequence[str | Path],
+    limit: int | None,
+    snap_gap: float,
+    dialect: Dialect | None,
+    strict: bool,
 ) -> list[tuple[str, Layout | Refused]]:
     entries: list[tuple[str, Layout | Refused]] = []
     for file in files:
-        for entry in scan_layouts(file, snap_gap=snap_gap):
-            if isinstance(entry, Refused) and not skip_invalid:
+        for entry in scan_layouts(file, snap_gap=snap_gap, dialect=dialect):
+            if isinstance(entry, Refused) and strict:
                 raise entry.error
-            entries.append((str(file), entry))
+            entries.append((source_name(file), entry))
             if limit is not None and len(entries) == limit:
                 return entries
     return entries
@@ -140,9 +150,10 @@ def _record(
     if isinstance(entry, Layout):
         verdict = judge(method, entry, timeout) if found is None else found.nominal
         items, outside = verdict.item_count, list(leaves(entry, method))
+        boxes: Sequence[Item] = entry.items
     else:
         verdict = Verdict(item_count=0, status=Status.REFUSED, reason=str(entry.error))
-        items, outside = None, []
+        items, outside, boxes = None, [], ()
     return {
         "layout": entry.name,
         "file": file,
@@ -151,11 +162,13 @@ def _record(
         "scenario": str(scenario) if scenario else None,
         "score": verdict.score,
         "failing_step": verdict.failing_step,
+        "failing_box": box_id(boxes, verdict.failing_step),
         "status": str(verdict.status),
         "moved_item": verdict.moved_item,
+        "moved_box": box_id(boxes, verdict.moved_item),
         "displacement": verdict.displacement,
         "rotation": verdict.rotation,
-        "reason": verdict.reason,
+        "reason": with_ids(verdict.reason, boxes),
         "ignored": list(verdict.ignored),
         "emulated": list(verdict.emulated),
         "outside": outside,

@@ -7,8 +7,12 @@ from pathlib import Path
 
 from steadyload.atomic import write_atomically
 from steadyload.errors import UserError, nearest
-from steadyload.layouts.formats import read_layouts
+from steadyload.layouts.dialect import Dialect
+from steadyload.layouts.formats import scan_layouts
 from steadyload.layouts.model import Layout
+from steadyload.layouts.naming import box_label, with_ids
+from steadyload.layouts.record import Refused
+from steadyload.layouts.sources import source_name
 from steadyload.methods.recording import RecordedStep, Recording, record_loading
 from steadyload.methods.registry import make_method
 from steadyload.reports.viewer.records import (
@@ -45,7 +49,7 @@ def write_view(layout: Layout, methods: Sequence[str], output: str | Path) -> Pa
     judges = [make_method(spec) for spec in methods]
     for judge in judges:
         judge.prepare(len(layout))
-    loadings = tuple(_loading(record_loading(layout, judge)) for judge in judges)
+    loadings = tuple(_loading(record_loading(layout, judge), layout) for judge in judges)
     html = view_html(
         View(layout.name, layout.pallet.size, _items(layout), loadings, provenance_lines())
     )
@@ -53,28 +57,34 @@ def write_view(layout: Layout, methods: Sequence[str], output: str | Path) -> Pa
     return Path(output)
 
 
-def pick_layout(file: str | Path, name: str | None = None) -> Layout:
-    """One layout of a file.
+def pick_layout(
+    file: str | Path, name: str | None = None, *, dialect: Dialect | None = None
+) -> Layout:
+    """One layout of a file. The others need not be valid.
 
     Args:
-        file: in any known format.
+        file: in any known format; ``-`` for standard input.
         name: of the layout; None where the file holds only one.
+        dialect: units, axes, positions and columns of a CSV file.
 
     Raises:
         ViewError: no layout has this name, or there are several and none is named.
         LayoutError, OSError: the file cannot be read.
     """
-    layouts = {layout.name: layout for layout in read_layouts(file)}
+    entries = {entry.name: entry for entry in scan_layouts(file, dialect=dialect)}
     if name is None:
-        if len(layouts) > 1:
+        if len(entries) > 1:
             raise ViewError(
-                f"{file} holds {len(layouts)} layouts; name one with --layout, for example "
-                f"{next(iter(layouts))!r}"
+                f"{source_name(file)} holds {len(entries)} layouts; name one with --layout, for "
+                f"example {next(iter(entries))!r}"
             )
-        return next(iter(layouts.values()))
-    if name not in layouts:
-        raise ViewError(f"{file} holds no layout {name!r}; {nearest(name, layouts)}")
-    return layouts[name]
+        name = next(iter(entries))
+    if name not in entries:
+        raise ViewError(f"{source_name(file)} holds no layout {name!r}; {nearest(name, entries)}")
+    entry = entries[name]
+    if isinstance(entry, Refused):
+        raise entry.error
+    return entry
 
 
 def _items(layout: Layout) -> tuple[ViewedItem, ...]:
@@ -89,12 +99,13 @@ def _items(layout: Layout) -> tuple[ViewedItem, ...]:
             item.mass_offset,
             item.weight,
             item.name,
+            box_label(item.sequence, item.name),
         )
         for item in layout.items
     )
 
 
-def _loading(recording: Recording) -> ViewedLoading:
+def _loading(recording: Recording, layout: Layout) -> ViewedLoading:
     said = recording.verdict
     return ViewedLoading(
         method=recording.method,
@@ -104,7 +115,7 @@ def _loading(recording: Recording) -> ViewedLoading:
         moved_item=said.moved_item,
         displacement=said.displacement,
         rotation=said.rotation,
-        reason=said.reason,
+        reason=with_ids(said.reason, layout.items),
         seconds=said.cpu.total,
         ignored=said.ignored,
         simulates=recording.simulates,

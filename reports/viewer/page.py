@@ -12,6 +12,7 @@ from __future__ import annotations
 import base64
 import gzip
 import json
+from collections.abc import Sequence
 from importlib import resources
 from typing import Any
 
@@ -20,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.reports.table import significant
-from steadyload.reports.viewer.records import Movement, View, ViewedLoading, ViewedStep
+from steadyload.reports.viewer.records import Movement, View, ViewedItem, ViewedLoading, ViewedStep
 from steadyload.reports.viewer.three_js import three_js
 
 STILL_CM = 0.01
@@ -49,7 +50,7 @@ def view_html(view: View) -> str:
     return environment.get_template("page.html.j2").render(
         view=view,
         summary=_summary(view),
-        captions=[_caption(loading, len(view.items)) for loading in view.loadings],
+        captions=[_caption(loading, view.items) for loading in view.loadings],
         library=_packed(three_js()),
         data=_packed(json.dumps(_plain(view), separators=(",", ":"))),
     )
@@ -69,22 +70,25 @@ def _summary(view: View) -> str:
     )
 
 
-def _caption(loading: ViewedLoading, items: int) -> dict[str, Any]:
+def _caption(loading: ViewedLoading, items: Sequence[ViewedItem]) -> dict[str, Any]:
     """Caption above the scene of a method."""
     if loading.status != "done":
         kind, headline = "none", f"no verdict: {loading.status}"
     elif loading.failing_step is None:
         kind, headline = "stable", "stable"
     else:
-        kind, headline = "fails", f"fails at step {loading.failing_step}"
+        failing = items[loading.failing_step]
+        at = failing.label if failing.name else f"step {loading.failing_step}"
+        kind, headline = "fails", f"fails at {at}"
     score = "none" if loading.score is None else f"{significant(loading.score)}"
-    safe = items if loading.failing_step is None else loading.failing_step
+    safe = len(items) if loading.failing_step is None else loading.failing_step
     facts = {
-        "score": f"{score} ({safe} of {items} placed)" if loading.score is not None else score,
+        "score": f"{score} ({safe} of {len(items)} placed)" if loading.score is not None else score,
         "CPU time": _time(loading.seconds),
     }
-    if loading.displacement is not None and loading.rotation is not None:
-        facts[f"item {loading.moved_item} moved"] = (
+    moved = loading.moved_item
+    if moved is not None and loading.displacement is not None and loading.rotation is not None:
+        facts[f"{items[moved].label} moved"] = (
             f"{loading.displacement:.1f} cm, {loading.rotation:.1f}°"
         )
     notes = []
@@ -101,7 +105,7 @@ def _plain(view: View) -> dict[str, Any]:
     return {
         "pallet": view.pallet,
         "items": [
-            {"size": i.size, "offset": i.mass_offset, "weight": i.weight, "name": i.name}
+            {"size": i.size, "offset": i.mass_offset, "weight": i.weight, "label": i.label}
             for i in view.items
         ],
         "scale": [_PER_CM, _PER_UNIT],

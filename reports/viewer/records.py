@@ -14,14 +14,15 @@ Triple = tuple[float, float, float]
 @dataclass(frozen=True, slots=True)
 class ViewedItem:
     """An item as planned: size, geometric centre and offset of the centre of mass [cm], y up, and
-    weight [kg].
+    weight [kg]. ``name``: its id, empty without one; ``label``: what messages call it.
     """
 
     size: Triple
     centre: Triple
     mass_offset: Triple
     weight: float
-    name: str = ""
+    name: str
+    label: str
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ import pandas as pd
 
 from steadyload.layouts.formats import read_written
 from steadyload.layouts.model import Layout
+from steadyload.layouts.naming import box_id
 from steadyload.layouts.scenarios import Scenario, apply_scenario
 from steadyload.runs.definition import AS_GIVEN
 from steadyload.runs.judged import JudgedCases
@@ -22,7 +23,8 @@ _MOST = 10
 
 @dataclass(frozen=True, slots=True)
 class Disagreement:
-    """A case on which methods differ, with each verdict: failing step, ``stable`` or a status.
+    """A case on which methods differ, with each verdict: failing step (with the id of its box,
+    if it has one), ``stable`` or a status.
 
     ``drawn``: the layout as it was judged. ``marked``: the failing steps of all methods.
     """
@@ -73,7 +75,7 @@ def disagreements(judged: JudgedCases, kept: Path) -> tuple[Disagreement, ...]:
                 layout=name,
                 scenario=scenario,
                 item_count=len(layout),
-                said=label | {keys[m].title: _said(v) for m, v in verdicts.items()},
+                said=label | {keys[m].title: _said(v, layout) for m, v in verdicts.items()},
                 drawn=layout,
                 marked=tuple(sorted({int(f) for f in failing})),
             )
@@ -88,8 +90,11 @@ def _dissent(answers: pd.Series) -> float:
     return float(np.mean([pd.isna(a) or pd.isna(b) or a != b for a, b in pairs])) if pairs else 0.0
 
 
-def _said(row: pd.Series) -> str:
-    return _step(row["failing_step"]) if row["status"] == "done" else row["status"]
+def _said(row: pd.Series, layout: Layout) -> str:
+    if row["status"] != "done":
+        return str(row["status"])
+    box = None if pd.isna(row["failing_step"]) else box_id(layout.items, int(row["failing_step"]))
+    return _step(row["failing_step"]) + (f" ({box})" if box else "")
 
 
 def _step(failing: Any) -> str:

@@ -57,6 +57,11 @@ def study_page(comparison: Comparison) -> Page:
             else LABELS_EXPLAINED
         )
     )
+    if comparison.refused:
+        summary = (
+            f"**{comparison.refused} further layouts of the files were refused**, since they are "
+            f"not valid: `manifest.json` says why. They are not on this page.\n\n{summary}"
+        )
     missing = comparison.missing_methods
     if comparison.missing_rows:
         summary = (

@@ -83,7 +83,8 @@ class Comparison:
     """Everything that a study's page shows.
 
     ``agreement``: by group and spec, the mean share of equal failing steps with simulations on
-    other engines; None where there is none to compare with.
+    other engines; None where there is none to compare with. ``refused``: layouts of the files that
+    are not valid.
     """
 
     title: str
@@ -100,6 +101,7 @@ class Comparison:
     missing_rows: int = 0
     missing_methods: tuple[str, ...] = ()
     manifest: Mapping[str, str] = field(default_factory=dict)
+    refused: int = 0
     beyond: tuple[BeyondEnvelope, ...] = ()
 
 
@@ -133,6 +135,7 @@ def compare(directory: str | Path) -> Comparison:
         missing_rows=manifest["rows"] - judged.rows,
         missing_methods=tuple(m for m in manifest["study"]["methods"] if m not in keys),
         manifest=manifest_lines(judged),
+        refused=manifest.get("refused", {}).get("count", 0),
         beyond=_beyond(manifest, keys),
     )
 

@@ -64,13 +64,13 @@ class Player {
   sentence(n, { at, ended, failed, moved, time, after, simulated }) {
     const loading = this.data.loadings[n];
     const seen = moved && (failed || Math.max(moved[1], moved[2]) >= 0.05);
-    const motion = seen ? `item ${moved[0]} moved ${moved[1].toFixed(1)} cm, ${moved[2].toFixed(1)}°` : "";
+    const motion = seen ? `${this.box(moved[0])} moved ${moved[1].toFixed(1)} cm, ${moved[2].toFixed(1)}°` : "";
     const clock = `t = ${time.toFixed(2)} s`;
-    if (failed && !simulated) return `item ${loading.moved ?? at} would not stand`;
+    if (failed && !simulated) return `${this.box(loading.moved ?? at)} would not stand`;
     if (failed) return `${motion}, ${clock}${ended ? ", the loading ended here" : after ? ", after the verdict" : ", too far"}`;
     if (ended) return "everything placed";
-    if (!simulated) return `item ${at} placed${loading.simulates ? ", at rest without simulation" : ""}`;
-    return time ? `${clock}, ${motion ? `most: ${motion}` : "nothing moved"}` : `placing item ${at}`;
+    if (!simulated) return `${this.box(at)} placed${loading.simulates ? ", at rest without simulation" : ""}`;
+    return time ? `${clock}, ${motion ? `most: ${motion}` : "nothing moved"}` : `placing ${this.box(at)}`;
   }
 
   say(pane, what) {
@@ -201,14 +201,19 @@ class Player {
     }, { passive: false });
   }
 
+  // A box as all messages name it: by its id, if it has one.
+  box(n) {
+    return this.data.items[n].label;
+  }
+
   // Says which item is under the pointer.
   point(event, stage, tip) {
     const n = stage.itemAt(event.clientX, event.clientY);
     tip.hidden = n === null;
     if (n === null) return;
-    const { size, weight, name } = this.data.items[n], area = stage.canvas.getBoundingClientRect();
+    const { size, weight } = this.data.items[n], area = stage.canvas.getBoundingClientRect();
     const sides = size.map((side) => +side.toFixed(1)).join(" × ");
-    tip.textContent = `item ${n}${name ? ` “${name}”` : ""}: ${sides} cm, ${+weight.toFixed(2)} kg`;
+    tip.textContent = `${this.box(n)}: ${sides} cm, ${+weight.toFixed(2)} kg`;
     tip.style.left = `${Math.min(event.clientX - area.left + 14, area.width - 220)}px`;
     tip.style.top = `${event.clientY - area.top + 14}px`;
   }

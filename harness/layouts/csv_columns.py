@@ -1,0 +1,161 @@
+"""Columns of a CSV file: which value stands where, by its header line and the dialect."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from steadyload.layouts.dialect import OFFSETS, WORDS, Dialect
+from steadyload.layouts.record import FormatError, shown
+
+SEPARATORS = ";\t,"
+"""Characters that may stand between columns."""
+
+_SAME = {"item": "id", "sku": "id", "name": "id"}
+"""Headers that are the words of other columns."""
+
+_HINT = "; name columns of your own with --columns or in a profile"
+
+
+@dataclass(frozen=True, slots=True)
+class Columns:
+    """Places of the values in a row.
+
+    Attributes:
+        count: number of columns.
+        layout, sequence, weight: their places.
+        identity: place of a box's id, None where boxes have none.
+        position, size, pallet: places of the values along the file's x, y and z.
+        offset: likewise, of the centre of mass; None where it is not given along that axis.
+    """
+
+    count: int
+    layout: int
+    sequence: int
+    weight: int
+    identity: int | None
+    position: tuple[int, ...]
+    size: tuple[int, ...]
+    pallet: tuple[int, ...]
+    offset: tuple[int | None, ...]
+
+
+def separator_of(header: str, dialect: Dialect) -> str | None:
+    """The character by which a line parts into the most known columns; None if it has none."""
+    found = {mark: _known(header.split(mark), dialect) for mark in SEPARATORS if mark in header}
+    best = max(found, key=lambda mark: found[mark], default=None)
+    return best if best is not None and found[best] else None
+
+
+def _known(cells: Sequence[str], dialect: Dialect) -> int:
+    names = {name.casefold() for name in (*WORDS, *_SAME, *dialect.columns.values())}
+    return sum(cell.strip().strip('"').strip().casefold() in names for cell in cells)
+
+
+def find_columns(header: Sequence[str], dialect: Dialect) -> Columns:
+    """Places of the values.
+
+    Raises:
+        FormatError: a column is unknown, missing, or stands there twice.
+    """
+    header = [name.strip() for name in header]
+    places = _places(header, dialect)
+
+    def place(word: str) -> int:
+        if word not in places:
+            raise _missing(word, header, places)
+        return places[word]
+
+    def along_axes(prefix: str) -> tuple[int, ...]:
+        return tuple(place(prefix + side) for side in _sides(places, prefix, dialect))
+
+    return Columns(
+        count=len(header),
+        layout=place("layout"),
+        pallet=along_axes("pallet_"),
+        sequence=place("sequence"),
+        position=tuple(map(place, "xyz")),
+        size=along_axes(""),
+        weight=place("weight"),
+        identity=places.get("id"),
+        offset=tuple(map(places.get, OFFSETS)),
+    )
+
+
+def _places(header: Sequence[str], dialect: Dialect) -> dict[str, int]:
+    """Place of every word that the header has."""
+    own = {name.casefold(): word for word, name in dialect.columns.items()}
+    places: dict[str, int] = {}
+    for index, name in enumerate(header):
+        word = own.get(name.casefold(), _word(name, dialect.columns))
+        if word is None:
+            if dialect.other_columns == "refuse":
+                raise _unknown(name)
+        elif word in places:
+            raise _twice(header[places[word]], name, word)
+        else:
+            places[word] = index
+    for word, name in dialect.columns.items():
+        if word not in places:
+            raise FormatError(
+                f"lacks the CSV column {shown(name)}, named for {word}"
+                f"{_nearest(name, header, places)}"
+            )
+    return places
+
+
+def _word(name: str, columns: Mapping[str, str]) -> str | None:
+    """The word that a header stands for by itself; not one for which another column is named."""
+    word = _SAME.get(name.casefold(), name.casefold())
+    return word if word in WORDS and word not in columns else None
+
+
+def _sides(places: Mapping[str, int], prefix: str, dialect: Dialect) -> tuple[str, str, str]:
+    """The words of the sides along the file's x, y and z."""
+    length, depth = prefix + "length" in places, prefix + "depth" in places
+    if length and depth:
+        raise FormatError(
+            f"has the CSV columns {prefix}length and {prefix}depth; allowed: one of them, beside "
+            f"{prefix}width and {prefix}height"
+        )
+    if dialect.up == "y":
+        return "width", "height", "length" if length else "depth"
+    return ("width", "depth", "height") if depth else ("length", "width", "height")
+
+
+def _unknown(name: str) -> FormatError:
+    mixed = next((mark for mark in SEPARATORS if mark in name), None)
+    if mixed is not None:
+        return FormatError(
+            f"has the CSV header {shown(name)}, with a {mixed!r} in it; allowed: one separator of "
+            "columns in the whole file, ',', ';' or a tab"
+        )
+    close = difflib.get_close_matches(name[:80].casefold(), (*WORDS, *_SAME), n=1)
+    hint = f"did you mean {close[0]!r}? " if close else ""
+    return FormatError(
+        f"has the unknown CSV column {shown(name)}; {hint}allowed: {', '.join(WORDS)}{_HINT}, or "
+        "leave them out with --other-columns ignore"
+    )
+
+
+def _twice(first: str, second: str, word: str) -> FormatError:
+    if first.casefold() == second.casefold():
+        return FormatError(f"has the CSV column {shown(first)} twice; allowed: each once")
+    return FormatError(
+        f"has two CSV columns for {word}, {shown(first)} and {shown(second)}; allowed: one{_HINT}"
+    )
+
+
+def _missing(word: str, header: Sequence[str], places: Mapping[str, int]) -> FormatError:
+    return FormatError(
+        f"lacks the CSV column {word!r}{_nearest(word, header, places)}; allowed: "
+        f"{', '.join(WORDS)}{_HINT}"
+    )
+
+
+def _nearest(name: str, header: Sequence[str], places: Mapping[str, int]) -> str:
+    """The most similar header that stands for nothing yet."""
+    free = {h[:80].casefold(): h for i, h in enumerate(header) if i not in places.values()}
+    close = difflib.get_close_matches(name[:80].casefold(), free, n=1)
+    return f"; the nearest in its header is {shown(free[close[0]])}" if close else ""

@@ -1,0 +1,177 @@
+"""Dialect of a CSV file: units, axes, positions and names of columns, as a profile keeps them."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+from steadyload.errors import UserError, nearest
+from steadyload.layouts.limits import MAX_TEXT_LENGTH
+from steadyload.layouts.record import shown
+
+UNITS: Mapping[str, Decimal] = {
+    "mm": Decimal("0.1"), "cm": Decimal(1), "m": Decimal(100), "in": Decimal("2.54"),
+}  # fmt: skip
+"""Units of lengths, in centimetres."""
+
+WEIGHT_UNITS: Mapping[str, Decimal] = {
+    "g": Decimal("0.001"), "kg": Decimal(1), "lb": Decimal("0.45359237"),
+}  # fmt: skip
+"""Units of weights, in kilograms."""
+
+UPWARD = ("y", "z")
+"""Axes that may point up."""
+
+POSITIONS = ("corner", "centre")
+"""Points of a box whose place may be given."""
+
+OTHER_COLUMNS = ("refuse", "ignore")
+"""What may be done with columns that are not known."""
+
+PALLET_SIDES = ("pallet_length", "pallet_width", "pallet_height", "pallet_depth")
+SIDES = ("length", "width", "height", "depth")
+OFFSETS = ("offset_x", "offset_y", "offset_z")
+
+WORDS = (
+    "layout", *PALLET_SIDES, "sequence", "id", "x", "y", "z", *SIDES, "weight", *OFFSETS,
+)  # fmt: skip
+"""Columns for which a dialect may name others."""
+
+_MAX_PROFILE_BYTES = 64 * 1024
+
+
+class DialectError(UserError):
+    """A dialect or a profile that states what is not allowed."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dialect:
+    """Form of a CSV file. The separator of columns and the decimal mark are told by the file.
+
+    Args:
+        units: of lengths, a key of :data:`UNITS`.
+        weight: unit of weights, a key of :data:`WEIGHT_UNITS`.
+        up: the axis that points up. With ``z`` the file's x, y, z become our z, x, y, which turns
+            the layout and does not mirror it.
+        positions: the point of a box whose x, y, z are given: its corner with the smallest
+            coordinates, or its geometric centre.
+        columns: the file's own names of columns, by the word of :data:`WORDS` that each stands for.
+        other_columns: ``ignore`` leaves out columns that are not known.
+
+    Raises:
+        DialectError: a value is not allowed.
+    """
+
+    units: str = "cm"
+    weight: str = "kg"
+    up: str = "y"
+    positions: str = "corner"
+    columns: Mapping[str, str] = field(default_factory=dict)
+    other_columns: str = "refuse"
+
+    def __post_init__(self) -> None:
+        for key, allowed in CHOICES.items():
+            value = getattr(self, key)
+            if not isinstance(value, str) or value not in allowed:
+                raise DialectError(f"{key} is {shown(value)}; {nearest(_text(value), allowed)}")
+        if not isinstance(self.columns, Mapping):
+            raise DialectError(f"columns is {shown(self.columns)}; allowed: names by word")
+        object.__setattr__(self, "columns", _checked(self.columns))
+
+    def __hash__(self) -> int:
+        stated = {**self.stated(), "columns": tuple(sorted(self.columns.items()))}
+        return hash(tuple(stated.items()))
+
+    def stated(self) -> dict[str, Any]:
+        """The keys that differ from those of the default, as a profile would hold them."""
+        default, own = vars(Dialect()), vars(self)
+        return {key: value for key, value in own.items() if value != default[key]}
+
+    def with_changes(self, changes: Mapping[str, Any]) -> Dialect:
+        """The same dialect with other values; ``columns`` are added to those there are.
+
+        Raises:
+            DialectError: a key or value is not allowed.
+        """
+        known = {f.name: getattr(self, f.name) for f in fields(self)}
+        for key in changes:
+            if key not in known:
+                raise DialectError(f"unknown key {shown(key)}; {nearest(_text(key), known)}")
+        made = {**known, **changes}
+        if isinstance(made["columns"], Mapping):
+            made["columns"] = {**self.columns, **_words(made["columns"])}
+        return Dialect(**made)
+
+
+CHOICES = {
+    "units": UNITS, "weight": WEIGHT_UNITS, "up": UPWARD, "positions": POSITIONS,
+    "other_columns": OTHER_COLUMNS,
+}  # fmt: skip
+"""Allowed words of the keys that have some."""
+
+
+def load_profile(path: str | Path) -> Dialect:
+    """The dialect that a TOML file states.
+
+    Raises:
+        DialectError: not a TOML file, or a key or value of it is not allowed.
+        OSError: the file cannot be read.
+    """
+    with Path(path).open("rb") as file:
+        content = file.read(_MAX_PROFILE_BYTES + 1)
+    try:
+        if len(content) > _MAX_PROFILE_BYTES:
+            raise DialectError(f"is too large; allowed: {_MAX_PROFILE_BYTES // 1024} KiB")
+        return Dialect().with_changes(tomllib.loads(content.decode("utf-8-sig")))
+    except DialectError as error:
+        raise DialectError(f"{path}: {error}") from None
+    except (ValueError, RecursionError) as error:
+        raise DialectError(f"{path}: is not a TOML file ({_text(error)})") from None
+
+
+def columns_of(text: str) -> dict[str, str]:
+    """Names of columns from ``length=L,width=B``.
+
+    Raises:
+        DialectError: not of this form, or a word that is not allowed.
+    """
+    found: dict[str, str] = {}
+    for part in text.split(","):
+        word, equals, name = part.partition("=")
+        if not (equals and word.strip() and name.strip()):
+            raise DialectError(f"columns: {shown(part)}; allowed: WORD=COLUMN, such as length=L")
+        if word.strip() in found:
+            raise DialectError(f"columns: {shown(word.strip())} stands there twice; allowed: once")
+        found[word.strip()] = name.strip()
+    return _checked(found)
+
+
+def _checked(columns: Mapping[Any, Any]) -> dict[str, str]:
+    """Names of columns, each text once, by known words."""
+    made: dict[str, str] = {}
+    for word, name in _words(columns).items():
+        if word not in WORDS:
+            raise DialectError(
+                f"columns: unknown word {shown(word)}; {nearest(_text(word), WORDS)}"
+            )
+        if not isinstance(name, str) or not 0 < len(name.strip()) <= MAX_TEXT_LENGTH:
+            raise DialectError(f"columns: {word} is {shown(name)}; allowed: the name of a column")
+        if name.strip().casefold() in {other.casefold() for other in made.values()}:
+            raise DialectError(
+                f"columns: {shown(name)} stands for two words; allowed: each column for one"
+            )
+        made[word] = name.strip()
+    return made
+
+
+def _words(columns: Mapping[Any, Any]) -> dict[Any, Any]:
+    """The same with ``item``, the name that this column has where it is written, as ``id``."""
+    return {"id" if word == "item" else word: name for word, name in columns.items()}
+
+
+def _text(value: object) -> str:
+    return str(value)[:MAX_TEXT_LENGTH]

@@ -1,0 +1,43 @@
+"""Content of a layout file, of a pipe or of standard input, up to a size."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+from steadyload.layouts.record import FormatError
+
+STANDARD_INPUT = "-"
+"""Stands for standard input where a file is named."""
+
+
+def source_name(path: str | Path) -> str:
+    """The name of a file for a message."""
+    return "standard input" if str(path) == STANDARD_INPUT else str(path)
+
+
+@contextmanager
+def opened(path: str | Path) -> Iterator[BinaryIO]:
+    """A file, or standard input for ``-``, as bytes."""
+    if str(path) == STANDARD_INPUT:
+        yield sys.stdin.buffer
+        return
+    with Path(path).open("rb") as file:
+        yield file
+
+
+def read_rest(file: BinaryIO, head: bytes, cap: int) -> bytes:
+    """All of a file of which the head has been read.
+
+    A pipe does not know its size, so that no more is read than is allowed.
+
+    Raises:
+        FormatError: it has more bytes than the cap.
+    """
+    content = head + file.read(max(0, cap + 1 - len(head)))
+    if len(content) > cap:
+        raise FormatError(f"is too large; allowed for this format: {cap // 1024**2} MiB")
+    return content
