@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[1]
 FOLDERS = {"harness": "", "engines": "engines.", "learners": "learners.", "reports": "reports."}
 """Folder of the repository -> where it is installed below ``steadyload``."""
 
-_LAYOUTS = {"layouts", "statistics", "atomic", "errors"}
+_LAYOUTS = {"layouts", "statistics", "atomic", "errors", "escaping"}
 _METHODS = {"methods", "engines", *_LAYOUTS}
 _RUNS = {"runs", *_METHODS}
 _LIBRARIES = {"tuning", "properties", "learners", *_RUNS}
@@ -21,7 +21,8 @@ _LIBRARIES = {"tuning", "properties", "learners", *_RUNS}
 ALLOWED = {
     "statistics": {"statistics"},
     "errors": set(),
-    "reports": {"reports", "statistics", "errors"},
+    "escaping": set(),
+    "reports": {"reports", "statistics", "errors", "escaping"},
     "engines": {"engines"},
     "atomic": set(),
     "layouts": _LAYOUTS,

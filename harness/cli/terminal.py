@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from steadyload.cli.interrupts import working
+from steadyload.escaping import printable
 from steadyload.studies.study import Progress as StudyProgress
 
 
@@ -19,7 +20,8 @@ def say(sentence: str) -> None:
     """Print a sentence on stderr, which is no part of the output."""
     from rich.console import Console
 
-    Console(stderr=True, soft_wrap=True, highlight=False, markup=False).print(sentence)
+    lines = "\n".join(map(printable, sentence.split("\n")))
+    Console(stderr=True, soft_wrap=True, highlight=False, markup=False).print(lines)
 
 
 class _Sentences(logging.Handler):
@@ -56,7 +58,7 @@ def print_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     for title in header:
         table.add_column(title, overflow="fold")
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(printable, row))
     # A pipe has no width: its text is never cut.
     console = Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else 4000)
     with console.capture() as capture:
@@ -79,7 +81,8 @@ def study_progress() -> Iterator[StudyProgress]:
     working()
     console = Console(stderr=True)
     columns = (
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(),
+        TextColumn("{task.description}", markup=False),
+        BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(),
     )  # fmt: skip
     with Progress(
         *columns, console=console, transient=True, disable=not console.is_terminal
@@ -87,7 +90,7 @@ def study_progress() -> Iterator[StudyProgress]:
         task = bar.add_task("", total=None)
 
         def show(what: str, done: int = 0, total: int = 0, /) -> None:
-            bar.update(task, description=what, completed=done, total=total or None)
+            bar.update(task, description=printable(what), completed=done, total=total or None)
 
         yield show
 
@@ -104,8 +107,9 @@ def progress_bar(label: str) -> Iterator[Callable[[int, int], None]]:
 def status_line() -> Iterator[Callable[[str], None]]:
     """A line on stderr with the current measurement, shown in terminals only."""
     from rich.console import Console
+    from rich.text import Text
 
     working()
     console = Console(stderr=True)
     with console.status("") as status:
-        yield lambda what: status.update(what)
+        yield lambda what: status.update(Text(printable(what)))

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable, Iterator
 from enum import StrEnum
+from functools import partial
+from itertools import chain
 from pathlib import Path
 
 from steadyload.atomic import write_atomically
@@ -24,6 +26,7 @@ from steadyload.layouts.writers import as_csv, as_job, as_native
 
 _TWICE = "name stands there twice; allowed: one layout a name"
 _HEAD_BYTES = 64 * 1024
+_CHUNK_BYTES = 256 * 1024
 
 
 _PLAIN = Dialect()
@@ -117,6 +120,9 @@ def _records(path: str | Path, dialect: Dialect) -> Iterator[Record | Refused]:
                 f"is no CSV file; {' and '.join(dialect.stated())} can be stated of CSV files "
                 "only, since other formats have units and axes of their own"
             )
+        if kind is Format.NATIVE:
+            yield from read_json(chain([head], iter(partial(file.read, _CHUNK_BYTES), b"")))
+            return
         cap = MAX_YAML_BYTES if kind is Format.ACLPP else MAX_FILE_BYTES
         content = read_rest(file, head, cap)
     try:
@@ -124,7 +130,7 @@ def _records(path: str | Path, dialect: Dialect) -> Iterator[Record | Refused]:
     except UnicodeDecodeError as error:
         raise FormatError(f"is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
     del content
-    yield from read_csv(text, dialect) if kind is Format.CSV else _READERS[kind](text)
+    yield from read_csv(text, dialect) if kind is Format.CSV else read_aclpp(text)
 
 
 def write_layouts(path: str | Path, layouts: Iterable[Layout], kind: Format) -> None:
@@ -172,11 +178,6 @@ def read_written(path: str | Path, names: Container[str] | None = None) -> Itera
     except LayoutError as error:
         raise error.located(file=str(path)) from None
 
-
-_READERS: dict[Format, Callable[[str], Iterator[Record | Refused]]] = {
-    Format.NATIVE: read_json,
-    Format.ACLPP: read_aclpp,
-}
 
 _WRITERS: dict[Format, Callable[[Iterable[Layout]], str | Iterator[str]]] = {
     Format.NATIVE: as_native,

@@ -11,9 +11,22 @@ MAX_LAYOUTS = 1_000_000
 MAX_FILE_BYTES = 256 * 1024**2
 """Bytes of a file, of a pipe and of standard input."""
 
+MAX_STREAM_BYTES = 4 * 1024**3
+"""Bytes of a file of which one layout at a time is held in memory."""
+
+MAX_VALUE_LENGTH = 4 * 1024**2
+"""Characters of such a layout, before anything is built of them."""
+
+MAX_WAITING = 200_000
+"""Layouts and items of a file that are held because what names them may follow."""
+
 MAX_YAML_BYTES = 8 * 1024**2
 """Bytes of a YAML file: its parser takes a second for 4 MB even in C, and the largest real schedule
 is below 2 MB."""
+
+MAX_YAML_VALUES = 100_000
+"""Texts, numbers, lists and objects of a YAML file: five times those of the largest real schedule,
+and a second for its parser."""
 
 MAX_DEPTH = 32
 """How deep lists and objects may lie in each other."""

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.errors import UserError
+from steadyload.escaping import printable
 from steadyload.layouts.naming import box_label
 
 FloatArray = NDArray[np.float64]
@@ -34,6 +35,8 @@ WEIGHTS = (1e-9, 1e6)
 _AXES = ("x", "y", "z")
 _SIZES = ("width", "height", "depth")
 _BLOCK = 256
+_SHOWN = 200
+"""Characters of a name in a message."""
 
 
 class LayoutError(UserError):
@@ -58,10 +61,10 @@ class LayoutError(UserError):
 
     def __str__(self) -> str:
         places = [self.file]
-        places.append(f'layout "{self.layout}"' if self.layout else None)
+        places.append(f'layout "{printable(self.layout, _SHOWN)}"' if self.layout else None)
         # What is no label of a box is the number of an item.
-        label = self.item if self.item and " " in self.item else f"item {self.item}"
-        places.append(label if self.item else None)
+        item = printable(self.item or "", _SHOWN)
+        places.append(item if " " in item else f"item {item}" if item else None)
         return ": ".join([p for p in places if p] + [self.message])
 
 
@@ -343,4 +346,4 @@ def _allowed(limits: tuple[float, float]) -> str:
 
 
 def _unprintable(name: str) -> str:
-    return f"name is {name!a}; allowed: one or more printable characters"
+    return f"name is {name[:_SHOWN]!a}; allowed: one or more printable characters"

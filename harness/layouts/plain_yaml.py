@@ -10,6 +10,7 @@ from typing import Any
 
 import yaml
 
+from steadyload.layouts.limits import MAX_DEPTH, MAX_TEXT_LENGTH, MAX_YAML_VALUES
 from steadyload.layouts.record import FormatError, shown
 
 try:
@@ -17,11 +18,11 @@ try:
 except ImportError:  # PyYAML without libyaml
     from yaml import SafeLoader as _Loader
 
-MOST_DEPTH = 32
-"""How deep lists and objects may lie in each other; those of a schedule lie 8 deep."""
-
 _MOST_BITS = 1023
 """Of a whole number: beyond it none is a float, and far beyond it none can be printed."""
+
+_LONGEST_KEY = 18
+"""Characters of a key that is a number: many longer whole numbers can share one hash."""
 
 _MERGE = "tag:yaml.org,2002:merge"
 
@@ -31,7 +32,7 @@ def parse_plain_yaml(text: str) -> Any:
 
     Raises:
         FormatError: it is none; or has an alias, a merge key, deeper nesting than
-            :data:`MOST_DEPTH`, or a value that contradicts its type.
+            :data:`MAX_DEPTH`, or a value that contradicts its type.
     """
     try:
         _refuse_growth(text)
@@ -53,18 +54,33 @@ def _place(error: yaml.YAMLError) -> str:
 
 def _refuse_growth(text: str) -> None:
     """Walk the events up to the first that is not allowed."""
-    depth = 0
+    depth = values = 0
     for event in yaml.parse(text, Loader=_Loader):
+        values += isinstance(event, yaml.NodeEvent)
+        if values > MAX_YAML_VALUES:
+            raise _refusal(event, "holds too much", f"{MAX_YAML_VALUES:,} values")
         if isinstance(event, yaml.CollectionStartEvent):
             depth += 1
-            if depth > MOST_DEPTH:
-                raise _refusal(event, "is nested too deeply", f"{MOST_DEPTH} levels")
+            if depth > MAX_DEPTH:
+                raise _refusal(event, "is nested too deeply", f"{MAX_DEPTH} levels")
         elif isinstance(event, yaml.CollectionEndEvent):
             depth -= 1
         elif isinstance(event, yaml.AliasEvent):
             raise _refusal(event, f"has the alias *{event.anchor[:40]}", "values written out")
-        elif isinstance(event, yaml.ScalarEvent) and _merges(event):
-            raise _refusal(event, "has the merge key <<", "values written out")
+        elif isinstance(event, yaml.ScalarEvent):
+            _refuse_long(event)
+            if _merges(event):
+                raise _refusal(event, "has the merge key <<", "values written out")
+
+
+def _refuse_long(event: yaml.ScalarEvent) -> None:
+    """A long number or time costs as much as thousands; some grow with the square of the length."""
+    if len(event.value) > MAX_TEXT_LENGTH:
+        raise FormatError(
+            f"holds a YAML value that is none at line {event.start_mark.line + 1}: "
+            f"{shown(event.value)} has {len(event.value):,} characters; allowed: at most "
+            f"{MAX_TEXT_LENGTH:,}"
+        )
 
 
 def _merges(event: yaml.ScalarEvent) -> bool:
@@ -87,6 +103,14 @@ class _PlainLoader(_Loader):
         if isinstance(value, int) and value.bit_length() > _MOST_BITS:
             raise _no_value(node)
         return value
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """See PyYAML; refuses keys whose table may take the square of their number."""
+        for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
+            number = isinstance(key, yaml.ScalarNode) and key.tag.endswith(":int")
+            if number and len(key.value) > _LONGEST_KEY:
+                raise _no_value(key)
+        return super().construct_mapping(node, deep)
 
 
 def _no_value(node: yaml.Node) -> yaml.constructor.ConstructorError:

@@ -1,16 +1,24 @@
-"""One reader per file format: text in, records out."""
+"""Readers of JSON and YAML files, one a format: bytes or text in, records out."""
 
 from __future__ import annotations
 
 import difflib
 import json
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
-from steadyload.layouts.limits import MAX_TEXT_LENGTH
+from steadyload.layouts.json_stream import Elements, JsonText, members
+from steadyload.layouts.limits import (
+    MAX_FILE_BYTES,
+    MAX_ITEMS,
+    MAX_LAYOUTS,
+    MAX_TEXT_LENGTH,
+    MAX_WAITING,
+)
 from steadyload.layouts.model import LayoutError
 from steadyload.layouts.plain_yaml import parse_plain_yaml
-from steadyload.layouts.record import FormatError, Record, Refused, shown
+from steadyload.layouts.record import FormatError, Record, Refused, place_in_order, shown
 
 NATIVE_FORMAT = "steadyload-layouts"
 NATIVE_VERSION = 1
@@ -23,46 +31,87 @@ _ULD_SIZES = {
 }
 """Inner length, width and height [cm] of the ACLPP's load devices; ``_cad`` variants are equal."""
 
+_NATIVE_KEYS = ("format", "version", "layouts")
 _ITEM_KEYS = ("sequence", "id", "name", "position", "size", "weight", "mass_offset")
 
 _Parsed = Iterator[Record | Refused]
 
 
-def read_json(text: str) -> _Parsed:
-    """Records of a native file or of a job file, whichever the JSON turns out to be."""
-    try:
-        content = json.loads(text, object_pairs_hook=_without_duplicates)
-    except json.JSONDecodeError as error:
-        raise FormatError(
-            f"is not valid JSON ({error.msg} at line {error.lineno}, column {error.colno}); "
-            "is it cut off?"
-        ) from None
-    except RecursionError:
-        raise FormatError("is not a layout file: its JSON is nested too deeply") from None
-    except ValueError as error:
-        # Python refuses to convert integers of thousands of digits.
-        raise FormatError(f"holds a number that is none ({error})") from None
-    if "ulds" in content:
-        yield from _read_job(content)
-    elif content.get("format") == NATIVE_FORMAT:
-        yield from _read_native(content)
-    else:
+def read_json(chunks: Iterable[bytes]) -> _Parsed:
+    """Records of a native file or of a job file, whichever the JSON turns out to be.
+
+    Args:
+        chunks: the bytes of the file, in turn. Those of a native file that states its format and
+            version first, as steadyload writes it, are asked for as its records are.
+    """
+    text = JsonText(chunks)
+    head: dict[str, Any] = {}
+    found = members(text, ("layouts", "ulds"))
+    for name, value in found:
+        if name == "ulds":
+            text.limit(MAX_FILE_BYTES)
+            return (yield from _read_job(head, value, found))
+        if name == "layouts":
+            return (yield from _read_native(head, value, found))
+        _keep(head, name, value)
+        if head.get("format") == NATIVE_FORMAT:
+            _check_keys(head, _NATIVE_KEYS, "the file")
+    _check_head(head)
+    raise FormatError("the file has layouts missing; allowed: a list")
+
+
+def _keep(head: dict[str, Any], name: str, value: Any) -> None:
+    """Keep what describes the file; of other members the name."""
+    head[name] = value if name in ("format", "version", "label") else None
+
+
+def _check_head(head: Mapping[str, Any]) -> None:
+    if head.get("format") != NATIVE_FORMAT:
         raise FormatError(
             f'is JSON of another kind; allowed: an object with "format": "{NATIVE_FORMAT}" '
             "or with 'ulds'"
         )
-
-
-def _read_native(content: Mapping[str, Any]) -> _Parsed:
-    version = content.get("version")
+    version = head.get("version")
     if type(version) is not int or version != NATIVE_VERSION:
         raise FormatError(f"has version {shown(version)}; allowed: {NATIVE_VERSION}")
-    _check_keys(content, ("format", "version", "layouts"), "the file")
-    for index, layout in enumerate(_sequence(content, "layouts", "the file")):
+    _check_keys(head, _NATIVE_KEYS, "the file")
+
+
+def _read_native(head: dict[str, Any], layouts: Any, rest: Iterator[tuple[str, Any]]) -> _Parsed:
+    """Records of the layouts, at once where the head is known, else when it is."""
+    known = {"format", "version"} <= head.keys()
+    waiting: list[Record | Refused] = []
+    if known:
+        _check_head(head)
+        yield from _native_layouts(layouts)
+    else:
+        waiting = _held(_native_layouts(layouts), "its format and version")
+    for name, value in rest:
+        _keep(head, name, value)
+    _check_head(head)
+    yield from waiting
+
+
+def _native_layouts(layouts: Any) -> _Parsed:
+    for index, layout in enumerate(_elements(layouts, "layouts")):
         name = _mapping(layout, f"layouts[{index}]").get("name")
         if not isinstance(name, str):
             raise FormatError(f"layouts[{index}] has name {shown(name)}; allowed: a text")
         yield _attempt(name, layout, _native_record)
+
+
+def _held(records: _Parsed, what: str) -> list[Record | Refused]:
+    """Records that wait for what names them or tells whether they may be read."""
+    held, count = [], 0
+    for record in records:
+        count += 1 + (len(record.items) if isinstance(record, Record) else 0)
+        if count > MAX_WAITING:
+            raise FormatError(
+                f"states {what} only after more than {MAX_WAITING:,} items; allowed: before them, "
+                "or several files"
+            )
+        held.append(record)
+    return held
 
 
 def read_blocks(lines: Iterable[str]) -> Iterator[Record]:
@@ -97,7 +146,7 @@ def _native_record(name: str, layout: Mapping[str, Any]) -> Record:
     pallet = _mapping(layout.get("pallet"), "pallet")
     _check_keys(pallet, ("width", "height", "depth"), "pallet")
     items = []
-    for place, item in enumerate(_sequence(layout, "items", "the layout")):
+    for place, item in enumerate(_items(layout, "items", "the layout")):
         item = _mapping(item, f"items[{place}]")
         _check_keys(item, _ITEM_KEYS, f"items[{place}]")
         values = {k: item.get(k) for k in ("sequence", "weight")}
@@ -110,14 +159,22 @@ def _native_record(name: str, layout: Mapping[str, Any]) -> Record:
     return Record(name, pallet, items)
 
 
-def _read_job(content: Mapping[str, Any]) -> _Parsed:
-    ulds = _sequence(content, "ulds", "the file")
-    for index, uld in enumerate(ulds):
-        uld = _mapping(uld, f"ulds[{index}]")
-        label = _text(content.get("label") or "", "label")
-        identity = uld.get("id")
-        number = str(index if identity is None else identity)
-        name = number if not label else label if len(ulds) == 1 else f"{label}#{number}"
+def _read_job(head: dict[str, Any], ulds: Any, rest: Iterator[tuple[str, Any]]) -> _Parsed:
+    """Records of the load devices, when the whole file is known: its label may come last."""
+    held = _held(_job_ulds(ulds), "its label")
+    for name, value in rest:
+        _keep(head, name, value)
+    label = _text(head.get("label") or "", "label")
+    for record in held:
+        number = record.name
+        name = number if not label else label if len(held) == 1 else f"{label}#{number}"
+        yield replace(record, name=name)
+
+
+def _job_ulds(ulds: Any) -> _Parsed:
+    for index, uld in enumerate(_elements(ulds, "ulds")):
+        identity = _mapping(uld, f"ulds[{index}]").get("id")
+        name = str(index) if identity is None else _label(identity, f"ulds[{index}].id")
         yield _attempt(name, uld, _job_record)
 
 
@@ -129,13 +186,13 @@ def _job_record(name: str, uld: Mapping[str, Any]) -> Record:
         "depth": properties.get("depth"),
     }
     items = []
-    for place, item in enumerate(_sequence(uld, "placedItems", "the layout")):
+    for place, item in enumerate(_items(uld, "placedItems", "the layout")):
         item = _mapping(item, f"placedItems[{place}]")
         shape = _mapping(item.get("shape"), f"placedItems[{place}].shape")
         if shape.get("shapeType", "Box") != "Box":
             raise LayoutError(
                 f"shape is {shown(shape['shapeType'])}; allowed: 'Box'",
-                item=str(item.get("sequence", place)),
+                item=place_in_order(item, place),
             )
         values = {k: item.get(k) for k in ("sequence", "weight", "x", "y", "z")}
         values |= {k: shape.get(k) for k in ("width", "height", "depth")}
@@ -161,19 +218,19 @@ def read_aclpp(text: str) -> _Parsed:
 
 def _aclpp_record(name: str, source: tuple[Any, Any]) -> Record:
     built, shipments = _mapping(source[0], "the device"), source[1]
-    kind = str(built.get("uld_type"))
-    size = _ULD_SIZES.get(kind.removesuffix("_cad"))
+    kind = built.get("uld_type")
+    size = _ULD_SIZES.get(kind.removesuffix("_cad")) if isinstance(kind, str) else None
     if size is None:
-        raise FormatError(f"uld_type is {kind!r}; allowed: {', '.join(sorted(_ULD_SIZES))}")
+        raise FormatError(f"uld_type is {shown(kind)}; allowed: {', '.join(sorted(_ULD_SIZES))}")
     length, width, height = size
     items = []
-    for sequence, entry in enumerate(_sequence(built, "loaded", "the device")):
+    for sequence, entry in enumerate(_items(built, "loaded", "the device")):
         entry = _mapping(entry, f"loaded[{sequence}]")
         # x = lat, y = height, z = lng: the turn (not the mirror) of their axes into ours.
         items.append(
             {
                 "sequence": sequence,
-                "name": str(entry.get("piece", "")),
+                "name": _label(entry.get("piece", ""), f"loaded[{sequence}].piece"),
                 "x": entry.get("start_lat"),
                 "y": entry.get("start_height"),
                 "z": entry.get("start_lng"),
@@ -198,25 +255,18 @@ def _piece_weight(shipments: Any, entry: Mapping[str, Any]) -> Any:
 
 def _attempt(name: str, source: Any, parse: Callable[[str, Any], Record]) -> Record | Refused:
     """A layout's record, or why there is none, so that one bad layout does not hide the others."""
+    name = name if len(name) <= MAX_TEXT_LENGTH else f"{name[:40]}..."
     try:
         return parse(name, source)
     except LayoutError as error:
-        return Refused(name, error)
-
-
-def _without_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    values = dict(pairs)
-    if len(values) < len(pairs):
-        names = [name for name, _ in pairs]
-        twice = next(name for name in names if names.count(name) > 1)
-        raise FormatError(f"states {shown(twice)} twice in one object; allowed: each name once")
-    return values
+        # The error as it was raised would hold the source, by the frames of its traceback.
+        return Refused(name, error.located())
 
 
 def _check_keys(values: Mapping[str, Any], known: Collection[str], where: str) -> None:
     for key in values:
         if key not in known:
-            close = difflib.get_close_matches(key, known, n=1)
+            close = difflib.get_close_matches(key[:40], known, n=1)
             hint = f"did you mean {close[0]!r}? " if close else ""
             raise FormatError(
                 f"{where} has the unknown key {shown(key)}; {hint}allowed: {', '.join(known)}"
@@ -237,7 +287,16 @@ def _identity(item: Mapping[str, Any], where: str) -> str:
 def _text(value: Any, where: str) -> str:
     if not isinstance(value, str):
         raise FormatError(f"{where} is {shown(value)}; allowed: a text")
+    if len(value) > MAX_TEXT_LENGTH:
+        raise FormatError(
+            f"{where} has {len(value):,} characters; allowed: at most {MAX_TEXT_LENGTH:,}"
+        )
     return value
+
+
+def _label(value: Any, where: str) -> str:
+    """A text or a number as a text."""
+    return str(value) if isinstance(value, int | float) else _text(value, where)
 
 
 def _mapping(value: Any, where: str) -> Mapping[str, Any]:
@@ -253,6 +312,23 @@ def _sequence(values: Any, key: str, where: str) -> Sequence[Any]:
     return value
 
 
+def _items(values: Any, key: str, where: str) -> Sequence[Any]:
+    found = _sequence(values, key, where)
+    if len(found) > MAX_ITEMS:
+        raise FormatError(f"has {len(found):,} items; allowed: at most {MAX_ITEMS:,}")
+    return found
+
+
+def _elements(value: Any, key: str) -> Iterator[Any]:
+    """The elements of a list of layouts, as they are read."""
+    if not isinstance(value, Elements):
+        raise FormatError(f"the file has {key} {shown(value)}; allowed: a list")
+    for index, element in enumerate(value):
+        if index == MAX_LAYOUTS:
+            raise FormatError(f"holds more than {MAX_LAYOUTS:,} layouts; that is the most allowed")
+        yield element
+
+
 def _unpacked(
     item: Mapping[str, Any], key: str, names: tuple[str, ...], place: int
 ) -> dict[str, Any]:
@@ -260,6 +336,6 @@ def _unpacked(
     if not (isinstance(value, list) and len(value) == len(names)):
         raise LayoutError(
             f"{key} is {shown(value)}; allowed: a list of three numbers",
-            item=str(item.get("sequence", place)),
+            item=place_in_order(item, place),
         )
     return dict(zip(names, value, strict=True))

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.naming import box_label
+
+_SHOWN = 40
+_MOST_BITS = 1023
 
 
 class FormatError(LayoutError):
@@ -82,8 +85,42 @@ def _number(values: Mapping[str, Any], key: str, label: str, unit: str) -> float
 
 
 def shown(value: Any) -> str:
-    """A value for a message: short, and "missing" if there is none."""
+    """A value for a message: short, and "missing" if there is none; no more of it is rendered."""
     if value is None:
         return "missing"
-    text = ascii(value)
-    return text if len(text) <= 40 else f"{text[:37]}..."
+    text = ""
+    for piece in _pieces(value):
+        text += piece
+        if len(text) > _SHOWN:
+            return f"{text[: _SHOWN - 3]}..."
+    return text
+
+
+def _pieces(value: Any) -> Iterator[str]:
+    """What Python shows of a value, in pieces, of which as many are made as are asked for."""
+    if isinstance(value, str | bytes):
+        yield ascii(value[: _SHOWN + 1])
+    elif isinstance(value, list):
+        yield "["
+        for index, element in enumerate(value):
+            yield ", " if index else ""
+            yield from _pieces(element)
+        yield "]"
+    elif isinstance(value, dict):
+        yield "{"
+        for index, (key, element) in enumerate(value.items()):
+            yield ", " if index else ""
+            yield from _pieces(key)
+            yield ": "
+            yield from _pieces(element)
+        yield "}"
+    elif isinstance(value, int) and value.bit_length() > _MOST_BITS:
+        yield "a number of hundreds of digits"
+    else:
+        yield ascii(value)
+
+
+def place_in_order(item: Mapping[str, Any], index: int) -> str:
+    """The sequence number of an item for a message; its place in the file where there is none."""
+    sequence = item.get("sequence", index)
+    return str(sequence) if type(sequence) is int else shown(sequence)

@@ -11,12 +11,12 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from steadyload.layouts.model import FloatArray
 
 _BITS = 32
-_MOST_DIMENSIONS = qmc.Sobol.MAXDIM
+_MOST_DIMENSIONS = 21_201
+"""Those of scipy, whose import takes half a second and is left until points are asked for."""
 
 
 def sobol(first: int, last: int, dimensions: int, *, seed: int, replicate: int) -> FloatArray:
@@ -68,6 +68,8 @@ def _scrambled(first: int, last: int, dimensions: int, seed: int, replicate: int
 @lru_cache(maxsize=16)
 def _plain(first: int, last: int, dimensions: int) -> NDArray[np.uint32]:
     """Sobol points before scrambling, as whole numbers of 32 bits."""
+    from scipy.stats import qmc
+
     sequence = qmc.Sobol(dimensions, scramble=False, bits=_BITS)
     if first:
         sequence.fast_forward(first)

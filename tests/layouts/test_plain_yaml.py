@@ -8,7 +8,8 @@ import pytest
 
 from steadyload.cli import main
 from steadyload.layouts.formats import read_layouts
-from steadyload.layouts.plain_yaml import MOST_DEPTH, parse_plain_yaml
+from steadyload.layouts.limits import MAX_DEPTH
+from steadyload.layouts.plain_yaml import parse_plain_yaml
 from steadyload.layouts.record import FormatError
 
 HANDED = Path(__file__).resolve().parents[3] / "shared" / "repro"
@@ -116,9 +117,9 @@ def test_plain_values_are_read_as_ever():
 
 
 def test_depth_is_allowed_up_to_its_limit():
-    parse_plain_yaml("[" * MOST_DEPTH + "]" * MOST_DEPTH)
+    parse_plain_yaml("[" * MAX_DEPTH + "]" * MAX_DEPTH)
     with pytest.raises(FormatError, match="nested too deeply at line 1; allowed: 32 levels"):
-        parse_plain_yaml("[" * (MOST_DEPTH + 1) + "]" * (MOST_DEPTH + 1))
+        parse_plain_yaml("[" * (MAX_DEPTH + 1) + "]" * (MAX_DEPTH + 1))
     # Depth is what is open at one time.
     parse_plain_yaml("[" + "[], {}," * 100 + "]")
 

@@ -263,7 +263,7 @@ def _decoded(content: bytes) -> PropertyResult:
     result = json.loads(content)
     failure, counterexample = result["failure"], None
     if failure is not None:
-        [record] = read_json(json.dumps(failure["layout"]))
+        [record] = read_json([json.dumps(failure["layout"]).encode()])
         assert isinstance(record, Record)
         case = Case(to_layout(record), failure["change"])
         counterexample = Counterexample(case, failure["found"])

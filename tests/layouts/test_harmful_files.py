@@ -1,0 +1,142 @@
+"""Files that broke a reader once: one sentence, soon, in little memory; the valid ones as they are.
+
+The command judges each in a process of its own, whose CPU time and memory have limits.
+"""
+
+import os
+import resource
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from steadyload.cli import main
+
+HANDED = Path(__file__).resolve().parents[3] / "shared" / "repro"
+MADE = ("digits.csv", "twice.json", "deep.yaml", "deep-maps.yaml", "many.json")
+VALID = ("inj2.json", "ratio.json")
+REFUSED = {
+    "dup.json": "states 'weight' twice in one object; allowed: each name once",
+    "esc1.json": r'layout "\x1b]0;PWNED\x07\x1b[2J\x1b[31mall fine": name is ',
+    "esc2.json": r"item '\x1b]0;PWNED\x07\x1b[2J': position is missing",
+    "laugh9.yaml": "has the alias *l0 at line 6",
+    "merge21.yaml": "has the merge key << at line 6",
+    "y_bool.yaml": "'foo' is no bool",
+    "y_int.yaml": "'' is no int",
+    "y_float.yaml": "'' is no float",
+    "y_ts.yaml": "'foo' is no timestamp",
+    "y_tzneg.yaml": "segments.a is datetime.datetime(1, 1, 1, 0, 0",
+    "y_sexa.yaml": "is no float",
+    "y_hex.yaml": "holds a YAML value that is none at line 9: '0xff",
+    "y_index.yaml": "states no weight for shipment 5, piece 'p1'",
+    "is_whole_crash.parquet": "is in no known format",
+    "shard_one_bit.parquet": "is in no known format",
+    "silent.parquet": "is in no known format",
+    "whole_but_bad.parquet": "is in no known format",
+    "twice.json": "has the unknown key 'a0'",
+    "digits.csv": "line 2 has a cell of 100001 characters; allowed: 1000",
+    "many.json": "has 20,000 items; allowed: at most 5,000",
+    "deep.yaml": "is nested too deeply at line 2; allowed: 32 levels",
+    "deep-maps.yaml": "is nested too deeply at line 2; allowed: 32 levels",
+}
+
+CPU_SECONDS = 2
+MEMORY = 500
+"""[MB], resident. What is addressed may be three times that: libraries reserve and do not touch."""
+
+
+@pytest.fixture(scope="session")
+def made(tmp_path_factory):
+    """The larger files, which a script beside the handed ones writes."""
+    script = HANDED / "make.py"
+    if not script.exists():
+        pytest.skip("the inputs are not beside the project (../shared/repro)")
+    folder = tmp_path_factory.mktemp("made")
+    before, sys.argv = sys.argv, [str(script), str(folder)]
+    try:
+        runpy.run_path(str(script))
+    finally:
+        sys.argv = before
+    return folder
+
+
+@pytest.fixture(scope="session")
+def cost_of_version():
+    """CPU seconds of the command that does nothing."""
+    return ended("--version")[3]
+
+
+def ended(*arguments):
+    """Exit status, outputs, CPU seconds and resident memory [MB] of a command with limits."""
+
+    def limit():
+        most = 3 * CPU_SECONDS  # where it would never end
+        resource.setrlimit(resource.RLIMIT_CPU, (most, most))
+        resource.setrlimit(resource.RLIMIT_AS, (3 * MEMORY * 2**20, 3 * MEMORY * 2**20))
+
+    process = subprocess.Popen(
+        [sys.executable, "-m", "steadyload.cli", *arguments],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=limit,
+        env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+    )  # fmt: skip
+    with process.stdout, process.stderr:
+        out, err = process.stdout.read(), process.stderr.read()
+    _, state, used = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(state)
+    cpu = used.ru_utime + used.ru_stime
+    return process.returncode, out, err, cpu, used.ru_maxrss / 1024
+
+
+def handed(name, made):
+    return (made if name in MADE else HANDED) / name
+
+
+COSTLY = ("laugh9.yaml", "merge21.yaml", "dup.json", *MADE)
+"""Those that grow without end are judged in a process of their own, the others in this one."""
+
+
+def assert_one_sentence(name, path, err):
+    assert err.startswith(f"steadyload: {path}: ")
+    assert REFUSED[name] in err
+    assert err.count("\n") == 1
+    assert err[:-1].isprintable()
+    assert len(err) < 500 + len(str(path))
+
+
+@pytest.mark.parametrize("name", COSTLY)
+def test_a_costly_file_is_refused_soon(name, made, cost_of_version):
+    path = handed(name, made)
+    status, out, err, cpu, memory = ended("score", str(path), "-m", "fbs")
+    assert (status, out) == (2, "")
+    assert_one_sentence(name, path, err)
+    assert cpu - cost_of_version < CPU_SECONDS
+    assert memory < MEMORY
+
+
+@pytest.mark.parametrize("name", [name for name in REFUSED if name not in COSTLY])
+def test_a_harmful_file_is_refused_in_a_sentence(name, made, capsys):
+    path = handed(name, made)
+    assert main(["score", str(path), "-m", "fbs"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert_one_sentence(name, path, err)
+
+
+def test_markup_in_names_is_judged_and_shown_harmlessly(made, capsys):
+    assert main(["score", str(HANDED / "inj2.json"), "-m", "sme"]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert out.replace("\n", "").isprintable()
+    assert out.count("1.000") == out.count("\n") - 1
+
+
+def test_weights_of_an_extreme_ratio_are_read(made, capsys):
+    assert main(["score", str(HANDED / "ratio.json"), "-m", "equilibrium"]) == 0
+    assert "0.500" in capsys.readouterr().out
+
+
+def test_every_handed_file_is_held_here(made):
+    files = {path.name for path in HANDED.iterdir()} | {path.name for path in made.iterdir()}
+    assert files - {"README.md", "make.py"} == {*REFUSED, *VALID}
