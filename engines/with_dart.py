@@ -29,7 +29,8 @@ Dantzig's method pays for with the cube of its size (25 times slower, same verdi
 _MOST_CONTACTS = 1000
 """DART's default limit; dartpy hands out the option as a copy, so it cannot be raised."""
 
-_FLOOR_SIZE = (1000.0, 1000.0, 20.0)
+_FLOOR_SIZE = (4096.0, 4096.0, 20.0)
+"""[m]: the largest pallet, a kilometre wide, lies on it wherever the origin is."""
 
 
 class _Body(NamedTuple):

@@ -23,6 +23,7 @@ from scipy.optimize import nnls
 from steadyload.layouts.contacts import Patch, Supports, find_supports
 from steadyload.layouts.model import Arrangement, FloatArray
 from steadyload.methods.convex_hull import Point
+from steadyload.methods.resolution import is_balanced, unresolved
 
 VERSION = 1
 """Of balance, friction and who touches: raised when they come to other verdicts."""
@@ -32,8 +33,8 @@ EDGE = 1e-5
 balanced, whatever rounding did to it."""
 
 _RESIDUE = 1e-9
-"""Acceleration [g] of an item that counts as none, for an item that carries nothing; in proportion
-to what the group weighs more than the item."""
+"""Share of the loads on an item that counts as rounding: see :mod:`steadyload.methods.resolution`.
+"""
 
 _Press = tuple[float, float, float]
 """A force [kg] and its moments about the axes, that is: force times x, force times z [kg cm]."""
@@ -48,12 +49,12 @@ class Solution(NamedTuple):
     Attributes:
         forces: at the corners (x0, z0), (x0, z1), (x1, z0), (x1, z1) of every patch [kg], (k, 4).
         motion: of every item [g]: how fast its corner that starts fastest accelerates, (n,).
-        balanced: whether nothing accelerates.
+        balanced: whether nothing accelerates; None where that cannot be told from rounding.
     """
 
     forces: FloatArray
     motion: FloatArray
-    balanced: bool
+    balanced: bool | None
 
 
 def solve(
@@ -89,6 +90,7 @@ def solve(
     root = np.sqrt(masses)
     target = np.zeros((n, 3))
     target[:, 0] = root
+    loads = target
     forces = np.zeros((len(patches), 4))
     kept = [k for k, p in enumerate(patches) if min(p.x1 - p.x0, p.z1 - p.z0) >= -2.0 * grow]
     if kept:
@@ -97,12 +99,17 @@ def solve(
         matrix[:, 1:] /= radii[:, :, None]
         flat = matrix.reshape(3 * n, -1)
         found, _ = nnls(flat, target.ravel(), maxiter=50 * flat.shape[1])
+        loads = target + (np.abs(flat) @ found).reshape(n, 3)
         target = target - (flat @ found).reshape(n, 3)
         forces[kept] = found.reshape(-1, 4)
-    acceleration = np.abs(target) / root[:, None]
-    motion = acceleration[:, 0] + (acceleration[:, 1:] / radii * half[:, (0, 2)]).sum(axis=1)
-    balanced = bool((motion <= _RESIDUE * masses.sum() / masses).all())
-    return Solution(forces * weights[who].mean(), motion, balanced)
+
+    def fastest_corners(left: FloatArray) -> FloatArray:
+        acceleration = np.abs(left) / root[:, None]
+        return acceleration[:, 0] + (acceleration[:, 1:] / radii * half[:, (0, 2)]).sum(axis=1)
+
+    motion = fastest_corners(target)
+    stands = is_balanced(motion, fastest_corners(loads), masses, _RESIDUE)
+    return Solution(forces * weights[who].mean(), motion, stands)
 
 
 def corner_columns(
@@ -207,6 +214,9 @@ class VerticalBalance:
 
         Args:
             step: the new item. All items before it must have been placed, whatever came of it.
+
+        Raises:
+            UnresolvedError: balance cannot be told from rounding; nothing has changed.
         """
         if self._supports.on_floor[step]:
             return None
@@ -278,6 +288,8 @@ class VerticalBalance:
     def _solve(self, step: int) -> int | None:
         items = self.group(step)
         found = self.solution(items, step)
+        if found.balanced is None:
+            raise unresolved(self._layout.weights[items])
         self._note(items)
         for j in items:
             self._balanced[j] = found.balanced

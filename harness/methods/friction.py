@@ -10,6 +10,7 @@ from scipy.optimize import nnls
 
 from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray
 from steadyload.methods.balance import EDGE
+from steadyload.methods.resolution import is_balanced, unresolved
 from steadyload.methods.touching import Points, directions, touching_points, wrenches
 
 _RESIDUE = 1e-8
@@ -50,6 +51,9 @@ def unbalanced_item(
         facets: edges of the pyramid inside a friction cone, 3 or more.
         exact: refine pyramids inside and around the cones, up to :data:`FINEST` edges, until both
             give the same answer; what they still dispute then counts as balanced.
+
+    Raises:
+        UnresolvedError: the weights lie too far apart for an answer.
     """
     group = _joined(layout, step)
     points = touching_points(layout, group, grow=EDGE)
@@ -94,14 +98,21 @@ def _fastest(
     root = np.sqrt(masses)[:, None] * np.concatenate((np.ones_like(radii), radii), axis=1)
     target = np.zeros((len(group), 6))
     target[:, 1] = root[:, 1]
+    loads = target
     if len(points):
         point, force = directions(points.axes, friction, facets)
         matrix = wrenches(points, points.positions, centres, point, force) / root[:, :, None]
         flat = matrix.reshape(target.size, -1)
         found, _ = nnls(flat, target.ravel(), maxiter=50 * flat.shape[1])
+        loads = target + (np.abs(flat) @ found).reshape(target.shape)
         target = target - (flat @ found).reshape(target.shape)
-    start = np.abs(target / root)
-    motion = start[:, :3].sum(axis=1) + (start[:, 3:] * sizes).sum(axis=1)
-    if (motion <= _RESIDUE * masses.sum() / masses).all():
-        return None
-    return group[int(motion.argmax())]
+
+    def motions(left: FloatArray) -> FloatArray:
+        start = np.abs(left / root)
+        return start[:, :3].sum(axis=1) + (start[:, 3:] * sizes).sum(axis=1)
+
+    motion = motions(target)
+    stands = is_balanced(motion, motions(loads), masses, _RESIDUE)
+    if stands is None:
+        raise unresolved(layout.weights[group])
+    return None if stands else group[int(motion.argmax())]

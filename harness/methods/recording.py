@@ -140,7 +140,7 @@ class _RecordedLoading(Loading):
         self._looks_a_sample = math.ceil(wanted / parameters.samples)
         centres = np.array([box.centre for box in self.items])
         upright = np.tile([1.0, 0.0, 0.0, 0.0], (len(centres), 1))
-        self.planned = in_layout(Poses(centres, upright), across=self.across)
+        self.planned = in_layout(Poses(centres, upright), layout, across=self.across)
         self.reseats = parameters.between_steps is BetweenSteps.RESEAT
 
     def _hold(self, items: Indices, fixed: Indices = NOTHING) -> FixedStepWorld:
@@ -193,7 +193,7 @@ class _RecordedLoading(Loading):
         centres = np.tile(self.planned.centres[: step + 1], (frames, 1, 1))
         quaternions = np.tile(self.planned.quaternions[: step + 1], (frames, 1, 1))
         for frame, poses in enumerate(take.poses):
-            seen = in_layout(poses, across=self.across)
+            seen = in_layout(poses, self.layout, across=self.across)
             centres[frame, take.items] = seen.centres
             quaternions[frame, take.items] = seen.quaternions
         judged = frames if take.judged is None else take.judged

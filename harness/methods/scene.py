@@ -19,6 +19,10 @@ VERSION = 1
 CM = 0.01
 """Metres in a centimetre."""
 
+_NEAR = 4096.0
+"""Worlds have their origin at multiples of this [cm]: a power of two, by which nothing is rounded.
+No item of a pallet of usual size is shifted."""
+
 Across = Literal["width", "depth"]
 """A horizontal axis of the layout, the one that becomes the world's y."""
 
@@ -28,6 +32,15 @@ is a layout axis and its sign."""
 
 _ALONG_WIDTH: tuple[tuple[int, int], ...] = ((0, 1), (2, -1), (1, 1))
 """World (x, y, z) = layout (x, -z, y): the rotation that puts the depth across the x-z plane."""
+
+
+def origin(layout: Arrangement) -> NDArray[np.float64]:
+    """Point of the floor (x, y, z) [cm] that is a world's origin: within 29 m of the first item.
+
+    Far from their origin engines lose digits, or the floor. The first item alone decides, so that
+    the point stays while a layout grows.
+    """
+    return np.round(layout.lower[0] / _NEAR) * (_NEAR, 0.0, _NEAR)
 
 
 def boxes(
@@ -52,7 +65,7 @@ def boxes(
         first: only boxes of the items from this one on.
     """
     axes, signs = _frame(across)
-    lower, upper = layout.lower[first:], layout.upper[first:]
+    lower, upper = layout.lower[first:] - origin(layout), layout.upper[first:] - origin(layout)
     sizes = (upper - lower)[:, axes] * CM
     sizes[:, :2] -= 2.0 * np.minimum(shrink, 1e-3 * sizes[:, :2])
     centres = (0.5 * (lower + upper))[:, axes] * signs * CM
@@ -72,16 +85,18 @@ def boxes(
     ]
 
 
-def in_layout(poses: Poses, *, across: Across = "width") -> Poses:
+def in_layout(poses: Poses, layout: Arrangement, *, across: Across = "width") -> Poses:
     """A world's poses in the layout's units and axes: centres [cm], y up. Undoes :func:`boxes`.
 
     Args:
         poses: arrays of shape (..., 3) and (..., 4).
+        layout: whose boxes they are of.
         across: as the boxes were made.
     """
     axes, signs = _frame(across)
     centres, quaternions = np.empty_like(poses.centres), np.array(poses.quaternions)
     centres[..., axes] = poses.centres * signs / CM
+    centres += origin(layout)
     # The frames differ by a rotation, under which a turn's axis is a vector like any other.
     quaternions[..., [a + 1 for a in axes]] = poses.quaternions[..., 1:] * signs
     return Poses(centres, quaternions)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from types import TracebackType
 
@@ -20,7 +23,8 @@ class LoadingSession:
     """Items are placed one after the other, and each is judged at once.
 
     What :meth:`try_place` says is what the method says of the whole layout by then; how much of it
-    is looked at anew depends on the method (docs/session.md).
+    is looked at anew depends on the method (docs/session.md). A session is used by one thread at a
+    time; once closed, what it holds can be read and nothing else.
 
     Args:
         pallet: what is loaded.
@@ -46,13 +50,15 @@ class LoadingSession:
     ) -> None:
         self.method = make_method(method) if isinstance(method, str) else method
         self.method.prepare()
+        self._open()
         self._timeout = timeout
         self._layout = GrowingLayout(pallet, name)
         self._loader = self.method.begin(self._layout)
 
     def __len__(self) -> int:
         """Number of loaded items."""
-        return len(self._layout)
+        with self._alone():
+            return len(self._layout)
 
     @property
     def pallet(self) -> Pallet:
@@ -62,7 +68,8 @@ class LoadingSession:
     @property
     def items(self) -> tuple[Item, ...]:
         """Items loaded so far, in order."""
-        return tuple(self._layout.items)
+        with self._alone():
+            return tuple(self._layout.items)
 
     def try_place(self, item: Item) -> Verdict:
         """Place an item if the loading stays stable; otherwise the session stays as it was.
@@ -76,7 +83,12 @@ class LoadingSession:
 
         Raises:
             LayoutError: the item stands out of the pallet's contour or overlaps another.
+            SessionError: the session is closed, or in use by another thread.
         """
+        with self._alone(changes=True):
+            return self._try_place(item)
+
+    def _try_place(self, item: Item) -> Verdict:
         count = len(self._layout)
         self._layout.put(item if item.sequence == count else replace(item, sequence=count))
         stays = False
@@ -99,25 +111,33 @@ class LoadingSession:
             The items that were taken off, in loading order.
 
         Raises:
-            SessionError: there are not so many.
+            SessionError: there are not so many; the session is closed, or in use by another
+                thread.
         """
-        count = len(self._layout)
-        if not 0 <= steps <= count:
-            raise SessionError(f"undo {steps!r} steps; allowed: 0 to {count}, the items loaded")
-        gone = tuple(self._layout.items[count - steps :])
-        self._go_back(count - steps)
-        return gone
+        with self._alone(changes=True):
+            count = len(self._layout)
+            if not 0 <= steps <= count:
+                raise SessionError(f"undo {steps!r} steps; allowed: 0 to {count}, the items loaded")
+            gone = tuple(self._layout.items[count - steps :])
+            self._go_back(count - steps)
+            return gone
 
     def fork(self) -> LoadingSession:
         """An independent session with the same items, such as a branch of a search.
 
-        Nothing is judged again. The cost grows with the number of items loaded, slowly.
+        Nothing is judged again. The cost grows with the number of items loaded, slowly. The fork
+        may be used by another thread.
+
+        Raises:
+            SessionError: the session is closed, or in use by another thread.
         """
-        other = LoadingSession.__new__(LoadingSession)
-        other.method, other._timeout = self.method, self._timeout
-        other._layout = self._layout.copy()
-        other._loader = self._loader.fork(other._layout)
-        return other
+        with self._alone(changes=True):
+            other = LoadingSession.__new__(LoadingSession)
+            other.method, other._timeout = self.method, self._timeout
+            other._layout = self._layout.copy()
+            other._loader = self._loader.fork(other._layout)
+            other._open()
+            return other
 
     def layout(self, name: str | None = None) -> Layout:
         """Layout of the items loaded so far, which can be saved and judged.
@@ -127,12 +147,20 @@ class LoadingSession:
 
         Raises:
             LayoutError: nothing has been loaded.
+            SessionError: the session is in use by another thread.
         """
-        return self._layout.layout(name)
+        with self._alone():
+            return self._layout.layout(name)
 
     def close(self) -> None:
-        """Release resources of the engine. Closing twice is allowed."""
-        self._loader.close()
+        """Release resources of the engine. Closing twice is allowed.
+
+        Raises:
+            SessionError: the session is in use by another thread.
+        """
+        with self._alone():
+            self._closed = True
+            self._loader.close()
 
     def __enter__(self) -> LoadingSession:
         return self
@@ -144,6 +172,24 @@ class LoadingSession:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+    def _open(self) -> None:
+        self._closed, self._in_use = False, threading.Lock()
+
+    @contextmanager
+    def _alone(self, *, changes: bool = False) -> Iterator[None]:
+        """Refuse a second thread, and anything but reading once the session is closed."""
+        if not self._in_use.acquire(blocking=False):
+            raise SessionError(
+                "the session is in use by another thread; allowed: one thread at a time, or a "
+                "fork() for each"
+            )
+        try:
+            if changes and self._closed:
+                raise SessionError("the session is closed; allowed: to read what it holds")
+            yield
+        finally:
+            self._in_use.release()
 
     def _go_back(self, count: int) -> None:
         self._loader.go_back(count)

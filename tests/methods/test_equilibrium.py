@@ -394,6 +394,46 @@ def test_weights_may_differ_by_many_orders(extreme):
     assert failing_step("equilibrium", tower) is None
 
 
+@pytest.mark.parametrize("spec", [f"equilibrium:sides={sides}" for sides in SIDES])
+@pytest.mark.parametrize("ratio", [10.0**k for k in range(13)])
+def test_a_light_and_a_heavy_box_stand_up_to_the_edge_and_no_further(ratio, spec):
+    heavy = min(1e6, ratio)
+    light = heavy / ratio
+    base, box = (20.0, 0.0, 0.0, 10.0, 10.0, 10.0), (10.0, 0.0, 10.0, 10.0, 10.0)
+    for below, above in ((heavy, light), (light, heavy)):
+        for overhang, fails in ((4.99, None), (5.01, 1), (7.0, 1)):
+            lay = layout((*base, below), (20.0 + overhang, *box, above))
+            assert failing_step(spec, lay) == fails
+
+
+@pytest.mark.parametrize("spec", [f"equilibrium:sides={sides}" for sides in SIDES])
+@pytest.mark.parametrize("ratio", [10.0**k for k in range(13)])
+def test_a_light_plank_on_a_heavy_block_tips_at_the_same_load(ratio, spec):
+    # The plank's centre lies 5 cm inside the edge, the load's 9 cm outside: it tips above 5 / 9.
+    heavy = min(1e6, ratio)
+    light = heavy / ratio * 2.0
+    for share, fails in ((0.55, None), (0.56, 3)):
+        lay = layout(
+            (20.0, 0.0, 0.0, 20.0, 10.0, 10.0, heavy), (20.0, 10.0, 0.0, 20.0, 10.0, 10.0, heavy),
+            (20.0, 20.0, 0.0, 30.0, 2.0, 10.0, light),
+            (48.0, 22.0, 0.0, 2.0, 2.0, 10.0, light * share),
+        )  # fmt: skip
+        assert failing_step(spec, lay) == fails
+
+
+def test_what_rounding_hides_is_an_error_and_no_verdict():
+    """15 orders of magnitude, and a box whose centre lies 10 nm past what counts as the edge."""
+    past = 5.0 + 1e-5 + 1e-6
+    lay = layout((20.0, 0.0, 0.0, 10.0, 10.0, 10.0, 1e6),
+                 (20.0 + past, 10.0, 0.0, 10.0, 10.0, 10.0, 1e-9))  # fmt: skip
+    verdict = make_method("equilibrium:sides=friction").judge(lay)
+    assert (verdict.status, verdict.score) == ("error", None)
+    assert verdict.reason == (
+        "step 1: forces cannot be told from rounding: the weights of items that touch each other "
+        "differ by a factor of 1e+15"
+    )
+
+
 def test_options_are_checked():
     method = make_method("equilibrium:time=300ms,sides=friction")
     assert str(method.spec) == "equilibrium:sides=friction,time=0.3"

@@ -1,6 +1,8 @@
 """A session says of every placement what its method says of the whole layout by then."""
 
 import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 
@@ -398,3 +400,67 @@ def test_what_may_be_in_the_way_of_a_fall_is_looked_for_nearby(monkeypatch):
     assert not session.try_place(overhanging).stable
     group, firm = met[-1]
     assert {item // 5 for item in (*group, *firm) if item < len(session)} == {7}
+
+
+def test_a_closed_session_can_be_read_and_nothing_else():
+    with LoadingSession(Pallet(100.0, 20.0, 20.0), "fbs") as session:
+        session.try_place(cube(0.0))
+        fork = session.fork()
+    for use in (lambda: session.try_place(cube(10.0)), session.undo, session.fork):
+        with pytest.raises(SessionError, match="the session is closed; allowed: to read"):
+            use()
+    assert len(session) == len(session.layout()) == len(session.items) == 1
+    session.close()
+    assert fork.try_place(cube(10.0)).stable
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda session: session.try_place(cube(20.0)),
+        lambda session: session.undo(),
+        lambda session: session.fork(),
+        lambda session: session.layout(),
+        lambda session: session.items,
+        lambda session: session.close(),
+    ],
+    ids=["try_place", "undo", "fork", "layout", "items", "close"],
+)
+def test_a_second_thread_is_refused_while_the_first_is_in_the_session(use):
+    """The item that is just being judged must not be seen, nor taken off."""
+    session = LoadingSession(Pallet(100.0, 20.0, 20.0), "fbs")
+    session.try_place(cube(0.0))
+    refused = []
+
+    def other_thread():
+        try:
+            use(session)
+        except SessionError as error:
+            refused.append(str(error))
+
+    place = session._loader.place
+
+    def meanwhile(watch):
+        thread = threading.Thread(target=other_thread)
+        thread.start()
+        thread.join()
+        return place(watch)
+
+    session._loader.place = meanwhile
+    assert session.try_place(cube(10.0)).stable
+    assert refused == [
+        "the session is in use by another thread; allowed: one thread at a time, or a fork() "
+        "for each"
+    ]
+    session._loader.place = place
+    assert len(session) == 2
+    assert session.try_place(cube(20.0)).stable
+
+
+def test_forks_are_used_by_as_many_threads():
+    session = LoadingSession(Pallet(100.0, 20.0, 20.0), "fbs")
+    session.try_place(cube(0.0))
+    forks = [session.fork() for _ in range(8)]
+    with ThreadPoolExecutor(4) as pool:
+        found = pool.map(lambda fork: fork.try_place(cube(10.0)).stable, forks)
+        assert all(found)
