@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import uuid
 from collections.abc import Callable
 from typing import Any
 
@@ -20,6 +21,12 @@ def compile_kept(function: Callable[..., Any], digest: str) -> Callable[..., Any
     function.__qualname__ += f"_{digest}"
     how = {"error_model": "numpy", "fastmath": {"contract"}}
     try:
-        return njit(cache=True, **how)(function)
+        kept = njit(cache=True, **how)(function)
     except RuntimeError:  # nowhere to keep it: neither beside the sources nor in a home folder
         return njit(**how)(function)
+    # Numba numbers the files of a function's signatures. Two processes that compile two of them at
+    # once take the same number, and one signature is then loaded with the code of the other.
+    files = kept._cache._cache_file
+    own = uuid.uuid4().hex[:8]
+    files._data_name_pattern = files._data_name_pattern.replace(".{number", f".{own}-{{number")
+    return kept

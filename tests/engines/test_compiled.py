@@ -1,16 +1,22 @@
-"""Compiled code beside the sources: nothing old is kept, and it works where nothing can be kept."""
+"""Compiled code beside the sources: none old, none mixed up, none where none can be kept."""
 
 import importlib.util
 import shutil
 from pathlib import Path
 
+from steadyload.engines import compilation
 from steadyload.engines.reference import compiled
 
 
 def imported(folder):
     """The module, imported from a folder of its own."""
     shutil.copy(compiled.__file__, folder / "compiled.py")
-    spec = importlib.util.spec_from_file_location("elsewhere", folder / "compiled.py")
+    return module_of(folder / "compiled.py")
+
+
+def module_of(file):
+    """A module of its own, whatever was imported from the file before."""
+    spec = importlib.util.spec_from_file_location("elsewhere", file)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -40,3 +46,26 @@ def test_a_function_that_cannot_be_kept_is_compiled_all_the_same():
     exec("def twice(x):\n    return 2.0 * x\n", scope)
     assert compiled.compiled(scope["twice"])(21.0) == 42.0
     assert not list(Path(compiled.__file__).parent.glob("__pycache__/*twice*"))
+
+
+def test_signatures_that_two_processes_compile_at_once_are_kept_apart(tmp_path, monkeypatch):
+    """Both read the index before the other writes it, and the first one's code is written last."""
+    (tmp_path / "ratio.py").write_text("def ratio(x, y):\n    return x / y\n")
+
+    def of_a_process():
+        return compilation.compile_kept(module_of(tmp_path / "ratio.py").ratio, "0123456789ab")
+
+    first, second = of_a_process(), of_a_process()
+    slow, fast = (process._cache._cache_file for process in (first, second))
+    write, write_index, written_last = slow._save_data, fast._save_index, []
+
+    def after_the_other(index):
+        first(7, 2)
+        write_index(index)
+
+    monkeypatch.setattr(slow, "_save_data", lambda *data: written_last.append(data))
+    monkeypatch.setattr(fast, "_save_index", after_the_other)
+    second(7.5, 2.0)
+    for data in written_last:
+        write(*data)
+    assert of_a_process()(7.5, 2.0) == 3.75
