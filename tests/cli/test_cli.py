@@ -57,7 +57,7 @@ def layout_file(tmp_path, stack):
         (native(ITEM | {"weight": -2}), "weight is -2 kg"),
         (native(ITEM | {"size": [10, 0, 10]}), "height is 0 cm"),
         (native(ITEM, SECOND | {"position": [5, 0, 0]}), "overlaps item 0"),
-        (native(ITEM | {"position": [45, 0, 0]}), "inside the pallet's contour"),
+        (native(ITEM | {"position": [55, 0, 0]}), "inside the pallet's contour"),
         (native(ITEM, SECOND | {"sequence": 0}), "sequence 0 stands there twice"),
         (native(ITEM)[:-30], "is it cut off?"),
         ("<xml/>", "is in no known format"),

@@ -229,7 +229,7 @@ def test_an_excel_file_with_a_byte_order_mark_is_read(tmp_path, layouts):
         ({"size": [0, 1, 1]}, "width is 0 cm"),
         ({"size": [1, 1]}, "size is [1, 1]; allowed: a list of three numbers"),
         ({"position": "origin"}, "position is 'origin'"),
-        ({"position": [95, 0, 0]}, "allowed: inside the pallet's contour"),
+        ({"position": [105, 0, 0]}, "allowed: inside the pallet's contour, -10 to 110 cm"),
         ({"sequence": 1}, "sequence 0 is missing"),
         ({"sequence": "first"}, "sequence is 'first'"),
         ({"mass_offset": [9, 0, 0]}, "centre-of-mass offset x is 9 cm"),
