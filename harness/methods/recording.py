@@ -138,8 +138,11 @@ class _RecordedLoading(Loading):
         self._looks_a_sample = math.ceil(wanted / parameters.samples)
         centres = np.array([box.centre for box in self.items])
         upright = np.tile([1.0, 0.0, 0.0, 0.0], (len(centres), 1))
-        self.planned = in_layout(Poses(centres, upright), across=self.across)
+        self.planned = self._in_layout(Poses(centres, upright))
         self.reseats = parameters.between_steps is BetweenSteps.RESEAT
+
+    def _in_layout(self, poses: Poses) -> Poses:
+        return in_layout(poses, across=self.across, height=self.layout.floor.height)
 
     def _hold(self, items: Indices, fixed: Indices = NOTHING) -> FixedStepWorld:
         # A step that is simulated again, with more items, is shown as it was simulated last.
@@ -156,7 +159,7 @@ class _RecordedLoading(Loading):
         return executed
 
     def _look(self, world: FixedStepWorld, duration: float) -> None:
-        take, poses = self._take, world.poses()
+        take, poses = self._take, self.poses(world)
         take.asked += duration
         if np.isfinite(poses.centres).all() and np.isfinite(poses.quaternions).all():
             take.times.append(take.asked)
@@ -191,7 +194,7 @@ class _RecordedLoading(Loading):
         centres = np.tile(self.planned.centres[: step + 1], (frames, 1, 1))
         quaternions = np.tile(self.planned.quaternions[: step + 1], (frames, 1, 1))
         for frame, poses in enumerate(take.poses):
-            seen = in_layout(poses, across=self.across)
+            seen = self._in_layout(poses)
             centres[frame, take.items] = seen.centres
             quaternions[frame, take.items] = seen.quaternions
         judged = frames if take.judged is None else take.judged

@@ -41,6 +41,8 @@ def boxes(
 ) -> list[Box]:
     """A layout's items as boxes of a world. The one place where units and axes change.
 
+    On a deck all stand higher by its height: the floor of a world is the ground.
+
     Args:
         layout: any layout.
         across: which of the layout's horizontal axes becomes the world's y. The other becomes x,
@@ -56,6 +58,7 @@ def boxes(
     sizes = (upper - lower)[:, axes] * CM
     sizes[:, :2] -= 2.0 * np.minimum(shrink, 1e-3 * sizes[:, :2])
     centres = (0.5 * (lower + upper))[:, axes] * signs * CM
+    centres[:, 2] += layout.floor.height * CM
     offsets = layout.mass_offsets[first:, axes] * signs * CM
     if jitter:
         random = np.random.default_rng([seed, zlib.crc32(layout.name.encode())])
@@ -72,16 +75,41 @@ def boxes(
     ]
 
 
-def in_layout(poses: Poses, *, across: Across = "width") -> Poses:
+def surroundings(
+    layout: Arrangement, *, across: Across = "width", planar: bool = False
+) -> list[Box]:
+    """Fixed boxes that a world holds beside a layout's items: a slab for a deck.
+
+    Args:
+        layout: any layout.
+        across: as the boxes of the items are made.
+        planar: the slab has the items' extent across, as a 2-D engine needs it.
+    """
+    floor = layout.floor
+    if not floor.has_edges:
+        return []
+    axes, signs = _frame(across)
+    low = np.array((floor.low[0], 0.0, floor.low[1]))
+    high = np.array((floor.high[0], floor.height, floor.high[1]))
+    if planar:
+        low[axes[1]], high[axes[1]] = layout.lower[0, axes[1]], layout.upper[0, axes[1]]
+    size = (high - low)[axes] * CM
+    centre = (0.5 * (low + high))[axes] * signs * CM
+    return [Box(tuple(size.tolist()), 1.0, tuple(centre.tolist()), fixed=True)]
+
+
+def in_layout(poses: Poses, *, across: Across = "width", height: float = 0.0) -> Poses:
     """A world's poses in the layout's units and axes: centres [cm], y up. Undoes :func:`boxes`.
 
     Args:
         poses: arrays of shape (..., 3) and (..., 4).
         across: as the boxes were made.
+        height: of the layout's floor above the ground [cm].
     """
     axes, signs = _frame(across)
     centres, quaternions = np.empty_like(poses.centres), np.array(poses.quaternions)
     centres[..., axes] = poses.centres * signs / CM
+    centres[..., 1] -= height
     # The frames differ by a rotation, under which a turn's axis is a vector like any other.
     quaternions[..., [a + 1 for a in axes]] = poses.quaternions[..., 1:] * signs
     return Poses(centres, quaternions)
@@ -116,9 +144,11 @@ def planar_scene(layout: Arrangement) -> PlanarScene:
 
     It can when all items have the same extent along one horizontal axis (walls of full depth, a
     single column of equal depth) and every centre of mass lies in the middle of it: then each item
-    and each contact is symmetric about one vertical plane, and so is the motion.
+    and each contact is symmetric about one vertical plane, and so is the motion. Beyond an edge of
+    a deck along that axis contacts would no longer be.
     """
     reasons = []
+    floor = layout.floor
     for axis, across in ((2, "depth"), (0, "width")):
         low, high = layout.lower[:, axis], layout.upper[:, axis]
         if np.ptp(low) > TOLERANCE or np.ptp(high) > TOLERANCE:
@@ -127,6 +157,8 @@ def planar_scene(layout: Arrangement) -> PlanarScene:
         elif np.abs(layout.mass_offsets[:, axis]).max() > TOLERANCE:
             odd = int(np.abs(layout.mass_offsets[:, axis]).argmax())
             reasons.append(f"the centre of mass of item {odd} is off the middle of its {across}")
+        elif max(floor.low[axis // 2] - low.min(), high.max() - floor.high[axis // 2]) > TOLERANCE:
+            reasons.append(f"its {across} overhangs the deck")
         else:
             return PlanarScene("depth" if across == "depth" else "width")
     return PlanarScene(None, f"the layout is not planar: {' and '.join(reasons)}")
