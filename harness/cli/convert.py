@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from steadyload.cli.deck import Deck
 from steadyload.cli.interrupts import working
 from steadyload.cli.snap import Snap
 from steadyload.studies.options import REQUIRED, operand, option
@@ -19,7 +20,7 @@ def output_format(output: Path, named: str | None) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Convert(Snap):
+class Convert(Deck, Snap):
     """Files in, a file out."""
 
     files: tuple[Path, ...] = operand(REQUIRED, "layouts", metavar="FILE")
@@ -34,7 +35,9 @@ class Convert(Snap):
 
         working()
         layouts = [
-            layout for file in self.files for layout in read_layouts(file, snap_gap=self.gap)
+            layout
+            for file in self.files
+            for layout in read_layouts(file, snap_gap=self.gap, **self.deck)
         ]
         write_layouts(self.output, layouts, Format(output_format(self.output, self.to)))
         print(f"{len(layouts)} layouts -> {self.output}")

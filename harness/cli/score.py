@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from steadyload.cli.deck import Deck
 from steadyload.cli.snap import Snap
 from steadyload.cli.terminal import print_table, progress_bar, say
 from steadyload.studies.options import REQUIRED, operand, option, positive_number
 
 
 @dataclass(frozen=True, kw_only=True)
-class Score(Snap):
+class Score(Deck, Snap):
     """Files, methods, and the required reliability of a verdict."""
 
     files: tuple[Path, ...] = operand(REQUIRED, "layouts", metavar="FILE")
@@ -68,6 +69,7 @@ class Score(Snap):
                 max_items=self.max_items,
                 limit=self.limit,
                 snap_gap=self.gap,
+                **self.deck,
                 skip_invalid=self.skip_invalid,
                 timeout=self.timeout,
                 **self._deviations(),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from steadyload.cli.deck import Deck
 from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import working
 from steadyload.cli.studies import configuration, write
@@ -14,7 +15,7 @@ from steadyload.studies.options import REQUIRED, operand, option
 
 
 @dataclass(frozen=True, kw_only=True)
-class Run:
+class Run(Deck):
     """A study file, and the workers."""
 
     study: str = operand(
@@ -48,14 +49,14 @@ class Run:
 
     def run(self) -> None:
         """Judge the missing cases."""
-        from steadyload.runs.definition import load_study
+        from steadyload.runs.definition import load_study, with_deck
         from steadyload.runs.envelope_use import study_warnings
         from steadyload.runs.executors import make_executor
         from steadyload.runs.results import load_manifest
         from steadyload.runs.runner import run_study
 
         working()
-        study = load_study(self.study)
+        study = with_deck(load_study(self.study), **self.deck)
         directory = self.output or Path("runs") / study.name
         told = {"workers": self.workers, "scheduler": self.scheduler}
         with (

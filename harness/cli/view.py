@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from steadyload.cli.deck import Deck
 from steadyload.cli.terminal import status_line
 from steadyload.studies.options import REQUIRED, operand, option
 
 
 @dataclass(frozen=True, kw_only=True)
-class View:
+class View(Deck):
     """A layout, and the methods that judge it."""
 
     file: Path = operand(REQUIRED, "layouts", metavar="FILE")
@@ -27,7 +28,7 @@ class View:
         """Write the page."""
         from steadyload.studies.viewing import pick_layout, write_view
 
-        layout = pick_layout(self.file, self.layout)
+        layout = pick_layout(self.file, self.layout, **self.deck)
         methods = [self.method, *filter(None, [self.beside])]
         with status_line() as say:
             say(f"judging {layout.name}")

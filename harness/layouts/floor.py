@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
-from steadyload.errors import nearest
+from steadyload.errors import UserError, nearest
 
 DECK_HEIGHT = 14.4
 """Height [cm] of a deck above the ground unless a file states another: that of a Euro pallet."""
@@ -17,6 +17,10 @@ OVERHANG = 10.0
 
 _AT = (-math.inf, -math.inf)
 _TO = (math.inf, math.inf)
+
+
+class FloorError(UserError):
+    """A kind of floor that there is not; says what is allowed."""
 
 
 class FloorKind(StrEnum):
@@ -36,10 +40,10 @@ class FloorKind(StrEnum):
         """The kind of this name.
 
         Raises:
-            ValueError: there is none; says what is allowed.
+            FloorError: there is none.
         """
         if name not in list(cls):
-            raise ValueError(f"floor is {name!a}; {nearest(str(name), list(cls))}")
+            raise FloorError(f"floor is {name!a}; {nearest(str(name), list(cls))}")
         return cls(name)
 
 

@@ -12,6 +12,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from steadyload.atomic import write_atomically
+from steadyload.layouts.floor import FloorKind
 from steadyload.layouts.model import Layout, LayoutError
 from steadyload.layouts.readers import read_aclpp, read_blocks, read_csv, read_json
 from steadyload.layouts.record import FormatError, Record, Refused, to_layout
@@ -33,28 +34,46 @@ class Format(StrEnum):
     ACLPP = "aclpp"
 
 
-def read_layouts(path: str | Path, *, snap_gap: float = 0.0) -> list[Layout]:
+def read_layouts(
+    path: str | Path,
+    *,
+    snap_gap: float = 0.0,
+    overhang: float | None = None,
+    floor: FloorKind | str | None = None,
+) -> list[Layout]:
     """All layouts of a file.
 
     Args:
         path: a file in any of the formats of :class:`Format`.
         snap_gap: close vertical gaps up to this [cm], see :func:`snap`.
+        overhang: how far items may stand out over the edges of the deck [cm]; None for what the
+            file states, or else 10.
+        floor: ``auto``, ``deck`` or ``infinite``, see :class:`FloorKind`; None for what the file
+            states, or else ``auto``.
 
     Raises:
         LayoutError: the file is in no known format, is cut off, or holds an invalid layout.
+        FloorError: there is no such floor.
         OSError: the file cannot be read.
     """
     layouts = []
-    for entry in scan_layouts(path, snap_gap=snap_gap):
+    for entry in scan_layouts(path, snap_gap=snap_gap, overhang=overhang, floor=floor):
         if isinstance(entry, Refused):
             raise entry.error
         layouts.append(entry)
     return layouts
 
 
-def scan_layouts(path: str | Path, *, snap_gap: float = 0.0) -> Iterator[Layout | Refused]:
+def scan_layouts(
+    path: str | Path,
+    *,
+    snap_gap: float = 0.0,
+    overhang: float | None = None,
+    floor: FloorKind | str | None = None,
+) -> Iterator[Layout | Refused]:
     """Like :func:`read_layouts`, but an invalid layout is handed out instead of raised."""
     path = Path(path)
+    kind = None if floor is None else FloorKind.named(floor)
     names: set[str] = set()
     try:
         for record in _records(path):
@@ -64,7 +83,7 @@ def scan_layouts(path: str | Path, *, snap_gap: float = 0.0) -> Iterator[Layout 
             try:
                 if isinstance(record, Refused):
                     raise record.error
-                layout = to_layout(record)
+                layout = to_layout(record, overhang=overhang, floor=kind)
                 yield snap(layout, snap_gap) if snap_gap > 0.0 else layout
             except LayoutError as error:
                 yield Refused(record.name, error.located(file=str(path), layout=record.name))
@@ -119,8 +138,9 @@ def write_layouts(path: str | Path, layouts: Iterable[Layout], kind: Format) -> 
     Those of a native file are asked for one by one.
 
     Raises:
-        FormatError: two layouts have the same name; or ``kind`` is ACLPP YAML, which has no place
-            for pallet sizes and centres of mass and is only read.
+        FormatError: two layouts have the same name; or a pallet has more than a size, for which
+            the native format alone has a place; or ``kind`` is ACLPP YAML, which has no place for
+            pallet sizes and centres of mass and is only read.
         OSError: the file cannot be written.
     """
     if kind not in _WRITERS:

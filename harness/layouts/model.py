@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from steadyload.errors import UserError
 from steadyload.layouts.checks import allowed_range, digest_of, is_number, is_vector, unprintable
-from steadyload.layouts.floor import DECK_HEIGHT, INFINITE, OVERHANG, Floor, FloorKind
+from steadyload.layouts.floor import DECK_HEIGHT, INFINITE, OVERHANG, Floor, FloorError, FloorKind
 
 FloatArray = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -158,7 +158,7 @@ class Pallet:
             )
         try:
             object.__setattr__(self, "floor", FloorKind.named(self.floor))
-        except ValueError as error:
+        except FloorError as error:
             raise LayoutError(f"pallet {error}") from None
 
     @property

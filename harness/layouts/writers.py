@@ -10,8 +10,9 @@ from collections.abc import Iterable, Iterator
 from textwrap import indent
 from typing import Any
 
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model import Layout, Pallet
 from steadyload.layouts.readers import CSV_COLUMNS, NATIVE_FORMAT, NATIVE_VERSION
+from steadyload.layouts.record import DECK_KEYS, FormatError
 
 
 def as_native(layouts: Iterable[Layout]) -> Iterator[str]:
@@ -25,10 +26,33 @@ def as_native(layouts: Iterable[Layout]) -> Iterator[str]:
     yield "]\n}\n" if before == "\n" else "\n ]\n}\n"
 
 
+def _pallet(pallet: Pallet) -> dict[str, Any]:
+    """The size, and what differs from a pallet that has only one."""
+    plain = Pallet(*pallet.size)
+    stated = (key for key in DECK_KEYS if getattr(pallet, key) != getattr(plain, key))
+    size = dict(zip(("width", "height", "depth"), pallet.size, strict=True))
+    return size | {key: getattr(pallet, key) for key in stated}
+
+
+def _size(layout: Layout, kind: str) -> tuple[float, float, float]:
+    """The size of a pallet that has nothing else to state.
+
+    Raises:
+        FormatError: it has.
+    """
+    stated = {k: v for k, v in _pallet(layout.pallet).items() if k in DECK_KEYS}
+    for key, value in stated.items():
+        raise FormatError(
+            f"has a pallet with {key} {value}, for which {kind} has no place; allowed: native",
+            layout=layout.name,
+        )
+    return layout.pallet.size
+
+
 def _native(layout: Layout) -> dict[str, Any]:
     return {
         "name": layout.name,
-        "pallet": dict(zip(("width", "height", "depth"), layout.pallet.size, strict=True)),
+        "pallet": _pallet(layout.pallet),
         "items": [
             {
                 "sequence": item.sequence,
@@ -49,11 +73,12 @@ def as_csv(layouts: Iterable[Layout]) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(CSV_COLUMNS)
     for layout in layouts:
+        size = _size(layout, "csv")
         for item in layout.items:
             writer.writerow(
                 (
                     layout.name,
-                    *layout.pallet.size,
+                    *size,
                     item.sequence,
                     item.name,
                     *item.position,
@@ -70,7 +95,7 @@ def as_job(layouts: Iterable[Layout]) -> str:
     layouts = list(layouts)
     ulds = []
     for number, layout in enumerate(layouts, start=1):
-        width, height, depth = layout.pallet.size
+        width, height, depth = _size(layout, "job")
         placed = []
         for item in layout.items:
             sides = dict(zip(("width", "height", "depth"), item.size, strict=True))

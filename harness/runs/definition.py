@@ -6,7 +6,7 @@ import glob
 import re
 import tomllib
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from importlib import resources
 from itertools import islice
 from pathlib import Path
@@ -15,6 +15,7 @@ from typing import Any
 from steadyload.errors import UserError, nearest
 from steadyload.layouts.benchmark import Part
 from steadyload.layouts.benchmark.dataset import SETS
+from steadyload.layouts.floor import FloorKind
 from steadyload.layouts.formats import read_layouts
 from steadyload.layouts.model import Layout
 from steadyload.layouts.packing import drawn_layouts
@@ -47,6 +48,9 @@ class StudyDefinition:
         max_items: judge only the first items of a layout; None for all.
         limit: use only the first layouts; None for all.
         snap_gap: vertical gaps to close when reading [cm].
+        overhang: how far items may stand out over the edges of the deck [cm]; None for what a file
+            states, or else 10.
+        floor: what the layouts stand on; None for what a file states, or else ``auto``.
         repetitions: judgements of every case, for timing.
         shard_size: cases a unit of work.
         timeout: wall seconds a judgement may take; None for no limit.
@@ -72,6 +76,8 @@ class StudyDefinition:
     max_items: int | None = None
     limit: int | None = None
     snap_gap: float = 0.0
+    overhang: float | None = None
+    floor: FloorKind | None = None
     repetitions: int = 1
     shard_size: int = 12
     timeout: float | None = None
@@ -96,6 +102,8 @@ class StudyDefinition:
             ("generated", self.generated, own),
             ("seed", self.seed, own),
             ("snap_gap", self.snap_gap, own),
+            ("overhang", self.overhang is not None, own),
+            ("floor", self.floor, "labels hold for an infinite floor"),
             ("max_items", self.max_items, "labels hold for whole layouts"),
         ):
             if given:
@@ -124,10 +132,13 @@ class StudyDefinition:
     def _sources(self) -> Iterator[Layout]:
         for file in self.files:
             try:
-                yield from read_layouts(file, snap_gap=self.snap_gap)
+                yield from read_layouts(
+                    file, snap_gap=self.snap_gap, overhang=self.overhang, floor=self.floor
+                )
             except OSError as error:
                 raise StudyError(f"layouts: {file}: {error.strerror}") from None
-        yield from islice(drawn_layouts(self.seed), self.generated)
+        for layout in islice(drawn_layouts(self.seed), self.generated):
+            yield layout if self.floor is None else layout.on(self.floor)
 
     def cases(self, layouts: Iterable[Layout]) -> Iterator[tuple[str, Layout]]:
         """Every (scenario, layout) to judge, cut to ``max_items`` after the scenario is drawn."""
@@ -164,6 +175,20 @@ def load_study(source: str | Path) -> StudyDefinition:
         return _definition(content, path)
     except (StudyError, SpecError) as error:
         raise StudyError(f"{path}: {error}") from None
+
+
+def with_deck(
+    study: StudyDefinition, *, overhang: float | None, floor: FloorKind | str | None
+) -> StudyDefinition:
+    """A study with another overhang and floor; None leaves what the study says.
+
+    Raises:
+        StudyError: the study judges a labelled set.
+        FloorError: there is no such floor.
+    """
+    kind = None if floor is None else FloorKind.named(floor)
+    given = {"overhang": overhang, "floor": kind}
+    return replace(study, **{k: v for k, v in given.items() if v is not None})
 
 
 def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
@@ -207,6 +232,12 @@ def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
     snap_gap = content.get("snap_gap", 0.0)
     if type(snap_gap) not in (int, float) or not 0.0 <= snap_gap < 1e6:
         raise StudyError(f"snap_gap is {snap_gap!r}; allowed: 0 or more [cm]")
+    overhang = content.get("overhang")
+    if overhang is not None and (type(overhang) not in (int, float) or not 0.0 <= overhang < 1e5):
+        raise StudyError(f"overhang is {overhang!r}; allowed: 0 or more [cm]")
+    floor = content.get("floor")
+    if floor is not None and floor not in list(FloorKind):
+        raise StudyError(f"floor is {floor!r}; {nearest(str(floor), [*FloorKind])}")
     benchmark, folder = content.get("benchmark"), content.get("benchmark_directory")
     if folder is not None and not (isinstance(folder, str) and folder):
         raise StudyError(f"benchmark_directory is {folder!r}; allowed: the path of a folder")
@@ -222,6 +253,8 @@ def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
         files=tuple(dict.fromkeys(files)),
         scenarios=tuple(Scenario(s) for s in dict.fromkeys(scenarios)),
         snap_gap=float(snap_gap),
+        overhang=overhang,
+        floor=None if floor is None else FloorKind(floor),
         timeout=timeout,
         benchmark=benchmark,
         benchmark_directory=_set_of(folder, path.parent),

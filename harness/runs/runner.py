@@ -213,6 +213,11 @@ def _manifest(
         "files": [file.name for file in study.files],
         "generated": study.generated,
     }
+    definition |= {
+        key: value
+        for key, value in (("overhang", study.overhang), ("floor", study.floor))
+        if value is not None
+    }
     if study.benchmark is not None:
         definition["benchmark"] = str(study.benchmark)
     return {

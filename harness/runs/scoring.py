@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from steadyload.layouts.floor import FloorKind
 from steadyload.layouts.formats import scan_layouts
 from steadyload.layouts.model import Layout
 from steadyload.layouts.record import Refused
@@ -29,6 +30,8 @@ def score_layouts(
     max_items: int | None = None,
     limit: int | None = None,
     snap_gap: float = 0.0,
+    overhang: float | None = None,
+    floor: FloorKind | str | None = None,
     skip_invalid: bool = False,
     timeout: float | None = None,
     uncertainty: Uncertainty | None = None,
@@ -45,6 +48,10 @@ def score_layouts(
         max_items: judge only the first items of each layout.
         limit: use only the first layouts.
         snap_gap: close vertical gaps up to this when reading [cm]; 0 closes none.
+        overhang: how far items may stand out over the edges of the deck [cm]; None for what a file
+            states, or else 10.
+        floor: ``auto``, ``deck`` or ``infinite``; None for what a file states, or else ``auto``,
+            see :class:`steadyload.layouts.floor.FloorKind`.
         skip_invalid: make an invalid layout a record with status ``refused`` instead of an error.
         timeout: wall seconds a judgement may take.
         uncertainty: the quantities that deviate from the plans; None judges the plans alone.
@@ -52,10 +59,11 @@ def score_layouts(
         progress: called with the number of finished judgements and of all.
 
     Returns:
-        Records with the keys ``layout, file, method, items, scenario, score, failing_step, status,
-        moved_item, displacement, rotation, reason, ignored, emulated, outside, seconds,
-        cpu_seconds``; times are wall and CPU seconds of the whole judgement, ``outside`` lists in
-        which quantities the layout leaves the envelope of the method's engine.
+        Records with the keys ``layout, file, method, items, scenario, floor, score, failing_step,
+        status, moved_item, displacement, rotation, reason, ignored, emulated, outside, seconds,
+        cpu_seconds``; ``floor`` is ``deck`` or ``infinite``, times are wall and CPU seconds of the
+        whole judgement, ``outside`` lists in which quantities the layout leaves the envelope of the
+        method's engine.
 
     Raises:
         LayoutError: a file or layout is invalid (not with ``skip_invalid``, which still refuses a
@@ -66,7 +74,8 @@ def score_layouts(
     judges = [make_method(spec) for spec in methods]
     for method in judges:
         method.prepare()
-    entries = _read(files, limit, snap_gap, skip_invalid)
+    reading = {"snap_gap": snap_gap, "overhang": overhang, "floor": floor}
+    entries = _read(files, limit, reading, skip_invalid)
     records: list[Record] = []
     total = len(entries) * len(judges)
     progress(0, total)
@@ -116,11 +125,11 @@ def uncertain_record(found: VerdictReliability) -> Record:
 
 
 def _read(
-    files: Sequence[str | Path], limit: int | None, snap_gap: float, skip_invalid: bool
+    files: Sequence[str | Path], limit: int | None, reading: Mapping[str, Any], skip_invalid: bool
 ) -> list[tuple[str, Layout | Refused]]:
     entries: list[tuple[str, Layout | Refused]] = []
     for file in files:
-        for entry in scan_layouts(file, snap_gap=snap_gap):
+        for entry in scan_layouts(file, **reading):
             if isinstance(entry, Refused) and not skip_invalid:
                 raise entry.error
             entries.append((str(file), entry))
@@ -140,15 +149,17 @@ def _record(
     if isinstance(entry, Layout):
         verdict = judge(method, entry, timeout) if found is None else found.nominal
         items, outside = verdict.item_count, list(leaves(entry, method))
+        floor = str(entry.floor.kind)
     else:
         verdict = Verdict(item_count=0, status=Status.REFUSED, reason=str(entry.error))
-        items, outside = None, []
+        items, outside, floor = None, [], None
     return {
         "layout": entry.name,
         "file": file,
         "method": str(method.spec),
         "items": items,
         "scenario": str(scenario) if scenario else None,
+        "floor": floor,
         "score": verdict.score,
         "failing_step": verdict.failing_step,
         "status": str(verdict.status),

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from steadyload.atomic import write_atomically
 from steadyload.errors import UserError, nearest
+from steadyload.layouts.floor import FloorKind
 from steadyload.layouts.formats import read_layouts
 from steadyload.layouts.model import Layout
 from steadyload.methods.recording import RecordedStep, Recording, record_loading
@@ -46,25 +47,39 @@ def write_view(layout: Layout, methods: Sequence[str], output: str | Path) -> Pa
     for judge in judges:
         judge.prepare(len(layout))
     loadings = tuple(_loading(record_loading(layout, judge)) for judge in judges)
-    html = view_html(
-        View(layout.name, layout.pallet.size, _items(layout), loadings, provenance_lines())
+    view = View(
+        name=layout.name,
+        pallet=layout.pallet.size,
+        deck=layout.floor.height,
+        items=_items(layout),
+        loadings=loadings,
+        manifest=provenance_lines(),
     )
-    write_atomically(Path(output), html)
+    write_atomically(Path(output), view_html(view))
     return Path(output)
 
 
-def pick_layout(file: str | Path, name: str | None = None) -> Layout:
+def pick_layout(
+    file: str | Path,
+    name: str | None = None,
+    *,
+    overhang: float | None = None,
+    floor: FloorKind | str | None = None,
+) -> Layout:
     """One layout of a file.
 
     Args:
         file: in any known format.
         name: of the layout; None where the file holds only one.
+        overhang: as of :func:`steadyload.layouts.formats.read_layouts`.
+        floor: likewise.
 
     Raises:
         ViewError: no layout has this name, or there are several and none is named.
         LayoutError, OSError: the file cannot be read.
     """
-    layouts = {layout.name: layout for layout in read_layouts(file)}
+    found = read_layouts(file, overhang=overhang, floor=floor)
+    layouts = {layout.name: layout for layout in found}
     if name is None:
         if len(layouts) > 1:
             raise ViewError(

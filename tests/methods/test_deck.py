@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 
 from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.deviations import deviated
 from steadyload.layouts.packing import random_layouts
 from steadyload.layouts.scenarios import Scenario, apply_scenario
 from steadyload.layouts.snapping import snap
 from steadyload.methods.margins import margins
 from steadyload.methods.registry import make_method
 from steadyload.methods.session import LoadingSession
+from steadyload.methods.uncertainty import parse_uncertainty
+from steadyload.runs.verdict_reliability import Sampling, verdict_reliability
 
 PALLET = Pallet(100.0, 200.0, 100.0, overhang=30.0)
 BALANCE = ("sme", "equilibrium", "equilibrium:sides=frictionless", "equilibrium:sides=friction")
@@ -39,6 +42,32 @@ def test_a_box_stands_while_its_centre_of_mass_is_above_the_deck(edge, offset):
         margin = margins(Layout("deck", PALLET, (item,)))[0]
         assert margin.patches == pytest.approx(inside, abs=1e-5)
         assert margin.centres == pytest.approx(inside, abs=1e-6)
+
+
+def test_who_stands_exactly_above_the_edge_is_fragile():
+    """Deviations from the plan tell: half of them fall, on the deck that the plan has."""
+    for inside, low, high in ((0.0, 0.4, 0.6), (1.0, 0.99, 1.0), (-1.0, 0.0, 0.01)):
+        item = box(0, inside - 10.0, 0.0, 20.0, 15.0)
+        found = verdict_reliability(
+            make_method("equilibrium"),
+            Layout("deck", PALLET, (item,)),
+            parse_uncertainty("position=2mm"),
+            Sampling(most=256),
+        )
+        assert low <= found.stands <= high
+
+
+def test_a_deviation_to_within_the_edges_leaves_the_floor_a_deck():
+    plan = Layout("deck", PALLET, (box(0, -0.05, 0.0, 20.0, 15.0), box(1, 50.0, 0.0, 9.0, 9.0)))
+    places = np.full((2, 2, 6), 0.5)
+    places[0, 0, 3], places[1, 0, 3] = 0.999, 0.001
+    inward, outward = deviated(plan, places, place=2.0)
+    assert inward.lower[0, 0] > 0.0
+    assert outward.lower[0, 0] < -5.0
+    assert inward.floor == outward.floor == plan.floor
+    # On a plane nothing is moved over the edge.
+    [plane] = deviated(plan.on("infinite"), places[1:], place=2.0)
+    assert plane.lower[0, 0] == -0.05
 
 
 def test_base_support_counts_the_deck_and_nothing_beyond_it():
