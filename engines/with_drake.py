@@ -27,8 +27,10 @@ from steadyload.engines.world import (
     Box,
     Capabilities,
     EngineError,
+    FailureKind,
     FixedStepWorld,
     FloatArray,
+    KnownFailure,
     Poses,
     SettingSupport,
     Support,
@@ -176,6 +178,15 @@ class DrakeWorld(FixedStepWorld):
         "not counted: read wall time. Side faces are drawn in by 0.05 mm, and shapes stand up to "
         "5 um aside, because Drake fails on some layouts whose edges align; where it still does, "
         "the layout ends with status `error`.",
+        known_failures=(
+            KnownFailure(
+                "edge_of_a_deck",
+                FailureKind.NEVER,
+                "pressure needs a width: near an edge a box tips before its centre of mass is past",
+                "a box of 30 x 30 x 40 cm and 10 kg stands from 2 mm inside the edge on, of 100 kg "
+                "from 4 mm on",
+            ),
+        ),
     )
 
     def __init__(self, settings: WorldSettings) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from enum import StrEnum
 
 import numpy as np
@@ -13,7 +14,6 @@ from steadyload.layouts.model import (
     FloatArray,
     Item,
     Layout,
-    Pallet,
     Vector,
 )
 from steadyload.learners.compiled import compiled
@@ -112,7 +112,7 @@ def _fill(
 
 def turned(layout: Layout, symmetry: int) -> Layout:
     """The layout turned or mirrored, with its pallet; see :data:`SYMMETRIES`."""
-    width, height, depth = layout.pallet.size
+    width, _, depth = layout.pallet.size
     items = []
     for item in layout.items:
         (x, y, z), (w, h, d), (a, b, c) = item.position, item.size, item.mass_offset
@@ -123,7 +123,9 @@ def turned(layout: Layout, symmetry: int) -> Layout:
         if symmetry & 4:
             x, z, w, d, a, c = z, x, d, w, c, a
         items.append(Item(item.sequence, (x, y, z), (w, h, d), item.weight, (a, b, c), item.name))
-    pallet = Pallet(depth, height, width) if symmetry & 4 else layout.pallet
+    pallet = layout.pallet
+    if symmetry & 4:
+        pallet = replace(pallet, width=depth, depth=width)
     return Layout(layout.name, pallet, tuple(items))
 
 

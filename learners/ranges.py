@@ -109,6 +109,8 @@ class TrainedRanges:
         """Sentence on the quantity and item that lie outside; empty if none does."""
         # Computed first, so that any layout compiles all of it.
         of_items = _of_items(layout)
+        if layout.floor.has_edges:
+            return "the layout: stands on a deck with edges; trained on an infinite floor"
         least, most = self._least[2:], self._most[2:]
         inside = _inside(of_items, least, most)
         for k, value in enumerate((len(layout), max(layout.pallet.size))):
@@ -122,7 +124,7 @@ class TrainedRanges:
 
     def steps_inside(self, layout: Arrangement) -> int:
         """Number of first steps with nothing outside; all if :meth:`outside` is empty."""
-        if not self._least[1] <= max(layout.pallet.size) <= self._most[1]:
+        if layout.floor.has_edges or not self._least[1] <= max(layout.pallet.size) <= self._most[1]:
             return 0
         inside = _inside(_of_items(layout), self._least[2:], self._most[2:])
         return min(inside, int(self._most[0]))

@@ -26,6 +26,7 @@ from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import registry
 
 ACLPP = Path(__file__).resolve().parents[2] / "shared" / "data" / "aclpp"
+PALLETS = Path(__file__).resolve().parents[2] / "shared" / "data" / "pallets" / "pallets.json"
 _JUDGES = Path(__file__).parent / "outside" / "outside_judges.py"
 _ALLOWED_SKIPS = Path(__file__).parent / "allowed_skips.toml"
 
@@ -118,6 +119,13 @@ def aclpp_files() -> list[Path]:
     if not files:
         pytest.skip("the ACLPP schedules are not beside the project (../shared/data/aclpp)")
     return files
+
+
+@pytest.fixture
+def customers_pallets() -> Path:
+    if not PALLETS.exists():
+        pytest.skip("customers' pallets are not beside the project (../shared/data/pallets)")
+    return PALLETS
 
 
 @pytest.fixture

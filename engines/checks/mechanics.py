@@ -167,6 +167,22 @@ def check_two_block_overhang(world_class: WorldClass) -> None:
         assert fell is (overhang + offset > 0.05), f"overhang {overhang}, offset {offset}"
 
 
+def check_edge_of_a_deck(world_class: WorldClass) -> None:
+    """On a fixed slab, a box stands 1 mm inside the edge and falls 1 mm past it, within 2 s.
+
+    Not at any frequency: how far a box sinks in at its first substep decides a millimetre, too.
+    """
+    slab = Box((1.0, 0.4, 0.144), 1.0, (-0.5, 0.0, 0.072), fixed=True)
+    for height in (0.08, 0.3):
+        for past in (-1e-3, 1e-3):
+            with world_class(WorldSettings()) as world:
+                box = Box((0.3, 0.4, height), 10.0, (past, 0.0, 0.144 + 0.5 * height))
+                fill(world, [slab, box])
+                world.stepSimulation(2.0, 10**6, 1.0 / 1000.0)
+                fell = bool(angles(world.poses())[1] > 10.0)
+            assert fell is (past > 0.0), f"{height} m high, {1e3 * past:g} mm past the edge"
+
+
 def check_rest_without_creep(world_class: WorldClass) -> None:
     """A box at rest stays there: 2 s on the level, and on a slope of 0.8 of the friction."""
     for slope in (0.0, 0.4):

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from steadyload.cli.dialect import DialectFlags
 from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import working
-from steadyload.cli.snap import Snap
+from steadyload.cli.reading import ReadingFlags
 from steadyload.studies.options import REQUIRED, operand, option
 
 WRITABLE = ("native", "csv", "job")
@@ -36,7 +35,7 @@ def output_format(output: Path, named: str | None) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Convert(DialectFlags, Snap):
+class Convert(ReadingFlags):
     """Files in, a file out."""
 
     files: tuple[Path, ...] = operand(REQUIRED, "layouts; - reads standard input", metavar="FILE")
@@ -50,11 +49,7 @@ class Convert(DialectFlags, Snap):
         from steadyload.layouts.formats import Format, read_layouts, write_layouts
 
         working()
-        kind, dialect = Format(output_format(self.output, self.to)), self.dialect()
-        layouts = [
-            layout
-            for file in self.files
-            for layout in read_layouts(file, snap_gap=self.gap, dialect=dialect)
-        ]
+        kind, reading = Format(output_format(self.output, self.to)), self.reading()
+        layouts = [layout for file in self.files for layout in read_layouts(file, **reading)]
         write_layouts(self.output, layouts, kind)
         print(f"{len(layouts)} layouts -> {self.output}")

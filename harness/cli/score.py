@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from steadyload.cli.dialect import SOME_REFUSED, DialectFlags, Strict
 from steadyload.cli.flags import UsageError
-from steadyload.cli.snap import Snap
+from steadyload.cli.reading import SOME_REFUSED, ReadingFlags, Strict
 from steadyload.cli.terminal import print_table, progress_bar, say
 from steadyload.studies.options import REQUIRED, methods_option, operand, option, positive_number
 
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Score(Strict, DialectFlags, Snap):
+class Score(Strict, ReadingFlags):
     """Files, methods, and the required reliability of a verdict."""
 
     files: tuple[Path, ...] = operand(REQUIRED, "layouts; - reads standard input", metavar="FILE")
@@ -75,9 +74,8 @@ class Score(Strict, DialectFlags, Snap):
                 seed=self.seed,
                 max_items=self.max_items,
                 limit=self.limit,
-                snap_gap=self.gap,
-                dialect=self.dialect(),
                 strict=self.strict,
+                **self.reading(),
                 timeout=self.timeout,
                 **self._deviations(),
                 progress=advance,

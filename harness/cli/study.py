@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from steadyload.cli.dialect import SOME_REFUSED, DialectFlags, Strict
 from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import working
+from steadyload.cli.reading import SOME_REFUSED, ReadingFlags, Strict
 from steadyload.cli.studies import configuration, write
 from steadyload.cli.terminal import progress_bar, resumable, say
 from steadyload.studies.comparison.config import STUDY, ComparisonConfig
@@ -15,8 +15,8 @@ from steadyload.studies.options import REQUIRED, operand, option
 
 
 @dataclass(frozen=True, kw_only=True)
-class Run(Strict, DialectFlags):
-    """A study file, the workers, and the form of the study's files."""
+class Run(Strict, ReadingFlags):
+    """A study file, the workers, and how the study's files are read."""
 
     study: str = operand(
         REQUIRED, "a study file, or the word 'embedded': a slice of the shipped labelled set",
@@ -58,9 +58,7 @@ class Run(Strict, DialectFlags):
 
         working()
         study = load_study(self.study)
-        study = replace(
-            study, dialect=self.dialect(study.dialect), strict=self.strict or study.strict
-        )
+        study = replace(study, strict=self.strict or study.strict, **self.reading(study.dialect))
         directory = self.output or Path("runs") / study.name
         told = {"workers": self.workers, "scheduler": self.scheduler}
         with (

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from steadyload.cli.dialect import DialectFlags
+from steadyload.cli.reading import ReadingFlags
 from steadyload.cli.terminal import status_line
 from steadyload.studies.options import REQUIRED, operand, option
 
 
 @dataclass(frozen=True, kw_only=True)
-class View(DialectFlags):
+class View(ReadingFlags):
     """A layout, and the methods that judge it."""
 
     file: Path = operand(REQUIRED, "layouts; - reads standard input", metavar="FILE")
@@ -28,7 +28,7 @@ class View(DialectFlags):
         """Write the page."""
         from steadyload.studies.viewing import pick_layout, write_view
 
-        layout = pick_layout(self.file, self.layout, dialect=self.dialect())
+        layout = pick_layout(self.file, self.layout, **self.reading())
         methods = [self.method, *filter(None, [self.beside])]
         with status_line() as say:
             say(f"judging {layout.name}")

@@ -75,9 +75,10 @@ def deviated(
     weights = np.broadcast_to(layout.weights, offsets.shape[:2])
     if weight:
         weights = np.clip(weights * np.exp(weight * ndtri(uniforms[..., WEIGHT])), *WEIGHTS)
+    plan = layout.with_floor_kept()
     return [
         replace_items(
-            layout,
+            plan,
             tuple(
                 replace(item, position=tuple(at), mass_offset=tuple(offset), weight=heavy)
                 for item, at, offset, heavy in zip(layout.items, *rows, strict=True)
@@ -123,7 +124,9 @@ def _apart(layout: Layout, axis: int, pairs: NDArray[np.bool_], meant: FloatArra
     before = [(j, [i for i in order[:rank] if pairs[i, j]]) for rank, j in enumerate(order)]
     # What the plan itself lets overlap may go on to; a trifle less, so that rounding does not add.
     apart = np.minimum(size[:, None], at[None] - at[:, None] + _TRIFLE)
-    low, high = np.minimum(0.0, at), np.maximum(layout.pallet.size[axis] - size, at)
+    # On a plane no item comes to overhang: the plan's floor is that of all its deviations.
+    out = layout.pallet.overhang if layout.floor.has_edges else 0.0
+    low, high = np.minimum(-out, at), np.maximum(layout.pallet.size[axis] + out - size, at)
     for j, others in before:
         low[j] = max([low[j], *(low[i] + apart[i, j] for i in others)])
     for j, others in reversed(before):

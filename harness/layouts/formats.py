@@ -12,10 +12,12 @@ from enum import StrEnum
 from functools import partial
 from itertools import chain
 from pathlib import Path
+from typing import TypedDict, Unpack
 
 from steadyload.atomic import write_atomically
 from steadyload.layouts.csv_reader import is_csv, read_csv
 from steadyload.layouts.dialect import Dialect
+from steadyload.layouts.floor import FloorKind
 from steadyload.layouts.limits import MAX_FILE_BYTES, MAX_YAML_BYTES
 from steadyload.layouts.model import Layout, LayoutError
 from steadyload.layouts.readers import read_aclpp, read_blocks, read_json
@@ -41,43 +43,59 @@ class Format(StrEnum):
     ACLPP = "aclpp"
 
 
-def read_layouts(
-    path: str | Path, *, snap_gap: float = 0.0, dialect: Dialect | None = None
-) -> list[Layout]:
+class Reading(TypedDict, total=False):
+    """Choices in reading layouts, each of which may be left out.
+
+    Attributes:
+        dialect: units, axes, positions and columns of CSV files, which all files then are; None for
+            those of ours.
+        snap_gap: close vertical gaps up to this [cm], see :func:`snap`; 0 closes none.
+        overhang: how far items may stand out over the edges of the deck [cm]; None for what a file
+            states, or else 10.
+        floor: ``auto``, ``deck`` or ``infinite``, see :class:`FloorKind`; None for what a file
+            states, or else ``auto``.
+    """
+
+    dialect: Dialect | None
+    snap_gap: float
+    overhang: float | None
+    floor: FloorKind | str | None
+
+
+def read_layouts(path: str | Path, **reading: Unpack[Reading]) -> list[Layout]:
     """All layouts of a file.
 
     Args:
         path: a file in any of the formats of :class:`Format`; ``-`` for standard input.
-        snap_gap: close vertical gaps up to this [cm], see :func:`snap`.
-        dialect: units, axes, positions and columns of a CSV file; None for those of ours.
+        reading: see :class:`Reading`.
 
     Raises:
         LayoutError: the file is in no known format, is cut off, or holds an invalid layout.
+        FloorError: there is no such floor.
         OSError: the file cannot be read.
     """
     layouts = []
-    for entry in scan_layouts(path, snap_gap=snap_gap, dialect=dialect):
+    for entry in scan_layouts(path, **reading):
         if isinstance(entry, Refused):
             raise entry.error
         layouts.append(entry)
     return layouts
 
 
-def scan_layouts(
-    path: str | Path, *, snap_gap: float = 0.0, dialect: Dialect | None = None
-) -> Iterator[Layout | Refused]:
+def scan_layouts(path: str | Path, **reading: Unpack[Reading]) -> Iterator[Layout | Refused]:
     """Like :func:`read_layouts`, but an invalid layout is handed out instead of raised."""
-    file = source_name(path)
+    file, floor, snap_gap = source_name(path), reading.get("floor"), reading.get("snap_gap", 0.0)
+    kind = None if floor is None else FloorKind.named(floor)
     names: set[str] = set()
     try:
-        for record in _records(path, dialect or _PLAIN):
+        for record in _records(path, reading.get("dialect") or _PLAIN):
             if record.name in names:
                 raise FormatError(_TWICE, layout=record.name)
             names.add(record.name)
             try:
                 if isinstance(record, Refused):
                     raise record.error
-                layout = to_layout(record)
+                layout = to_layout(record, overhang=reading.get("overhang"), floor=kind)
                 yield snap(layout, snap_gap) if snap_gap > 0.0 else layout
             except LayoutError as error:
                 yield Refused(record.name, error.located(file=file, layout=record.name))
@@ -139,8 +157,9 @@ def write_layouts(path: str | Path, layouts: Iterable[Layout], kind: Format) -> 
     Those of a native file are asked for one by one.
 
     Raises:
-        FormatError: two layouts have the same name; or ``kind`` is ACLPP YAML, which has no place
-            for pallet sizes and centres of mass and is only read.
+        FormatError: two layouts have the same name; or a pallet has more than a size, for which
+            the native format alone has a place; or ``kind`` is ACLPP YAML, which has no place for
+            pallet sizes and centres of mass and is only read.
         OSError: the file cannot be written.
     """
     if kind not in _WRITERS:

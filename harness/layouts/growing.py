@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from steadyload.layouts.contacts import Patch, Supports
+from steadyload.layouts.contacts import FLOOR, Patch, Supports
+from steadyload.layouts.floor import Floor
 from steadyload.layouts.grid import BoxGrid
 from steadyload.layouts.model import (
     TOLERANCE,
@@ -29,7 +30,7 @@ class GrowingLayout:
     to the last bit.
 
     Args:
-        pallet: the contour all items must lie in, to within :data:`TOLERANCE`.
+        pallet: its contour holds all items, to within :data:`TOLERANCE`.
         name: as of a :class:`Layout`.
 
     Attributes:
@@ -43,10 +44,16 @@ class GrowingLayout:
         self.supports = Supports([], [], [])
         self._corners: list[tuple[Vector, Vector]] = []
         self._grid = BoxGrid()
+        self._overhung = 0
         self._arrays = [np.empty((_ROOM, 3)) for _ in range(3)] + [np.empty(_ROOM)]
 
     def __len__(self) -> int:
         return len(self.items)
+
+    @property
+    def floor(self) -> Floor:
+        """The floor that the items stand on; an ``auto`` one follows what is loaded by now."""
+        return self.pallet.floor_under(overhung=self._overhung > 0)
 
     @property
     def lower(self) -> FloatArray:
@@ -87,8 +94,11 @@ class GrowingLayout:
         self.items.append(item)
         self._corners.append((low, high))
         self._grid.add(number, low, high)
-        self.supports.on_floor.append(low[1] <= TOLERANCE)
-        self.supports.below.append(below)
+        self._overhung += self.pallet.is_overhung(low, high)
+        stands = low[1] <= TOLERANCE
+        at_edge = self._at_edge(number, low, high) if stands and self.floor.has_edges else None
+        self.supports.on_floor.append(stands and at_edge is None)
+        self.supports.below.append([*(at_edge or []), *below])
         self.supports.above.append([p.above for p in above])
         for patch in below:
             self.supports.above[patch.below].append(number)
@@ -97,12 +107,15 @@ class GrowingLayout:
 
     def take_off(self) -> Item:
         """Take off the item put on last, and return it."""
+        for carrier in self.supports.carriers(len(self.items) - 1):
+            self.supports.above[carrier].pop()
         self.supports.on_floor.pop()
-        for patch in self.supports.below.pop():
-            self.supports.above[patch.below].pop()
+        self.supports.below.pop()
         for above in self.supports.above.pop():
             self.supports.below[above].pop()
-        self._grid.remove(len(self.items) - 1, *self._corners.pop())
+        low, high = self._corners.pop()
+        self._overhung -= self.pallet.is_overhung(low, high)
+        self._grid.remove(len(self.items) - 1, low, high)
         return self.items.pop()
 
     def beside(self, items: Sequence[int], reach: float) -> list[int]:
@@ -134,6 +147,7 @@ class GrowingLayout:
         other = GrowingLayout(self.pallet, self.name)
         other.items, other._corners = list(self.items), list(self._corners)
         other._grid, other._arrays = self._grid.copy(), [a.copy() for a in self._arrays]
+        other._overhung = self._overhung
         mine = self.supports
         other.supports = Supports(
             list(mine.on_floor), [list(p) for p in mine.below], [list(i) for i in mine.above]
@@ -146,12 +160,24 @@ class GrowingLayout:
         return view
 
     def _check_contour(self, item: Item, low: Vector, high: Vector) -> None:
-        outside = [
-            max(-a, b - side) for a, b, side in zip(low, high, self.pallet.size, strict=True)
-        ]
+        least, most = self.pallet.contour
+        outside = [max(least[k] - low[k], high[k] - most[k]) for k in range(3)]
         if max(outside) > TOLERANCE:
             axis = outside.index(max(outside))
             raise outside_error(item, self.pallet, axis, (low[axis], high[axis]))
+
+    def _at_edge(self, number: int, low: Vector, high: Vector) -> list[Patch] | None:
+        """The patch on the deck of an item that overhangs an edge; None for one that does not.
+
+        What lies beside the deck altogether has no patch.
+        """
+        if not self.pallet.is_overhung(low, high):
+            return None
+        (x0, z0), (x1, z1) = self.floor.low, self.floor.high
+        x0, x1, z0, z1 = max(x0, low[0]), min(x1, high[0]), max(z0, low[2]), min(z1, high[2])
+        if min(x1 - x0, z1 - z0) <= TOLERANCE:
+            return []
+        return [Patch(FLOOR, number, x0, z0, x1, z1)]
 
     def _touching(self, item: Item, low: Vector, high: Vector) -> tuple[list[Patch], list[Patch]]:
         """The patches that an item would stand on, and those that would stand on it.

@@ -7,9 +7,9 @@ is that of its own left-bottom-back corner.
 
 from __future__ import annotations
 
-import hashlib
 import math
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -17,6 +17,15 @@ from numpy.typing import NDArray
 
 from steadyload.errors import UserError
 from steadyload.escaping import printable
+from steadyload.layouts.checks import (
+    SHOWN,
+    allowed_range,
+    digest_of,
+    is_number,
+    is_vector,
+    unprintable,
+)
+from steadyload.layouts.floor import DECK_HEIGHT, INFINITE, OVERHANG, Floor, FloorError, FloorKind
 from steadyload.layouts.naming import box_label
 
 FloatArray = NDArray[np.float64]
@@ -35,8 +44,6 @@ WEIGHTS = (1e-9, 1e6)
 _AXES = ("x", "y", "z")
 _SIZES = ("width", "height", "depth")
 _BLOCK = 256
-_SHOWN = 200
-"""Characters of a name in a message."""
 
 
 class LayoutError(UserError):
@@ -61,9 +68,9 @@ class LayoutError(UserError):
 
     def __str__(self) -> str:
         places = [self.file]
-        places.append(f'layout "{printable(self.layout, _SHOWN)}"' if self.layout else None)
+        places.append(f'layout "{printable(self.layout, SHOWN)}"' if self.layout else None)
         # What is no label of a box is the number of an item.
-        item = printable(self.item or "", _SHOWN)
+        item = printable(self.item or "", SHOWN)
         places.append(item if " " in item else f"item {item}" if item else None)
         return ": ".join([p for p in places if p] + [self.message])
 
@@ -94,13 +101,13 @@ class Item:
 
     def __post_init__(self) -> None:
         for label in ("position", "size", "mass_offset"):
-            if not _is_vector(getattr(self, label)):
+            if not is_vector(getattr(self, label)):
                 found = getattr(self, label)
                 self._refuse(f"{label} is {found!r}; allowed: three numbers")
-        if not _is_number(self.weight):
+        if not is_number(self.weight):
             self._refuse(f"weight is {self.weight!r}; allowed: a number [kg]")
         if not self.name.isprintable():
-            raise LayoutError(_unprintable(self.name), item=str(self.sequence))
+            raise LayoutError(unprintable(self.name), item=str(self.sequence))
         if type(self.sequence) is not int or self.sequence < 0:
             self._refuse(f"sequence is {self.sequence!r}; allowed: 0, 1, 2, ...")
         for axis, value in zip(_AXES, self.position, strict=True):
@@ -108,9 +115,9 @@ class Item:
                 self._refuse(f"position {axis} is {value:g} cm; allowed: a finite number")
         for side, value in zip(_SIZES, self.size, strict=True):
             if not SIDES[0] <= value <= SIDES[1]:
-                self._refuse(f"{side} is {value:g} cm; {_allowed(SIDES)}")
+                self._refuse(f"{side} is {value:g} cm; {allowed_range(SIDES)}")
         if not WEIGHTS[0] <= self.weight <= WEIGHTS[1]:
-            self._refuse(f"weight is {self.weight:g} kg; {_allowed(WEIGHTS)}")
+            self._refuse(f"weight is {self.weight:g} kg; {allowed_range(WEIGHTS)}")
         for axis, value, length in zip(_AXES, self.mass_offset, self.size, strict=True):
             if not abs(value) <= length / 2.0:
                 self._refuse(
@@ -127,27 +134,72 @@ class Item:
 
 @dataclass(frozen=True, slots=True)
 class Pallet:
-    """The loadable contour: width (x), height (y) and depth (z) [cm], positive.
+    """A deck that carries, and the contour that items must stay in.
+
+    Args:
+        width: of the deck, along x [cm], positive.
+        height: up to which items may be, along y [cm], positive.
+        depth: of the deck, along z [cm], positive.
+        overhang: how far items may stand out over the edges of the deck [cm], 0 or more.
+        deck_height: of the deck above the ground [cm], positive.
+        floor: what the items stand on; see :class:`steadyload.layouts.floor.FloorKind`.
 
     Raises:
-        LayoutError: a side is outside :data:`SIDES`.
+        LayoutError: a side is outside :data:`SIDES`, or another value is not allowed.
     """
 
     width: float
     height: float
     depth: float
+    overhang: float = field(default=OVERHANG, kw_only=True)
+    deck_height: float = field(default=DECK_HEIGHT, kw_only=True)
+    floor: FloorKind = field(default=FloorKind.AUTO, kw_only=True)
 
     def __post_init__(self) -> None:
-        for side, value in zip(_SIZES, self.size, strict=True):
-            if not _is_number(value):
+        sides = (*zip(_SIZES, self.size, strict=True), ("deck_height", self.deck_height))
+        for side, value in sides:
+            if not is_number(value):
                 raise LayoutError(f"pallet {side} is {value!r}; allowed: a number [cm]")
             if not SIDES[0] <= value <= SIDES[1]:
-                raise LayoutError(f"pallet {side} is {value:g} cm; {_allowed(SIDES)}")
+                raise LayoutError(f"pallet {side} is {value:g} cm; {allowed_range(SIDES)}")
+        if not is_number(self.overhang):
+            raise LayoutError(f"pallet overhang is {self.overhang!r}; allowed: a number [cm]")
+        if not 0.0 <= self.overhang <= SIDES[1]:
+            raise LayoutError(
+                f"pallet overhang is {self.overhang:g} cm; allowed: a number, 0 to {SIDES[1]:g}"
+            )
+        try:
+            object.__setattr__(self, "floor", FloorKind.named(self.floor))
+        except FloorError as error:
+            raise LayoutError(f"pallet {error}") from None
 
     @property
     def size(self) -> Vector:
         """Width, height, depth [cm]."""
         return (self.width, self.height, self.depth)
+
+    @property
+    def contour(self) -> tuple[Vector, Vector]:
+        """Opposite corners of the space that items must stay in [cm]."""
+        width, height, depth = self.size
+        out = self.overhang
+        return (0.0 - out, 0.0, 0.0 - out), (width + out, height, depth + out)
+
+    def floor_under(self, *, overhung: bool) -> Floor:
+        """The floor of items on this pallet.
+
+        Args:
+            overhung: an item stands out over an edge of the deck.
+        """
+        kind = self.floor
+        if kind is FloorKind.INFINITE or (kind is FloorKind.AUTO and not overhung):
+            return INFINITE
+        return Floor((0.0, 0.0), (self.width, self.depth), self.deck_height)
+
+    def is_overhung(self, low: Vector, high: Vector) -> bool:
+        """True if an item with these corners stands out over an edge by over :data:`TOLERANCE`."""
+        out = max(-low[0], -low[2], high[0] - self.width, high[2] - self.depth)
+        return out > TOLERANCE
 
 
 class Arrangement(Protocol):
@@ -159,6 +211,10 @@ class Arrangement(Protocol):
 
     @property
     def pallet(self) -> Pallet:
+        """See :class:`Layout`."""
+
+    @property
+    def floor(self) -> Floor:
         """See :class:`Layout`."""
 
     @property
@@ -186,7 +242,7 @@ class Layout:
 
     Args:
         name: identifies the layout in a study; printable, not empty.
-        pallet: the contour all items must lie in, to within :data:`TOLERANCE`.
+        pallet: its contour holds all items, to within :data:`TOLERANCE`.
         items: in any order; their sequence numbers must be 0, 1, ..., J - 1.
 
     Attributes:
@@ -210,7 +266,7 @@ class Layout:
 
     def __post_init__(self) -> None:
         if not self.name or not self.name.isprintable():
-            raise LayoutError(_unprintable(self.name))
+            raise LayoutError(unprintable(self.name))
         try:
             items = self._in_order()
             lower = np.array([i.position for i in items], dtype=float)
@@ -249,8 +305,8 @@ class Layout:
         return items
 
     def _check_contour(self) -> None:
-        size = np.array(self.pallet.size)
-        outside = np.maximum(-self.lower, self.upper - size)
+        low, high = np.array(self.pallet.contour)
+        outside = np.maximum(low - self.lower, self.upper - high)
         if outside.max() <= TOLERANCE:
             return
         index, axis = (int(k) for k in np.unravel_index(int(outside.argmax()), outside.shape))
@@ -274,11 +330,35 @@ class Layout:
     def __len__(self) -> int:
         return len(self.items)
 
+    @cached_property
+    def floor(self) -> Floor:
+        """The floor that the items stand on, as the pallet's ``floor`` and the items decide it."""
+        plan_low, plan_high = self.lower[:, ::2], self.upper[:, ::2]
+        size = np.array((self.pallet.width, self.pallet.depth))
+        out = max(-plan_low.min(), (plan_high - size).max())
+        return self.pallet.floor_under(overhung=bool(out > TOLERANCE))
+
+    def on(self, floor: FloorKind | str) -> Layout:
+        """The same layout on another kind of floor.
+
+        Raises:
+            LayoutError: there is no such kind.
+        """
+        pallet = replace(self.pallet, floor=floor)
+        return self if pallet == self.pallet else Layout(self.name, pallet, self.items)
+
+    def with_floor_kept(self) -> Layout:
+        """The same layout, from which others can be derived that stand on the same floor.
+
+        A deck is a deck from then on, also where what is left of the items overhangs no edge.
+        """
+        return self.on(FloorKind.DECK) if self.floor.has_edges else self
+
     def first(self, count: int) -> Layout:
-        """The layout's first ``count`` items (all of them when it has fewer)."""
+        """The layout's first ``count`` items (all of them when it has fewer), on its floor."""
         if count >= len(self.items):
             return self
-        return replace_items(self, self.items[:count])
+        return replace_items(self.with_floor_kept(), self.items[:count])
 
     def with_mass_offsets(self, offsets: FloatArray) -> Layout:
         """The same geometry with other centres of mass [cm], shape (J, 3)."""
@@ -292,12 +372,14 @@ class Layout:
 
     def geometry_hash(self) -> str:
         """SHA-256 of the items' positions and sizes alone, as hex digits."""
-        return _digest(self.lower, self.upper)
+        return digest_of(self.lower, self.upper)
 
     def content_hash(self) -> str:
         """SHA-256 of everything that a verdict may depend on (names are not), as hex digits."""
         pallet = np.array(self.pallet.size)
-        return _digest(self.lower, self.upper, self.weights, self.mass_offsets, pallet)
+        # A plane has no entry, so that layouts on one keep the hashes from before there were decks.
+        deck = np.array([self.floor.height] if self.floor.has_edges else [])
+        return digest_of(self.lower, self.upper, self.weights, self.mass_offsets, pallet, deck)
 
     def renamed(self, name: str) -> Layout:
         """The same layout under another name."""
@@ -311,9 +393,11 @@ def replace_items(layout: Layout, items: tuple[Item, ...], *, name: str | None =
 
 def outside_error(item: Item, pallet: Pallet, axis: int, span: tuple[float, float]) -> LayoutError:
     """Error message for an item that stands out of the pallet's contour along an axis."""
+    low, high = pallet.contour
+    deck = f": up to {pallet.overhang:g} cm over the edge of the deck" if low[axis] else ""
     return LayoutError(
         f"spans {_AXES[axis]} = {span[0]:g} to {span[1]:g} cm; allowed: inside the pallet's "
-        f"contour, 0 to {pallet.size[axis]:g} cm (+-{TOLERANCE:g})",
+        f"contour, {low[axis]:g} to {high[axis]:g} cm (+-{TOLERANCE:g}){deck}",
         item=str(item),
     )
 
@@ -324,26 +408,3 @@ def overlap_error(item: Item, other: Item, depth: float) -> LayoutError:
         f"overlaps {other} by {depth:g} cm along every axis; allowed: at most {TOLERANCE:g} cm",
         item=str(item),
     )
-
-
-def _digest(*arrays: FloatArray) -> str:
-    digest = hashlib.sha256()
-    for array in arrays:
-        digest.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
-    return digest.hexdigest()
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float | np.floating | np.integer) and not isinstance(value, bool)
-
-
-def _is_vector(values: object) -> bool:
-    return isinstance(values, tuple | list) and len(values) == 3 and all(map(_is_number, values))
-
-
-def _allowed(limits: tuple[float, float]) -> str:
-    return f"allowed: a positive finite number, {limits[0]:g} to {limits[1]:g}"
-
-
-def _unprintable(name: str) -> str:
-    return f"name is {name[:_SHOWN]!a}; allowed: one or more printable characters"

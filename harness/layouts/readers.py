@@ -18,7 +18,14 @@ from steadyload.layouts.limits import (
 )
 from steadyload.layouts.model import LayoutError
 from steadyload.layouts.plain_yaml import parse_plain_yaml
-from steadyload.layouts.record import FormatError, Record, Refused, place_in_order, shown
+from steadyload.layouts.record import (
+    DECK_KEYS,
+    FormatError,
+    Record,
+    Refused,
+    place_in_order,
+    shown,
+)
 
 NATIVE_FORMAT = "steadyload-layouts"
 NATIVE_VERSION = 1
@@ -144,7 +151,7 @@ def _block_record(text: str) -> Record:
 def _native_record(name: str, layout: Mapping[str, Any]) -> Record:
     _check_keys(layout, ("name", "pallet", "items"), "the layout")
     pallet = _mapping(layout.get("pallet"), "pallet")
-    _check_keys(pallet, ("width", "height", "depth"), "pallet")
+    _check_keys(pallet, ("width", "height", "depth", *DECK_KEYS), "pallet")
     items = []
     for place, item in enumerate(_items(layout, "items", "the layout")):
         item = _mapping(item, f"items[{place}]")

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+from steadyload.layouts.floor import FloorKind
 from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.naming import box_label
 
 _SHOWN = 40
 _MOST_BITS = 1023
+
+DECK_KEYS = ("overhang", "deck_height", "floor")
+"""What a file may state of a pallet beside its size; see :class:`Pallet`."""
 
 
 class FormatError(LayoutError):
@@ -22,7 +26,8 @@ class FormatError(LayoutError):
 class Record:
     """A layout as a file states it, before anything is believed.
 
-    ``pallet`` has the keys ``width, height, depth``; an item ``sequence, name, x, y, z, width,
+    ``pallet`` has the keys ``width, height, depth`` and, when given, those of :data:`DECK_KEYS`; an
+    item ``sequence, name, x, y, z, width,
     height, depth, weight`` and, when given, ``offset_x, offset_y, offset_z``.
     """
 
@@ -39,15 +44,42 @@ class Refused:
     error: LayoutError
 
 
-def to_layout(record: Record) -> Layout:
+def to_layout(
+    record: Record, *, overhang: float | None = None, floor: FloorKind | None = None
+) -> Layout:
     """Validate a record.
+
+    Args:
+        record: a layout as a file states it.
+        overhang: how far items may stand out over the edges of the deck [cm]; None for what the
+            file states, or else the pallet's default.
+        floor: what the items stand on; None likewise.
 
     Raises:
         LayoutError: a value is missing, of the wrong type, or not allowed.
     """
     sides = ("width", "height", "depth")
     pallet = Pallet(*(_number(record.pallet, side, f"pallet {side}", "cm") for side in sides))
+    given = {"overhang": overhang, "floor": floor}
+    deck = _deck(record.pallet) | {k: v for k, v in given.items() if v is not None}
+    if deck:
+        pallet = replace(pallet, **deck)
     return Layout(record.name, pallet, tuple(_item(v, i) for i, v in enumerate(record.items)))
+
+
+def _deck(values: Mapping[str, Any]) -> dict[str, Any]:
+    """What a file states of a deck."""
+    found: dict[str, Any] = {
+        key: _number(values, key, f"pallet {key}", "cm")
+        for key in ("overhang", "deck_height")
+        if key in values
+    }
+    if "floor" in values:
+        if not isinstance(values["floor"], str) or values["floor"] not in list(FloorKind):
+            allowed = ", ".join(FloorKind)
+            raise LayoutError(f"pallet floor is {shown(values['floor'])}; allowed: {allowed}")
+        found["floor"] = FloorKind(values["floor"])
+    return found
 
 
 def _item(values: Mapping[str, Any], index: int) -> Item:

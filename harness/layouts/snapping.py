@@ -22,13 +22,16 @@ def snap(layout: Layout, gap: float = SNAP_GAP) -> Layout:
     """
     lower, upper = layout.lower.copy(), layout.upper.copy()
     height = layout.upper[:, 1] - layout.lower[:, 1]
+    floor = layout.floor
+    over = np.minimum(upper[:, ::2], floor.high) - np.maximum(lower[:, ::2], floor.low)
+    floors = np.where(over.min(axis=1) > TOLERANCE, 0.0, -np.inf)
     for index in np.argsort(layout.lower[:, 1], kind="stable"):
         shared = np.minimum(upper, upper[index]) - np.maximum(lower, lower[index])
         below = (shared[:, ::2] > TOLERANCE).all(axis=1)
         below &= layout.upper[:, 1] <= layout.lower[index, 1] + TOLERANCE
-        slit = layout.lower[index, 1] - max(0.0, layout.upper[below, 1].max(initial=0.0))
+        slit = layout.lower[index, 1] - layout.upper[below, 1].max(initial=floors[index])
         if slit <= gap:
-            lower[index, 1] = min(lower[index, 1], max(0.0, upper[below, 1].max(initial=0.0)))
+            lower[index, 1] = min(lower[index, 1], upper[below, 1].max(initial=floors[index]))
             upper[index, 1] = lower[index, 1] + height[index]
     items = tuple(
         replace(item, position=(item.position[0], float(y), item.position[2]))

@@ -12,8 +12,9 @@ from typing import Any
 
 from steadyload.layouts.csv_cells import harmless
 from steadyload.layouts.csv_reader import CSV_COLUMNS
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model import Layout, Pallet
 from steadyload.layouts.readers import NATIVE_FORMAT, NATIVE_VERSION
+from steadyload.layouts.record import DECK_KEYS, FormatError
 
 
 def as_native(layouts: Iterable[Layout]) -> Iterator[str]:
@@ -27,10 +28,33 @@ def as_native(layouts: Iterable[Layout]) -> Iterator[str]:
     yield "]\n}\n" if before == "\n" else "\n ]\n}\n"
 
 
+def _pallet(pallet: Pallet) -> dict[str, Any]:
+    """The size, and what differs from a pallet that has only one."""
+    plain = Pallet(*pallet.size)
+    stated = (key for key in DECK_KEYS if getattr(pallet, key) != getattr(plain, key))
+    size = dict(zip(("width", "height", "depth"), pallet.size, strict=True))
+    return size | {key: getattr(pallet, key) for key in stated}
+
+
+def _size(layout: Layout, kind: str) -> tuple[float, float, float]:
+    """The size of a pallet that has nothing else to state.
+
+    Raises:
+        FormatError: it has.
+    """
+    stated = {k: v for k, v in _pallet(layout.pallet).items() if k in DECK_KEYS}
+    for key, value in stated.items():
+        raise FormatError(
+            f"has a pallet with {key} {value}, for which {kind} has no place; allowed: native",
+            layout=layout.name,
+        )
+    return layout.pallet.size
+
+
 def _native(layout: Layout) -> dict[str, Any]:
     return {
         "name": layout.name,
-        "pallet": dict(zip(("width", "height", "depth"), layout.pallet.size, strict=True)),
+        "pallet": _pallet(layout.pallet),
         "items": [
             {
                 "sequence": item.sequence,
@@ -51,11 +75,12 @@ def as_csv(layouts: Iterable[Layout]) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(CSV_COLUMNS)
     for layout in layouts:
+        size = _size(layout, "csv")
         for item in layout.items:
             writer.writerow(
                 (
                     harmless(layout.name),
-                    *layout.pallet.size,
+                    *size,
                     item.sequence,
                     harmless(item.name),
                     *item.position,
@@ -72,7 +97,7 @@ def as_job(layouts: Iterable[Layout]) -> str:
     layouts = list(layouts)
     ulds = []
     for number, layout in enumerate(layouts, start=1):
-        width, height, depth = layout.pallet.size
+        width, height, depth = _size(layout, "job")
         placed = []
         for item in layout.items:
             sides = dict(zip(("width", "height", "depth"), item.size, strict=True))

@@ -5,11 +5,12 @@ lies in the rectangle, and every resultant in the rectangle is a non-negative co
 at the four corners: forces at corners are no approximation. Every item asks for three equations
 (weight, and the moments about the two horizontal axes through its centre of mass).
 
-Two things keep the work small. An item on the floor needs no equation: its own weight and all that
-stands on it press inside its base, which is its patch. And placing an item adds load to what lies
-below it only: if the forces found before, with the new load passed down one way, still balance,
-that is a proof. Only when this way fails is the whole problem solved, for the items joined to the
-new one by standing on each other.
+Two things keep the work small. An item with all of its base on the floor needs no equation: its
+own weight and all that stands on it press inside its base, which is its patch. (One that overhangs
+an edge of the floor has its equation, as if it stood on another item.) And placing an item adds
+load to what lies below it only: if the forces found before, with the new load passed down one way,
+still balance, that is a proof. Only when this way fails is the whole problem solved, for the items
+joined to the new one by standing on each other.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import nnls
 
-from steadyload.layouts.contacts import Patch, Supports, find_supports
+from steadyload.layouts.contacts import FLOOR, Patch, Supports, find_supports
 from steadyload.layouts.model import Arrangement, FloatArray
 from steadyload.methods.convex_hull import Point
 from steadyload.methods.resolution import is_balanced, unresolved
@@ -279,7 +280,9 @@ class VerticalBalance:
             # Supporters that no longer carry anything must be updated, too.
             for below in {*loads, *self._presses[item]}:
                 loads.setdefault(below, (0.0, 0.0, 0.0))
-                if not self._supports.on_floor[below] and (-self._bases[below], below) not in todo:
+                if below == FLOOR or self._supports.on_floor[below]:
+                    continue
+                if (-self._bases[below], below) not in todo:
                     todo.append((-self._bases[below], below))
             for patch in patches:
                 loads.setdefault(patch.below, (0.0, 0.0, 0.0))

@@ -38,8 +38,8 @@ class PartialBaseSupport(Method):
     """PBS: an item is stable when a share ``alpha`` of its base is supported from below.
 
     The support of an item is the area that its base shares with top faces of items placed before
-    it, divided by the area of its base; the floor supports in full. Nothing placed later changes
-    it, so the failing step is the first item with too little.
+    it, and with the floor, divided by the area of its base. Nothing placed later changes it, so the
+    failing step is the first item with too little.
     """
 
     title = "PBS"
@@ -65,6 +65,9 @@ class PartialBaseSupport(Method):
         for step in np.flatnonzero(support < self._alpha - _ROUNDING).tolist():
             below = np.flatnonzero(contacts.carries[:step, step])
             low, high = contacts.corners_low[below, step], contacts.corners_high[below, step]
+            if contacts.at_edge[step]:
+                low = np.concatenate((low, contacts.floor_low[step : step + 1]))
+                high = np.concatenate((high, contacts.floor_high[step : step + 1]))
             base = (layout.lower[step, ::2], layout.upper[step, ::2])
             if not _covered_but_for_slivers(base, low, high):
                 return self._too_little(step, float(support[step]))
@@ -144,11 +147,9 @@ class FullBaseSupport(PartialBaseSupport):
 
 def _support(layout: Layout, contacts: Contacts) -> FloatArray:
     """The share of every base that rests on the floor or on items placed before, shape (J,)."""
-    placed_before = np.triu(contacts.areas(), k=1).sum(axis=0)
+    areas = np.triu(contacts.areas(), k=1).sum(axis=0) + contacts.edge_areas()
     sides = layout.upper - layout.lower
-    found: FloatArray = np.where(
-        contacts.on_floor, 1.0, placed_before / (sides[:, 0] * sides[:, 2])
-    )
+    found: FloatArray = np.where(contacts.on_floor, 1.0, areas / (sides[:, 0] * sides[:, 2]))
     return found
 
 

@@ -8,7 +8,9 @@ from functools import cached_property
 import numpy as np
 
 from steadyload.engines.registry import world_class
+from steadyload.engines.world import Box
 from steadyload.layouts.contacts import Contacts, find_contacts
+from steadyload.layouts.floor import INFINITE
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Arrangement, Layout
 from steadyload.methods.criteria import Examiner, Indices
@@ -21,6 +23,7 @@ from steadyload.methods.scene import (
     joined_groups,
     neighbourhood,
     planar_scene,
+    surroundings,
 )
 from steadyload.methods.simulation_parameters import (
     BetweenSteps,
@@ -59,7 +62,10 @@ class Loading(Placements):
         items = boxes(layout, across=self.across, shrink=p.shrink, jitter=p.jitter, seed=p.seed)
         examines = examiner(items, p.criterion, p.eps_t, p.eps_r)
         subsets = parameters.scope is Scope.WIDENING and world_class(engine).capabilities.subsets
-        super().__init__(engine, parameters, items, examines, watch, subsets=subsets)
+        around = _surroundings(layout, engine, self.across)
+        super().__init__(
+            engine, parameters, items, examines, watch, surroundings=around, subsets=subsets
+        )
 
     def load(self) -> Finding:
         """Place item after item until one moves or all stand."""
@@ -88,9 +94,11 @@ class Loading(Placements):
             if scope is Scope.LOCAL:
                 reach = _reach(self.layout, group, self.parameters)
                 return self.locally(step, neighbourhood(self.layout, group, reach))
-            floor, carries = self._contacts.on_floor, self._contacts.carries
-            carried = bool((floor[group] | carries[: step + 1, group].any(axis=0)).all())
-            return self.widening(step, group, on_floor=bool(floor[step]), carried=carried)
+            found = self._contacts
+            floor = found.on_floor | found.at_edge
+            carried = bool((floor[group] | found.carries[: step + 1, group].any(axis=0)).all())
+            alone = bool(found.on_floor[step])
+            return self.widening(step, group, on_floor=alone, carried=carried)
 
     @cached_property
     def _contacts(self) -> Contacts:
@@ -119,6 +127,7 @@ class GrowingLoading:
         p = parameters
         self._layout, self._engine, self._parameters = layout, engine, p
         self._across: Across = "width"
+        self._floor = INFINITE
         examiner = Examiner([], p.criterion, p.eps_t, p.eps_r)
         self.placements = Placements(engine, p, [], examiner, Stopwatch())
         self._carried = 0
@@ -151,12 +160,15 @@ class GrowingLoading:
         self._carried = 0
 
     def _take_in(self) -> None:
-        """Boxes for the items that are new; for all, where they lie in another plane now."""
+        """Boxes for the items that are new; for all, where they lie in another plane now, or stand
+        on another floor.
+        """
         p, run = self._parameters, self.placements
-        across = _across(self._layout, self._engine)
-        if across != self._across:
+        across, floor = _across(self._layout, self._engine), self._layout.floor
+        if (across, floor) != (self._across, self._floor):
             self.go_back(0)
-            self._across = across
+            self._across, self._floor = across, floor
+            run.surround(_surroundings(self._layout, self._engine, across))
         fresh = boxes(
             self._layout, across=across, shrink=p.shrink, jitter=p.jitter, seed=p.seed,
             first=len(run.items),
@@ -190,6 +202,11 @@ def _across(layout: Arrangement, engine: str) -> Across:
     if scene.across is None:
         raise RefusedError(scene.reason)
     return scene.across
+
+
+def _surroundings(layout: Arrangement, engine: str, across: Across) -> list[Box]:
+    planar = world_class(engine).capabilities.dimensions == 2
+    return surroundings(layout, across=across, planar=planar)
 
 
 def _reach(layout: Arrangement, group: Indices, parameters: SimulationParameters) -> float:

@@ -12,11 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linprog
 
-from steadyload.layouts.contacts import Patch, find_contacts
+from steadyload.layouts.contacts import FLOOR, Patch, find_contacts
 from steadyload.layouts.model import FloatArray, Layout
 from steadyload.methods.balance import corner_columns, solve
 
-_FLOOR = -1
 _HALVINGS = 24
 """Of the longest side, or more: a metre is told to a tenth of a micrometre."""
 
@@ -63,10 +62,9 @@ class _Scene:
         self.middle = 0.5 * (layout.lower + layout.upper) + layout.mass_offsets
         self.joined = contacts.carries | contacts.carries.T
         self.patches: list[Patch] = []
-        for j in range(len(layout)):
-            if contacts.on_floor[j]:
-                low, high = layout.lower[j, ::2].tolist(), layout.upper[j, ::2].tolist()
-                self.patches.append(Patch(_FLOOR, j, *low, *high))
+        for j in np.flatnonzero(contacts.on_floor | contacts.at_edge).tolist():
+            low, high = contacts.floor_low[j].tolist(), contacts.floor_high[j].tolist()
+            self.patches.append(Patch(FLOOR, j, *low, *high))
         for i, j in np.argwhere(contacts.carries).tolist():
             low = contacts.corners_low[i, j].tolist()
             self.patches.append(Patch(i, j, *low, *contacts.corners_high[i, j].tolist()))

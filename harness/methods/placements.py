@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from steadyload.engines.registry import open_world
-from steadyload.engines.world import Box, FixedStepWorld, WorldSettings
+from steadyload.engines.world import Box, FixedStepWorld, Poses, WorldSettings
 from steadyload.methods.criteria import Criterion, Examiner, Indices
 from steadyload.methods.method import Effort, Finding, Phase, Stopwatch
 from steadyload.methods.scene import Neighbourhood
@@ -33,6 +34,7 @@ class Placements:
         items: at their planned poses; may grow.
         examiner: looks at them at every sample.
         watch: of the judgement.
+        surroundings: fixed boxes that stand in every world before any item does.
         subsets: where only some items take part, keep one world with all of them.
     """
 
@@ -44,13 +46,16 @@ class Placements:
         examiner: Examiner,
         watch: Stopwatch,
         *,
+        surroundings: Sequence[Box] = (),
         subsets: bool = False,
     ) -> None:
         self.engine, self.parameters, self.watch = engine, parameters, watch
         self.items, self.examiner = items, examiner
         reseat = parameters.between_steps is BetweenSteps.RESEAT
         settings = parameters.world_settings()
-        self._stage = _Stage(engine, settings, items, reseat=reseat, subsets=subsets)
+        self._stage = _Stage(
+            engine, settings, items, list(surroundings), reseat=reseat, subsets=subsets
+        )
         self._substeps = self._body_substeps = self._looks = 0
         self._looked_at: tuple[FixedStepWorld, Indices] | None = None
         # Whatever is going to move needs some time to become faster than the speed of rest.
@@ -79,7 +84,7 @@ class Placements:
         Args:
             step: the item.
             group: it and all that are joined to it by standing on each other.
-            on_floor: the item stands on the floor.
+            on_floor: the item stands on the floor with all of its base.
             carried: every item of the group stands on the floor or on another.
         """
         self._looked_at = None
@@ -95,7 +100,18 @@ class Placements:
         if self._looked_at is None:
             return 0.0
         world, items = self._looked_at
-        return self.examiner.most_moved(world.poses(), items).beyond
+        return self.examiner.most_moved(self.poses(world), items).beyond
+
+    def surround(self, boxes: Sequence[Box]) -> None:
+        """Have these fixed boxes in every world from now on."""
+        self.close()
+        self._stage.surroundings = list(boxes)
+
+    def poses(self, world: FixedStepWorld) -> Poses:
+        """Poses of the items that take part."""
+        first = len(self._stage.surroundings)
+        centres, quaternions = world.poses()
+        return Poses(centres[first:], quaternions[first:])
 
     def start(self, watch: Stopwatch) -> None:
         """Another judgement begins: its time and effort count from here."""
@@ -182,7 +198,7 @@ class Placements:
     ) -> Finding | None:
         self.watch.enter(Phase.READ)
         self._looks += 1
-        return self.examiner.examine(step, world.poses(), items, excess)
+        return self.examiner.examine(step, self.poses(world), items, excess)
 
     def _fastest(self, world: FixedStepWorld) -> float:
         """The largest speed of any item [m/s]: of its centre of mass, or a point 10 cm from it."""
@@ -199,15 +215,24 @@ class _Stage:
         engine: registered name.
         settings: of every world.
         items: all items of the layout.
+        surroundings: fixed boxes of every world, its first.
         reseat: put those that stay back to their planned poses.
         subsets: keep one world, with items that do not take part; needs ``reseat``.
     """
 
     def __init__(
-        self, engine: str, settings: WorldSettings, items: list[Box], *, reseat: bool, subsets: bool
+        self,
+        engine: str,
+        settings: WorldSettings,
+        items: list[Box],
+        surroundings: list[Box],
+        *,
+        reseat: bool,
+        subsets: bool,
     ) -> None:
         self._engine, self._settings, self._items = engine, settings, items
         self._reseat, self._subsets = reseat, subsets
+        self.surroundings = surroundings
         self._world: FixedStepWorld | None = None
         self._held: list[int] = []
         self.worlds = self.boxes = self.taking_part = 0
@@ -224,6 +249,9 @@ class _Stage:
             self.close()
             self._world = open_world(self._engine, self._settings)
             self.worlds += 1
+            for box in self.surroundings:
+                self._world.add_box(box)
+            self.boxes += len(self.surroundings)
         elif self._reseat and held and not partly:
             self._world.reset_poses()
         for index in wanted[len(self._held) :]:
@@ -233,9 +261,11 @@ class _Stage:
         self.boxes += len(wanted) - len(self._held) + len(fixed)
         # Fixed boxes come last, and nothing can be added before them.
         self._held = wanted + [_FIXED] * len(fixed)
-        self.taking_part = len(free) + len(fixed)
+        around = len(self.surroundings)
+        self.taking_part = around + len(free) + len(fixed)
         if partly:
-            self._world.reset_poses(only=free)
+            chosen = [*range(around), *(around + index for index in free)]
+            self._world.reset_poses(only=chosen)
         self._world.prepare()
         return self._world
 

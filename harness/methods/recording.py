@@ -158,7 +158,7 @@ class _RecordedLoading(Loading):
         return executed
 
     def _look(self, world: FixedStepWorld, duration: float) -> None:
-        take, poses = self._take, world.poses()
+        take, poses = self._take, self.poses(world)
         take.asked += duration
         if np.isfinite(poses.centres).all() and np.isfinite(poses.quaternions).all():
             take.times.append(take.asked)

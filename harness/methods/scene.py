@@ -35,12 +35,13 @@ _ALONG_WIDTH: tuple[tuple[int, int], ...] = ((0, 1), (2, -1), (1, 1))
 
 
 def origin(layout: Arrangement) -> NDArray[np.float64]:
-    """Point of the floor (x, y, z) [cm] that is a world's origin: within 29 m of the first item.
+    """Point of the ground (x, y, z) [cm] that is a world's origin: within 29 m of the first item.
 
     Far from their origin engines lose digits, or the floor. The first item alone decides, so that
-    the point stays while a layout grows.
+    the point stays while a layout grows. Below a deck, the ground lies lower by its height.
     """
-    return np.round(layout.lower[0] / _NEAR) * (_NEAR, 0.0, _NEAR)
+    near = np.round(layout.lower[0] / _NEAR) * _NEAR
+    return np.array((near[0], -layout.floor.height, near[2]))
 
 
 def boxes(
@@ -53,6 +54,8 @@ def boxes(
     first: int = 0,
 ) -> list[Box]:
     """A layout's items as boxes of a world. The one place where units and axes change.
+
+    On a deck all stand higher by its height: the floor of a world is the ground.
 
     Args:
         layout: any layout.
@@ -83,6 +86,30 @@ def boxes(
             strict=True,
         )
     ]
+
+
+def surroundings(
+    layout: Arrangement, *, across: Across = "width", planar: bool = False
+) -> list[Box]:
+    """Fixed boxes that a world holds beside a layout's items: a slab for a deck.
+
+    Args:
+        layout: any layout.
+        across: as the boxes of the items are made.
+        planar: the slab has the items' extent across, as a 2-D engine needs it.
+    """
+    floor = layout.floor
+    if not floor.has_edges:
+        return []
+    axes, signs = _frame(across)
+    low = np.array((floor.low[0], -floor.height, floor.low[1])) - origin(layout)
+    high = np.array((floor.high[0], 0.0, floor.high[1])) - origin(layout)
+    if planar:
+        side, start = axes[1], origin(layout)[axes[1]]
+        low[side], high[side] = layout.lower[0, side] - start, layout.upper[0, side] - start
+    size = (high - low)[axes] * CM
+    centre = (0.5 * (low + high))[axes] * signs * CM
+    return [Box(tuple(size.tolist()), 1.0, tuple(centre.tolist()), fixed=True)]
 
 
 def in_layout(poses: Poses, layout: Arrangement, *, across: Across = "width") -> Poses:
@@ -131,9 +158,11 @@ def planar_scene(layout: Arrangement) -> PlanarScene:
 
     It can when all items have the same extent along one horizontal axis (walls of full depth, a
     single column of equal depth) and every centre of mass lies in the middle of it: then each item
-    and each contact is symmetric about one vertical plane, and so is the motion.
+    and each contact is symmetric about one vertical plane, and so is the motion. Beyond an edge of
+    a deck along that axis contacts would no longer be.
     """
     reasons = []
+    floor = layout.floor
     for axis, across in ((2, "depth"), (0, "width")):
         low, high = layout.lower[:, axis], layout.upper[:, axis]
         if np.ptp(low) > TOLERANCE or np.ptp(high) > TOLERANCE:
@@ -142,6 +171,8 @@ def planar_scene(layout: Arrangement) -> PlanarScene:
         elif np.abs(layout.mass_offsets[:, axis]).max() > TOLERANCE:
             odd = int(np.abs(layout.mass_offsets[:, axis]).argmax())
             reasons.append(f"the centre of mass of item {odd} is off the middle of its {across}")
+        elif max(floor.low[axis // 2] - low.min(), high.max() - floor.high[axis // 2]) > TOLERANCE:
+            reasons.append(f"its {across} overhangs the deck")
         else:
             return PlanarScene("depth" if across == "depth" else "width")
     return PlanarScene(None, f"the layout is not planar: {' and '.join(reasons)}")

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
+from steadyload.layouts.contacts import FLOOR, Supports, find_supports
 from steadyload.layouts.contacts import VERSION as CONTACTS
-from steadyload.layouts.contacts import Supports, find_supports
+from steadyload.layouts.floor import INFINITE
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Arrangement, Layout
 from steadyload.methods.convex_hull import Point, strictly_inside_hull
@@ -74,6 +75,7 @@ class _Scene:
 
     def __init__(self, supports: Supports) -> None:
         self._supports = supports
+        self._floor = INFINITE
         self._weights: list[float] = []
         self._centres: list[Point] = []
         self._low: list[Point] = []
@@ -84,6 +86,7 @@ class _Scene:
         new = slice(len(self._weights), None)
         lower, upper = layout.lower[new], layout.upper[new]
         centres = 0.5 * (lower + upper) + layout.mass_offsets[new]
+        self._floor = layout.floor
         self._weights += layout.weights[new].tolist()
         self._centres += [(x, z) for x, _, z in centres.tolist()]
         self._low += [(x, z) for x, _, z in lower.tolist()]
@@ -100,7 +103,7 @@ class _Scene:
         All items before it are placed and were supported. So only it and what carries it need be
         asked: further down every load is the same as at the last check.
         """
-        carriers = [p.below for p in self._supports.below[step] if p.below < step]
+        carriers = [item for item in self._supports.carriers(step) if item < step]
         for item in (step, *reversed(carriers)):
             if not self._supports.on_floor[item] and not self._supported(item, step):
                 return item
@@ -111,6 +114,12 @@ class _Scene:
         below = self._supports.below[culprit]
         lies = "the resultant of its load lies outside its support"
         return Finding(step, culprit, reason=lies if below else "nothing supports it")
+
+    def _top(self, carrier: int) -> tuple[Point, Point]:
+        """Corners of the top face of an item, or of the floor."""
+        if carrier == FLOOR:
+            return self._floor.low, self._floor.high
+        return self._low[carrier], self._high[carrier]
 
     def _supported(self, item: int, step: int) -> bool:
         weight = self._weights[item]
@@ -123,7 +132,7 @@ class _Scene:
         x, z = x / weight, z / weight
         patches = [p for p in self._supports.below[item] if p.below <= step]
         for patch in patches:
-            (x0, z0), (x1, z1) = self._low[patch.below], self._high[patch.below]
+            (x0, z0), (x1, z1) = self._top(patch.below)
             if x0 - _ROUNDING <= x <= x1 + _ROUNDING and z0 - _ROUNDING <= z <= z1 + _ROUNDING:
                 return True
         corners = []

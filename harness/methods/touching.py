@@ -9,9 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.engines.attitudes import cross
+from steadyload.layouts.floor import Surface
 from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray
 
 Indices = NDArray[np.intp]
+
+_Corners = tuple[Indices, Indices, FloatArray, Indices, FloatArray]
+"""The fields of :class:`Points`."""
 
 FIRM = -1
 """Index of the floor and of items that do not move, in place of a body."""
@@ -61,10 +65,10 @@ def touching_points(
     n = len(items)
     low, high = np.maximum(lower[:, None], lower[None]), np.minimum(upper[:, None], upper[None])
     shared = high - low > TOLERANCE
-    stands = np.flatnonzero(lower[:n, 1] <= reach)
-    floor = np.full(len(stands), FIRM)
-    found = [_corners(1, floor, stands, lower[stands, 1], lower[stands] - grow,
-                      upper[stands] + grow, np.zeros(len(stands)))]  # fmt: skip
+    found = [
+        _on_surface(surface, lower[:n], upper[:n], reach, grow)
+        for surface in layout.floor.surfaces()
+    ]
     for axis in range(3):
         one, two = (a for a in range(3) if a != axis)
         gap = lower[None, :, axis] - upper[:, None, axis]
@@ -85,6 +89,20 @@ def touching_points(
     )
 
 
+def _on_surface(
+    surface: Surface, lower: FloatArray, upper: FloatArray, reach: float, grow: float
+) -> _Corners:
+    """The corners of items' patches on the floor, or on the ground."""
+    low, high = lower.copy(), upper.copy()
+    low[:, ::2] = np.maximum(lower[:, ::2], surface.low)
+    high[:, ::2] = np.minimum(upper[:, ::2], surface.high)
+    gap = lower[:, 1] - surface.level
+    above = (high - low)[:, ::2].min(axis=1) > TOLERANCE
+    stands = np.flatnonzero((gap <= reach) & above)
+    firm, level = np.full(len(stands), FIRM), np.full(len(stands), surface.level)
+    return _corners(1, firm, stands, gap[stands], low[stands] - grow, high[stands] + grow, level)
+
+
 def _corners(
     axis: int,
     first: Indices,
@@ -93,7 +111,7 @@ def _corners(
     low: FloatArray,
     high: FloatArray,
     level: FloatArray,
-) -> tuple[Indices, Indices, FloatArray, Indices, FloatArray]:
+) -> _Corners:
     """The four corners of every patch, as the fields of :class:`Points`."""
     one, two = (a for a in range(3) if a != axis)
     four = np.empty((len(first), 4, 3))

@@ -4,17 +4,36 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from steadyload.layouts.model import Layout, Pallet, Vector
+from steadyload.layouts.model import Layout, Vector
 
 
 def translated(layout: Layout, along_x: float, along_z: float) -> Layout:
     """Every item further along x and z by this [cm], 0 or more; the pallet grows as much."""
-    width, height, depth = layout.pallet.size
+    pallet = layout.pallet
     items = tuple(
         replace(item, position=_sum(item.position, (along_x, 0.0, along_z)))
         for item in layout.items
     )
-    return Layout(layout.name, Pallet(width + along_x, height, depth + along_z), items)
+    wider = replace(pallet, width=pallet.width + along_x, depth=pallet.depth + along_z)
+    return Layout(layout.name, wider, items)
+
+
+def drawn_in(layout: Layout, by: float) -> Layout:
+    """The same items on a deck that is narrower by this at every edge [cm], overhanging by it more.
+
+    The items stand where they stood; positions are those from the new deck's corner.
+    """
+    pallet = layout.pallet
+    deck = replace(
+        pallet,
+        width=pallet.width - 2.0 * by,
+        depth=pallet.depth - 2.0 * by,
+        overhang=pallet.overhang + by,
+    )
+    items = tuple(
+        replace(item, position=_sum(item.position, (-by, 0.0, -by))) for item in layout.items
+    )
+    return Layout(layout.name, deck, items)
 
 
 def quarter_turned(layout: Layout) -> Layout:
@@ -32,8 +51,9 @@ def quarter_turned(layout: Layout) -> Layout:
         )
         for item in layout.items
     )
-    width, height, depth = layout.pallet.size
-    return Layout(layout.name, Pallet(depth, height, width), items)
+    pallet = layout.pallet
+    turned = replace(pallet, width=pallet.depth, depth=pallet.width)
+    return Layout(layout.name, turned, items)
 
 
 def mirrored(layout: Layout) -> Layout:

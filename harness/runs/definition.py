@@ -16,7 +16,8 @@ from steadyload.errors import UserError, nearest
 from steadyload.layouts.benchmark import Part
 from steadyload.layouts.benchmark.dataset import SETS
 from steadyload.layouts.dialect import Dialect, DialectError, load_profile
-from steadyload.layouts.formats import scan_layouts
+from steadyload.layouts.floor import FloorKind
+from steadyload.layouts.formats import Reading, scan_layouts
 from steadyload.layouts.model import Layout, LayoutError
 from steadyload.layouts.packing import drawn_layouts
 from steadyload.layouts.record import Refused
@@ -51,6 +52,9 @@ class StudyDefinition:
         snap_gap: vertical gaps to close when reading [cm].
         dialect: units, axes, positions and columns of the files, which are then CSV files.
         strict: end at the first layout that is not valid; else it is left out.
+        overhang: how far items may stand out over the edges of the deck [cm]; None for what a file
+            states, or else 10.
+        floor: what the layouts stand on; None for what a file states, or else ``auto``.
         repetitions: judgements of every case, for timing.
         shard_size: cases a unit of work.
         timeout: wall seconds a judgement may take; None for no limit.
@@ -76,6 +80,8 @@ class StudyDefinition:
     max_items: int | None = None
     limit: int | None = None
     snap_gap: float = 0.0
+    overhang: float | None = None
+    floor: FloorKind | None = None
     repetitions: int = 1
     shard_size: int = 12
     timeout: float | None = None
@@ -103,6 +109,8 @@ class StudyDefinition:
             ("seed", self.seed, own),
             ("snap_gap", self.snap_gap, own),
             ("profile", self.dialect.stated(), own),
+            ("overhang", self.overhang is not None, own),
+            ("floor", self.floor, "labels hold for an infinite floor"),
             ("max_items", self.max_items, "labels hold for whole layouts"),
         ):
             if given:
@@ -134,12 +142,21 @@ class StudyDefinition:
         if not names:
             raise StudyError("layouts: the files hold none; allowed: one or more")
 
+    def reading(self) -> Reading:
+        """Choices in reading the files."""
+        return {
+            "dialect": self.dialect,
+            "snap_gap": self.snap_gap,
+            "overhang": self.overhang,
+            "floor": self.floor,
+        }
+
     def _sources(
         self, refused: Callable[[Refused], None], first: list[LayoutError]
     ) -> Iterator[Layout]:
         for file in self.files:
             try:
-                for entry in scan_layouts(file, snap_gap=self.snap_gap, dialect=self.dialect):
+                for entry in scan_layouts(file, **self.reading()):
                     if isinstance(entry, Layout):
                         yield entry
                     elif self.strict:
@@ -149,7 +166,8 @@ class StudyDefinition:
                         refused(entry)
             except OSError as error:
                 raise StudyError(f"layouts: {file}: {error.strerror}") from None
-        yield from islice(drawn_layouts(self.seed), self.generated)
+        for layout in islice(drawn_layouts(self.seed), self.generated):
+            yield layout if self.floor is None else layout.on(self.floor)
 
     def cases(self, layouts: Iterable[Layout]) -> Iterator[tuple[str, Layout]]:
         """Every (scenario, layout) to judge, cut to ``max_items`` after the scenario is drawn."""
@@ -230,6 +248,12 @@ def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
     snap_gap = content.get("snap_gap", 0.0)
     if type(snap_gap) not in (int, float) or not 0.0 <= snap_gap < 1e6:
         raise StudyError(f"snap_gap is {snap_gap!r}; allowed: 0 or more [cm]")
+    overhang = content.get("overhang")
+    if overhang is not None and (type(overhang) not in (int, float) or not 0.0 <= overhang < 1e5):
+        raise StudyError(f"overhang is {overhang!r}; allowed: 0 or more [cm]")
+    floor = content.get("floor")
+    if floor is not None and floor not in list(FloorKind):
+        raise StudyError(f"floor is {floor!r}; {nearest(str(floor), [*FloorKind])}")
     benchmark, folder = content.get("benchmark"), content.get("benchmark_directory")
     if folder is not None and not (isinstance(folder, str) and folder):
         raise StudyError(f"benchmark_directory is {folder!r}; allowed: the path of a folder")
@@ -250,6 +274,8 @@ def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
         files=tuple(dict.fromkeys(files)),
         scenarios=tuple(Scenario(s) for s in dict.fromkeys(scenarios)),
         snap_gap=float(snap_gap),
+        overhang=overhang,
+        floor=None if floor is None else FloorKind(floor),
         timeout=timeout,
         benchmark=benchmark,
         benchmark_directory=_set_of(folder, path.parent),

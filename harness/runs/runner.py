@@ -234,6 +234,11 @@ def _manifest(
     }
     if study.dialect.stated():
         definition["dialect"] = study.dialect.stated()
+    definition |= {
+        key: value
+        for key, value in (("overhang", study.overhang), ("floor", study.floor))
+        if value is not None
+    }
     if study.benchmark is not None:
         definition["benchmark"] = str(study.benchmark)
     return {

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
-from steadyload.layouts.dialect import Dialect
-from steadyload.layouts.formats import scan_layouts
+from steadyload.layouts.formats import Reading, scan_layouts
 from steadyload.layouts.model import Item, Layout
 from steadyload.layouts.naming import box_id, with_ids
 from steadyload.layouts.record import Refused
@@ -31,13 +30,12 @@ def score_layouts(
     seed: int = 0,
     max_items: int | None = None,
     limit: int | None = None,
-    snap_gap: float = 0.0,
-    dialect: Dialect | None = None,
     strict: bool = False,
     timeout: float | None = None,
     uncertainty: Uncertainty | None = None,
     sampling: Sampling | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
+    **reading: Unpack[Reading],
 ) -> list[Record]:
     """Judge every layout of some files with every method. All input is checked before any judging.
 
@@ -48,21 +46,21 @@ def score_layouts(
         seed: seed of the scenario.
         max_items: judge only the first items of each layout.
         limit: use only the first layouts.
-        snap_gap: close vertical gaps up to this when reading [cm]; 0 closes none.
-        dialect: units, axes, positions and columns of the files, which are then CSV files.
         strict: end at the first layout that is not valid, instead of a record with the status
             ``refused``.
         timeout: wall seconds a judgement may take.
         uncertainty: the quantities that deviate from the plans; None judges the plans alone.
         sampling: the rule by which sampling of deviations ends; None for the defaults.
         progress: called with the number of finished judgements and of all.
+        reading: see :class:`steadyload.layouts.formats.Reading`.
 
     Returns:
-        Records with the keys ``layout, file, method, items, scenario, score, failing_step, status,
-        failing_box, moved_item, moved_box, displacement, rotation, reason, ignored, emulated,
-        outside, seconds, cpu_seconds``; ``failing_box`` and ``moved_box`` are ids, None where a box
-        has none; times are wall and CPU seconds of the whole judgement, ``outside`` lists in
-        which quantities the layout leaves the envelope of the method's engine.
+        Records with the keys ``layout, file, method, items, scenario, floor, score, failing_step,
+        status, failing_box, moved_item, moved_box, displacement, rotation, reason, ignored,
+        emulated, outside, seconds, cpu_seconds``; ``floor`` is ``deck`` or ``infinite``,
+        ``failing_box`` and ``moved_box`` are ids, None where a box has none; times are wall and CPU
+        seconds of the whole judgement, ``outside`` lists in which quantities the layout leaves the
+        envelope of the method's engine.
 
     Raises:
         LayoutError: a file cannot be read as a whole; or a layout is not valid, if ``strict``.
@@ -72,7 +70,7 @@ def score_layouts(
     judges = [make_method(spec) for spec in methods]
     for method in judges:
         method.prepare()
-    entries = _read(files, limit, snap_gap, dialect, strict)
+    entries = _read(files, limit, strict, reading)
     records: list[Record] = []
     total = len(entries) * len(judges)
     progress(0, total)
@@ -127,15 +125,11 @@ def uncertain_record(found: VerdictReliability, boxes: Sequence[Item] = ()) -> R
 
 
 def _read(
-    files: Sequence[str | Path],
-    limit: int | None,
-    snap_gap: float,
-    dialect: Dialect | None,
-    strict: bool,
+    files: Sequence[str | Path], limit: int | None, strict: bool, reading: Reading
 ) -> list[tuple[str, Layout | Refused]]:
     entries: list[tuple[str, Layout | Refused]] = []
     for file in files:
-        for entry in scan_layouts(file, snap_gap=snap_gap, dialect=dialect):
+        for entry in scan_layouts(file, **reading):
             if isinstance(entry, Refused) and strict:
                 raise entry.error
             entries.append((source_name(file), entry))
@@ -156,15 +150,17 @@ def _record(
         verdict = judge(method, entry, timeout) if found is None else found.nominal
         items, outside = verdict.item_count, list(leaves(entry, method))
         boxes: Sequence[Item] = entry.items
+        floor = str(entry.floor.kind)
     else:
         verdict = Verdict(item_count=0, status=Status.REFUSED, reason=str(entry.error))
-        items, outside, boxes = None, [], ()
+        items, outside, boxes, floor = None, [], (), None
     return {
         "layout": entry.name,
         "file": file,
         "method": str(method.spec),
         "items": items,
         "scenario": str(scenario) if scenario else None,
+        "floor": floor,
         "score": verdict.score,
         "failing_step": verdict.failing_step,
         "failing_box": box_id(boxes, verdict.failing_step),

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Unpack
 
 from steadyload.atomic import write_atomically
 from steadyload.errors import UserError, nearest
-from steadyload.layouts.dialect import Dialect
-from steadyload.layouts.formats import scan_layouts
+from steadyload.layouts.formats import Reading, scan_layouts
 from steadyload.layouts.model import Layout
 from steadyload.layouts.naming import box_label, with_ids
 from steadyload.layouts.record import Refused
@@ -50,28 +50,31 @@ def write_view(layout: Layout, methods: Sequence[str], output: str | Path) -> Pa
     for judge in judges:
         judge.prepare(len(layout))
     loadings = tuple(_loading(record_loading(layout, judge), layout) for judge in judges)
-    html = view_html(
-        View(layout.name, layout.pallet.size, _items(layout), loadings, provenance_lines())
+    view = View(
+        name=layout.name,
+        pallet=layout.pallet.size,
+        deck=layout.floor.height,
+        items=_items(layout),
+        loadings=loadings,
+        manifest=provenance_lines(),
     )
-    write_atomically(Path(output), html)
+    write_atomically(Path(output), view_html(view))
     return Path(output)
 
 
-def pick_layout(
-    file: str | Path, name: str | None = None, *, dialect: Dialect | None = None
-) -> Layout:
+def pick_layout(file: str | Path, name: str | None = None, **reading: Unpack[Reading]) -> Layout:
     """One layout of a file. The others need not be valid.
 
     Args:
         file: in any known format; ``-`` for standard input.
         name: of the layout; None where the file holds only one.
-        dialect: units, axes, positions and columns of a CSV file.
+        reading: see :class:`steadyload.layouts.formats.Reading`.
 
     Raises:
         ViewError: no layout has this name, or there are several and none is named.
         LayoutError, OSError: the file cannot be read.
     """
-    entries = {entry.name: entry for entry in scan_layouts(file, dialect=dialect)}
+    entries = {entry.name: entry for entry in scan_layouts(file, **reading)}
     if name is None:
         if len(entries) > 1:
             raise ViewError(

@@ -64,9 +64,10 @@ def _summary(view: View) -> str:
     width, height, depth = view.pallet
     weight = sum(item.weight for item in view.items)
     count = len(view.items)
+    deck = f", its deck {view.deck:g} cm above the ground" if view.deck else ""
     return (
         f"{count} item{'s' if count != 1 else ''}, {significant(weight)} kg, on a pallet of "
-        f"{width:g} × {depth:g} cm loaded up to {height:g} cm"
+        f"{width:g} × {depth:g} cm loaded up to {height:g} cm{deck}"
     )
 
 
@@ -104,6 +105,7 @@ def _caption(loading: ViewedLoading, items: Sequence[ViewedItem]) -> dict[str, A
 def _plain(view: View) -> dict[str, Any]:
     return {
         "pallet": view.pallet,
+        "deck": view.deck,
         "items": [
             {"size": i.size, "offset": i.mass_offset, "weight": i.weight, "label": i.label}
             for i in view.items

@@ -88,10 +88,14 @@ class ViewedLoading:
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """A layout, the loadings to play side by side, and the provenance of the page."""
+    """A layout, the loadings to play side by side, and the provenance of the page.
+
+    ``deck`` is the height above the ground of a deck with edges [cm], 0 for a plane without.
+    """
 
     name: str
     pallet: Triple
+    deck: float
     items: tuple[ViewedItem, ...]
     loadings: tuple[ViewedLoading, ...]
     manifest: Mapping[str, str]

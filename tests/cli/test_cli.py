@@ -57,7 +57,7 @@ def layout_file(tmp_path, stack):
         (native(ITEM | {"weight": -2}), "weight is -2 kg"),
         (native(ITEM | {"size": [10, 0, 10]}), "height is 0 cm"),
         (native(ITEM, SECOND | {"position": [5, 0, 0]}), "overlaps item 0"),
-        (native(ITEM | {"position": [45, 0, 0]}), "inside the pallet's contour"),
+        (native(ITEM | {"position": [55, 0, 0]}), "inside the pallet's contour"),
         (native(ITEM, SECOND | {"sequence": 0}), "sequence 0 stands there twice"),
         (native(ITEM)[:-30], "is it cut off?"),
         ("<xml/>", "is in no known format"),
@@ -134,6 +134,38 @@ def test_scores_as_json(steadyload, layout_file):
         assert record["seconds"] > 0
         falls = record["layout"] == "falls"
         assert (record["failing_step"], record["score"]) == ((1, 0.5) if falls else (None, 1.0))
+
+
+def test_the_deck_is_an_option_of_commands_that_read_layouts(steadyload, tmp_path, stack):
+    write_layouts(tmp_path / "over.json", [stack(-46.0, -46.0)], Format.NATIVE)
+
+    def scored(*arguments):
+        done = steadyload("score", "over.json", "--json", *arguments, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        [record] = json.loads(done.stdout)
+        return record["floor"], record["score"]
+
+    assert scored() == ("deck", 0.0)
+    assert scored("--floor", "infinite") == ("infinite", 1.0)
+    assert scored("--overhang", "6", "--floor", "auto") == ("deck", 0.0)
+    for arguments, message in (
+        (("--overhang", "5"), "contour, -5 to 105 cm (+-0.01): up to 5 cm over the edge"),
+        (("--overhang", "-1"), "--overhang: '-1'; allowed: a number, 0 or more"),
+        (("--floor", "desk"), "--floor: 'desk'; did you mean 'deck'?"),
+    ):
+        for command in (("score", "over.json"), ("view", "over.json"),
+                        ("convert", "over.json", "-o", "made.json")):  # fmt: skip
+            done = steadyload(*command, *arguments, cwd=tmp_path)
+            assert (done.returncode, done.stdout) == (2, "")
+            assert message in done.stderr
+    done = steadyload(
+        "convert", "over.json", "-o", "plane.json", "--floor", "infinite", cwd=tmp_path
+    )
+    assert done.returncode == 0
+    assert '"floor": "infinite"' in (tmp_path / "plane.json").read_text()
+    done = steadyload("study", "run", "embedded", "--floor", "deck", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "labels hold for an infinite floor" in done.stderr
 
 
 def test_scores_for_people(steadyload, layout_file):

@@ -11,9 +11,11 @@ import pytest
 
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.csv_reader import CSV_COLUMNS
+from steadyload.layouts.floor import FloorError, FloorKind
 from steadyload.layouts.formats import (
     Format,
     read_layouts,
+    read_written,
     scan_layouts,
     write_layouts,
 )
@@ -134,6 +136,75 @@ def test_a_round_trip_is_exact(tmp_path, layouts, kind):
     assert [lay.pallet for lay in back] == [lay.pallet for lay in layouts]
 
 
+@pytest.fixture
+def decked():
+    pallet = Pallet(120.0, 100.5, 80.0, overhang=3.5, deck_height=12.0, floor=FloorKind.DECK)
+    return Layout("decked", pallet, (Item(0, (-3.25, 0.0, 2.0), (30.0, 4.0, 5.0), 6.0),))
+
+
+def test_a_native_file_holds_what_a_pallet_has_beside_its_size(tmp_path, decked, layouts):
+    write_layouts(tmp_path / "file", [decked, *layouts], Format.NATIVE)
+    found = read_layouts(tmp_path / "file")
+    assert [layout.pallet for layout in found] == [
+        decked.pallet,
+        *(each.pallet for each in layouts),
+    ]
+    [again] = read_written(tmp_path / "file", ["decked"])
+    assert again.content_hash() == decked.content_hash()
+    content = json.loads((tmp_path / "file").read_text())
+    jsonschema.validate(content, json.loads(SCHEMA.read_text()))
+    # A pallet with a size alone is written as it always was.
+    assert set(content["layouts"][1]["pallet"]) == {"width", "height", "depth"}
+
+
+@pytest.mark.parametrize("kind", [Format.CSV, Format.JOB])
+def test_a_format_without_a_place_for_a_deck_is_not_written(tmp_path, decked, kind):
+    with pytest.raises(FormatError) as caught:
+        write_layouts(tmp_path / "file", [decked], kind)
+    assert f'"decked": has a pallet with overhang 3.5, for which {kind} has no place' in str(
+        caught.value
+    )
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("kind", [Format.NATIVE, Format.CSV, Format.JOB])
+def test_an_overhanging_layout_is_read_as_it_was_written(tmp_path, kind):
+    over = Layout("A", Pallet(50.0, 50.0, 50.0), (Item(0, (-9.0, 0, 0), (20.0, 9.0, 9.0), 1.0),))
+    write_layouts(tmp_path / "file", [over], kind)
+    [found] = read_layouts(tmp_path / "file")
+    assert (found.content_hash(), found.floor) == (over.content_hash(), over.floor)
+    # An option of the reader comes before what the file states.
+    [found] = read_layouts(tmp_path / "file", overhang=20.0, floor="infinite")
+    assert (found.pallet.overhang, found.floor.has_edges) == (20.0, False)
+    with pytest.raises(LayoutError, match=r"allowed: inside the pallet's contour, -5 to 55 cm"):
+        read_layouts(tmp_path / "file", overhang=5.0)
+    with pytest.raises(FloorError, match="floor is 'desk'; did you mean 'deck'"):
+        read_layouts(tmp_path / "file", floor="desk")
+
+
+@pytest.mark.parametrize(
+    ("stated", "message"),
+    [
+        ({"overhang": -1}, "pallet overhang is -1 cm"),
+        ({"overhang": "wide"}, "pallet overhang is 'wide'; allowed: a number"),
+        ({"deck_height": 0}, "pallet deck_height is 0 cm"),
+        ({"deck_height": True}, "pallet deck_height is True; allowed: a number"),
+        ({"floor": "desk"}, "pallet floor is 'desk'; allowed: auto, deck, infinite"),
+        ({"floor": ["deck"]}, "pallet floor is ['deck']; allowed: auto, deck, infinite"),
+        ({"flor": "deck"}, "unknown key 'flor'; did you mean 'floor'?"),
+    ],
+)
+def test_a_deck_that_cannot_be_is_refused(tmp_path, stated, message):
+    content = native()
+    content["layouts"][0]["pallet"] |= stated
+    with pytest.raises(LayoutError) as caught:
+        read_layouts(write(tmp_path / "bad.json", content))
+    assert message in str(caught.value)
+    assert 'layout "A"' in str(caught.value)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(content, json.loads(SCHEMA.read_text()))
+
+
 def test_written_files_follow_the_published_schema(tmp_path, layouts):
     write_layouts(tmp_path / "file", layouts, Format.NATIVE)
     jsonschema.validate(json.loads((tmp_path / "file").read_text()), json.loads(SCHEMA.read_text()))
@@ -229,7 +300,7 @@ def test_an_excel_file_with_a_byte_order_mark_is_read(tmp_path, layouts):
         ({"size": [0, 1, 1]}, "width is 0 cm"),
         ({"size": [1, 1]}, "size is [1, 1]; allowed: a list of three numbers"),
         ({"position": "origin"}, "position is 'origin'"),
-        ({"position": [95, 0, 0]}, "allowed: inside the pallet's contour"),
+        ({"position": [105, 0, 0]}, "allowed: inside the pallet's contour, -10 to 110 cm"),
         ({"sequence": 1}, "sequence 0 is missing"),
         ({"sequence": "first"}, "sequence is 'first'"),
         ({"mass_offset": [9, 0, 0]}, "centre-of-mass offset x is 9 cm"),

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
-from steadyload.layouts.contacts import find_supports
+from steadyload.layouts.contacts import FLOOR, find_supports
 from steadyload.layouts.grid import BoxGrid
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.packing import random_layouts
@@ -27,7 +27,35 @@ def assert_equal(growing, items):
     assert growing.layout().items == whole.items
     for name in ("lower", "upper", "weights", "mass_offsets"):
         assert (getattr(growing, name) == getattr(whole, name)).all()
+    assert growing.floor == whole.floor
     assert growing.supports == find_supports(whole)
+
+
+def pushed_over_the_edge(layout, by):
+    """The layout with all items further back and to the left by this, as far as it takes."""
+    items = tuple(
+        replace(item, position=(item.position[0] - by, item.position[1], item.position[2] - by))
+        for item in layout.items
+    )
+    return Layout(layout.name, replace(layout.pallet, overhang=by), items)
+
+
+def test_it_knows_of_a_deck_what_a_layout_knows():
+    kinds, edges = set(), 0
+    for by in (0.005, 3.0, 40.0):
+        for layout in random_layouts(8, seed=5):
+            over = pushed_over_the_edge(layout, by)
+            growing = GrowingLayout(over.pallet, "growing")
+            for count, item in enumerate(over.items, start=1):
+                growing.put(item)
+                assert_equal(growing, over.items[:count])
+                kinds.add(growing.floor.kind)
+            edges += sum(patch.below == FLOOR for p in growing.supports.below for patch in p)
+            for count in range(len(over) - 1, 0, -1):
+                growing.take_off()
+                assert_equal(growing, over.items[:count])
+    assert kinds == {"deck", "infinite"}
+    assert edges > 20
 
 
 @FEW
@@ -65,9 +93,9 @@ def test_what_is_beside_some_items_is_what_all_items_tell():
 @pytest.mark.parametrize(
     ("position", "size"),
     [
-        ((95.0, 0.0, 0.0), (10.0, 10.0, 10.0)),
+        ((105.0, 0.0, 0.0), (10.0, 10.0, 10.0)),
         ((0.0, 95.0, 0.0), (10.0, 10.0, 10.0)),
-        ((0.0, 0.0, -0.02), (10.0, 10.0, 10.0)),
+        ((0.0, 0.0, -10.02), (10.0, 10.0, 10.0)),
         ((25.0, 5.0, 25.0), (10.0, 10.0, 10.0)),
         ((10.0, 0.0, 10.0), (5.0, 5.0, 5.0)),  # inside
         ((0.0, 0.0, 0.0), (60.0, 60.0, 60.0)),  # around two, deeper into the second

@@ -1,12 +1,14 @@
 """Layouts refuse what cannot be, and say where and what is allowed."""
 
 import math
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
 
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
+from steadyload.layouts.floor import INFINITE, Floor
+from steadyload.layouts.model import TOLERANCE, replace_items
 
 PALLET = Pallet(100.0, 50.0, 100.0)
 
@@ -100,7 +102,79 @@ def test_overlap_is_found_between_far_blocks():
 )
 def test_an_item_outside_the_contour_is_refused(position, message):
     with pytest.raises(LayoutError) as caught:
+        Layout("a", replace(PALLET, overhang=0.0), (item(0, position),))
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("position", "message"),
+    [
+        (
+            (100.5, 0.0, 0.0),
+            "x = 100.5 to 110.5 cm; allowed: inside the pallet's contour, -10 to 110 cm (+-0.01): "
+            "up to 10 cm over the edge of the deck",
+        ),
+        ((0.0, 0.0, -10.5), "z = -10.5 to -0.5 cm"),
+        ((0.0, -0.5, 0.0), "y = -0.5 to 9.5 cm; allowed: inside the pallet's contour, 0 to 50 cm"),
+    ],
+)
+def test_an_item_may_overhang_the_deck_up_to_a_limit(position, message):
+    x, y, z = position
+    Layout("a", PALLET, (item(0, (min(x, 100.0), max(y, 0.0), max(z, -10.0))),))
+    with pytest.raises(LayoutError) as caught:
         Layout("a", PALLET, (item(0, position),))
+    assert message in str(caught.value)
+    Layout("a", replace(PALLET, overhang=11.0), (item(0, (x, max(y, 0.0), z)),))
+
+
+def test_a_floor_has_edges_where_an_item_overhangs_them():
+    inside = Layout("a", PALLET, (item(0),))
+    over = Layout("a", PALLET, (item(0, (-4.0, 0.0, 0.0)), item(1, (20.0, 0.0, 0.0))))
+    assert not inside.floor.has_edges
+    # As far as lengths count as equal, nothing overhangs.
+    assert not Layout("a", PALLET, (item(0, (-TOLERANCE, 0.0, 0.0)),)).floor.has_edges
+    assert over.floor == Floor((0.0, 0.0), (100.0, 100.0), 14.4)
+    assert inside.on("deck").floor == over.floor
+    assert not over.on("infinite").floor.has_edges
+    assert over.on("auto") is over
+    with pytest.raises(LayoutError, match="floor is 'table'; allowed: auto, deck, infinite"):
+        over.on("table")
+
+
+def test_what_is_left_of_a_layout_stands_on_the_same_floor():
+    items = (item(0, (20.0, 0.0, 0.0)), item(1, (-4.0, 0.0, 0.0)))
+    over = Layout("a", PALLET, items)
+    assert over.first(1).floor == over.floor
+    assert Layout("a", PALLET, items[:1]).first(1).floor == INFINITE
+
+
+def test_only_a_deck_changes_the_hash_of_a_layout():
+    inside, low = Layout("a", PALLET, (item(0),)), replace(PALLET, deck_height=5.0)
+    # As it was before pallets had decks.
+    assert inside.content_hash()[:16] == "a524c17828dc6ef9"
+    assert inside.on("infinite").content_hash() == inside.content_hash()
+    assert replace_items(inside, inside.items).content_hash() == inside.content_hash()
+    hashes = {
+        inside.content_hash(),
+        inside.on("deck").content_hash(),
+        Layout("a", low, inside.items).on("deck").content_hash(),
+    }
+    assert len(hashes) == 3
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"overhang": -1.0}, "pallet overhang is -1 cm; allowed: a number, 0 to 100000"),
+        ({"overhang": "wide"}, "pallet overhang is 'wide'; allowed: a number"),
+        ({"overhang": math.nan}, "pallet overhang is nan cm"),
+        ({"deck_height": 0.0}, "pallet deck_height is 0 cm; allowed: a positive finite number"),
+        ({"floor": "dekc"}, "pallet floor is 'dekc'; did you mean 'deck'?"),
+    ],
+)
+def test_a_pallet_that_cannot_be_is_refused(values, message):
+    with pytest.raises(LayoutError) as caught:
+        replace(PALLET, **values)
     assert message in str(caught.value)
 
 

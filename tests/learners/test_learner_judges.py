@@ -257,11 +257,14 @@ def test_what_it_was_not_trained_on_is_refused_or_flagged(weights, layouts):
     shifted = with_item(lay, mass_offset=(0.499 * lay.items[0].size[0], 0.0, 0.0))
     alone = (Item(0, (0.0, 0.0, 0.0), (50.0, 50.0, 50.0), 31.0),)
     hangar = Layout("hangar", Pallet(400.0, 100.0, 100.0), alone)
+    alone_on = Pallet(100.0, 100.0, 100.0)
     many = Layout(
-        "many", Pallet(100.0, 100.0, 100.0),
+        "many", alone_on,
         tuple(Item(k, (4.0 * k, 0.0, 0.0), (4.0, 4.0, 4.0), 0.016) for k in range(25)),
     )  # fmt: skip
+    edge = Layout("edge", alone_on, (Item(0, (-5.0, 0.0, 0.0), (50.0, 50.0, 50.0), 31.0),))
     for odd, message in (
+        (edge, "the layout: stands on a deck with edges; trained on an infinite floor"),
         (heavy, "item 0: weight is 50000 kg; trained on "),
         (shifted, "item 0: shift of the centre of mass is 0.499 of a side; trained on 0 to 0.4"),
         (hangar, "the layout: longest pallet side is 400 cm; trained on 30 to 100 cm"),

@@ -287,7 +287,7 @@ def test_whatever_a_placement_comes_to_the_session_stays_as_it_was():
     session.try_place(cube(0.0))
     with pytest.raises(ZeroDivisionError):
         session.try_place(cube(10.0, "raises"))
-    for x, wrong in ((5.0, "overlaps item 0 by 5 cm"), (95.0, "spans x = 95 to 105 cm")):
+    for x, wrong in ((5.0, "overlaps item 0 by 5 cm"), (105.0, "spans x = 105 to 115 cm")):
         with pytest.raises(LayoutError, match=wrong):
             session.try_place(cube(x))
     assert session.items == (cube(0.0),)

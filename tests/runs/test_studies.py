@@ -17,12 +17,13 @@ import pytest
 from steadyload.engines.registry import ENGINES, EngineEntry, installed_versions
 from steadyload.engines.world import EngineNotInstalledError
 from steadyload.layouts.formats import Format, write_layouts
+from steadyload.layouts.model import LayoutError
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods import Status
 from steadyload.methods.method import judge
 from steadyload.methods.registry import make_method
 from steadyload.methods.sme import StaticMechanicalEquilibrium
-from steadyload.runs.definition import StudyError, load_study
+from steadyload.runs.definition import StudyDefinition, StudyError, load_study
 from steadyload.runs.results import SCHEMA, ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.units import OtherCodeError, Unit, judge_unit, made_now
@@ -104,6 +105,29 @@ def test_a_changed_method_or_layout_counts_as_missing(study_file, tmp_path, stac
     assert len(load_results(run)) == 6
 
 
+def test_another_floor_counts_as_missing(study_file, tmp_path, stack):
+    layouts = [stack(0.0, 3.0).renamed("a"), stack(-46.0).renamed("over")]
+    write_layouts(tmp_path / "layouts.json", layouts, Format.NATIVE)
+    run = tmp_path / "run"
+    study = study_file.read_text().replace('methods = ["fbs"', 'shard_size = 1\nmethods = ["fbs"')
+    study = study.replace("shard_size = 2\n", "").replace(', "S2b"', "")
+    study_file.write_text(study)
+    assert run_study(load_study(study_file), run) == 6
+    # Of two layouts one overhangs the deck: on a plane, only its verdicts are others.
+    study_file.write_text(study + 'floor = "infinite"\n')
+    assert run_study(load_study(study_file), run) == 3
+    assert load_manifest(run)["study"]["floor"] == "infinite"
+    stable = load_results(run).query("layout == 'over'")["failing_step"].isna()
+    assert stable.all()
+    study_file.write_text(study + 'floor = "deck"\n')
+    assert run_study(load_study(study_file), run) == 3
+    study_file.write_text(study + 'floor = "auto"\noverhang = 6\n')
+    assert run_study(load_study(study_file), run) == 0
+    study_file.write_text(study + "overhang = 5\n")
+    with pytest.raises(LayoutError, match="-5 to"):
+        run_study(load_study(study_file), run)
+
+
 def test_a_raised_version_counts_as_missing(study_file, tmp_path, monkeypatch):
     study, run = load_study(study_file), tmp_path / "run"
     run_study(study, run)
@@ -179,6 +203,8 @@ def _alive(pid):
         (('["fbs", ', '["pbs0.5", "pbs:alpha=0.5", '), "is the same as 'pbs0.5'"),
         (("layouts = ", "layout_files = "), "unknown key 'layout_files'"),
         (('name = "small"', "name = "), "not valid TOML"),
+        (("seed = 3", "overhang = -1"), "overhang is -1; allowed: 0 or more [cm]"),
+        (("seed = 3", 'floor = "desk"'), "floor is 'desk'; did you mean 'deck'?"),
         (('methods = ["fbs"', 'methods = [3, "fbs"'), "allowed: a list of one or more texts"),
     ],
 )
@@ -188,6 +214,12 @@ def test_a_wrong_definition_is_refused(study_file, change, message):
         load_study(study_file)
     assert message in str(caught.value)
     assert str(study_file) in str(caught.value)
+
+
+def test_labels_hold_for_the_floor_that_they_were_made_on():
+    for given, message in (({"floor": "deck"}, "infinite floor"), ({"overhang": 3.0}, "its own")):
+        with pytest.raises(StudyError, match=message):
+            StudyDefinition("labels", ("fbs",), benchmark="test", **given)
 
 
 def test_an_unknown_method_in_a_definition_is_refused(study_file):

@@ -106,6 +106,18 @@ def test_the_page_holds_every_recorded_pose(tmp_path, way):
     assert moved == pytest.approx([said.moved_item, said.displacement, said.rotation], abs=0.005)
 
 
+def test_the_page_shows_a_deck_with_edges(tmp_path, stack):
+    over = stack(-43.0, -43.0)
+    write_view(over, ["simulation@bullet"], tmp_path / "deck.html")
+    write_view(over.on("infinite"), ["simulation@bullet"], tmp_path / "plane.html")
+    deck, plane = (data_of(tmp_path / f"{name}.html") for name in ("deck", "plane"))
+    assert (deck["deck"], plane["deck"]) == (14.4, 0.0)
+    assert deck["loadings"][0]["planned"] == plane["loadings"][0]["planned"]
+    text = "on a pallet of 100 × 100 cm loaded up to 100 cm, its deck 14.4 cm above the ground"
+    assert text in (tmp_path / "deck.html").read_text()
+    assert "above the ground" not in (tmp_path / "plane.html").read_text()
+
+
 def test_a_verdict_without_a_score_is_shown_as_none(tmp_path, monkeypatch, stack):
     from steadyload.engines.with_mujoco import MujocoWorld
     from steadyload.engines.world import Poses

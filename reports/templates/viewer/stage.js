@@ -97,16 +97,22 @@ class Stage {
   }
 
   ground() {
-    const [w, h, d] = this.data.pallet, flat = (mesh, y) => {
+    const [w, h, d] = this.data.pallet, deck = this.data.deck, flat = (mesh, y) => {
       mesh.rotation.x = -Math.PI / 2;
       mesh.position.set(w / 2, y, d / 2);
       this.scene.add(mesh);
       return mesh;
     };
     const reach = 30 * Math.max(w, d);
-    const floor = flat(new THREE.Mesh(new THREE.PlaneGeometry(reach, reach), new THREE.ShadowMaterial({ opacity: 0.2 })), -0.15);
+    const floor = flat(new THREE.Mesh(new THREE.PlaneGeometry(reach, reach), new THREE.ShadowMaterial({ opacity: 0.2 })), -0.15 - deck);
     this.mat = flat(new THREE.Mesh(new THREE.PlaneGeometry(w, d), new THREE.MeshStandardMaterial({ roughness: 1 })), -0.08);
     floor.receiveShadow = this.mat.receiveShadow = true;
+    if (deck) {
+      const slab = new THREE.Mesh(new THREE.BoxGeometry(w, deck, d), this.mat.material);
+      slab.position.set(w / 2, -0.1 - deck / 2, d / 2);
+      slab.castShadow = slab.receiveShadow = true;
+      this.scene.add(slab);
+    }
     const edges = (size, y) => {
       const box = new THREE.EdgesGeometry(new THREE.BoxGeometry(w, size, d));
       const lines = new THREE.LineSegments(box, new THREE.LineBasicMaterial({ transparent: true }));
@@ -118,7 +124,7 @@ class Stage {
     this.contour = edges(h, h / 2);
     const cell = Math.max(w, d) > 60 ? 20 : 10, cells = 2 * Math.ceil((1.5 * Math.max(w, d)) / cell);
     this.grid = new THREE.GridHelper(cells * cell, cells, "#ffffff", "#ffffff");
-    this.grid.position.set(w / 2, -0.2, d / 2);
+    this.grid.position.set(w / 2, -0.2 - deck, d / 2);
     this.grid.material.transparent = true;
     this.scene.add(this.grid);
   }

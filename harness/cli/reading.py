@@ -1,22 +1,37 @@
-"""Flags of commands that read layouts: the dialect of CSV files, and what ends the command."""
+"""Flags of commands that read layouts: dialect, gaps, deck, and what ends the command."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from steadyload.studies.options import option
+from steadyload.studies.options import option, positive_number
 
 if TYPE_CHECKING:
     from steadyload.layouts.dialect import Dialect
+    from steadyload.layouts.formats import Reading
 
 _WORDS = "steadyload.layouts.dialect:"
 
 
+def _from_zero(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 <= value < 1e5:
+        raise ValueError(f"{text!r}; allowed: a number, 0 or more")
+    return value
+
+
 @dataclass(frozen=True, kw_only=True)
-class DialectFlags:
-    """A profile of CSV files, and single keys of it, which override those of the profile."""
+class ReadingFlags:
+    """The dialect of CSV files, the gaps that are closed, and the deck.
+
+    Single keys of the dialect override those of its profile.
+    """
 
     profile: Path | None = option(
         None, "of CSV files: TOML file whose keys are the six flags below, which override it"
@@ -35,6 +50,43 @@ class DialectFlags:
         None, "what to do with columns that are not known (default: refuse)",
         choices=_WORDS + "OTHER_COLUMNS",
     )  # fmt: skip
+
+    snap: bool = option(False, "close small vertical gaps when reading (default: off)")
+    snap_gap: float | None = option(
+        None, "close gaps up to this; implies --snap (default: 0.5)", metavar="CM",
+        read=positive_number,
+    )  # fmt: skip
+    overhang: float | None = option(
+        None, "how far boxes may overhang the deck (default: as in the file, else 10)",
+        metavar="CM", read=_from_zero,
+    )  # fmt: skip
+    floor: str | None = option(
+        None, "what boxes stand on: the deck, beyond whose edges nothing carries, an infinite "
+        "plane, or the deck where a box overhangs it (default: as in the file, else auto)",
+        choices="steadyload.layouts.floor:FloorKind",
+    )  # fmt: skip
+
+    def reading(self, base: Dialect | None = None) -> Reading:
+        """The choices that the flags state, and the dialect.
+
+        Args:
+            base: see :meth:`dialect`.
+
+        Raises:
+            DialectError: the profile or a name of a column is not allowed.
+            OSError: the profile cannot be read.
+        """
+        from steadyload.layouts.floor import FloorKind
+        from steadyload.layouts.snapping import SNAP_GAP
+
+        found: Reading = {"dialect": self.dialect(base)}
+        if self.snap or self.snap_gap is not None:
+            found["snap_gap"] = self.snap_gap or SNAP_GAP
+        if self.overhang is not None:
+            found["overhang"] = self.overhang
+        if self.floor is not None:
+            found["floor"] = FloorKind(self.floor)
+        return found
 
     def dialect(self, base: Dialect | None = None) -> Dialect:
         """The dialect of the flags.

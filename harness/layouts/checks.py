@@ -1,0 +1,39 @@
+"""Checks and digests of the numbers and names of a layout."""
+
+from __future__ import annotations
+
+import hashlib
+
+import numpy as np
+from numpy.typing import NDArray
+
+SHOWN = 200
+"""Characters of a name in a message."""
+
+
+def digest_of(*arrays: NDArray[np.float64]) -> str:
+    """SHA-256 of arrays of numbers, as hex digits."""
+    digest = hashlib.sha256()
+    for array in arrays:
+        digest.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
+    return digest.hexdigest()
+
+
+def is_number(value: object) -> bool:
+    """True for a number, finite or not."""
+    return isinstance(value, int | float | np.floating | np.integer) and not isinstance(value, bool)
+
+
+def is_vector(values: object) -> bool:
+    """True for three numbers."""
+    return isinstance(values, tuple | list) and len(values) == 3 and all(map(is_number, values))
+
+
+def allowed_range(limits: tuple[float, float]) -> str:
+    """Part of a sentence that says which numbers are allowed."""
+    return f"allowed: a positive finite number, {limits[0]:g} to {limits[1]:g}"
+
+
+def unprintable(name: str) -> str:
+    """Sentence that refuses a name."""
+    return f"name is {name[:SHOWN]!a}; allowed: one or more printable characters"
