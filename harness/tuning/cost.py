@@ -154,8 +154,8 @@ def calibrate(
         with suppress(SpecError):
             specs.append(space.spec(genotype))
     units = [_Measurement(spec, source, cases, repeats) for spec in specs]
-    limit = PartLimit(_SECONDS_A_CASE * cases * repeats, _no_cost)
-    measured = run_units(_measure, units, workers=workers, crashed=_no_cost, limit=limit)
+    limit = PartLimit(_SECONDS_A_CASE * cases * repeats, _NO_COST)
+    measured = run_units(_measure, units, workers=workers, crashed=_NO_COST, limit=limit)
     found = [answer for _, answers in measured for answer in answers if answer is not None]
     if not found:
         raise TuningError(f"engine {space.engine!r}: no genotype could be measured")
@@ -250,6 +250,5 @@ def _measure(unit: _Measurement) -> Iterator[_Counted | None]:
     yield row.tolist(), 1e3 * float(cpu.mean()), unit.spec
 
 
-def _no_cost(*_: object) -> _Counted | None:
-    """A parameter set that ends its process, or takes too long, gives no cost."""
-    return None
+_NO_COST: Callable[[_Measurement, int, str], _Counted | None] = lambda unit, part, reason: None  # noqa: E731
+"""A parameter set that ends its process, or takes too long, gives no cost."""
