@@ -35,7 +35,7 @@ _LABELS_EXPLAINED = (
     "A *label* is the failing step that the labelled set keeps for a case, found once by the "
     "reference simulator; *accuracy* is the share of cases on which a method names the same one."
 )
-_S_EXPLAINED = (
+_MARKS_EXPLAINED = (
     "good methods stand at the upper left. Colour tells the method, marker tells the engine, "
     "hollow markers have parameters of their own, bars are 95 % intervals; equal methods hide each "
     "other."
@@ -126,7 +126,7 @@ def _accuracy(found: Evaluation, about: LabelledPart) -> Section:
             Picture(
                 "accuracy",
                 plot_cost_accuracy([CostPoint(m.method, m.accuracy, m.cpu) for m in found.methods]),
-                f"Accuracy against CPU time; {_S_EXPLAINED}",
+                f"Accuracy against CPU time; {_MARKS_EXPLAINED}",
             )
         ],
     )
@@ -158,7 +158,7 @@ def _scores(comparison: Comparison) -> Section:
     points = [(m, agreement[ALL][m.method.spec]) for m in found.methods]
     shown = [CostPoint(m.method, agreed, m.cpu) for m, agreed in points if agreed is not None]
     label = "agreement with simulations on other engines (%)"
-    caption = f"Agreement against CPU time; {_S_EXPLAINED}"
+    caption = f"Agreement against CPU time; {_MARKS_EXPLAINED}"
     return Section(
         "Scores and cost",
         "All cases first, then each scenario by itself. *Agreement with simulations* is the mean "
