@@ -65,7 +65,7 @@ def plot_scene(scene: Drawable, *, title: str = "", marked: Collection[int] = ()
         axes.scatter(*mass, s=6, color="black", depthshade=False)
     width, height, depth = scene.pallet.size
     top = min(height, float(scene.upper[:, 1].max()) * 1.05)
-    low, high = (0.0, 0.0, 0.0), (depth, width, top)
+    low, high = np.zeros(3), np.array((depth, width, top))
     if scene.floor.has_edges:
         deck = _add_deck(axes, scene.floor)
         low = np.minimum(deck[0], scene.lower.min(axis=0)[[2, 0, 1]])

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from steadyload.studies.options import option, positive_number
 
 if TYPE_CHECKING:
     from steadyload.layouts.dialect import Dialect
-    from steadyload.layouts.formats import Reading
 
 _WORDS = "steadyload.layouts.dialect:"
 
@@ -66,8 +65,8 @@ class ReadingFlags:
         choices="steadyload.layouts.floor:FloorKind",
     )  # fmt: skip
 
-    def reading(self, base: Dialect | None = None) -> Reading:
-        """The choices that the flags state, and the dialect.
+    def reading(self, base: Dialect | None = None) -> dict[str, Any]:
+        """The choices that the flags state, and the dialect: arguments of whoever reads layouts.
 
         Args:
             base: see :meth:`dialect`.
@@ -79,7 +78,7 @@ class ReadingFlags:
         from steadyload.layouts.floor import FloorKind
         from steadyload.layouts.snapping import SNAP_GAP
 
-        found: Reading = {"dialect": self.dialect(base)}
+        found: dict[str, Any] = {"dialect": self.dialect(base)}
         if self.snap or self.snap_gap is not None:
             found["snap_gap"] = self.snap_gap or SNAP_GAP
         if self.overhang is not None:
