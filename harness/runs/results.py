@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from steadyload.layouts.model import Layout
+from steadyload.layouts.record import shown
 from steadyload.methods.method import Method, Verdict
 from steadyload.methods.spec import as_plain
 from steadyload.runs.store import Codec, DamagedError, Store, checksum_of
@@ -133,7 +135,7 @@ def load_results(directory: str | Path, columns: Sequence[str] | None = None) ->
     """
     wanted = SCHEMA.names if columns is None else list(columns)
     read = list(dict.fromkeys([*wanted, *KEYS]))
-    tables = [_decoded(content, read) for content in _shards(Path(directory))]
+    tables = list(_shards(Path(directory), read))
     rows = _frame(pa.concat_tables(tables)).sort_values(KEYS, kind="stable", ignore_index=True)
     return rows if read == wanted else rows[wanted]
 
@@ -150,24 +152,24 @@ def each_shard(
     Raises:
         ResultsError: as :func:`load_results`.
     """
-    for content in _shards(Path(directory)):
-        yield _frame(_decoded(content, columns))
+    yield from map(_frame, _shards(Path(directory), columns))
 
 
-def _shards(directory: Path) -> Iterator[bytes]:
-    """The contents of the existing shards of a run, one after the other."""
+def _shards(directory: Path, columns: Sequence[str] | None) -> Iterator[pa.Table]:
+    """The tables of the existing shards of a run, one after the other."""
     manifest = load_manifest(directory)
     found = manifest["schema_version"]
     if found != SCHEMA_VERSION:
         raise ResultsError(
-            f"{directory}: schema version {found!r}; allowed: {SCHEMA_VERSION}; run the study "
+            f"{directory}: schema version {shown(found)}; allowed: {SCHEMA_VERSION}; run the study "
             "again to compute it anew"
         )
     store = result_store(directory)
     keys = [key for key in manifest["shards"] if key in store]
     if not keys:
         raise ResultsError(f"{directory}: holds no results yet")
-    yield from map(store.content, keys)
+    for key in keys:
+        yield store.decoded(key, partial(_decoded, columns=columns))
 
 
 def kept_file(directory: str | Path, name: str) -> Path:
@@ -201,12 +203,21 @@ def load_manifest(directory: str | Path) -> dict[str, Any]:
         manifest = json.loads(path.read_bytes())
     except FileNotFoundError:
         raise ResultsError(f"{directory}: no manifest.json; is it the folder of a study?") from None
-    except ValueError:
+    except (ValueError, RecursionError):
         raise ResultsError(f"{path}: not valid JSON; is it cut off?") from None
-    try:
-        complete = {*_MANIFEST_KEYS} <= set(manifest) and "name" in manifest["study"]
-    except TypeError:
-        complete = False
-    if not complete:
+    if not _is_manifest(manifest):
         raise ResultsError(f"{path}: is not the manifest of a study")
     return manifest
+
+
+def _is_manifest(found: Any) -> bool:
+    if not isinstance(found, dict) or not set(_MANIFEST_KEYS) <= found.keys():
+        return False
+    study, shards, files = found["study"], found["shards"], found.get("files", {})
+    return (
+        isinstance(study, dict)
+        and isinstance(study.get("name"), str)
+        and isinstance(shards, list)
+        and all(isinstance(key, str) for key in shards)
+        and isinstance(files, dict)
+    )

@@ -12,8 +12,13 @@ import pyarrow.parquet as pq
 
 from steadyload.atomic import write_atomically
 from steadyload.errors import UserError
+from steadyload.escaping import printable
+from steadyload.layouts.record import shown
 
 VERSION = 1
+
+_LONGEST = 200
+"""Characters of a library's message that are passed on."""
 
 UNLABELLED = "unlabelled"
 """Status of a case that has not been judged yet."""
@@ -159,10 +164,10 @@ def read_tables(
         version = manifest["version"]
     except FileNotFoundError:
         raise BenchmarkError(f"{directory}: no manifest.json; is it a labelled set?") from None
-    except (ValueError, TypeError, KeyError):
+    except (ValueError, TypeError, LookupError, RecursionError):
         raise BenchmarkError(f"{path}: is not the manifest of a labelled set") from None
     if version != VERSION:
-        raise BenchmarkError(f"{path}: version is {version!r}; allowed: {VERSION}")
+        raise BenchmarkError(f"{path}: version is {shown(version)}; allowed: {VERSION}")
     frames = [read_parquet(directory / f"{name}.parquet", s) for name, s in _TABLES.items()]
     layouts, cases, opinions = frames
     return layouts, cases, opinions, manifest
@@ -186,8 +191,9 @@ def from_parquet(content: bytes, schema: pa.Schema) -> pd.DataFrame:
     """A table from the bytes of a Parquet file; raises as :func:`read_parquet`."""
     try:
         table = pq.read_table(pa.BufferReader(content))
-    except (OSError, pa.ArrowException) as error:
-        raise BenchmarkError(f"cannot be read as Parquet ({error})") from None
+    except (OSError, ValueError, pa.ArrowException) as error:
+        why = printable(" ".join(str(error).split()), _LONGEST)
+        raise BenchmarkError(f"cannot be read as Parquet ({why})") from None
     if table.schema.names != schema.names or table.schema.types != schema.types:
         raise BenchmarkError("has other columns than a labelled set")
     nullable = {pa.int16(): pd.Int16Dtype(), pa.int32(): pd.Int32Dtype()}
