@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
@@ -11,6 +12,9 @@ from typing import Any
 from steadyload.statistics.estimate import Estimate
 
 MISSING = "-"
+
+_BAR = re.compile(r"(?<!\\)((?:\\\\)*)\|")
+"""A bar that no backslash takes for text."""
 
 
 def percent(estimate: Estimate | None) -> str:
@@ -138,4 +142,4 @@ def _markdown(header: Sequence[str], rows: Iterable[Sequence[str]], left: Sequen
 
 
 def _escaped(cell: str) -> str:
-    return cell.replace("|", "\\|").replace("\n", " ")
+    return _BAR.sub(r"\1\\|", cell).replace("\n", " ")

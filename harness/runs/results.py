@@ -220,4 +220,5 @@ def _is_manifest(found: Any) -> bool:
         and isinstance(shards, list)
         and all(isinstance(key, str) for key in shards)
         and isinstance(files, dict)
+        and isinstance(found.get("refused", {}), dict)
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from steadyload.escaping import markdown
 from steadyload.reports.charts import CostPoint, plot_cost_accuracy, plot_matrix
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.scene import plot_scene
@@ -257,7 +258,10 @@ def _disagreements(comparison: Comparison) -> Section:
         return Section("Where they disagree", "No two methods disagree on any case.")
     titles = list(shown[0].said)
     header = ("layout", "scenario", "items", *titles)
-    rows = [(d.layout, d.scenario, str(d.item_count), *(d.said[t] for t in titles)) for d in shown]
+    rows = [
+        (markdown(d.layout), d.scenario, str(d.item_count), *(markdown(d.said[t]) for t in titles))
+        for d in shown
+    ]
     return Section(
         "Where they disagree",
         f"Of {comparison.disputed} cases with more than one answer, the {len(shown)} on which most "
@@ -268,8 +272,8 @@ def _disagreements(comparison: Comparison) -> Section:
             Picture(
                 f"disagreement_{rank}",
                 plot_scene(d.drawn, title=f"{d.layout}, {d.scenario}", marked=d.marked),
-                f"{d.layout}, {d.scenario}: in red, items at whose placement some method sees the "
-                "loading fail; dots are centres of mass.",
+                f"{markdown(d.layout)}, {d.scenario}: in red, items at whose placement some "
+                "method sees the loading fail; dots are centres of mass.",
             )
             for rank, d in enumerate(shown[:_PICTURED_DISAGREEMENTS], start=1)
         ],
