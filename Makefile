@@ -15,7 +15,7 @@ TEST := $(BIN)/python -m pytest -n 2 --dist loadfile
 # Tests start many processes, each of which would compile all sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help study test test-deep lint types lock bench engines verify extremes properties benchmark planar accuracy uncertain tuning learned cascade session scale table docs clean pages
+.PHONY: help study test test-deep fuzz lint types lock bench engines verify extremes properties benchmark planar accuracy uncertain tuning learned cascade session scale table docs clean pages
 
 help: ## list these targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -36,6 +36,12 @@ study: $(JUDGING) ## run the embedded study and write its report
 
 test: $(READY) ## run the tests of every module (six minutes on two cores)
 	$(TEST) -m 'not deep'
+
+N ?= 1000000
+SEED ?= 0
+
+fuzz: $(READY) ## read N mutated files of every format, from SEED (two hours for a million); Ctrl-C ends it
+	$(BIN)/python tests/fuzz/fuzz.py $(N) $(SEED)
 
 test-deep: $(READY) ## run the tests that take minutes, and Drake's
 	$(TEST) -m deep

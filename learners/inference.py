@@ -173,7 +173,9 @@ def _linear(
 
 
 def _flat(array: Any) -> Array32:
-    return np.ascontiguousarray(array, dtype=np.float32)
+    with np.errstate(over="ignore"):
+        # What is infinite then is no verdict; see the methods.
+        return np.ascontiguousarray(array, dtype=np.float32)
 
 
 def _gates(array: Any) -> Array32:

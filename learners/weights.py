@@ -18,6 +18,7 @@ import numpy as np
 
 from steadyload.atomic import write_atomically
 from steadyload.errors import nearest
+from steadyload.layouts.record import shown
 from steadyload.learners import LearnerError
 from steadyload.learners.features import FeatureKind, names
 from steadyload.learners.inference import Network
@@ -108,13 +109,14 @@ def load_weights(where: str | Path) -> Weights:
         kind = FeatureKind(manifest["features"])
         ranges = TrainedRanges(manifest["ranges"])
         made = [dict(member["options"]) for member in manifest["members"][: len(hashes)]]
+        features = tuple(manifest.get("feature_names", names(kind)))
         if not 0 < len(hashes) == len(made):
             raise ValueError
-    except (ValueError, TypeError, KeyError, IndexError, RecursionError):
+    except (ValueError, TypeError, LookupError, AttributeError, RecursionError):
         raise LearnerError(f"{folder / MANIFEST}: is not the manifest of weights") from None
     if version != VERSION:
-        raise LearnerError(f"{folder / MANIFEST}: version is {version!r}; allowed: {VERSION}")
-    if tuple(manifest.get("feature_names", names(kind))) != names(kind):
+        raise LearnerError(f"{folder / MANIFEST}: version is {shown(version)}; allowed: {VERSION}")
+    if features != names(kind):
         raise LearnerError(f"{folder}: its features are not those of this version; train it again")
     options = [options_from(values, where=str(folder / MANIFEST)) for values in made]
     networks = []

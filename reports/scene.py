@@ -11,6 +11,8 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
+from steadyload.escaping import printable
+
 FloatArray = NDArray[np.float64]
 
 _SHORT = 0.1
@@ -77,7 +79,7 @@ def plot_scene(scene: Drawable, *, title: str = "", marked: Collection[int] = ()
     for axis, side in ((axes.xaxis, depth), (axes.yaxis, width), (axes.zaxis, top)):
         if side < _SHORT * max(depth, width, top):  # no room for more than one number
             axis.set_ticks([side])
-    axes.set_title(title)
+    axes.set_title(printable(title), parse_math=False)
     return figure
 
 

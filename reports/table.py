@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
@@ -13,6 +14,9 @@ from steadyload.statistics.estimate import Estimate
 MISSING = "-"
 
 Key = TypeVar("Key")
+
+_BAR = re.compile(r"(?<!\\)((?:\\\\)*)\|")
+"""A bar that no backslash takes for text."""
 
 
 def cell(value: Any) -> str:
@@ -232,4 +236,4 @@ def _markdown(header: Sequence[str], rows: Iterable[Sequence[str]], left: Sequen
 
 
 def _escaped(cell: str) -> str:
-    return cell.replace("|", "\\|").replace("\n", " ")
+    return _BAR.sub(r"\1\\|", cell).replace("\n", " ")

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.errors import UserError, nearest
+from steadyload.layouts.record import shown
 from steadyload.studies.options import option
 
 FIELD = "config"
@@ -34,9 +35,9 @@ def read_config(path: Path, keys: Collection[str]) -> Mapping[str, Any]:
     """
     try:
         found = tomllib.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ConfigFileError(f"{path}: {error}") from None
     for key in found:
         if key not in keys:
-            raise ConfigFileError(f"{path}: unknown key {key!r}; {nearest(key, keys)}")
+            raise ConfigFileError(f"{path}: unknown key {shown(key)}; {nearest(key, keys)}")
     return found

@@ -12,6 +12,7 @@ from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.naming import box_label
 
 _SHOWN = 40
+_LONGEST = 1_000
 _MOST_BITS = 1023
 
 DECK_KEYS = ("overhang", "deck_height", "floor")
@@ -116,22 +117,27 @@ def _number(values: Mapping[str, Any], key: str, label: str, unit: str) -> float
         return math.inf
 
 
-def shown(value: Any) -> str:
-    """A value for a message: short, and "missing" if there is none; no more of it is rendered."""
+def shown(value: Any, most: int = _SHOWN) -> str:
+    """A value for a message, and "missing" if there is none; no more of it is rendered than shown.
+
+    Args:
+        value: any.
+        most: number of characters.
+    """
     if value is None:
         return "missing"
     text = ""
     for piece in _pieces(value):
         text += piece
-        if len(text) > _SHOWN:
-            return f"{text[: _SHOWN - 3]}..."
+        if len(text) > most:
+            return f"{text[: most - 3]}..."
     return text
 
 
 def _pieces(value: Any) -> Iterator[str]:
     """What Python shows of a value, in pieces, of which as many are made as are asked for."""
     if isinstance(value, str | bytes):
-        yield ascii(value[: _SHOWN + 1])
+        yield ascii(value[:_LONGEST])
     elif isinstance(value, list):
         yield "["
         for index, element in enumerate(value):

@@ -17,10 +17,14 @@ from enum import StrEnum
 from typing import Any
 
 from steadyload.errors import UserError, nearest
+from steadyload.layouts.record import shown
 
 _NAME = r"[A-Za-z0-9_][A-Za-z0-9_.\-]*"
 _SPEC = re.compile(rf"(?P<name>{_NAME})(@(?P<engine>{_NAME}))?(:(?P<rest>.*))?", re.DOTALL)
 _QUANTITY = re.compile(r"(?P<number>[^a-zA-Z%]*([eE][+-]?\d+)?)(?P<unit>%|[a-zA-Z]*)", re.ASCII)
+
+_SHOWN = 200
+"""Characters of a spec or value in a message."""
 
 _UNITS: dict[str, dict[str, float]] = {
     "cm": {"cm": 1.0, "m": 100.0, "mm": 0.1},
@@ -71,8 +75,10 @@ def parse_spec(text: str) -> MethodSpec:
     """
     match = _SPEC.fullmatch(text.strip())
     if match is None:
-        raise SpecError(f"method {text!r} is not of the form name[@engine][:key=value,...]")
-    values = split_values(match["rest"] or "", f"method {text!r}")
+        raise SpecError(
+            f"method {shown(text, _SHOWN)} is not of the form name[@engine][:key=value,...]"
+        )
+    values = split_values(match["rest"] or "", f"method {shown(text, _SHOWN)}")
     return MethodSpec(match["name"], match["engine"], tuple(values.items()))
 
 
@@ -87,7 +93,7 @@ def split_values(text: str, where: str) -> dict[str, str]:
         key, equals, value = part.partition("=")
         key = key.strip()
         if not equals or not key or not value.strip():
-            raise SpecError(f"{where}: {part!r} is not of the form key=value")
+            raise SpecError(f"{where}: {shown(part, _SHOWN)} is not of the form key=value")
         if key in values:
             raise SpecError(f"{where}: {key} stands there twice")
         values[key] = value.strip()
@@ -105,7 +111,9 @@ def bind(parameters: type[Any], values: Mapping[str, Any], *, where: str) -> Any
     bound = {}
     for key, value in values.items():
         if key not in fields:
-            raise SpecError(f"{where}: unknown parameter {key!r}; {nearest(key, fields)}")
+            raise SpecError(
+                f"{where}: unknown parameter {shown(key, _SHOWN)}; {nearest(key, fields)}"
+            )
         bound[key] = _convert(value, hints[key], fields[key], where)
     try:
         return parameters(**bound)
@@ -150,11 +158,16 @@ def _convert(value: Any, hint: Any, field: dataclasses.Field[Any], where: str) -
     if isinstance(kind, type) and issubclass(kind, StrEnum):
         if value in list(kind):
             return kind(value)
-        raise SpecError(f"{label} is {value!r}; {nearest(str(value), [*kind])}")
+        raise SpecError(f"{label} is {shown(value, _SHOWN)}; {nearest(str(value), [*kind])}")
     if typing.get_origin(kind) is frozenset:
-        names = frozenset(value.split("+") if isinstance(value, str) else value)
+        listed = value.split("+") if isinstance(value, str) else value
+        if not (isinstance(listed, Collection) and all(isinstance(name, str) for name in listed)):
+            raise SpecError(f"{label} is {shown(value, _SHOWN)}; allowed: texts")
+        names = frozenset(listed)
         for name in sorted(names - set(field.metadata["choices"])):
-            raise SpecError(f"{label} is {name!r}; {nearest(name, field.metadata['choices'])}")
+            raise SpecError(
+                f"{label} is {shown(name, _SHOWN)}; {nearest(name, field.metadata['choices'])}"
+            )
         return names
     if kind is str:
         return str(value)
@@ -178,7 +191,10 @@ def _kind(hint: Any) -> tuple[Any, bool]:
 
 def _number(value: Any, unit: str, label: str) -> float:
     if not isinstance(value, str):
-        number, given = float(value), ""
+        try:
+            number, given = float(value), ""
+        except (OverflowError, TypeError):
+            number = math.nan
     else:
         match = _QUANTITY.fullmatch(value)
         try:
@@ -187,10 +203,10 @@ def _number(value: Any, unit: str, label: str) -> float:
             number = math.nan
         given = match["unit"] if match else ""
     if not math.isfinite(number):
-        raise SpecError(f"{label} is {value!r}; allowed: a finite number")
+        raise SpecError(f"{label} is {shown(value, _SHOWN)}; allowed: a finite number")
     if given and given not in _UNITS.get(unit, {}):
         allowed = ", ".join(_UNITS.get(unit, {})) or "none"
-        raise SpecError(f"{label} is {value!r}; allowed units: {allowed}")
+        raise SpecError(f"{label} is {shown(value, _SHOWN)}; allowed units: {allowed}")
     # Rounding keeps 0.4mm from becoming 0.00040000000000000002 m in a canonical spec.
     return float(f"{number * _UNITS[unit][given]:.15g}") if given else number
 

@@ -15,11 +15,15 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.atomic import write_atomically
+from steadyload.escaping import printable
 from steadyload.methods.method import Method
 from steadyload.methods.spec import SpecError, as_plain
 
 FILE = Path(str(resources.files("steadyload.methods"))) / "cascades.json"
 """The thresholds that come with the package."""
+
+_LONGEST = 200
+"""Characters of names from a file in a message."""
 
 
 class ThresholdsError(SpecError):
@@ -105,7 +109,8 @@ def load_thresholds(engine: str, file: Path = FILE) -> Thresholds:
         )
     entries = _read(file)
     if engine not in entries:
-        fitted = f"thresholds were fitted for {', '.join(entries) or 'no engine yet'}"
+        known = printable(", ".join(entries), _LONGEST) or "no engine yet"
+        fitted = f"thresholds were fitted for {known}"
         raise ThresholdsError(
             f"cascade@{engine}: {fitted}; to fit them run steadyload cascade fit --engine {engine}"
         )
@@ -133,7 +138,7 @@ def _read(file: Path) -> dict[str, Any]:
         return {}
     try:
         entries = json.loads(file.read_text())
-    except ValueError:
+    except (ValueError, RecursionError):
         entries = None
     if not isinstance(entries, dict):
         raise ThresholdsError(f"{file}: is no file of thresholds")

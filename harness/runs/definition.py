@@ -20,10 +20,13 @@ from steadyload.layouts.floor import FloorKind
 from steadyload.layouts.formats import Reading, scan_layouts
 from steadyload.layouts.model import Layout, LayoutError
 from steadyload.layouts.packing import drawn_layouts
-from steadyload.layouts.record import Refused
+from steadyload.layouts.record import Refused, shown
 from steadyload.layouts.scenarios import Scenario, apply_scenario
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import SpecError
+
+_MOST = 2**63 - 1
+"""Of a whole number: what libraries count with."""
 
 AS_GIVEN = "as given"
 """Scenario of layouts that keep the centres of mass of their files."""
@@ -99,7 +102,7 @@ class StudyDefinition:
             return
         if self.benchmark not in list(Part):
             raise StudyError(
-                f"benchmark: {self.benchmark!r}; {nearest(str(self.benchmark), list(Part))}"
+                f"benchmark: {shown(self.benchmark)}; {nearest(str(self.benchmark), list(Part))}"
             )
         object.__setattr__(self, "benchmark", Part(self.benchmark))
         own = "a labelled set has its own layouts and centres of mass"
@@ -198,7 +201,7 @@ def load_study(source: str | Path) -> StudyDefinition:
     try:
         with path.open("rb") as file:
             content = tomllib.load(file)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise StudyError(f"{path}: not valid TOML ({error})") from None
     try:
         return _definition(content, path)
@@ -211,7 +214,7 @@ def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
     known |= {"layouts", "profile"}
     for key in content:
         if key not in known:
-            raise StudyError(f"unknown key {key!r}; {nearest(key, known)}")
+            raise StudyError(f"unknown key {shown(key)}; {nearest(key, known)}")
     methods: list[str] = []
     seen: dict[object, str] = {}
     for text in _texts(content, "methods"):
@@ -231,12 +234,12 @@ def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
     for pattern in _texts(content, "layouts") if "layouts" in content else []:
         found = sorted(glob.glob(str(path.parent / pattern), recursive=True))
         if not found:
-            raise StudyError(f"layouts: {pattern!r} matches no file")
+            raise StudyError(f"layouts: {shown(pattern)} matches no file")
         files += [Path(name).resolve() for name in found]
     scenarios = _texts(content, "scenarios") if "scenarios" in content else []
     for scenario in scenarios:
         if scenario not in list(Scenario):
-            raise StudyError(f"scenarios: {scenario!r}; {nearest(scenario, [*Scenario])}")
+            raise StudyError(f"scenarios: {shown(scenario)}; {nearest(scenario, [*Scenario])}")
     numbers = {
         key: _whole(content[key], key, least)
         for key, least in (
@@ -247,27 +250,27 @@ def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
     }  # fmt: skip
     snap_gap = content.get("snap_gap", 0.0)
     if type(snap_gap) not in (int, float) or not 0.0 <= snap_gap < 1e6:
-        raise StudyError(f"snap_gap is {snap_gap!r}; allowed: 0 or more [cm]")
+        raise StudyError(f"snap_gap is {shown(snap_gap)}; allowed: 0 or more [cm]")
     overhang = content.get("overhang")
     if overhang is not None and (type(overhang) not in (int, float) or not 0.0 <= overhang < 1e5):
-        raise StudyError(f"overhang is {overhang!r}; allowed: 0 or more [cm]")
+        raise StudyError(f"overhang is {shown(overhang)}; allowed: 0 or more [cm]")
     floor = content.get("floor")
     if floor is not None and floor not in list(FloorKind):
-        raise StudyError(f"floor is {floor!r}; {nearest(str(floor), [*FloorKind])}")
+        raise StudyError(f"floor is {shown(floor)}; {nearest(str(floor), [*FloorKind])}")
     benchmark, folder = content.get("benchmark"), content.get("benchmark_directory")
     if folder is not None and not (isinstance(folder, str) and folder):
-        raise StudyError(f"benchmark_directory is {folder!r}; allowed: the path of a folder")
+        raise StudyError(f"benchmark_directory is {shown(folder)}; allowed: the path of a folder")
     profile, strict = content.get("profile"), content.get("strict", False)
     if profile is not None and not (isinstance(profile, str) and profile):
-        raise StudyError(f"profile is {profile!r}; allowed: the path of a TOML file")
+        raise StudyError(f"profile is {shown(profile)}; allowed: the path of a TOML file")
     if not isinstance(strict, bool):
-        raise StudyError(f"strict is {strict!r}; allowed: true or false")
+        raise StudyError(f"strict is {shown(strict)}; allowed: true or false")
     timeout = content.get("timeout")
     if timeout is not None and (type(timeout) not in (int, float) or not 0.0 < timeout < 1e9):
-        raise StudyError(f"timeout is {timeout!r}; allowed: more than 0 [s]")
+        raise StudyError(f"timeout is {shown(timeout)}; allowed: more than 0 [s]")
     name = content.get("name", path.stem)
     if not isinstance(name, str) or not re.fullmatch(r"\w[\w .+-]*", name):
-        raise StudyError(f"name is {name!r}; allowed: letters, digits, and any of _ . + -")
+        raise StudyError(f"name is {shown(name)}; allowed: letters, digits, and any of _ . + -")
     return StudyDefinition(
         name=name,
         methods=tuple(methods),
@@ -295,11 +298,13 @@ def _texts(content: dict[str, Any], key: str) -> list[str]:
         raise StudyError(f"{key} is missing; allowed: a list of one or more texts")
     value = content[key]
     if not (isinstance(value, list) and value and all(isinstance(v, str) for v in value)):
-        raise StudyError(f"{key} is {value!r}; allowed: a list of one or more texts")
+        raise StudyError(f"{key} is {shown(value)}; allowed: a list of one or more texts")
     return value
 
 
 def _whole(value: Any, key: str, least: int) -> int:
     if type(value) is not int or value < least:
-        raise StudyError(f"{key} is {value!r}; allowed: a whole number, {least} or more")
+        raise StudyError(f"{key} is {shown(value)}; allowed: a whole number, {least} or more")
+    if value > _MOST:
+        raise StudyError(f"{key} is {shown(value)}; allowed: a whole number of at most {_MOST}")
     return value

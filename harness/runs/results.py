@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ import pyarrow.parquet as pq
 
 from steadyload.atomic import ChecksumError, verified_manifest
 from steadyload.layouts.model import Layout
+from steadyload.layouts.record import shown
 from steadyload.methods.method import Method, Verdict
 from steadyload.methods.spec import as_plain
 from steadyload.runs.store import Codec, DamagedError, Store, checksum_of
@@ -134,7 +136,7 @@ def load_results(directory: str | Path, columns: Sequence[str] | None = None) ->
     """
     wanted = SCHEMA.names if columns is None else list(columns)
     read = list(dict.fromkeys([*wanted, *KEYS]))
-    tables = [_decoded(content, read) for content in _shards(Path(directory))]
+    tables = list(_shards(Path(directory), read))
     rows = _frame(pa.concat_tables(tables)).sort_values(KEYS, kind="stable", ignore_index=True)
     return rows if read == wanted else rows[wanted]
 
@@ -151,24 +153,24 @@ def each_shard(
     Raises:
         ResultsError: as :func:`load_results`.
     """
-    for content in _shards(Path(directory)):
-        yield _frame(_decoded(content, columns))
+    yield from map(_frame, _shards(Path(directory), columns))
 
 
-def _shards(directory: Path) -> Iterator[bytes]:
-    """The contents of the existing shards of a run, one after the other."""
+def _shards(directory: Path, columns: Sequence[str] | None) -> Iterator[pa.Table]:
+    """The tables of the existing shards of a run, one after the other."""
     manifest = load_manifest(directory)
     found = manifest["schema_version"]
     if found != SCHEMA_VERSION:
         raise ResultsError(
-            f"{directory}: schema version {found!r}; allowed: {SCHEMA_VERSION}; run the study "
+            f"{directory}: schema version {shown(found)}; allowed: {SCHEMA_VERSION}; run the study "
             "again to compute it anew"
         )
     store = result_store(directory)
     keys = [key for key in manifest["shards"] if key in store]
     if not keys:
         raise ResultsError(f"{directory}: holds no results yet")
-    yield from map(store.content, keys)
+    for key in keys:
+        yield store.decoded(key, partial(_decoded, columns=columns))
 
 
 def kept_file(directory: str | Path, name: str) -> Path:
@@ -207,16 +209,12 @@ def load_manifest(directory: str | Path, *, verify: bool = True) -> dict[str, An
         manifest = json.loads(path.read_bytes())
     except FileNotFoundError:
         raise ResultsError(f"{directory}: no manifest.json; is it the folder of a study?") from None
-    except ValueError:
+    except (ValueError, RecursionError):
         raise ResultsError(
             f"{path}: not valid JSON; is it cut off? To mend it, remove all from the folder but "
             "results/ and run the study again: what is finished is kept"
         ) from None
-    try:
-        complete = {*_MANIFEST_KEYS} <= set(manifest) and "name" in manifest["study"]
-    except TypeError:
-        complete = False
-    if not complete:
+    if not _is_manifest(manifest):
         raise ResultsError(f"{path}: is not the manifest of a study")
     try:
         return verified_manifest(manifest)
@@ -224,3 +222,17 @@ def load_manifest(directory: str | Path, *, verify: bool = True) -> dict[str, An
         if verify:
             raise DamagedError(path) from None
         return dict(manifest)
+
+
+def _is_manifest(found: Any) -> bool:
+    if not isinstance(found, dict) or not set(_MANIFEST_KEYS) <= found.keys():
+        return False
+    study, shards, files = found["study"], found["shards"], found.get("files", {})
+    return (
+        isinstance(study, dict)
+        and isinstance(study.get("name"), str)
+        and isinstance(shards, list)
+        and all(isinstance(key, str) for key in shards)
+        and isinstance(files, dict)
+        and isinstance(found.get("refused", {}), dict)
+    )

@@ -68,6 +68,7 @@ class KeyedUnit(Protocol):
 Unit = TypeVar("Unit", bound=KeyedUnit)
 Answer = TypeVar("Answer")
 Stored = TypeVar("Stored")
+Decoded = TypeVar("Decoded")
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,7 +217,17 @@ class Store(Generic[Answer, Stored]):
 
     def read(self, key: str) -> Stored:
         """The decoded content of a shard; raises as :meth:`content`."""
-        return self._codec.decode(self.content(key))
+        return self.decoded(key, self._codec.decode)
+
+    def decoded(self, key: str, decode: Callable[[bytes], Decoded]) -> Decoded:
+        """The content of a shard, decoded otherwise; raises as :meth:`content`."""
+        content = self.content(key)
+        try:
+            return decode(content)
+        except (ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError):
+            raise DamagedError(self._path(key)) from None
+        except (pa.ArrowException, RecursionError):
+            raise DamagedError(self._path(key)) from None
 
     def write(self, key: str, answers: Sequence[Answer]) -> None:
         """Write a shard, completely or not at all."""

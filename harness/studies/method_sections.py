@@ -9,6 +9,7 @@ import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
+from steadyload.escaping import markdown
 from steadyload.reports.charts import plot_matrix
 from steadyload.reports.page import Picture
 from steadyload.reports.table import (
@@ -48,7 +49,7 @@ JUDGED = (METHOD, N, ACCURACY, OVER, UNDER)
 SCORED = (N_SCORED, SCORE, FULLY_STABLE)
 """Scores of a method, which need no labels."""
 
-CASE = (words("layout"), words("scenario"), Column("items", "item_count"))
+CASE = (words("layout", form=markdown), words("scenario"), Column("items", "item_count"))
 """Columns that name a case."""
 
 

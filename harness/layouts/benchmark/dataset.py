@@ -15,7 +15,8 @@ import pandas as pd
 
 from steadyload.layouts.benchmark.confidence import confidence
 from steadyload.layouts.benchmark.tables import BenchmarkError, read_tables
-from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
+from steadyload.layouts.record import shown
 from steadyload.layouts.scenarios import Scenario
 
 KEYS = ["layout", "scenario"]
@@ -136,13 +137,22 @@ class Benchmark:
         """A case's layout with its centres of mass.
 
         Raises:
-            BenchmarkError: no such case.
+            BenchmarkError: no such case, or its row is damaged.
+            LayoutError: its row is no valid layout.
         """
         try:
             row, offsets = self.layouts.loc[name], self._offsets[name, scenario]
         except KeyError:
             raise BenchmarkError(f"no case of layout {name!r} in scenario {scenario!r}") from None
-        return layout_of(name, row, offsets)
+        try:
+            return layout_of(name, row, offsets)
+        except LayoutError:
+            raise
+        except (TypeError, ValueError):
+            raise BenchmarkError(
+                f"layout {shown(name)} in scenario {shown(scenario)}: its lists of numbers do not "
+                "fit together, the labelled set is damaged"
+            ) from None
 
     @cached_property
     def _offsets(self) -> dict[tuple[str, str], Any]:
@@ -172,7 +182,7 @@ def load_benchmark(directory: str | Path | None = None) -> Benchmark:
         raise BenchmarkError(f"{folder}: a layout stands there twice") from None
     if instance.isna().any():
         missing = cases["layout"][instance.isna().to_numpy()].iloc[0]
-        raise BenchmarkError(f"{folder}: layout {missing!r} is missing")
+        raise BenchmarkError(f"{folder}: layout {shown(missing)} is missing")
     cases = cases.assign(instance=instance.to_numpy())
     written = folder / "notes.md"
     notes = written.read_text() if written.exists() else ""

@@ -19,8 +19,13 @@ from steadyload.atomic import (
     write_atomically,
 )
 from steadyload.errors import UserError
+from steadyload.escaping import printable
+from steadyload.layouts.record import shown
 
 VERSION = 1
+
+_LONGEST = 200
+"""Characters of a library's message that are passed on."""
 
 UNLABELLED = "unlabelled"
 """Status of a case that has not been judged yet."""
@@ -198,10 +203,10 @@ def _load_manifest(path: Path) -> dict[str, Any]:
         raise BenchmarkError(f"{path.parent}: no manifest.json; is it a labelled set?") from None
     except ChecksumError:
         raise DamagedSetError(path) from None
-    except (ValueError, TypeError, KeyError):
+    except (ValueError, TypeError, LookupError, RecursionError):
         raise BenchmarkError(f"{path}: is not the manifest of a labelled set") from None
     if version != VERSION:
-        raise BenchmarkError(f"{path}: version is {version!r}; allowed: {VERSION}")
+        raise BenchmarkError(f"{path}: version is {shown(version)}; allowed: {VERSION}")
     return found
 
 
@@ -232,8 +237,9 @@ def from_parquet(content: bytes, schema: pa.Schema) -> pd.DataFrame:
     """A table from the bytes of a Parquet file; raises as :func:`read_parquet`."""
     try:
         table = pq.read_table(pa.BufferReader(content))
-    except (OSError, pa.ArrowException) as error:
-        raise BenchmarkError(f"cannot be read as Parquet ({error})") from None
+    except (OSError, ValueError, pa.ArrowException) as error:
+        why = printable(" ".join(str(error).split()), _LONGEST)
+        raise BenchmarkError(f"cannot be read as Parquet ({why})") from None
     if table.schema.names != schema.names or table.schema.types != schema.types:
         raise BenchmarkError("has other columns than a labelled set")
     nullable = {pa.int16(): pd.Int16Dtype(), pa.int32(): pd.Int32Dtype()}

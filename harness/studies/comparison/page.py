@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from steadyload.escaping import markdown
 from steadyload.reports.charts import CostPoint, plot_cost_accuracy
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.scene import plot_scene
@@ -258,13 +259,13 @@ def _disagreements(comparison: Comparison) -> Section:
         f"Of {comparison.disputed} cases with more than one answer, the {len(shown)} on which most "
         "pairs of simulations differ (of all methods, where there are no simulations): the failing "
         "step that each method names, counted from 0, or *stable*.",
-        [Table(shown, [*column.CASE, *columns_for(shown[0].said, "{}", "said")])],
+        [Table(shown, [*column.CASE, *columns_for(shown[0].said, "{}", "said", markdown)])],
         [
             Picture(
                 f"disagreement_{rank}",
                 plot_scene(d.drawn, title=f"{d.layout}, {d.scenario}", marked=d.marked),
-                f"{d.layout}, {d.scenario}: in red, items at whose placement some method sees the "
-                "loading fail; dots are centres of mass.",
+                f"{markdown(d.layout)}, {d.scenario}: in red, items at whose placement some "
+                "method sees the loading fail; dots are centres of mass.",
             )
             for rank, d in enumerate(shown[:_PICTURED_DISAGREEMENTS], start=1)
         ],

@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 
 from steadyload.errors import nearest
 from steadyload.layouts.benchmark import UNLEARNT, Part
+from steadyload.layouts.record import shown
 from steadyload.learners import LearnerError
 from steadyload.learners.generation import GenerationOptions
 from steadyload.learners.jobs import BENCHMARK
@@ -41,7 +42,7 @@ def load_plan(path: Path | None = None) -> Plan:
     path = path or Path(str(resources.files("steadyload.studies.learned") / "plan.toml"))
     try:
         content = tomllib.loads(path.read_text())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise LearnerError(f"{path}: not valid TOML ({error})") from None
     try:
         return _plan(content)
@@ -56,7 +57,7 @@ def check_part(part: Any) -> None:
         LearnerError: it is not.
     """
     if part not in UNLEARNT:
-        raise LearnerError(f"part is {part!r}; {nearest(str(part), UNLEARNT)}")
+        raise LearnerError(f"part is {shown(part)}; {nearest(str(part), UNLEARNT)}")
 
 
 def _plan(content: Mapping[str, Any]) -> Plan:
@@ -65,10 +66,10 @@ def _plan(content: Mapping[str, Any]) -> Plan:
     check_part(part)
     sets = {
         name: _made(GenerationOptions, table, f"sets.{name}")
-        for name, table in content.get("sets", {}).items()
+        for name, table in _table(content, "sets").items()
     }
     trainings = {
-        name: _training(name, table) for name, table in content.get("trainings", {}).items()
+        name: _training(name, table) for name, table in _table(content, "trainings").items()
     }
     kinds: dict[str, tuple[type[Any], bool]] = {
         Section.TABLE: (TablePlan, False),
@@ -105,20 +106,22 @@ def _check_names(plan: Plan) -> None:
     """Check that all names of the plan are defined."""
     for name in plan.named(plan.sections()):
         if name not in plan.trainings:
-            raise LearnerError(f"training {name!r}; {nearest(name, plan.trainings)}")
+            raise LearnerError(f"training {shown(name)}; {nearest(name, plan.trainings)}")
     for training in plan.trainings.values():
         where = f"trainings.{training.name}"
         for name in training.data:
             if name not in (*plan.sets, BENCHMARK):
-                raise LearnerError(f"{where}: data {name!r}; {nearest(name, plan.sets)}")
+                raise LearnerError(f"{where}: data {shown(name)}; {nearest(name, plan.sets)}")
         seen = training
         for _ in plan.trainings:
             if not seen.start:
                 break
             if seen.start not in plan.trainings:
-                raise LearnerError(f"{where}: start {seen.start!r}; none of that name")
+                raise LearnerError(f"{where}: start {shown(seen.start)}; none of that name")
             if not set(seen.seeds) <= set(plan.trainings[seen.start].seeds):
-                raise LearnerError(f"{where}: {seen.start!r} is not trained with all its seeds")
+                raise LearnerError(
+                    f"{where}: {shown(seen.start)} is not trained with all its seeds"
+                )
             seen = plan.trainings[seen.start]
         else:
             raise LearnerError(f"{where}: starts from itself in the end")
@@ -127,9 +130,16 @@ def _check_names(plan: Plan) -> None:
     table = plan.table
     if table is not None and table.held not in (*table.methods, *table.trainings):
         raise LearnerError(
-            f"table: held is {table.held!r}; "
+            f"table: held is {shown(table.held)}; "
             f"{nearest(table.held, (*table.methods, *table.trainings))}"
         )
+
+
+def _table(content: Mapping[str, Any], key: str) -> dict[str, Any]:
+    table = content.get(key, {})
+    if not isinstance(table, dict):
+        raise LearnerError(f"{key} is {shown(table)}; allowed: a table of tables")
+    return table
 
 
 def _made(kind: Callable[..., Named], table: Any, where: str) -> Named:
@@ -139,7 +149,7 @@ def _made(kind: Callable[..., Named], table: Any, where: str) -> Named:
         LearnerError: an unknown or missing key, or a value of another type.
     """
     if not isinstance(table, dict):
-        raise LearnerError(f"{where} is {table!r}; allowed: a table")
+        raise LearnerError(f"{where} is {shown(table)}; allowed: a table")
     known = {f.name: f for f in fields(kind)}  # type: ignore[arg-type]
     _check_keys(table, list(known), where)
     for name, each in known.items():
@@ -168,11 +178,11 @@ def _value(value: Any, hint: str, where: str, name: str) -> Any:
         type(each) in kinds and not (type(each) in (int, float) and each < 0)
         for each in (value if many else [value])
     ):
-        raise LearnerError(f"{where}: {name} is {value!r}; allowed: {allowed}")
+        raise LearnerError(f"{where}: {name} is {shown(value)}; allowed: {allowed}")
     return tuple(value) if many else value
 
 
 def _check_keys(table: Mapping[str, Any], known: Collection[str], where: str) -> None:
     for key in table:
         if key not in known:
-            raise LearnerError(f"{where}: unknown key {key!r}; {nearest(key, known)}")
+            raise LearnerError(f"{where}: unknown key {shown(key)}; {nearest(key, known)}")

@@ -1,0 +1,388 @@
+"""All formats that are read: valid files to begin with, and the reader of the product for each."""
+
+import hashlib
+import json
+import signal
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import parquet
+from mutation import mutated, mutated_json
+
+from steadyload.cli.config_file import read_config
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.benchmark import tables
+from steadyload.layouts.benchmark.dataset import load_benchmark, row_of
+from steadyload.layouts.dialect import load_profile
+from steadyload.layouts.formats import Format as LayoutFormat
+from steadyload.layouts.formats import scan_layouts
+from steadyload.layouts.record import Refused
+from steadyload.layouts.writers import as_csv, as_job, as_native
+from steadyload.learners.features import FeatureKind, names
+from steadyload.learners.options import TrainingOptions
+from steadyload.learners.ranges import QUANTITIES
+from steadyload.learners.tensors import tensor_shapes
+from steadyload.learners.weights import load_weights
+from steadyload.methods.method import judge
+from steadyload.methods.registry import make_method
+from steadyload.methods.thresholds import FILE as THRESHOLDS
+from steadyload.methods.thresholds import load_thresholds
+from steadyload.runs.definition import load_study
+from steadyload.runs.results import ROWS, load_results, result_row
+from steadyload.runs.store import checksum
+from steadyload.studies.learned.plan_file import load_plan
+
+ACLPP = b"""\
+flights:
+  X1: {aircraft_type: md11f}
+segments:
+  X1-FRA:
+    built_ulds:
+      pmc_F_ld-14:
+        finish: 1
+        loaded:
+        - {height: 91, lat: 173, lng: 151, piece: p0, shipment: s0, start_height: 0,
+           start_lat: 44, start_lng: 10}
+        - {height: 20, lat: 100, lng: 50, piece: p1, shipment: s0, start_height: 93,
+           start_lat: 44, start_lng: 10}
+        uld_type: pmc_F_ld
+    shipments:
+      s0:
+        pieces:
+          p0: {weight: 39.5}
+          p1: {weight: 7}
+"""
+
+STUDY = b"""\
+name = "trial"
+methods = ["sme", "pbs:alpha=0.7", "ps3@mujoco"]
+generated = 3
+scenarios = ["S1", "S2a"]
+seed = 7
+limit = 2
+max_items = 5
+repetitions = 1
+shard_size = 12
+snap_gap = 0.5
+timeout = 10.0
+"""
+
+PROFILE = b"""\
+units = "mm"
+weight = "g"
+up = "z"
+positions = "centre"
+other_columns = "ignore"
+
+[columns]
+length = "L"
+width = "B"
+id = "SKU"
+"""
+
+_PLAN = Path(str(resources.files("steadyload.studies.learned") / "plan.toml"))
+
+CONFIG = b"""\
+part = "test"
+limit = 6
+workers = 2
+methods = ["sme"]
+"""
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format: its valid files, how they are changed, where they are put, and how they are read.
+
+    ``read`` returns nothing, or an error that was handed out instead of raised.
+    """
+
+    seeds: Callable[[], list[bytes]]
+    read: Callable[[Path], object]
+    mutate: Callable[..., bytes] = mutated
+    place: Callable[[Path, bytes], Path] = lambda folder, content: written(folder / "file", content)
+
+    def warm(self, folder):
+        """Read every valid file once: what is imported and kept is no cost of an input."""
+        for content in self.seeds():
+            self.read(self.place(folder, content))
+
+
+def nothing(read):
+    """What has been read is of no further interest."""
+
+
+def written(path, content):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(content)
+    return path
+
+
+@cache
+def layouts():
+    pallet = Pallet(120.0, 160.0, 80.0)
+    first = tuple(
+        Item(
+            k,
+            (40.0 * (k % 3), 30.0 * (k // 3), 0.0),
+            (40.0, 30.0, 40.0),
+            12.0,
+            (2.0, 0.0, -1.0),
+            f"box {k}",
+        )
+        for k in range(6)
+    )  # fmt: skip
+    return Layout("A", pallet, first), Layout("B, two", pallet, first[:1])
+
+
+def read_layout_file(path):
+    refused = None
+    for entry in scan_layouts(path):
+        refused = entry.error if isinstance(entry, Refused) else refused
+    return refused
+
+
+def read_study(path):
+    list(islice(load_study(path).layouts(), 2))
+
+
+# Shards and manifests of runs.
+
+
+@cache
+def _rows():
+    method = make_method("fbs")
+    return tuple(
+        result_row(layout, "as given", method, 0, judge(method, layout)) for layout in layouts()
+    )
+
+
+@cache
+def _shard():
+    return ROWS.encode(_rows())
+
+
+@cache
+def _run_manifest():
+    about = {
+        "schema_version": 2, "study": {"name": "trial", "methods": ["fbs"]}, "study_hash": "0" * 16,
+        "data_hash": "1" * 16, "shards": ["one"], "finished": True,
+        "files": {"layouts.json": "0" * 16},
+    }  # fmt: skip
+    return json.dumps(about).encode()
+
+
+def _placed_run(folder, manifest, shard):
+    run = folder / "run"
+    for old in run.glob("results/*"):
+        old.unlink()
+    written(run / "manifest.json", manifest)
+    written(run / "results" / f"one.{checksum(shard)}.parquet", shard)
+    return run
+
+
+# Labelled sets.
+
+
+@cache
+def _tables():
+    rows = [row_of(layout, "one", 3, (layout.name,)) for layout in layouts()]
+    cases = [
+        {"layout": layout.name, "scenario": "S1", "item_count": len(layout), "split": "test",
+         "rank": rank, "status": "done", "offsets": layout.mass_offsets.ravel().tolist()}
+        for rank, layout in enumerate(layouts())
+    ]  # fmt: skip
+    opinions = [
+        {"layout": "A", "scenario": "S1", "reason": "model", "judge": "smooth", "status": "done"}
+    ]
+    frames = zip(
+        (rows, cases, opinions), (tables.LAYOUTS, tables.CASES, tables.OPINIONS), strict=True
+    )
+    return [tables.as_parquet(pd.DataFrame(r).reindex(columns=s.names), s) for r, s in frames]
+
+
+_SET_MANIFEST = json.dumps({"version": 1, "layouts": 2, "cases": 2, "opinions": 1}).encode()
+
+
+def _placed_set(folder, name, content):
+    made = folder / "set"
+    for kept, whole in zip(("layouts", "cases", "opinions"), _tables(), strict=True):
+        written(made / f"{kept}.parquet", whole)
+    written(made / "manifest.json", _SET_MANIFEST)
+    written(made / name, content)
+    return made
+
+
+def _placed_table(folder, content):
+    which = content[0] % 3
+    return _placed_set(folder, ("layouts", "cases", "opinions")[which] + ".parquet", content[1:])
+
+
+def _mutated_table(content, draw):
+    return content[:1] + parquet.mutated_table(content[1:], draw)
+
+
+def read_set(folder):
+    found = load_benchmark(folder)
+    for row in found.select().itertuples():
+        found.layout(row.layout, row.scenario)
+
+
+# Weights.
+
+_OPTIONS = {"features": "support", "network": "lstm", "hidden": 2, "layers": 1}
+
+
+@cache
+def _tensors():
+    """A safetensors file, written by hand."""
+    shapes = tensor_shapes(TrainingOptions(hidden=2, layers=1))
+    header, body = {}, b""
+    for name, shape in shapes.items():
+        array = np.ones(shape, np.float32).tobytes()
+        header[name] = {
+            "dtype": "F32",
+            "shape": list(shape),
+            "data_offsets": [len(body), len(body) + len(array)],
+        }
+        body += array
+    text = json.dumps(header).encode()
+    return struct.pack("<Q", len(text)) + text + body
+
+
+def _weights_manifest(tensors):
+    about = {
+        "version": 1, "hashes": [hashlib.sha256(tensors).hexdigest()], "features": "support",
+        "feature_names": list(names(FeatureKind.SUPPORT)), "command": "steadyload train",
+        "ranges": {name: [0.0, 100.0] for name in QUANTITIES}, "members": [{"options": _OPTIONS}],
+    }  # fmt: skip
+    return json.dumps(about).encode()
+
+
+def _mutated_tensors(content, draw):
+    if draw.random() < 0.5:
+        return mutated(content, draw)
+    (length,) = struct.unpack("<Q", content[:8])
+    header = mutated_json(content[8 : 8 + length], draw)
+    return struct.pack("<Q", len(header)) + header + content[8 + length :]
+
+
+def _placed_weights(folder, manifest, tensors):
+    made = folder / "weights"
+    written(made / "manifest.json", manifest)
+    written(made / "member_0.safetensors", tensors)
+    return made
+
+
+FORMATS = {
+    LayoutFormat.NATIVE.value: Format(
+        lambda: ["".join(as_native(layouts())).encode()], read_layout_file, mutated_json
+    ),
+    LayoutFormat.JOB.value: Format(
+        lambda: [as_job(layouts()).encode(), as_job(layouts()[:1]).encode()],
+        read_layout_file, mutated_json,
+    ),
+    LayoutFormat.CSV.value: Format(
+        lambda: [
+            as_csv(layouts()).encode(), as_csv(layouts()).replace(",", ";").encode(),
+        ],
+        read_layout_file,
+    ),
+    LayoutFormat.ACLPP.value: Format(lambda: [ACLPP], read_layout_file),
+    "study": Format(lambda: [STUDY], read_study),
+    "profile": Format(lambda: [PROFILE], lambda path: nothing(load_profile(path))),
+    "config": Format(
+        lambda: [CONFIG],
+        lambda path: nothing(read_config(path, ("part", "limit", "workers", "methods"))),
+    ),
+    "plan": Format(lambda: [_PLAN.read_bytes()], lambda path: nothing(load_plan(path))),
+    "shard": Format(
+        lambda: [_shard()],
+        lambda run: nothing(load_results(run)),
+        parquet.mutated_table,
+        lambda folder, content: _placed_run(folder, _run_manifest(), content),
+    ),
+    "run-manifest": Format(
+        lambda: [_run_manifest()],
+        lambda run: nothing(load_results(run)),
+        mutated_json,
+        lambda folder, content: _placed_run(folder, content, _shard()),
+    ),
+    "labelled-tables": Format(
+        lambda: [bytes([k]) + table for k, table in enumerate(_tables())],
+        read_set,
+        _mutated_table,
+        _placed_table,
+    ),
+    "labelled-manifest": Format(
+        lambda: [_SET_MANIFEST], read_set, mutated_json,
+        lambda folder, content: _placed_set(folder, "manifest.json", content),
+    ),
+    "weights": Format(
+        lambda: [_tensors()], lambda made: nothing(load_weights(made)), _mutated_tensors,
+        lambda folder, content: _placed_weights(folder, _weights_manifest(content), content),
+    ),
+    "weights-manifest": Format(
+        lambda: [_weights_manifest(_tensors())], lambda made: nothing(load_weights(made)),
+        mutated_json,
+        lambda folder, content: _placed_weights(folder, content, _tensors()),
+    ),
+    "thresholds": Format(
+        lambda: [THRESHOLDS.read_bytes()],
+        lambda path: nothing(load_thresholds("mujoco", path)), mutated_json,
+    ),
+}  # fmt: skip
+"""Formats by name."""
+
+COSTLY = ("shard", "run-manifest", "labelled-tables", "labelled-manifest", "plan")
+"""Those of which an input takes milliseconds."""
+
+
+def _plant(harm):
+    """A reader that does harm to one input of two, whatever the file."""
+
+    def read(path):
+        if path.read_bytes() == b"xxx":
+            harm()
+
+    return Format(
+        lambda: [b"x"], read, lambda content, draw: b"xxx" if draw.random() < 0.5 else content
+    )
+
+
+def _hang():
+    while True:
+        pass
+
+
+def _grow():
+    bytearray(2 * 10**9)
+
+
+def _raise():
+    raise KeyError("x")
+
+
+def _crash():
+    signal.raise_signal(signal.SIGSEGV)
+
+
+def _lie():
+    raise tables.BenchmarkError("a name: \x1b[2J")
+
+
+PLANTED = {
+    "hangs": _plant(_hang),
+    "grows": _plant(_grow),
+    "raises": _plant(_raise),
+    "crashes": _plant(_crash),
+    "lies": _plant(_lie),
+}
+"""Readers that do what a run has to find."""
