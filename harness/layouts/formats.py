@@ -13,6 +13,7 @@ from pathlib import Path
 
 from steadyload.atomic import write_atomically
 from steadyload.layouts.model import Layout, LayoutError
+from steadyload.layouts.packers.with_packingsolver import HEADER, read_certificate
 from steadyload.layouts.readers import read_aclpp, read_blocks, read_csv, read_json
 from steadyload.layouts.record import FormatError, Record, Refused, to_layout
 from steadyload.layouts.snapping import snap
@@ -31,6 +32,7 @@ class Format(StrEnum):
     CSV = "csv"
     JOB = "job"
     ACLPP = "aclpp"
+    PACKINGSOLVER = "packingsolver"
 
 
 def read_layouts(path: str | Path, *, snap_gap: float = 0.0) -> list[Layout]:
@@ -82,6 +84,8 @@ def detect_format(head: str) -> Format | None:
     text = head.lstrip("\ufeff \t\r\n")
     if text.startswith("{"):
         return Format.NATIVE
+    if text.startswith(HEADER):
+        return Format.PACKINGSOLVER
     lines = (line.rstrip() for line in text.splitlines())
     first = next((line for line in lines if line and line != "---" and line[0] != "#"), "")
     if first in ("flights:", "segments:"):
@@ -99,7 +103,8 @@ def _records(path: Path) -> Iterator[Record | Refused]:
         if kind is None:
             raise FormatError(
                 "is in no known format; allowed: steadyload JSON, CSV with a header line, "
-                "job JSON with 'ulds', ACLPP schedule YAML"
+                "job JSON with 'ulds', ACLPP schedule YAML, a certificate of PackingSolver, "
+                "JSON of Packvium"
             )
         cap = _SIZE_CAPS["yaml" if kind is Format.ACLPP else "other"]
         if size > cap:
@@ -119,8 +124,8 @@ def write_layouts(path: str | Path, layouts: Iterable[Layout], kind: Format) -> 
     Those of a native file are asked for one by one.
 
     Raises:
-        FormatError: two layouts have the same name; or ``kind`` is ACLPP YAML, which has no place
-            for pallet sizes and centres of mass and is only read.
+        FormatError: two layouts have the same name; or ``kind`` is one that is only read, such as
+            ACLPP YAML, which has no place for pallet sizes and centres of mass.
         OSError: the file cannot be written.
     """
     if kind not in _WRITERS:
@@ -163,6 +168,7 @@ _READERS: dict[Format, Callable[[str], Iterator[Record | Refused]]] = {
     Format.NATIVE: read_json,
     Format.CSV: read_csv,
     Format.ACLPP: read_aclpp,
+    Format.PACKINGSOLVER: read_certificate,
 }
 
 _WRITERS: dict[Format, Callable[[Iterable[Layout]], str | Iterator[str]]] = {

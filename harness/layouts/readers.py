@@ -11,6 +11,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from typing import Any
 
 from steadyload.layouts.model import LayoutError
+from steadyload.layouts.packers.with_packvium import is_packvium, read_packvium
 from steadyload.layouts.plain_yaml import parse_plain_yaml
 from steadyload.layouts.record import FormatError, Record, Refused, shown
 
@@ -54,7 +55,7 @@ _ASCII_NUMBER = re.compile(
 
 
 def read_json(text: str) -> _Parsed:
-    """Records of a native file or of a job file, whichever the JSON turns out to be."""
+    """Records of a native file, a job file or a packer's plan, as the JSON turns out."""
     try:
         content = json.loads(text, object_pairs_hook=_without_duplicates)
     except json.JSONDecodeError as error:
@@ -71,10 +72,12 @@ def read_json(text: str) -> _Parsed:
         yield from _read_job(content)
     elif content.get("format") == NATIVE_FORMAT:
         yield from _read_native(content)
+    elif is_packvium(content):
+        yield from read_packvium(content)
     else:
         raise FormatError(
             f'is JSON of another kind; allowed: an object with "format": "{NATIVE_FORMAT}" '
-            "or with 'ulds'"
+            "or with 'ulds', or a result of Packvium"
         )
 
 
