@@ -28,6 +28,11 @@ if TYPE_CHECKING:
     from steadyload.layouts.model import Item as Item
     from steadyload.layouts.model import Layout as Layout
     from steadyload.layouts.model import Pallet as Pallet
+    from steadyload.layouts.packers.with_packingsolver import (
+        from_packingsolver as from_packingsolver,
+    )
+    from steadyload.layouts.packers.with_packvium import from_packvium as from_packvium
+    from steadyload.layouts.packers.with_py3dbp import from_py3dbp as from_py3dbp
     from steadyload.methods.method import Verdict as Verdict
     from steadyload.methods.registry import make_method as make_method
     from steadyload.methods.session import LoadingSession as LoadingSession
@@ -42,6 +47,9 @@ _PUBLIC = {
     "LoadingSession": "steadyload.methods.session:LoadingSession",
     "Pallet": "steadyload.layouts.model:Pallet",
     "Verdict": "steadyload.methods.method:Verdict",
+    "from_packingsolver": "steadyload.layouts.packers.with_packingsolver:from_packingsolver",
+    "from_packvium": "steadyload.layouts.packers.with_packvium:from_packvium",
+    "from_py3dbp": "steadyload.layouts.packers.with_py3dbp:from_py3dbp",
     "load_benchmark": "steadyload.layouts.benchmark:load_benchmark",
     "load_profile": "steadyload.layouts.dialect:load_profile",
     "load_results": "steadyload.runs.results:load_results",
@@ -59,6 +67,9 @@ __all__ = [
     "LoadingSession",
     "Pallet",
     "Verdict",
+    "from_packingsolver",
+    "from_packvium",
+    "from_py3dbp",
     "load_benchmark",
     "load_profile",
     "load_results",

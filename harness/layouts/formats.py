@@ -20,6 +20,7 @@ from steadyload.layouts.dialect import Dialect
 from steadyload.layouts.floor import FloorKind
 from steadyload.layouts.limits import MAX_FILE_BYTES, MAX_YAML_BYTES
 from steadyload.layouts.model import Layout, LayoutError
+from steadyload.layouts.packers.with_packingsolver import HEADER, read_certificate
 from steadyload.layouts.readers import read_aclpp, read_blocks, read_json
 from steadyload.layouts.record import FormatError, Record, Refused, to_layout
 from steadyload.layouts.snapping import snap
@@ -41,6 +42,7 @@ class Format(StrEnum):
     CSV = "csv"
     JOB = "job"
     ACLPP = "aclpp"
+    PACKINGSOLVER = "packingsolver"
 
 
 class Reading(TypedDict, total=False):
@@ -113,6 +115,8 @@ def detect_format(head: str, dialect: Dialect | None = None) -> Format | None:
     text = head.lstrip("\ufeff \t\r\n")
     if text.startswith("{"):
         return Format.NATIVE
+    if text.startswith(HEADER):
+        return Format.PACKINGSOLVER
     lines = (line.rstrip() for line in text.splitlines())
     first = next((line for line in lines if line and line != "---" and line[0] != "#"), "")
     if first in ("flights:", "segments:"):
@@ -131,7 +135,7 @@ def _records(path: str | Path, dialect: Dialect) -> Iterator[Record | Refused]:
             raise FormatError(
                 "is in no known format; allowed: steadyload JSON, CSV with a header line (columns "
                 "of your own are named with --columns or in a profile), job JSON with 'ulds', "
-                "ACLPP schedule YAML"
+                "ACLPP schedule YAML, a certificate of PackingSolver, JSON of Packvium"
             )
         if kind is not Format.CSV and dialect.stated():
             raise FormatError(
@@ -148,7 +152,7 @@ def _records(path: str | Path, dialect: Dialect) -> Iterator[Record | Refused]:
         return
     text = decoded(content).removeprefix("\ufeff").replace("\r\n", "\n")
     del content
-    yield from read_aclpp(text)
+    yield from _TEXT_READERS[kind](text)
 
 
 def write_layouts(path: str | Path, layouts: Iterable[Layout], kind: Format) -> None:
@@ -158,8 +162,8 @@ def write_layouts(path: str | Path, layouts: Iterable[Layout], kind: Format) -> 
 
     Raises:
         FormatError: two layouts have the same name; or a pallet has more than a size, for which
-            the native format alone has a place; or ``kind`` is ACLPP YAML, which has no place for
-            pallet sizes and centres of mass and is only read.
+            the native format alone has a place; or ``kind`` is one that is only read, such as ACLPP
+            YAML, which has no place for pallet sizes and centres of mass.
         OSError: the file cannot be written.
     """
     if kind not in _WRITERS:
@@ -197,6 +201,11 @@ def read_written(path: str | Path, names: Container[str] | None = None) -> Itera
     except LayoutError as error:
         raise error.located(file=str(path)) from None
 
+
+_TEXT_READERS: dict[Format, Callable[[str], Iterator[Record | Refused]]] = {
+    Format.ACLPP: read_aclpp,
+    Format.PACKINGSOLVER: read_certificate,
+}
 
 _WRITERS: dict[Format, Callable[[Iterable[Layout]], str | Iterator[str]]] = {
     Format.NATIVE: as_native,

@@ -17,6 +17,7 @@ from steadyload.layouts.limits import (
     MAX_WAITING,
 )
 from steadyload.layouts.model import LayoutError
+from steadyload.layouts.packers.with_packvium import is_packvium, read_packvium
 from steadyload.layouts.plain_yaml import parse_plain_yaml
 from steadyload.layouts.record import (
     DECK_KEYS,
@@ -41,11 +42,14 @@ _ULD_SIZES = {
 _NATIVE_KEYS = ("format", "version", "layouts")
 _ITEM_KEYS = ("sequence", "id", "name", "position", "size", "weight", "mass_offset")
 
+_KEPT = ("format", "version", "label", "containers", "unpacked_items")
+"""Members of a file, beside its layouts, whose values are asked for."""
+
 _Parsed = Iterator[Record | Refused]
 
 
 def read_json(chunks: Iterable[bytes]) -> _Parsed:
-    """Records of a native file or of a job file, whichever the JSON turns out to be.
+    """Records of a native file, a job file or a packer's plan, whichever the JSON turns out to be.
 
     Args:
         chunks: the bytes of the file, in turn. Those of a native file that states its format and
@@ -63,20 +67,22 @@ def read_json(chunks: Iterable[bytes]) -> _Parsed:
         _keep(head, name, value)
         if head.get("format") == NATIVE_FORMAT:
             _check_keys(head, _NATIVE_KEYS, "the file")
+    if is_packvium(head):
+        return (yield from read_packvium(head))
     _check_head(head)
     raise FormatError("the file has layouts missing; allowed: a list")
 
 
 def _keep(head: dict[str, Any], name: str, value: Any) -> None:
     """Keep what describes the file; of other members the name."""
-    head[name] = value if name in ("format", "version", "label") else None
+    head[name] = value if name in _KEPT else None
 
 
 def _check_head(head: Mapping[str, Any]) -> None:
     if head.get("format") != NATIVE_FORMAT:
         raise FormatError(
             f'is JSON of another kind; allowed: an object with "format": "{NATIVE_FORMAT}" '
-            "or with 'ulds'"
+            "or with 'ulds', or a result of Packvium"
         )
     version = head.get("version")
     if type(version) is not int or version != NATIVE_VERSION:

@@ -1,0 +1,1 @@
+"""Plans of packing software as layouts: one module for each packer."""
