@@ -3,8 +3,9 @@ PYTHON ?= python3.11
 BIN := .venv/bin
 READY := .venv/.ready
 DRAKE := .venv/.drake
-# Both processes of a run keep whole files: what several tests of a file read is made once.
-TEST := $(BIN)/python -m pytest -n 2 --dist loadfile
+# Both processes of a run keep whole files: what several tests of a file read is made once. Files
+# come in the order of tests/conftest.py, long ones first, not by how many tests they have.
+TEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 # Tests start many processes, each of which would compile all sources anew.
 unexport PYTHONDONTWRITEBYTECODE
