@@ -6,7 +6,7 @@ import uuid
 from collections.abc import Callable
 from typing import Any
 
-from numba import njit
+from numba import config, njit
 
 
 def compile_kept(function: Callable[..., Any], digest: str) -> Callable[..., Any]:
@@ -18,6 +18,8 @@ def compile_kept(function: Callable[..., Any], digest: str) -> Callable[..., Any
             that a function stands in, not at those of the functions that it calls; as part of the
             name, the digest makes a change anywhere a change everywhere.
     """
+    if config.DISABLE_JIT:  # Numba's own switch, for debuggers.
+        return function
     function.__qualname__ += f"_{digest}"
     how = {"error_model": "numpy", "fastmath": {"contract"}}
     try:

@@ -12,7 +12,7 @@ import sys
 import time
 import tomllib
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from xml.etree import ElementTree
@@ -24,11 +24,39 @@ from steadyload.engines.registry import engine_names, engines, world_class
 from steadyload.engines.world import EngineNotInstalledError
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import registry
+from steadyload.runs import executors
 
 ACLPP = Path(__file__).resolve().parents[2] / "shared" / "data" / "aclpp"
 PALLETS = Path(__file__).resolve().parents[2] / "shared" / "data" / "pallets" / "pallets.json"
 _JUDGES = Path(__file__).parent / "outside" / "outside_judges.py"
 _ALLOWED_SKIPS = Path(__file__).parent / "allowed_skips.toml"
+_LONG_FILES = (
+    "golden/test_verdicts.py",
+    "runs/test_executors.py",
+    "runs/test_cluster.py",
+    "properties/test_all_methods.py",
+    "studies/test_extremes.py",
+    "conformance/test_engines.py",
+    "studies/test_speed.py",
+    "physics/test_reference.py",
+    "conformance/test_fresh_processes.py",
+    "tests/test_packaging.py",
+    "studies/test_learned_study.py",
+    "tuning/test_tuning_search.py",
+    "properties/test_planted_bugs.py",
+    "learners/test_learner_training.py",
+    "cli/test_tuning_cli.py",
+    "runs/test_accuracy.py",
+    "cli/test_cli.py",
+    "studies/test_table5.py",
+    "studies/test_labelling.py",
+    "learners/test_learner_judges.py",
+    "properties/test_search_and_page.py",
+)
+"""Files of eight seconds and more, about in the order of their CPU time.
+
+They come first, so that no process has a long one left when the other has none.
+"""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -46,7 +74,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Keep what is deep and why, before tests are chosen by their marks."""
+    """Keep what is deep and why, before tests are chosen by their marks; put long files first."""
+    items.sort(key=lambda item: _turn(item.path))
     config.files = {item.path for item in items}  # type: ignore[attr-defined]
     config.deep = {}  # type: ignore[attr-defined]
     for item in items:
@@ -56,6 +85,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
                 raise pytest.UsageError(f"{item.nodeid}: deep takes one reason")
             name = item.nodeid.partition("[")[0] if mark in of_the_function else item.nodeid
             config.deep[name] = mark.args[0]  # type: ignore[attr-defined]
+
+
+def _turn(file: Path) -> int:
+    """The place of a file in the run; those of the same place stay in order."""
+    name = f"{file.parent.name}/{file.name}"
+    return _LONG_FILES.index(name) if name in _LONG_FILES else len(_LONG_FILES)
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
@@ -246,6 +281,26 @@ def told_time(monkeypatch):
             monkeypatch.setattr(module, "time", clock)
 
     return installed
+
+
+def _in_this_process() -> Iterator[None]:
+    """Commands judge in this process: for tests of what they say, wherever it was judged."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(executors, "_local", lambda workers: executors.Serial())
+        yield
+
+
+in_this_process = pytest.fixture(_in_this_process)
+file_in_this_process = pytest.fixture(_in_this_process, scope="module")
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Pages are written with empty pictures: for tests of what a page says.
+
+    Figures are made all the same. What a kind of page shows is drawn by one test of that kind.
+    """
+    monkeypatch.setattr("steadyload.reports.page.image", lambda figure: (".svg", b"<svg/>"))
 
 
 @pytest.fixture

@@ -15,6 +15,7 @@ from steadyload.layouts.benchmark.dataset import KEYS, SHIPPED, load_benchmark
 from steadyload.tuning.ledger import Ledger
 
 CASES = 2
+pytestmark = pytest.mark.usefixtures("file_in_this_process")
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +41,7 @@ def command(small_set):
 
 
 @pytest.fixture(scope="module")
-def tuned_folder(command, tmp_path_factory):
+def tuned_folder(command, tmp_path_factory, file_in_this_process):
     """Of a search over one generation."""
     folder = tmp_path_factory.mktemp("tune") / "run"
     assert main([*command, "--generations", "1", "-o", str(folder)]) == 0
@@ -108,7 +109,9 @@ def test_a_search_writes_its_page_and_is_done_once(command, tuned_folder, small_
     assert kept["model"] == found.facts["model"]
 
 
-def test_what_judging_costs_is_measured_once(command, tuned_folder, small_set, tmp_path, capfd):
+def test_what_judging_costs_is_measured_once(
+    command, tuned_folder, small_set, tmp_path, capfd, undrawn
+):
     again = [*command, "--generations", "1", "--seed", "5", "-o", str(tmp_path / "run")]
     assert main(again) == 0
     assert "measuring" not in capfd.readouterr().err
@@ -156,7 +159,7 @@ def test_an_interrupt_ends_a_search_in_two_sentences(begin, command, tuned_folde
         time.sleep(0.02)
     os.killpg(process.pid, signal.SIGINT)
     _, errors = process.communicate()
-    assert process.returncode == 130
+    assert process.returncode == 130, errors
     assert [line for line in errors.splitlines() if not line.startswith("generation ")] == [
         f"What is finished stays in {run}; run the same command to go on.",
         "steadyload: interrupted",

@@ -44,6 +44,7 @@ from steadyload.learners.weights import load_arrays, load_weights
 ROOT = Path(__file__).parents[2]
 NOTHING = HeldOut(frozenset(), frozenset())
 TINY = TrainingOptions(hidden=8, layers=1, epochs=6, batch=16, learning_rate=1e-2)
+DROPPING = dataclasses.replace(TINY, layers=2, dropout=0.3)
 
 
 @pytest.fixture(autouse=True)
@@ -67,7 +68,7 @@ def test_thirty_layouts_are_learnt_by_heart(tmp_path, network):
     few = load_sequences(FeatureKind.PLAIN, limit=10)
     assert 0.3 < (few.safe == few.counts).mean() < 0.9
     options = TrainingOptions(
-        features=FeatureKind.PLAIN, network=network, hidden=32, epochs=150, batch=8,
+        features=FeatureKind.PLAIN, network=network, hidden=32, epochs=60, batch=8,
         learning_rate=1e-2, symmetries=1,
     )  # fmt: skip
     # What stops it is what it learns from: said with item lists of other names.
@@ -97,9 +98,38 @@ training.run(progress=told)
 """
 
 
-def test_a_killed_training_goes_on_to_the_same_bits(tmp_path, data, stopping):
-    options = dataclasses.replace(TINY, layers=2, dropout=0.3)
-    whole = Training(tmp_path / "whole", options, data, stopping, held_out=NOTHING).run()
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory, data, stopping):
+    """A training that nothing ended early."""
+    return Training(tmp_path_factory.mktemp("whole"), DROPPING, data, stopping,
+                    held_out=NOTHING).run()  # fmt: skip
+
+
+def goes_on_to(whole, folder, data, stopping):
+    """Assert that a training goes on from where it was to the bits of the whole one."""
+    seen = []
+    again = Training(folder, DROPPING, data, stopping, held_out=NOTHING)
+    trained = again.run(progress=lambda epoch: seen.append(epoch.number))
+    assert seen[-1] == 6
+    assert 3 <= seen[0] <= 5  # not from the start
+    assert [e.loss for e in trained.history] == [e.loss for e in whole.history]
+    assert [e.accuracy for e in trained.history] == [e.accuracy for e in whole.history]
+    for name, array in whole.arrays.items():
+        np.testing.assert_array_equal(trained.arrays[name], array)
+
+
+def test_an_interrupted_training_goes_on_to_the_same_bits(tmp_path, whole, data, stopping):
+    def interrupt(epoch):
+        if epoch.number == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        Training(tmp_path, DROPPING, data, stopping, held_out=NOTHING).run(progress=interrupt)
+    goes_on_to(whole, tmp_path, data, stopping)
+
+
+@pytest.mark.deep("a training in a process of its own, killed: 8 s")
+def test_a_killed_training_goes_on_to_the_same_bits(tmp_path, whole, data, stopping):
     child = subprocess.Popen(
         [sys.executable, "-c", CHILD, str(tmp_path / "killed")],
         stdout=subprocess.PIPE, text=True, cwd=ROOT, env={"PYTHONPATH": str(ROOT)},
@@ -111,15 +141,7 @@ def test_a_killed_training_goes_on_to_the_same_bits(tmp_path, data, stopping):
     child.send_signal(signal.SIGKILL)
     child.stdout.close()
     assert child.wait() == -signal.SIGKILL
-    again = Training(tmp_path / "killed", options, data, stopping, held_out=NOTHING)
-    seen = []
-    trained = again.run(progress=lambda epoch: seen.append(epoch.number))
-    assert seen[-1] == 6
-    assert 3 <= seen[0] <= 5  # not from the start
-    assert [e.loss for e in trained.history] == [e.loss for e in whole.history]
-    assert [e.accuracy for e in trained.history] == [e.accuracy for e in whole.history]
-    for name, array in whole.arrays.items():
-        np.testing.assert_array_equal(trained.arrays[name], array)
+    goes_on_to(whole, tmp_path / "killed", data, stopping)
 
 
 def test_the_weights_are_those_of_the_best_epoch(tmp_path, data, stopping):

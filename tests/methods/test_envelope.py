@@ -271,7 +271,7 @@ def test_the_most_frequent_reason_comes_first(study):
     assert counts[0] > counts[-1]
 
 
-def test_a_page_says_it_too(study, tmp_path):
+def test_a_page_says_it_too(study, tmp_path, undrawn):
     run_study(load_study(study / "study.toml"), study / "run")
     text = write_page(study_page(compare(study / "run")), tmp_path / "page").read_text()
     part = text.partition("## Beyond the engines' envelopes")[2].partition("\n## ")[0]
@@ -280,7 +280,7 @@ def test_a_page_says_it_too(study, tmp_path):
     assert "Nothing was measured of the engine and frequency of PS @ own" in part
 
 
-def test_a_page_knows_a_method_however_it_was_spelt(study, tmp_path):
+def test_a_page_knows_a_method_however_it_was_spelt(study, tmp_path, undrawn):
     asked = load_study(study / "study.toml")
     asked = dataclasses.replace(asked, methods=("simulation@bullet:frequency=60.0",))
     run_study(asked, study / "run")
@@ -288,7 +288,7 @@ def test_a_page_knows_a_method_however_it_was_spelt(study, tmp_path):
     assert "heavy: an item 1e+06 times as heavy" in text
 
 
-def test_a_page_of_an_older_run_says_nothing(study, tmp_path):
+def test_a_page_of_an_older_run_says_nothing(study, tmp_path, undrawn):
     run_study(load_study(study / "study.toml"), study / "run")
     manifest = load_manifest(study / "run")
     del manifest["envelope"]

@@ -35,6 +35,8 @@ from steadyload.studies.properties.study import (
     run_properties,
 )
 
+pytestmark = pytest.mark.usefixtures("file_in_this_process")
+
 
 def below_three(tested, case):
     if len(case.layout) >= 3:
@@ -155,7 +157,7 @@ def test_what_a_method_refuses_is_not_asked(planted, tmp_path):
     assert (outcome.examples, outcome.asked, outcome.refused) == (5, 0, 5)
 
 
-def test_the_page_counts_apart_what_was_refused(planted, tmp_path):
+def test_the_page_counts_apart_what_was_refused(planted, tmp_path, undrawn):
     asked = PropertyStudy((planted(RefusesMany), "fbs"), tuple(chosen(["score"])), 40)
     table = run_properties(asked, tmp_path)
     row, other = table.rows
@@ -175,14 +177,14 @@ def test_the_page_counts_apart_what_was_refused(planted, tmp_path):
     assert "violated: 0," in page
 
 
-def test_the_command_says_how_much_a_learner_refused(tmp_path, capsys):
+def test_the_command_says_how_much_a_learner_refused(tmp_path, capsys, undrawn):
     arguments = ["properties", "-m", "lstm_1", "--property", "far item", "--examples", "3"]
     assert main([*arguments, "-j", "1", "-o", str(tmp_path)]) == 0
     said = capsys.readouterr().err
     assert "lstm_1: not asked on 3 of 3 cases, which lie outside its range" in said
 
 
-def test_a_cascade_is_asked_like_any_method(tmp_path, capsys):
+def test_a_cascade_is_asked_like_any_method(tmp_path, undrawn):
     arguments = ["properties", "-m", "cascade@mujoco", "--examples", "2", "-j", "1"]
     for name in ("score", "past the edge", "free fall", "sliding", "energy"):
         arguments += ["--property", name]
@@ -211,7 +213,7 @@ def study(*methods, examples=40):
     return PropertyStudy(methods, tuple(chosen(["score", "few items"])), examples, seed=3)
 
 
-def test_a_run_keeps_what_is_done_and_gives_the_same_again(tmp_path, few_items):
+def test_a_run_keeps_what_is_done_and_gives_the_same_again(tmp_path, few_items, undrawn):
     first = run_properties(study("fbs", "sme"), tmp_path)
     files = {p: p.stat().st_mtime_ns for p in (tmp_path / "results").iterdir()}
     assert len([p for p in files if p.suffix == ".json"]) == 4
@@ -261,7 +263,7 @@ def test_a_method_spelt_in_two_ways_is_asked_once(tmp_path):
     assert len(table.methods) == len(table.rows) == 1
 
 
-def test_specs_that_differ_in_punctuation_keep_files_of_their_own(tmp_path, few_items):
+def test_specs_that_differ_in_punctuation_keep_files_of_their_own(tmp_path, few_items, undrawn):
     specs = [f"label@mujoco:eps_t={value}" for value in ("1e-16", "1e+16")]
     asked = PropertyStudy(tuple(specs), tuple(chosen(["few items"])), 40, seed=3)
     found = run_properties(asked, tmp_path)
@@ -292,7 +294,7 @@ def test_an_engine_from_elsewhere_is_asked_anew_when_its_code_changes(tmp_path, 
 
 
 def test_a_declared_finding_is_no_violation_and_shows_even_when_missed(
-    tmp_path, few_items, monkeypatch
+    tmp_path, few_items, monkeypatch, undrawn
 ):
     smallest = search(FEW_ITEMS, MethodUnderTest("fbs"), examples=200, seed=1).counterexample
     declared = KnownFinding("few items", "fbs", smallest.found, "They are drawn.", smallest.case)
@@ -306,7 +308,7 @@ def test_a_declared_finding_is_no_violation_and_shows_even_when_missed(
     assert "violated: 0," in page
 
 
-def test_properties_static_baselines_and_accuracies_stand_on_one_page(tmp_path):
+def test_properties_static_baselines_and_accuracies_stand_on_one_page(tmp_path, undrawn):
     run_properties(
         PropertyStudy(("fbs", "sme"), tuple(chosen(["tower", "mirror"])), 10), tmp_path / "p"
     )
@@ -340,7 +342,7 @@ def test_names_that_are_not_there_are_named_errors(tmp_path, capsys):
     assert "unknown method 'fsb'" in capsys.readouterr().err
 
 
-def test_the_command_writes_a_page_and_says_what_is_violated(tmp_path, capsys):
+def test_the_command_writes_a_page_and_says_what_is_violated(tmp_path, capsys, undrawn):
     arguments = ["properties", "--examples", "40", "--seed", "1", "-j", "1"]
     arguments += ["--property", "past the edge"]
     assert main([*arguments, "-m", "label@mujoco", "-o", str(tmp_path / "held")]) == 0
@@ -353,7 +355,7 @@ def test_the_command_writes_a_page_and_says_what_is_violated(tmp_path, capsys):
     assert json.loads(file.read_text())["failure"]["found"].startswith("stable")
 
 
-def test_an_engine_that_ends_its_process_is_a_violation_with_its_reason(tmp_path):
+def test_an_engine_that_ends_its_process_is_a_violation_with_its_reason(tmp_path, undrawn):
     asked = PropertyStudy(("fbs",), tuple(chosen(["score"])), 5)
     run_properties(asked, tmp_path)
     store = Store(tmp_path / "results", OUTCOMES)

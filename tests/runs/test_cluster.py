@@ -99,6 +99,7 @@ def verdicts(directory):
     return frame.drop(columns=[c for c in frame if c.startswith(("cpu_", "wall_"))])
 
 
+@pytest.mark.deep("real engines on two Dask workers, one killed: 10 s")
 def test_a_killed_worker_changes_no_table(cluster, tmp_path):
     """Real engines. When the first unit is done, a worker that is at another is killed for good:
     itself, its nanny, and what judges.
@@ -278,6 +279,7 @@ def test_a_scheduler_that_is_lost_ends_the_run(cluster, tmp_path):
     assert 0 < len(load_results(tmp_path / "run")) < 40
 
 
+@pytest.mark.deep("a Dask cluster of this machine, interrupted: 9 s")
 def test_an_interrupted_cluster_of_this_machine_leaves_nothing_and_can_be_resumed(
     begin_study, tmp_path
 ):

@@ -102,6 +102,7 @@ def test_only_what_is_in_flight_is_judged_again(tmp_path):
     assert set(load_results(tmp_path / "run")["status"]) == {"done"}
 
 
+@pytest.mark.deep("three workers of real engines killed in turn: 11 s")
 def test_killed_workers_change_no_table(tmp_path):
     """Real engines. The oldest worker is killed when a unit is finished: it has begun another."""
     study = study_of("ps3@mujoco", "ps3@bullet", "sme", generated=12, shard_size=3)

@@ -346,9 +346,10 @@ def test_a_study_may_generate_its_layouts(tmp_path, study_file):
             load_study(tmp_path / "wrong.toml")
 
 
-def test_options_of_an_engine_stand_in_the_rows(tmp_path):
+def test_options_of_an_engine_stand_in_the_rows(tmp_path, stack):
+    write_layouts(tmp_path / "one.json", [stack(0.0)], Format.NATIVE)
     spec = "label@reference:tolerance=1e-6,contact=adams"
-    (tmp_path / "study.toml").write_text(f'generated = 1\nmethods = ["{spec}"]\n')
+    (tmp_path / "study.toml").write_text(f'layouts = ["one.json"]\nmethods = ["{spec}"]\n')
     run_study(load_study(tmp_path / "study.toml"), tmp_path / "run")
     row = load_results(tmp_path / "run").iloc[0]
     assert row["method"] == "label@reference:tolerance=1e-06,contact=adams"

@@ -144,12 +144,12 @@ def aimed(record, accuracy, cpu, ahead, cost):
         ((0.990, 1.2, 0.001, 0.1), ["yes", "no", "yes"]),
     ],
 )
-def test_whether_an_aim_is_reached_is_said(numbers, reached, study, tmp_path):
+def test_whether_an_aim_is_reached_is_said(numbers, reached, study, tmp_path, undrawn):
     text = text_of(aimed(study[0], *numbers), tmp_path)
     assert re.findall(r"\| (yes|no) +\|", text) == reached
 
 
-def test_a_busy_machine_is_told(study, tmp_path):
+def test_a_busy_machine_is_told(study, tmp_path, undrawn):
     record, _ = study
     busy = "The machine was busy"
     for load, told in ((5.0, True), (1.1, False), (None, False)):
@@ -178,6 +178,6 @@ def test_what_stages_learnt_from_and_what_is_not_there_is_no_page(wrong, error, 
     assert not (tmp_path / "work").exists()
 
 
-def test_on_test_nothing_was_fitted(study, tmp_path):
+def test_on_test_nothing_was_fitted(study, tmp_path, undrawn):
     text = text_of(dataclasses.replace(study[0], part="test"), tmp_path)
     assert "nothing was fitted on them" in text

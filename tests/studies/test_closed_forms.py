@@ -202,7 +202,7 @@ def test_an_unknown_engine_is_named():
 # --- what is shown ------------------------------------------------------------------------------
 
 
-def test_the_page_defines_every_test_and_shows_its_errors(tmp_path, assert_drawn):
+def test_the_page_defines_every_test_and_shows_its_errors(tmp_path, assert_drawn, request):
     chosen = [
         TESTS[name] for name in ("free fall", "intermediate-axis spin", "creep", "sink under 10")
     ]
@@ -222,6 +222,7 @@ def test_the_page_defines_every_test_and_shows_its_errors(tmp_path, assert_drawn
     for name in pictures:
         assert_drawn(tmp_path / name)
     again = closed_forms_page(list(TESTS.values()), results, {"made": "here"})
+    request.getfixturevalue("undrawn")
     assert write_page(again, tmp_path / "again").read_text() == text
 
 

@@ -329,7 +329,7 @@ def test_a_changed_plan_leaves_what_has_not_changed(plan, folder, workshop, tmp_
     assert not changed.runs("tuned")[0].finished
 
 
-def test_only_what_was_asked_is_made_and_shown(tmp_path, capsys, learned):
+def test_only_what_was_asked_is_made_and_shown(tmp_path, capsys, learned, in_this_process):
     file, work = tmp_path / "plan.toml", tmp_path / "work"
     file.write_text(PLAN.replace('trainings = ["fewer", "small"]', 'trainings = ["fewer"]'))
     command = ["learned", "--plan", str(file), "--work", str(work), "-j", "1", "--only", "size"]

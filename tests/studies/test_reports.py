@@ -45,7 +45,7 @@ def run(tmp_path_factory):
     return folder / "run"
 
 
-def test_a_page_names_engines_settings_and_what_was_ignored(run, tmp_path):
+def test_a_page_names_engines_settings_and_what_was_ignored(run, tmp_path, undrawn):
     text = write_page(study_page(compare(run)), tmp_path).read_text()
     tuning = text.partition("## The same tuning on every engine")[2].partition("\n## ")[0]
     rows = {line.split("|")[1].strip(): line for line in tuning.splitlines() if "|" in line}
@@ -60,21 +60,29 @@ def test_a_page_names_engines_settings_and_what_was_ignored(run, tmp_path):
     assert "mujoco" in text.partition("## Made with")[2]
 
 
-def test_every_picture_of_a_page_is_there_and_not_blank(run, tmp_path, assert_drawn):
-    text = write_page(study_page(compare(run)), tmp_path).read_text()
-    pictures = re.findall(r"!\[.*?\]\((.*?)\)", text)
+@pytest.fixture(scope="module")
+def drawn_twice(run, tmp_path_factory):
+    """The page of the study in two folders."""
+    folders = [tmp_path_factory.mktemp(name) for name in ("one", "two")]
+    for folder in folders:
+        write_page(study_page(compare(run)), folder)
+    return folders
+
+
+def test_every_picture_of_a_page_is_there_and_not_blank(drawn_twice, assert_drawn):
+    folder, _ = drawn_twice
+    pictures = re.findall(r"!\[.*?\]\((.*?)\)", (folder / "report.md").read_text())
     assert len(pictures) >= 3
     for name in pictures:
-        assert_drawn(tmp_path / name)
+        assert_drawn(folder / name)
 
 
-def test_the_same_rows_give_the_same_bytes(run, tmp_path):
-    for folder in ("one", "two"):
-        write_page(study_page(compare(run)), tmp_path / folder)
-    files = sorted(p.relative_to(tmp_path / "one") for p in (tmp_path / "one").rglob("*.*"))
+def test_the_same_rows_give_the_same_bytes(drawn_twice):
+    one, two = drawn_twice
+    files = sorted(p.relative_to(one) for p in one.rglob("*.*"))
     assert files
     for name in files:
-        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
+        assert (one / name).read_bytes() == (two / name).read_bytes()
 
 
 def test_the_comparison_counts_by_hand(run):
@@ -128,7 +136,7 @@ def test_rules_against_simulations_are_disagreements(tmp_path, stack):
     assert list(comparison.disagreements[0].said.values()) == ["1", "stable", "stable"]
 
 
-def test_an_unfinished_study_names_what_is_missing(run, tmp_path):
+def test_an_unfinished_study_names_what_is_missing(run, tmp_path, undrawn):
     import shutil
 
     from steadyload.runs.results import load_manifest, result_store

@@ -37,11 +37,12 @@ from steadyload.studies.table5.summary import (
 
 SPECS = ("fbs", "sme", "equilibrium")
 FEW = ("--limit", "3", "--timed", "2", "--repeats", "1", "-j", "1")
+pytestmark = pytest.mark.usefixtures("file_in_this_process")
 ASKED = ("table5", *(word for spec in SPECS for word in ("-m", spec)), *FEW, "--views", "1")
 
 
 @pytest.fixture(scope="module")
-def written(tmp_path_factory):
+def written(tmp_path_factory, file_in_this_process):
     """The folder of a page, and of what it was made from."""
     folder = tmp_path_factory.mktemp("table5")
     assert main([*ASKED, "--work", str(folder / "work"), "-o", str(folder / "page")]) == 0
@@ -112,7 +113,7 @@ def test_a_method_is_recommended_by_the_times_of_the_timing_pass(written):
     assert front.about["measured on"].startswith("part test, 9 cases")
 
 
-def test_an_interrupted_run_goes_on_to_the_same_page(written):
+def test_an_interrupted_run_goes_on_to_the_same_page(written, undrawn):
     again = [*ASKED, "--work", str(written / "work"), "-o", str(written / "again")]
     (written / "again").mkdir()
     shards = sorted((written / "work").rglob("results/*.parquet"))

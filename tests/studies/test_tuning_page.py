@@ -165,7 +165,7 @@ def test_sections_come_in_order():
 
 
 @pytest.mark.parametrize("part", HEADINGS)
-def test_a_part_that_was_computed_has_its_sections_alone(part, tmp_path):
+def test_a_part_that_was_computed_has_its_sections_alone(part, tmp_path, undrawn):
     tuning = replace(EMPTY, **{part: getattr(FULL, part)})
     assert list(sections(tuning)) == HEADINGS[part]
     write_page(tuning_page(tuning, {}), tmp_path)

@@ -4,13 +4,12 @@ import base64
 import gzip
 import json
 import re
-import subprocess
-import sys
 from importlib import metadata
 
 import numpy as np
 import pytest
 
+from steadyload.cli import main
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.methods.method import Status
@@ -32,9 +31,15 @@ def data_of(page):
     return json.loads(gzip.decompress(base64.b64decode(packed)))
 
 
-def view(*arguments, cwd):
-    command = [sys.executable, "-m", "steadyload.cli", "view", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=600)
+@pytest.fixture
+def view(monkeypatch, capfd):
+    """Runs the command in a folder; its status, output and errors."""
+
+    def run(*arguments, cwd):
+        monkeypatch.chdir(cwd)
+        return main(["view", *arguments]), *capfd.readouterr()
+
+    return run
 
 
 @pytest.mark.parametrize(
@@ -47,25 +52,25 @@ def view(*arguments, cwd):
         (("--layout", "falls", "-m", "sme", "--beside", "ps3@jolt"), "jolt"),
     ],
 )
-def test_wrong_input_is_one_sentence(layout_file, arguments, message):
-    done = view("layouts.json", *arguments, cwd=layout_file.parent)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert message in done.stderr
-    assert done.stderr.count("\n") == 1
+def test_wrong_input_is_one_sentence(layout_file, view, arguments, message):
+    status, output, errors = view("layouts.json", *arguments, cwd=layout_file.parent)
+    assert (status, output) == (2, "")
+    assert message in errors
+    assert errors.count("\n") == 1
     assert [p.name for p in layout_file.parent.iterdir()] == ["layouts.json"]
 
 
-def test_a_method_that_refuses_says_why(tmp_path, plate):
+def test_a_method_that_refuses_says_why(tmp_path, view, plate):
     write_layouts(tmp_path / "plate.json", [plate(0.0)], Format.NATIVE)
-    done = view("plate.json", "-m", "label@chipmunk", cwd=tmp_path)
-    assert done.returncode == 2
-    assert "refuses layout 'plate': the layout is not planar" in done.stderr
+    status, _, errors = view("plate.json", "-m", "label@chipmunk", cwd=tmp_path)
+    assert status == 2
+    assert "refuses layout 'plate': the layout is not planar" in errors
 
 
-def test_the_command_writes_a_page(layout_file):
+def test_the_command_writes_a_page(layout_file, view):
     arguments = ("--layout", "falls", "-m", "label@mujoco", "--beside", "sme")
-    done = view("layouts.json", *arguments, cwd=layout_file.parent)
-    assert (done.returncode, done.stdout) == (0, "view.html\n"), done.stderr
+    status, output, errors = view("layouts.json", *arguments, cwd=layout_file.parent)
+    assert (status, output) == (0, "view.html\n"), errors
     text = (layout_file.parent / "view.html").read_text()
     assert "fails at step 1" in text
     assert "mujoco" in text.partition("Made with steadyload")[2]

@@ -159,7 +159,9 @@ def test_a_search_keeps_its_goal(searched, tmp_path, monkeypatch):
     assert Search.of(tmp_path).goal == goal
 
 
-def test_what_is_remade_is_compared_before_it_is_written(searched, tmp_path, monkeypatch, capfd):
+def test_what_is_remade_is_compared_before_it_is_written(
+    searched, tmp_path, monkeypatch, capfd, in_this_process
+):
     """The preset at hand is not what the search finds."""
     monkeypatch.setattr(tuned, "FILE", tmp_path / "tuned.json")
     monkeypatch.setattr(provenance, "_git_revision", lambda: "0123456789ab")
