@@ -77,7 +77,7 @@ class _Engine:
 
 @dataclass(frozen=True)
 class _Judged:
-    """What was judged on one labelled set: engines with all their specs, and pairs of engines."""
+    """An evaluation on one labelled set: of engines with their specs, and of pairs of engines."""
 
     part: str
     engines: list[_Engine]
@@ -165,7 +165,7 @@ def canonical_spec(spec: str) -> str:
 
 
 def _engine(name: str, searches: Sequence[Search]) -> _Engine:
-    """What is judged of an engine, from its own searches."""
+    """The specs of an engine, from its own searches."""
     values, main = tuned_values(name), _finder(name, searches)
     return _Engine(
         name=name,
