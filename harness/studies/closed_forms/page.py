@@ -6,10 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import MISSING, Column, Table, columns_for, compact, words
-from steadyload.studies.closed_forms.figures import (
-    plot_closed_form_series,
-    plot_closed_forms,
-)
+from steadyload.studies.closed_forms.figures import plot_closed_form_series, plot_closed_forms
 from steadyload.studies.closed_forms.study import ClosedFormResult, ClosedFormTest
 
 OWN_STEPS = "own"

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import Column, Table, columns_for, compact, words, yes_no
-from steadyload.studies.closed_forms.figures import (
-    plot_closed_form_series,
-    plot_closed_forms,
-)
+from steadyload.studies.closed_forms.figures import plot_closed_form_series, plot_closed_forms
 from steadyload.studies.closed_forms.page import ENGINE, OWN_STEPS, SUBSTEPS, hertz
 from steadyload.studies.extremes.figures import plot_outcomes
 from steadyload.studies.extremes.measuring import Outcome
@@ -56,6 +54,13 @@ def _envelope_columns(since: str, up_to: str) -> list[Column]:
     ]
 
 
+_OUTCOMES = {
+    Outcome.CLOSE: "within the stricter limit",
+    Outcome.HELD: "held",
+    Outcome.FAILED: "failed",
+    Outcome.NO_VERDICT: "without a verdict",
+    Outcome.UNDEFINED: "not defined for the engine",
+}
 _NUMBERS = {
     "moved": "moved (mm)",
     "turned": "turned (deg)",
@@ -115,22 +120,10 @@ def _use(extremes: Extremes) -> Section:
 
 def _findings(extremes: Extremes) -> Section:
     """Sentences made from the envelope's rows."""
-    rows, count = extremes.envelope, len(extremes.cells)
-    said = [
-        "- "
-        + f"{count} cells: "
-        + ", ".join(
-            f"{sum(c.outcome is outcome for c in extremes.cells)} {title}"
-            for outcome, title in (
-                (Outcome.CLOSE, "within the stricter limit"),
-                (Outcome.HELD, "held"),
-                (Outcome.FAILED, "failed"),
-                (Outcome.NO_VERDICT, "without a verdict"),
-                (Outcome.UNDEFINED, "not defined for the engine"),
-            )
-        )
-        + "."
-    ]
+    rows = extremes.envelope
+    counted = Counter(cell.outcome for cell in extremes.cells)
+    outcomes = ", ".join(f"{counted[outcome]} {title}" for outcome, title in _OUTCOMES.items())
+    said = [f"- {len(extremes.cells)} cells: {outcomes}."]
     for frequency in [f for f in _SPOKEN_OF if any(r.frequency == f for r in rows)]:
         at = [r for r in rows if r.frequency in (frequency, None)]
         towers = ", ".join(f"{r.tower_height} ({r.engine})" for r in at)
@@ -171,8 +164,7 @@ def _silent(extremes: Extremes) -> str:
 
 
 def _is_fit(row: EnvelopeRow) -> bool:
-    ratio = min(row.heavy_on_light, row.light_on_heavy)
-    return row.tower_height >= _TALL and ratio >= _UNEVEN
+    return row.tower_height >= _TALL and min(row.heavy_on_light, row.light_on_heavy) >= _UNEVEN
 
 
 def _envelope(rows: Sequence[EnvelopeRow]) -> Section:

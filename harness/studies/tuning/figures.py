@@ -42,8 +42,8 @@ def plot_price(tuning: Tuning) -> Figure:
     """Accuracy against CPU time: fronts as steps, and measurements on the test part as points."""
     figure = Figure(figsize=(7.6, 5.0))
     axes = figure.add_subplot()
-    named = [r.engine for r in (*tuning.searches, *tuning.prices, *tuning.tests)]
-    engines = list(dict.fromkeys(named))
+    priced = [*(p.engine for p in tuning.prices), *(t.engine for t in tuning.tests)]
+    engines = list(dict.fromkeys([*(s.engine for s in tuning.searches), *priced]))
     for engine in engines:
         judged = [p for s in tuning.searches if s.engine == engine for p in s.judged]
         draw_front(axes, judged, engine_colour(engine), linewidth=1.2, alpha=0.8)

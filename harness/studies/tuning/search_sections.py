@@ -26,7 +26,7 @@ Groups = Mapping[str, Mapping[str, list[SearchRow]]]
 
 
 def _from_start(what: int, form: Callable[[float], str]) -> Callable[[SearchRow], str]:
-    """What a search begins with, and what it found."""
+    """A number of the genotype a search begins with, and of the best one found."""
     return lambda row: f"{form(row.start[what])} → {form(row.found[what])}"
 
 

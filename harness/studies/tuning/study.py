@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -55,7 +55,7 @@ _STOPPED = GOAL.partition(":")[2]
 Progress = Callable[[int, int], None]
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Engine:
     """One engine's part of the study: the specs that are to be judged, by their purpose."""
 
@@ -64,17 +64,25 @@ class _Engine:
     others: dict[str, MethodKey]
     left_out: list[Change]
     physical: list[Change]
-    carried: dict[str, tuple[str, tuple[str, ...]]]
     seeds: list[tuple[Search, str]]
     prices: list[tuple[float, Entry | None, str]]
 
     def specs(self) -> list[str]:
         """All specs."""
         changed = [change.spec for change in (*self.left_out, *self.physical)]
-        elsewhere = [spec for spec, _ in self.carried.values()]
         priced = [spec for _, _, spec in self.prices if spec]
         seeded = [spec for _, spec in self.seeds]
-        return [self.tuned, *self.others, *changed, *elsewhere, *seeded, *priced]
+        return [self.tuned, *self.others, *changed, *seeded, *priced]
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """An evaluation on one labelled set: of engines with their specs, and of pairs of engines."""
+
+    part: str
+    engines: list[_Engine]
+    transferred: list[str]
+    found: Evaluation
 
 
 def tuning_study(
@@ -107,78 +115,48 @@ def tuning_study(
         raise TuningError("none of these engines has a preset; steadyload tune --write-preset")
     sets: dict[str | None, list[str]] = {}
     for name in names:
-        sets.setdefault(_set_of(name), []).append(name)
-    tables = []
+        planar = capabilities(name).dimensions == 2
+        sets.setdefault(PLANAR if planar else None, []).append(name)
+    judged = []
     for benchmark, on_it in sets.items():
-        others = names if benchmark == PLANAR else on_it
-        engines = [_engine(name, searches, others) for name in on_it]
+        engines = [
+            _engine(name, [s for s in searches if s.options.engine == name]) for name in on_it
+        ]
         # 3-D engines take part on the planar set with their own parameters.
-        guests = [n for n in others if n not in on_it]
+        pairs = names if benchmark == PLANAR else on_it
         specs = [spec for engine in engines for spec in engine.specs()]
-        specs += [_carried(a, b)[0] for b in guests for a in others]
-        evaluation = _evaluated(
-            specs,
-            work / (benchmark or "shipped"),
-            benchmark=benchmark,
-            workers=workers,
+        specs += [_carried(here, there)[0] for there in pairs for here in pairs]
+        study = StudyDefinition(
+            name="tuning",
+            methods=tuple(dict.fromkeys(specs)),
+            benchmark=PART,
+            benchmark_directory=benchmark,
             limit=limit,
-            progress=progress,
+            shard_size=_SHARD_SIZE,
         )
-        tables.append((benchmark, engines, others, evaluation))
-    return _assembled(searches, tables)
+        folder = work / (benchmark or "shipped")
+        run_study(study, folder, workers=workers, progress=progress)
+        part = f"{PART}, {benchmark}" if benchmark else PART
+        judged.append(_Judged(part, engines, pairs, evaluate(folder, by_scenario=False)))
+    return _assembled(searches, judged)
 
 
-def _evaluated(
-    specs: Iterable[str],
-    directory: Path,
-    *,
-    benchmark: str | None,
-    workers: int,
-    limit: int | None,
-    progress: Progress,
-) -> Evaluation:
-    """Evaluation of methods on the test part of a labelled set; an interrupted run is resumed."""
-    study = StudyDefinition(
-        name="tuning",
-        methods=tuple(dict.fromkeys(specs)),
-        benchmark=PART,
-        benchmark_directory=benchmark,
-        limit=limit,
-        shard_size=_SHARD_SIZE,
-    )
-    run_study(study, directory, workers=workers, progress=progress)
-    return evaluate(directory, by_scenario=False)
-
-
-_Judged = tuple[str | None, list[_Engine], list[str], Evaluation]
-
-
-def _assembled(searches: Sequence[Search], tables: Iterable[_Judged]) -> Tuning:
-    tables = list(tables)
-    parts = [(engine, found, _part(benchmark)) for benchmark, engines, _, found in tables
-             for engine in engines]  # fmt: skip
+def _assembled(searches: Sequence[Search], judged: Sequence[_Judged]) -> Tuning:
+    own = [(engine, each.part, each.found) for each in judged for engine in each.engines]
     return dataclasses.replace(
         tuning_of(searches),
-        tests=tuple(_held_against(engine, part, found) for engine, found, part in parts),
-        seeds=tuple(row for engine, found, _ in parts for row in _seed_rows(engine, found)),
+        tests=tuple(_tested(engine, part, found) for engine, part, found in own),
+        seeds=tuple(row for engine, _, found in own for row in _seed_rows(engine, found)),
         left_out=tuple(
-            _changed(e, part, found, e.left_out) for e, found, part in parts if e.left_out
+            _changed(e, e.left_out, part, found) for e, part, found in own if e.left_out
         ),
         plausibility=tuple(
-            _changed(e, part, found, e.physical) for e, found, part in parts if e.physical
+            _changed(e, e.physical, part, found) for e, part, found in own if e.physical
         ),
-        transfer=tuple(
-            _transfer(_part(benchmark), names, found)
-            for benchmark, _, names, found in tables
-            if len(names) > 1
-        ),
-        prices=tuple(row for engine, found, _ in parts for row in _price_rows(engine, found)),
-        cost_source=tables[0][3].cost_source,
+        transfer=tuple(_transfer(each) for each in judged if len(each.transferred) > 1),
+        prices=tuple(row for engine, _, found in own for row in _price_rows(engine, found)),
+        cost_source=judged[0].found.cost_source,
     )
-
-
-def _set_of(engine: str) -> str | None:
-    return PLANAR if capabilities(engine).dimensions == 2 else None
 
 
 def canonical_spec(spec: str) -> str:
@@ -186,43 +164,34 @@ def canonical_spec(spec: str) -> str:
     return str(make_method(spec).spec)
 
 
-def _part(benchmark: str | None) -> str:
-    return f"{PART}, {benchmark}" if benchmark else PART
-
-
-def _engine(name: str, searches: Sequence[Search], others: Sequence[str]) -> _Engine:
-    own = [search for search in searches if search.options.engine == name]
-    values = tuned_values(name)
-    spec = canonical_spec(f"{TUNED}@{name}")
-    main = _finder(name, own)
-    rivals = {
-        canonical_spec(rival): (title, family)
-        for rival, title, family in (
-            (f"ps3@{name}:{_STOPPED}", "PS_3, stopped at rest", "ps3"),
-            (f"ps5@{name}:{_STOPPED}", "PS_5, stopped at rest", "ps5"),
-            (f"ps3@{name}:{_STOPPED},scope=widening", "PS_3, widening scope", "simulation"),
-            (f"ps3@{name}", "PS_3, never stopped", "simulation"),
-            (
-                f"ps_opt-paper@{name}:rest_speed={values['rest_speed']}",
-                "PS_opt, paper",
-                "ps_opt-paper",
-            ),
-            (main.space.spec(main.space.start), "start of the search", "label"),
-        )
-    }
+def _engine(name: str, searches: Sequence[Search]) -> _Engine:
+    """The specs of an engine, from its own searches."""
+    values, main = tuned_values(name), _finder(name, searches)
     return _Engine(
         name=name,
-        tuned=spec,
-        others={
-            rival: MethodKey(f"{title} @ {name}", rival, family, name)
-            for rival, (title, family) in rivals.items()
-        },
+        tuned=canonical_spec(f"{TUNED}@{name}"),
+        others=_others(name, values, main),
         left_out=without_gains(main.space, values),
         physical=physical(name, values),
-        carried={other: _carried(other, name) for other in others},
-        seeds=apart_by_seeds(own),
-        prices=_prices(own),
+        seeds=apart_by_seeds(searches),
+        prices=_prices(searches),
     )
+
+
+def _others(name: str, values: Mapping[str, Any], main: Search) -> dict[str, MethodKey]:
+    """The methods with which the tuned one is compared, by spec."""
+    others = {}
+    for spec, title, family in (
+        (f"ps3@{name}:{_STOPPED}", "PS_3, stopped at rest", "ps3"),
+        (f"ps5@{name}:{_STOPPED}", "PS_5, stopped at rest", "ps5"),
+        (f"ps3@{name}:{_STOPPED},scope=widening", "PS_3, widening scope", "simulation"),
+        (f"ps3@{name}", "PS_3, never stopped", "simulation"),
+        (f"ps_opt-paper@{name}:rest_speed={values['rest_speed']}", "PS_opt, paper", "ps_opt-paper"),
+        (main.space.spec(main.space.start), "start of the search", "label"),
+    ):
+        known = canonical_spec(spec)
+        others[known] = MethodKey(f"{title} @ {name}", known, family, name)
+    return others
 
 
 def _finder(engine: str, searches: Sequence[Search]) -> Search:
@@ -273,19 +242,13 @@ def _prices(searches: Sequence[Search]) -> list[tuple[float, Entry | None, str]]
     return found
 
 
-def _held_against(engine: _Engine, part: str, found: Evaluation) -> TunedTable:
-    return TunedTable(
-        engine=engine.name,
-        part=part,
-        tuned=found.row(engine.tuned),
-        others=tuple(
-            found.row(spec, against=engine.tuned, key=key) for spec, key in engine.others.items()
-        ),
-    )
+def _tested(engine: _Engine, part: str, found: Evaluation) -> TunedTable:
+    others = (found.row(s, against=engine.tuned, key=key) for s, key in engine.others.items())
+    return TunedTable(engine.name, part, found.row(engine.tuned), tuple(others))
 
 
 def _changed(
-    engine: _Engine, part: str, found: Evaluation, changes: Sequence[Change]
+    engine: _Engine, changes: Sequence[Change], part: str, found: Evaluation
 ) -> VariantTable:
     return VariantTable(
         engine.name,
@@ -303,48 +266,38 @@ def _changed(
     )
 
 
-def _transfer(part: str, names: Sequence[str], found: Evaluation) -> TransferTable:
-    cells, ignored = [], {}
+def _transfer(judged: _Judged) -> TransferTable:
+    names, cells, ignored = judged.transferred, [], {}
     for there in names:
         own, _ = _carried(there, there)
         for here in names:
-            spec, lost = _carried(here, there)
-            ignored[here, there] = lost
-            against = None if here == there else own
+            spec, ignored[here, there] = _carried(here, there)
             key = dataclasses.replace(
                 method_key(make_method(f"{TUNED}@{here}")), title=f"PS_opt of {here} @ {there}"
             )
-            cells.append(TransferCell(here, there, found.row(spec, against=against, key=key)))
-    return TransferTable(part, tuple(names), tuple(cells), ignored)
+            row = judged.found.row(spec, against=None if here == there else own, key=key)
+            cells.append(TransferCell(here, there, row))
+    return TransferTable(judged.part, tuple(names), tuple(cells), ignored)
 
 
-def _seed_rows(engine: _Engine, found: Evaluation) -> list[SeedRow]:
-    rows = []
+def _seed_rows(engine: _Engine, found: Evaluation) -> Iterator[SeedRow]:
     for search, spec in engine.seeds:
         best = search.fittest()
-        values: Mapping[str, object] = search.space.values(best.genotype)
-        rows.append(
-            SeedRow(
-                engine.name,
-                search.options.seed,
-                fitness(best.trial, search.goal),
-                best.trial.accuracy,
-                found.row(spec),
-                {name: f"{value}" for name, value in values.items()},
-            )
+        yield SeedRow(
+            engine=engine.name,
+            seed=search.options.seed,
+            fitness=fitness(best.trial, search.goal),
+            validation=best.trial.accuracy,
+            test=found.row(spec),
+            values={name: f"{v}" for name, v in search.space.values(best.genotype).items()},
         )
-    return rows
 
 
-def _price_rows(engine: _Engine, found: Evaluation) -> list[PricePoint]:
-    rows = []
+def _price_rows(engine: _Engine, found: Evaluation) -> Iterator[PricePoint]:
     for budget, entry, spec in engine.prices:
         if entry is None:
-            rows.append(PricePoint(engine.name, budget, "", 0.0, None))
+            yield PricePoint(engine.name, budget, "", 0.0, None)
             continue
-        values = spec.partition(":")[2]
         key = MethodKey(f"{budget:g} ms @ {engine.name}", spec, "simulation", engine.name)
-        rows.append(
-            PricePoint(engine.name, budget, values, entry.trial.accuracy, found.row(spec, key=key))
-        )
-    return rows
+        test = found.row(spec, key=key)
+        yield PricePoint(engine.name, budget, spec.partition(":")[2], entry.trial.accuracy, test)
