@@ -21,7 +21,7 @@ def _from_zero(text: str) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Deck:
-    """What boxes stand on, and how far they may stand out over its edges."""
+    """Floor that boxes stand on, and how far they may stand out over its edges."""
 
     overhang: float | None = option(
         None, "how far boxes may overhang the deck (default: as in the file, else 10)",

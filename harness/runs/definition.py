@@ -186,9 +186,11 @@ def with_deck(
         StudyError: the study judges a labelled set.
         FloorError: there is no such floor.
     """
-    kind = None if floor is None else FloorKind.named(floor)
-    given = {"overhang": overhang, "floor": kind}
-    return replace(study, **{k: v for k, v in given.items() if v is not None})
+    return replace(
+        study,
+        overhang=study.overhang if overhang is None else overhang,
+        floor=study.floor if floor is None else FloorKind.named(floor),
+    )
 
 
 def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
