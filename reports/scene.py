@@ -69,12 +69,11 @@ def plot_scene(scene: Drawable, *, title: str = "", marked: Collection[int] = ()
     top = min(height, float(scene.upper[:, 1].max()) * 1.05)
     low, high = np.zeros(3), np.array((depth, width, top))
     if scene.floor.has_edges:
-        deck = _add_deck(axes, scene.floor)
-        low = np.minimum(deck[0], scene.lower.min(axis=0)[[2, 0, 1]])
+        low = np.minimum(_add_deck(axes, scene.floor), scene.lower.min(axis=0)[[2, 0, 1]])
         high = np.maximum(high, scene.upper.max(axis=0)[[2, 0, 1]])
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set(xlabel="z, depth (cm)", ylabel="x, width (cm)", zlabel="y, height (cm)")
-    axes.set_box_aspect(tuple(b - a for a, b in zip(low, high, strict=True)))
+    axes.set_box_aspect(tuple(high - low))
     axes.locator_params(nbins=4)
     for axis, side in ((axes.xaxis, depth), (axes.yaxis, width), (axes.zaxis, top)):
         if side < _SHORT * max(depth, width, top):  # no room for more than one number
@@ -83,13 +82,13 @@ def plot_scene(scene: Drawable, *, title: str = "", marked: Collection[int] = ()
     return figure
 
 
-def _add_deck(axes: Any, floor: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Draw a deck; its corners, as they are drawn."""
+def _add_deck(axes: Any, floor: Any) -> np.ndarray:
+    """Draw a deck; its lower corner, as it is drawn."""
     (x0, z0), (x1, z1) = floor.low, floor.high
     low, high = np.array((z0, x0, -floor.height)), np.array((z1, x1, 0.0))
     wood = {"facecolor": "#c8a97e", "edgecolor": "#6b4f2a", "linewidths": 0.5, "alpha": 0.5}
     axes.add_collection3d(Poly3DCollection(_faces(low, high), **wood))
-    return low, high
+    return low
 
 
 def _faces(low: np.ndarray, high: np.ndarray) -> list[list[tuple[float, float, float]]]:

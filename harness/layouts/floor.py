@@ -24,7 +24,7 @@ class FloorError(UserError):
 
 
 class FloorKind(StrEnum):
-    """What items stand on.
+    """Kind of floor that items stand on.
 
     ``auto``: the deck where an item overhangs it, the infinite plane where none does. ``deck``: the
     pallet's deck, beyond whose edges nothing carries, above the ground. ``infinite``: a plane at

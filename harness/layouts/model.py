@@ -342,9 +342,9 @@ class Layout:
         """The same layout on another kind of floor.
 
         Raises:
-            LayoutError: there is no such kind.
+            FloorError: there is no such kind.
         """
-        pallet = replace(self.pallet, floor=floor)
+        pallet = replace(self.pallet, floor=FloorKind.named(floor))
         return self if pallet == self.pallet else Layout(self.name, pallet, self.items)
 
     def with_floor_kept(self) -> Layout:

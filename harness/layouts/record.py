@@ -69,7 +69,7 @@ def to_layout(
 
 
 def _deck(values: Mapping[str, Any]) -> dict[str, Any]:
-    """What a file states of a deck."""
+    """Statements of a file on a deck, as fields of a pallet."""
     found: dict[str, Any] = {
         key: _number(values, key, f"pallet {key}", "cm")
         for key in ("overhang", "deck_height")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
-from steadyload.layouts.floor import INFINITE, Floor
+from steadyload.layouts.floor import INFINITE, Floor, FloorError
 from steadyload.layouts.model import TOLERANCE, replace_items
 
 PALLET = Pallet(100.0, 50.0, 100.0)
@@ -137,7 +137,7 @@ def test_a_floor_has_edges_where_an_item_overhangs_them():
     assert inside.on("deck").floor == over.floor
     assert not over.on("infinite").floor.has_edges
     assert over.on("auto") is over
-    with pytest.raises(LayoutError, match="floor is 'table'; allowed: auto, deck, infinite"):
+    with pytest.raises(FloorError, match="floor is 'table'; allowed: auto, deck, infinite"):
         over.on("table")
 
 
