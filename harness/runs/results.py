@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from steadyload.layouts.model import Layout
 from steadyload.layouts.record import shown
 from steadyload.methods.method import Method, Verdict
 from steadyload.methods.spec import as_plain
-from steadyload.runs.store import Codec, DamagedError, Store, checksum_of
+from steadyload.runs.store import Codec, DamagedError, Store, checksum, checksum_of
 from steadyload.runs.store import ResultsError as ResultsError
 
 SCHEMA_VERSION = 2
@@ -63,6 +63,8 @@ SCHEMA = pa.schema(
 """Column names, types and which may be null. ``displacement`` [cm], ``rotation`` [degrees],
 ``cpu_*`` and ``wall_*`` [s]; ``parameters`` is the full parameter set as JSON; ``failing_step`` is
 null for a stable layout and for a verdict without a score."""
+
+_SEAL = "checksum"
 
 _MANIFEST_KEYS = ("schema_version", "study", "study_hash", "data_hash", "shards", "finished")
 
@@ -196,7 +198,7 @@ def load_manifest(directory: str | Path) -> dict[str, Any]:
     """The manifest of a run folder.
 
     Raises:
-        ResultsError: not a run folder.
+        ResultsError: not a run folder, or its manifest is damaged.
     """
     path = Path(directory) / "manifest.json"
     try:
@@ -207,7 +209,19 @@ def load_manifest(directory: str | Path) -> dict[str, Any]:
         raise ResultsError(f"{path}: not valid JSON; is it cut off?") from None
     if not _is_manifest(manifest):
         raise ResultsError(f"{path}: is not the manifest of a study")
+    expected = manifest.pop(_SEAL, None)  # earlier manifests have none
+    if expected is not None and expected != _seal(manifest):
+        raise DamagedError(path)
     return manifest
+
+
+def sealed(manifest: Mapping[str, Any]) -> dict[str, Any]:
+    """A manifest with its own checksum, which :func:`load_manifest` compares and leaves out."""
+    return {**manifest, _SEAL: _seal(manifest)}
+
+
+def _seal(manifest: Mapping[str, Any]) -> str:
+    return checksum(json.dumps(manifest, sort_keys=True).encode())
 
 
 def _is_manifest(found: Any) -> bool:

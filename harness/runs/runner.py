@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -30,7 +31,13 @@ from steadyload.runs.labels import (
     own_material,
 )
 from steadyload.runs.provenance import provenance
-from steadyload.runs.results import LAYOUTS_FILE, SCHEMA_VERSION, load_manifest, result_store
+from steadyload.runs.results import (
+    LAYOUTS_FILE,
+    SCHEMA_VERSION,
+    load_manifest,
+    result_store,
+    sealed,
+)
 from steadyload.runs.store import (
     Progress,
     ResultsError,
@@ -41,6 +48,8 @@ from steadyload.runs.store import (
     locked,
 )
 from steadyload.runs.units import crashed_row, hard_limit, judge_unit, made_now, study_units
+
+_log = logging.getLogger("steadyload")
 
 _FRESH = f".{LAYOUTS_FILE}"
 """Name of the file of layouts until it is complete."""
@@ -171,12 +180,29 @@ def _claim(directory: Path, study: StudyDefinition) -> None:
     if directory.exists() and not directory.is_dir():
         raise ResultsError(f"{directory}: is not a folder")
     if (directory / "manifest.json").exists():
-        name = load_manifest(directory)["study"]["name"]
-        if name != study.name:
+        name = _claimed_by(directory)
+        if name is not None and name != study.name:
             raise ResultsError(f"{directory}: holds the study {name!r}; choose another folder")
     elif directory.exists() and any(map(_is_foreign, directory.iterdir())):
         raise ResultsError(f"{directory}: holds something that is no study; choose another folder")
     (directory / "results").mkdir(parents=True, exist_ok=True)
+
+
+def _claimed_by(directory: Path) -> str | None:
+    """The name of the study that a folder holds; None where a damaged manifest was thrown away.
+
+    Shards are found by their keys, so that only a folder with some is one that can be mended.
+    """
+    try:
+        return str(load_manifest(directory)["study"]["name"])
+    except ResultsError:
+        shards = (directory / "results").glob("*.parquet")
+        if not ((directory / LAYOUTS_FILE).is_file() and any(shards)):
+            raise
+    path = directory / "manifest.json"
+    _log.warning("%s: is damaged; it is thrown away and made again", path)
+    path.unlink()
+    return None
 
 
 def _is_foreign(found: Path) -> bool:
@@ -235,7 +261,7 @@ def _manifest(
 
 
 def _write_manifest(directory: Path, manifest: dict[str, Any]) -> None:
-    write_atomically(directory / "manifest.json", json.dumps(manifest, indent=1) + "\n")
+    write_atomically(directory / "manifest.json", json.dumps(sealed(manifest), indent=1) + "\n")
 
 
 def _now() -> str:
