@@ -21,7 +21,8 @@ def command() -> int:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command.
 
-    Returns the exit status: 0 done, 1 failed, 2 wrong input, 130 interrupted.
+    Returns the exit status: 0 done, 1 failed, 2 wrong input, 3 done but some layouts were
+        refused, 130 interrupted.
     """
     try:
         from steadyload.cli.running import run

@@ -36,7 +36,7 @@ def output_format(output: Path, named: str | None) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Convert(Snap, DialectFlags):
+class Convert(DialectFlags, Snap):
     """Files in, a file out."""
 
     files: tuple[Path, ...] = operand(REQUIRED, "layouts; - reads standard input", metavar="FILE")

@@ -6,19 +6,20 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from steadyload.cli.box_names import named_reason
 from steadyload.cli.dialect import SOME_REFUSED, DialectFlags, Strict
 from steadyload.cli.flags import UsageError
 from steadyload.cli.snap import Snap
 from steadyload.cli.terminal import print_table, progress_bar, say
-from steadyload.layouts.refusals import Refusals
 from steadyload.studies.options import REQUIRED, operand, option, positive_number
+
+if TYPE_CHECKING:
+    from steadyload.layouts.refusals import Refusals
 
 
 @dataclass(frozen=True, kw_only=True)
-class Score(Snap, DialectFlags, Strict):
+class Score(Strict, DialectFlags, Snap):
     """Files, methods, and the required reliability of a verdict."""
 
     files: tuple[Path, ...] = operand(REQUIRED, "layouts; - reads standard input", metavar="FILE")
@@ -139,6 +140,8 @@ def _rows(records: Iterable[Mapping[str, Any]]) -> Iterable[tuple[str, ...]]:
 
 def _refused(records: Iterable[Mapping[str, Any]]) -> Refusals:
     """Layouts that are not valid: those of which not even the items could be counted."""
+    from steadyload.layouts.refusals import Refusals
+
     reasons = {(r["file"], r["layout"]): r["reason"] for r in records if r["items"] is None}
     refused = Refusals()
     for reason in reasons.values():
@@ -148,5 +151,7 @@ def _refused(records: Iterable[Mapping[str, Any]]) -> Refusals:
 
 def _why(record: Mapping[str, Any]) -> str:
     """The reason, and the settings that the engine ignored, which are always shown."""
+    from steadyload.cli.box_names import named_reason
+
     ignored = f"ignored: {', '.join(record['ignored'])}" if record["ignored"] else ""
     return "; ".join(filter(None, (named_reason(record), ignored)))

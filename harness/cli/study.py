@@ -15,7 +15,7 @@ from steadyload.studies.options import REQUIRED, operand, option
 
 
 @dataclass(frozen=True, kw_only=True)
-class Run(DialectFlags, Strict):
+class Run(Strict, DialectFlags):
     """A study file, the workers, and the form of the study's files."""
 
     study: str = operand(

@@ -1,9 +1,10 @@
-"""Reader of CSV files: one row an item, text in, records out, one layout after the other."""
+"""Reader of CSV files: one row an item, bytes in, records out, one layout after the other."""
 
 from __future__ import annotations
 
 import csv
 import re
+from codecs import BOM_UTF8
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -17,6 +18,7 @@ from steadyload.layouts.dialect import UNITS, WEIGHT_UNITS, Dialect
 from steadyload.layouts.limits import MAX_ITEMS, MAX_LAYOUTS, MAX_TEXT_LENGTH
 from steadyload.layouts.model import LayoutError
 from steadyload.layouts.record import FormatError, Record, Refused
+from steadyload.layouts.sources import decoded
 
 CSV_COLUMNS = (
     "layout",
@@ -42,7 +44,7 @@ _SEPARATOR_LINE = re.compile(r"sep=([;,\t]?)")
 """First line by which a spreadsheet is told the separator."""
 
 _CHUNK = 1 << 16
-"""Characters that are split into lines at a time."""
+"""Bytes that are split into lines at a time."""
 
 _SIZES = ("width", "height", "depth")
 _ONE = Decimal(1)
@@ -55,13 +57,13 @@ def is_csv(line: str, dialect: Dialect) -> bool:
     return bool(_SEPARATOR_LINE.fullmatch(line)) or separator_of(line, dialect) is not None
 
 
-def read_csv(text: str, dialect: Dialect) -> Iterator[Record | Refused]:
+def read_csv(content: bytes | bytearray, dialect: Dialect) -> Iterator[Record | Refused]:
     """Records of a CSV file, in the order in which their layouts first appear.
 
     Rows of a layout may stand anywhere: a first pass counts them, so that the second one holds only
     layouts that have begun and are not complete.
     """
-    separator, header, rows = _opened(text, dialect)
+    separator, header, rows = _opened(content, dialect)
     columns = find_columns(header, dialect)
     left = Counter[str]()
     for _, row in rows:
@@ -71,7 +73,7 @@ def read_csv(text: str, dialect: Dialect) -> Iterator[Record | Refused]:
                 raise FormatError(f"has more than {MAX_LAYOUTS} layouts; allowed: up to so many")
     read = _Rows(columns, dialect, separator)
     begun: dict[str, Record | Refused] = {}
-    for line, row in _opened(text, dialect)[2]:
+    for line, row in _opened(content, dialect)[2]:
         read.check(line, row)
         name = row[columns.layout]
         begun[name] = read.added(begun.get(name), line, row)
@@ -80,9 +82,11 @@ def read_csv(text: str, dialect: Dialect) -> Iterator[Record | Refused]:
             yield begun.pop(first)
 
 
-def _opened(text: str, dialect: Dialect) -> tuple[str, list[str], Iterator[tuple[int, list[str]]]]:
+def _opened(
+    content: bytes | bytearray, dialect: Dialect
+) -> tuple[str, list[str], Iterator[tuple[int, list[str]]]]:
     """Separator, header, and the rows that are not empty, with the numbers of their lines."""
-    lines = _lines(text)
+    lines = _lines(content)
     before, line = next(((k, line) for k, line in enumerate(lines) if line.strip()), (0, ""))
     stated = _SEPARATOR_LINE.fullmatch(line.rstrip("\n"))
     if stated:
@@ -102,12 +106,13 @@ def _checked(reader: Any, before: int) -> Iterator[tuple[int, list[str]]]:
         raise FormatError(f"line {before + reader.line_num} is not CSV ({error})") from None
 
 
-def _lines(text: str) -> Iterator[str]:
+def _lines(content: bytes | bytearray) -> Iterator[str]:
     """The lines of a text that ends them by either character, without a copy of the whole."""
-    start = 0
-    while start < len(text):
-        end = text.find("\n", start + _CHUNK) + 1 or len(text)
-        for line in text[start:end].replace("\r", "\n").removesuffix("\n").split("\n"):
+    start = len(BOM_UTF8) if content.startswith(BOM_UTF8) else 0
+    while start < len(content):
+        end = content.find(b"\n", start + _CHUNK) + 1 or len(content)
+        text = decoded(content[start:end], start).replace("\r\n", "\n").replace("\r", "\n")
+        for line in text.removesuffix("\n").split("\n"):
             yield line + "\n"
         start = end
 

@@ -21,7 +21,7 @@ from steadyload.layouts.model import Layout, LayoutError
 from steadyload.layouts.readers import read_aclpp, read_blocks, read_json
 from steadyload.layouts.record import FormatError, Record, Refused, to_layout
 from steadyload.layouts.snapping import snap
-from steadyload.layouts.sources import opened, read_rest, source_name
+from steadyload.layouts.sources import decoded, opened, read_rest, source_name
 from steadyload.layouts.writers import as_csv, as_job, as_native
 
 _TWICE = "name stands there twice; allowed: one layout a name"
@@ -125,12 +125,12 @@ def _records(path: str | Path, dialect: Dialect) -> Iterator[Record | Refused]:
             return
         cap = MAX_YAML_BYTES if kind is Format.ACLPP else MAX_FILE_BYTES
         content = read_rest(file, head, cap)
-    try:
-        text = content.decode("utf-8-sig").replace("\r\n", "\n")
-    except UnicodeDecodeError as error:
-        raise FormatError(f"is not UTF-8 text (byte {error.start})") from None
+    if kind is Format.CSV:
+        yield from read_csv(content, dialect)
+        return
+    text = decoded(content).removeprefix("\ufeff").replace("\r\n", "\n")
     del content
-    yield from read_csv(text, dialect) if kind is Format.CSV else read_aclpp(text)
+    yield from read_aclpp(text)
 
 
 def write_layouts(path: str | Path, layouts: Iterable[Layout], kind: Format) -> None:

@@ -10,6 +10,8 @@ from typing import BinaryIO
 
 from steadyload.layouts.record import FormatError
 
+_CHUNK = 1024**2
+
 STANDARD_INPUT = "-"
 """Stands for standard input where a file is named."""
 
@@ -29,7 +31,7 @@ def opened(path: str | Path) -> Iterator[BinaryIO]:
         yield file
 
 
-def read_rest(file: BinaryIO, head: bytes, cap: int) -> bytes:
+def read_rest(file: BinaryIO, head: bytes, cap: int) -> bytearray:
     """All of a file of which the head has been read.
 
     A pipe does not know its size, so that no more is read than is allowed.
@@ -37,7 +39,27 @@ def read_rest(file: BinaryIO, head: bytes, cap: int) -> bytes:
     Raises:
         FormatError: it has more bytes than the cap.
     """
-    content = head + file.read(max(0, cap + 1 - len(head)))
-    if len(content) > cap:
-        raise FormatError(f"is too large; allowed for this format: {cap // 1024**2} MiB")
+    content = bytearray(head)
+    while chunk := file.read(_CHUNK):
+        content += chunk
+        if len(content) > cap:
+            raise FormatError(f"is too large; allowed for this format: {cap // 1024**2} MiB")
     return content
+
+
+def decoded(content: bytes | bytearray, before: int = 0) -> str:
+    """A text of UTF-8.
+
+    Args:
+        content: the bytes.
+        before: how many of the file lie before them.
+
+    Raises:
+        FormatError: it is none; the message says at which byte of the file.
+    """
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise FormatError(
+            f"is not UTF-8 text (byte {before + error.start}); save it as UTF-8"
+        ) from None

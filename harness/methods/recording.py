@@ -15,6 +15,7 @@ import numpy as np
 from steadyload.engines.world import EngineError, FixedStepWorld, FloatArray, Poses
 from steadyload.errors import UserError
 from steadyload.layouts.model import Layout
+from steadyload.layouts.naming import with_ids
 from steadyload.methods.criteria import Indices, Movement
 from steadyload.methods.loading import Loading
 from steadyload.methods.method import Finding, Method, Status, Stopwatch, Verdict
@@ -87,7 +88,8 @@ def record_loading(layout: Layout, method: Method) -> Recording:
     """
     verdict = method.judge(layout)
     if verdict.status is Status.REFUSED:
-        raise RecordingError(f"{method.spec} refuses layout {layout.name!r}: {verdict.reason}")
+        reason = with_ids(verdict.reason, layout.items)
+        raise RecordingError(f"{method.spec} refuses layout {layout.name!r}: {reason}")
     planned, sizes = 0.5 * (layout.lower + layout.upper), layout.upper - layout.lower
     if not isinstance(method, Simulation):
         return Recording(str(method.spec), verdict, planned, sizes, False, (), reseats=True)

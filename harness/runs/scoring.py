@@ -80,19 +80,24 @@ def score_layouts(
         if isinstance(entry, Layout):
             entry = case(entry, scenario, seed, max_items)
         for method in judges:
-            found = None
+            found = uncertain = None
             if uncertainty is not None and isinstance(entry, Layout):
                 found = verdict_reliability(method, entry, uncertainty, sampling, timeout=timeout)
+                uncertain = uncertain_record(found, entry.items)
             record = _record(file, entry, method, scenario, timeout, found)
             if uncertainty is not None:
-                record["uncertain"] = found and uncertain_record(found)
+                record["uncertain"] = uncertain
             records.append(record)
             progress(len(records), total)
     return records
 
 
-def uncertain_record(found: VerdictReliability) -> Record:
+def uncertain_record(found: VerdictReliability, boxes: Sequence[Item] = ()) -> Record:
     """The reliability of a verdict as values that JSON can hold.
+
+    Args:
+        found: the reliability.
+        boxes: those of the layout, by whose ids the reason names them.
 
     Returns:
         ``stands``, the probability that the whole load stands, with the ``interval`` that holds it
@@ -113,7 +118,7 @@ def uncertain_record(found: VerdictReliability) -> Record:
         "expected_score": found.expected_score,
         "samples": found.samples,
         "without_verdict": dict(found.without_verdict),
-        "why": found.why,
+        "why": with_ids(found.why, boxes),
         "ending": str(found.ending),
         "without_effect": list(found.without_effect),
         "seconds": found.wall,

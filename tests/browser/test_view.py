@@ -2,12 +2,14 @@
 
 import io
 import re
+from dataclasses import replace
 
 import matplotlib.image
 import numpy as np
 import pytest
 
 from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.model import replace_items
 from steadyload.methods.registry import make_method
 from steadyload.reports.viewer import three_js
 from steadyload.studies.viewing import write_view
@@ -47,6 +49,19 @@ def place(browser, item, pane=0):
 
 def now(browser, pane=0):
     return browser.value(f"document.querySelectorAll('.now')[{pane}].textContent")
+
+
+def test_boxes_are_named_by_their_ids(browser, tmp_path):
+    layout = leaning()
+    named = [replace(item, name=f"SKU-<b>{item.sequence}") for item in layout.items]
+    page = write_view(replace_items(layout, tuple(named)), ["fbs"], tmp_path / "view.html")
+    browser.open(page)
+    assert browser.errors == []
+    assert browser.value("document.querySelector('.chip').textContent") == (
+        "fails at box SKU-<b>1 (step 1)"
+    )
+    assert now(browser) == "box SKU-<b>1 (step 1) would not stand"
+    assert browser.value("player.box(3)") == "box SKU-<b>3 (step 3)"
 
 
 def test_it_loads_without_a_complaint_or_the_network(browser, alone):

@@ -176,13 +176,15 @@ def test_a_study_leaves_out_wrong_layouts_and_says_so(folder, capsys):
     status, _, err = run(capsys, *words, "--strict")
     assert status == 2
     assert "weight is 0 kg" in err
-    with_bad(folder / "a.json", bad=0, good=4)
+    mended = [leaning(f"L{k}") for k in (2, 3)]  # what was judged, and nothing else
+    write_layouts(folder / "a.json", mended, Format.NATIVE)
     with_bad(folder / "b.json", bad=4, good=0)
     assert run(capsys, *words)[0] == 0
     assert "refused" not in load_manifest(folder / "runs" / "s")
     (folder / "s.toml").write_text('layouts = ["b.json"]\nmethods = ["fbs"]\n')
     status, _, err = run(capsys, *words)
     assert (status, err.count("\n")) == (2, 1)
+    assert "weight is 0 kg" in err
 
 
 def test_a_study_reads_files_by_its_profile(folder, capsys):

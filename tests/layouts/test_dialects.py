@@ -2,7 +2,9 @@
 
 import io
 import time
+import tracemalloc
 from decimal import Context, Decimal
+from itertools import islice
 
 import pytest
 from hypothesis import given, settings
@@ -253,14 +255,15 @@ def test_too_many_items_refuse_a_layout_and_not_the_others(tmp_path):
 
 def test_layouts_are_handed_out_as_they_are_complete(monkeypatch):
     head = PLAIN.splitlines()[0].partition(",offset_x")[0]
-    rows = [f"L{k},80,200,120,0,,0,0,0,1,1,1,1" for k in range(4)] + ["L4,80"]
-    records = read_csv("\n".join([head, *rows]), Dialect())
+    rows = [f"L{k},80,200,120,0,,0,0,0,1,1,1,1" for k in range(6)]
+    rows[4] = "L4,80"
+    records = read_csv("\n".join([head, *rows]).encode(), Dialect())
     assert [next(records).name for _ in range(4)] == ["L0", "L1", "L2", "L3"]
     with pytest.raises(FormatError, match="line 6 has 2 values"):
         next(records)
     monkeypatch.setattr("steadyload.layouts.csv_reader.MAX_LAYOUTS", 3)
     with pytest.raises(FormatError, match="has more than 3 layouts"):
-        next(read_csv("\n".join([head, *rows]), Dialect()))
+        next(read_csv("\n".join([head, *rows]).encode(), Dialect()))
 
 
 @pytest.mark.parametrize(
@@ -270,7 +273,7 @@ def test_layouts_are_handed_out_as_they_are_complete(monkeypatch):
         PLAIN + "," * 3_000_000 + "\n",
         PLAIN.splitlines()[0] + ",a" * 1_500_000 + "\n",
         PLAIN.splitlines()[0] + ",x" * 1_500_000 + "\n",
-        PLAIN + "\n" * 3_000_000,
+        PLAIN + "\n" * 1_000_000,
         PLAIN + '"' * 3_000_001,
         "layout,sequence," + "x" * 3_000_000,
     ],
@@ -297,6 +300,26 @@ def test_a_pipe_and_standard_input_are_capped_as_files_are(tmp_path, monkeypatch
     path.write_bytes(content.getvalue())
     with pytest.raises(FormatError, match="is too large; allowed for this format: 2 MiB"):
         read_layouts(path)
+
+
+def test_text_of_another_encoding_is_refused_at_its_byte(tmp_path):
+    path = tmp_path / "a.csv"
+    for before in (PLAIN.encode(), PLAIN.encode() + b"\n" * 200_000):
+        path.write_bytes(before + "P-1,Höhe".encode("cp1252"))
+        with pytest.raises(FormatError, match=rf"byte {len(before) + 5}\b"):
+            read_layouts(path)
+
+
+def test_a_file_is_held_once_in_memory(tmp_path):
+    row = b"L%d,80,200,120,0," + b"S" * 900 + b",0,0,0,1,1,1,1,0,0,0\n"
+    path = tmp_path / "a.csv"
+    rows = b"".join(row % (k // 100) for k in range(8_000))
+    path.write_bytes(PLAIN.splitlines()[0].encode() + b"\n" + rows)
+    tracemalloc.start()
+    assert sum(1 for _ in islice(scan_layouts(path), 50)) == 50
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 1.8 * path.stat().st_size
 
 
 def test_standard_input_is_read(tmp_path, monkeypatch):
@@ -380,7 +403,7 @@ def in_dialect(layout, dialect, separator, mark):
 @settings(deadline=None, max_examples=60)
 @given(layouts(), DIALECTS, st.sampled_from([(",", "."), (";", ","), ("\t", ","), (";", ".")]))
 def test_a_layout_in_any_dialect_reads_back_as_it_was(layout, dialect, marks):
-    (record,) = read_csv(in_dialect(layout, dialect, *marks), dialect)
+    (record,) = read_csv(in_dialect(layout, dialect, *marks).encode(), dialect)
     found = to_layout(record)
     assert found.pallet == layout.pallet
     for one, other in zip(found.items, layout.items, strict=True):
