@@ -193,12 +193,8 @@ def _frame(table: pa.Table) -> pd.DataFrame:
     return table.to_pandas(types_mapper=nullable.get)
 
 
-def load_manifest(directory: str | Path, *, verify: bool = True) -> dict[str, Any]:
+def load_manifest(directory: str | Path) -> dict[str, Any]:
     """The manifest of a run folder.
-
-    Args:
-        directory: the run folder.
-        verify: compare its checksum; without it, a damaged manifest is returned, too.
 
     Raises:
         DamagedError: it is not what was written.
@@ -210,18 +206,13 @@ def load_manifest(directory: str | Path, *, verify: bool = True) -> dict[str, An
     except FileNotFoundError:
         raise ResultsError(f"{directory}: no manifest.json; is it the folder of a study?") from None
     except (ValueError, RecursionError):
-        raise ResultsError(
-            f"{path}: not valid JSON; is it cut off? To mend it, remove all from the folder but "
-            "results/ and run the study again: what is finished is kept"
-        ) from None
+        raise ResultsError(f"{path}: not valid JSON; is it cut off?") from None
     if not _is_manifest(manifest):
         raise ResultsError(f"{path}: is not the manifest of a study")
     try:
         return verified_manifest(manifest)
     except ChecksumError:
-        if verify:
-            raise DamagedError(path) from None
-        return dict(manifest)
+        raise DamagedError(path) from None
 
 
 def _is_manifest(found: Any) -> bool:

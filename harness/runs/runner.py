@@ -33,7 +33,6 @@ from steadyload.runs.pool import IN_THIS_PROCESS, Executor, PartLimit
 from steadyload.runs.provenance import provenance
 from steadyload.runs.results import LAYOUTS_FILE, SCHEMA_VERSION, load_manifest, result_store
 from steadyload.runs.store import (
-    DamagedError,
     Progress,
     ResultsError,
     Survey,
@@ -186,12 +185,29 @@ def _claim(directory: Path, study: StudyDefinition) -> None:
     if directory.exists() and not directory.is_dir():
         raise ResultsError(f"{directory}: is not a folder")
     if (directory / "manifest.json").exists():
-        name = load_manifest(directory, verify=False)["study"]["name"]
-        if name != study.name:
+        name = _claimed_by(directory)
+        if name is not None and name != study.name:
             raise ResultsError(f"{directory}: holds the study {name!r}; choose another folder")
     elif directory.exists() and any(map(_is_foreign, directory.iterdir())):
         raise ResultsError(f"{directory}: holds something that is no study; choose another folder")
     (directory / "results").mkdir(parents=True, exist_ok=True)
+
+
+def _claimed_by(directory: Path) -> str | None:
+    """The name of the study that a folder holds; None where a damaged manifest was thrown away.
+
+    Shards are found by their keys, so that only a folder with some is one that can be mended.
+    """
+    try:
+        return str(load_manifest(directory)["study"]["name"])
+    except ResultsError:
+        shards = (directory / "results").glob("*.parquet")
+        if not ((directory / LAYOUTS_FILE).is_file() and any(shards)):
+            raise
+    path = directory / "manifest.json"
+    _log.warning("%s: is damaged; it is thrown away and made again", path)
+    path.unlink()
+    return None
 
 
 def _is_foreign(found: Path) -> bool:
@@ -203,11 +219,7 @@ def _is_foreign(found: Path) -> bool:
 def _is_finished(directory: Path, manifest: dict[str, Any]) -> bool:
     if not (directory / "manifest.json").exists():
         return False
-    try:
-        found = load_manifest(directory)
-    except DamagedError:
-        _log.warning("%s: is damaged; it is made again", directory / "manifest.json")
-        return False
+    found = load_manifest(directory)
     # Labels may have changed under verdicts that have not.
     told = ("schema_version", "shards", "labels", "envelope", "files", "refused")
     if any(found.get(key) != manifest.get(key) for key in told):

@@ -190,7 +190,7 @@ def judge_table5(
         as :func:`steadyload.runs.runner.run_study`.
     """
     if (work / "manifest.json").exists():  # its page would be overwritten
-        name = load_manifest(work, verify=False)["study"]["name"]
+        name = load_manifest(work)["study"]["name"]
         raise ResultsError(f"{work}: holds the study {name!r}; choose another folder")
     for planar, folder in _folders(asked, work).items():
         run_study(asked.study(planar=planar), folder, workers=workers, progress=progress)
