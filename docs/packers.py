@@ -25,14 +25,14 @@ from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
 
 UNITS = "in"
-"""The instances have no unit; in inches a container has the size of a pallet."""
+"""The instances have no unit; in inches their containers are up to 1.6 m long."""
 
 METHODS = ("equilibrium", "ps_opt@mujoco")
 Sides = tuple[int, int, int]
 
 
 def read_instance(items: Path) -> tuple[Sides, list[tuple[Sides, int]]]:
-    """The bin of an instance, and its items with their copies. All may be turned in any way."""
+    """The bin of an instance, and its items with their copies. Limits on turning are left out."""
     with items.open() as file, Path(str(items).replace("_items", "_bins")).open() as bins:
         only = next(csv.DictReader(bins))
         rows = list(csv.DictReader(file))
