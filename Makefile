@@ -1,8 +1,14 @@
 # Everything is set up in .venv by itself; a bare `make` lists what there is.
 PYTHON ?= python3.11
 BIN := .venv/bin
+VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+JUDGING := .venv/.judging
 READY := .venv/.ready
-DRAKE := .venv/.drake
+# What a lock file names, and nothing else, each file with its hash; then this clone.
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+CLONE := $(INSTALL) --no-deps --no-build-isolation --editable .
+COMPILE := $(BIN)/uv pip compile pyproject.toml --group build --generate-hashes --quiet \
+	--python-platform x86_64-manylinux_2_36 --no-annotate --custom-compile-command 'make lock'
 # Both processes of a run keep whole files: what several tests of a file read is made once. Files
 # come in the order of tests/conftest.py, long ones first, not by how many tests they have.
 TEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
@@ -10,28 +16,29 @@ TEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 # Tests start many processes, each of which would compile all sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help study test test-deep lint types bench engines verify extremes properties benchmark planar accuracy uncertain tuning learned cascade session scale table docs clean pages
+.PHONY: help study test test-deep lint types lock bench engines verify extremes properties benchmark planar accuracy uncertain tuning learned cascade session scale table docs clean pages
 
 help: ## list these targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
 
-$(READY): pyproject.toml setup.py constraints.txt
-	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test,lint]'
+$(JUDGING): pyproject.toml setup.py locks/judging-$(VERSION).txt
+	test -d .venv || $(PYTHON) -m venv .venv
+	$(INSTALL) --require-hashes -r locks/judging-$(VERSION).txt
+	$(CLONE)
 	@touch $@
 
-study: $(READY) ## run the embedded study and write its report
+$(READY): $(JUDGING) locks/all-$(VERSION).txt
+	$(INSTALL) --require-hashes -r locks/all-$(VERSION).txt
+	@touch $@
+
+study: $(JUDGING) ## run the embedded study and write its report
 	@$(BIN)/steadyload study run embedded --output runs/embedded
 	@$(BIN)/steadyload report runs/embedded
-
-$(DRAKE): $(READY)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[drake]'
-	@touch $@
 
 test: $(READY) ## run the tests of every module (six minutes on two cores)
 	$(TEST) -m 'not deep'
 
-test-deep: $(DRAKE) ## run the tests that take minutes, and Drake's
+test-deep: $(READY) ## run the tests that take minutes, and Drake's
 	$(TEST) -m deep
 
 lint: $(READY) ## check style
@@ -42,6 +49,10 @@ types: $(READY) ## check types
 	rm -rf .types && $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps \
 		--no-build-isolation --target .types .
 	MYPYPATH=.types $(BIN)/mypy
+
+lock: $(READY) ## lock what is installed anew (see docs/installing.md)
+	$(COMPILE) --output-file locks/judging-$(VERSION).txt
+	$(COMPILE) --all-extras --output-file locks/all-$(VERSION).txt
 
 bench: $(READY) ## measure what a judgement costs
 	$(BIN)/steadyload compare-engines --output runs/bench

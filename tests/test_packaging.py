@@ -1,7 +1,10 @@
 """One name at top level: what the wheel holds, and what stands beside a user's script."""
 
+import itertools
+import re
 import subprocess
 import sys
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -83,3 +86,24 @@ def test_every_public_name_is_there():
     )
     with pytest.raises(AttributeError, match="no attribute 'scores'"):
         steadyload.scores  # noqa: B018
+
+
+def names(requirements):
+    return {re.match(r"[\w.-]+", text)[0].lower() for text in requirements}
+
+
+@pytest.fixture(scope="module")
+def project():
+    return tomllib.loads((ROOT / "pyproject.toml").read_text())
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "locks").glob("*.txt")), ids=lambda file: file.stem)
+def test_a_lock_file_names_all_that_is_asked_for_with_hashes(file, project):
+    entries = re.split(r"\n(?=\w)", re.sub(r"^#.*\n", "", file.read_text(), flags=re.M).strip())
+    assert all("==" in entry.splitlines()[0] and "--hash=sha256:" in entry for entry in entries)
+    asked = project["project"]["dependencies"] + project["dependency-groups"]["build"]
+    if file.stem.startswith("all"):
+        asked += itertools.chain(*project["project"]["optional-dependencies"].values())
+    locked = names(entries)
+    assert names(asked) <= locked
+    assert ("torch" in locked) == file.stem.startswith("all")

@@ -44,6 +44,6 @@ def three_js() -> str:
     if "Three.js Authors" not in library or "THREE={}" not in library:
         raise ThreeJsError(
             f"trimesh {package.version} ships no three.js as 5.2 does: "
-            "pip install 'steadyload[view]' -c constraints.txt"
+            "pip install 'trimesh>=5.2,<6'"
         )
     return library
