@@ -24,7 +24,7 @@ from steadyload.engines.registry import engine_names, engines, world_class
 from steadyload.engines.world import EngineNotInstalledError
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import registry
-from steadyload.runs import executors
+from steadyload.runs import pool
 
 ACLPP = Path(__file__).resolve().parents[2] / "shared" / "data" / "aclpp"
 PALLETS = Path(__file__).resolve().parents[2] / "shared" / "data" / "pallets" / "pallets.json"
@@ -286,7 +286,7 @@ def told_time(monkeypatch):
 def _in_this_process() -> Iterator[None]:
     """Commands judge in this process: for tests of what they say, wherever it was judged."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(executors, "_local", lambda workers: executors.Serial())
+        patch.setattr(pool, "Processes", lambda workers=None: pool.Serial())
         yield
 
 
