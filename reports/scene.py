@@ -18,6 +18,9 @@ FloatArray = NDArray[np.float64]
 _SHORT = 0.1
 """An axis below this share of the longest one has a single tick."""
 
+_FAR = 1000.0
+"""A deck is sorted as if it lay so many times lower than it does."""
+
 
 class Drawable(Protocol):
     """Boxes that a scene is drawn of, such as a layout: corners (n, 3) [cm], y up, in order."""
@@ -87,7 +90,9 @@ def _add_deck(axes: Any, floor: Any) -> np.ndarray:
     (x0, z0), (x1, z1) = floor.low, floor.high
     low, high = np.array((z0, x0, -floor.height)), np.array((z1, x1, 0.0))
     wood = {"facecolor": "#c8a97e", "edgecolor": "#6b4f2a", "linewidths": 0.5, "alpha": 0.5}
-    axes.add_collection3d(Poly3DCollection(_faces(low, high), **wood))
+    slab = Poly3DCollection(_faces(low, high), **wood)
+    slab.set_sort_zpos(-_FAR * floor.height)  # drawn first: everything stands on it
+    axes.add_collection3d(slab)
     return low
 
 

@@ -73,6 +73,23 @@ def test_it_loads_without_a_complaint_or_the_network(browser, alone):
     assert browser.value(f"{BOXES.format(0)}.length") == 4
 
 
+def test_a_deck_is_a_slab_below_the_boxes(browser, tmp_path):
+    layout = leaning()
+    over = replace(layout.items[0], position=(-4.0, 0.0, 0.0), sequence=0)
+    slabs = (
+        "player.panes[0].stage.scene.children"
+        ".filter(o => o.isMesh && o.geometry.type === 'BoxGeometry')"
+    )
+    for floor, found in (("deck", [[100, 14.4, 100]]), ("infinite", [])):
+        page = tmp_path / f"{floor}.html"
+        write_view(Layout("over", layout.pallet, (over,)).on(floor), ["sme"], page)
+        browser.open(page)
+        assert browser.errors == []
+        sizes = f"{slabs}.map(o => o.geometry.parameters).map(p => [p.width, p.height, p.depth])"
+        boxes = browser.value(sizes)
+        assert [size for size in boxes if size != [10, 10, 10]] == found
+
+
 def test_it_opens_at_the_verdict_with_its_numbers(browser, alone):
     browser.open(alone)
     said = make_method("label@mujoco").judge(leaning())
