@@ -3,6 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from typing import Any
+
+_SHOWN = 40
+_LONGEST = 1_000
+_MOST_BITS = 1023
 
 _MARKUP = re.compile(r"[\\`*\[\]<>|!#&~@]|(?<!\w)_|_(?!\w)|(?<=:)/(?=/)|(?<=www)\.")
 
@@ -23,3 +29,44 @@ def printable(text: str, most: int | None = None) -> str:
 def markdown(text: str) -> str:
     """A text for Markdown, and for HTML made of it: characters, and no markup, tag or link."""
     return _MARKUP.sub(r"\\\g<0>", printable(text))
+
+
+def shown(value: Any, most: int = _SHOWN) -> str:
+    """A value for a message, and "missing" if there is none; no more of it is rendered than shown.
+
+    Args:
+        value: any.
+        most: number of characters.
+    """
+    if value is None:
+        return "missing"
+    text = ""
+    for piece in _pieces(value):
+        text += piece
+        if len(text) > most:
+            return f"{text[: most - 3]}..."
+    return text
+
+
+def _pieces(value: Any) -> Iterator[str]:
+    """Text of a value as Python shows it, in pieces that are made as they are asked for."""
+    if isinstance(value, str | bytes):
+        yield ascii(value[:_LONGEST])
+    elif isinstance(value, list):
+        yield "["
+        for index, element in enumerate(value):
+            yield ", " if index else ""
+            yield from _pieces(element)
+        yield "]"
+    elif isinstance(value, dict):
+        yield "{"
+        for index, (key, element) in enumerate(value.items()):
+            yield ", " if index else ""
+            yield from _pieces(key)
+            yield ": "
+            yield from _pieces(element)
+        yield "}"
+    elif isinstance(value, int) and value.bit_length() > _MOST_BITS:
+        yield "a number of hundreds of digits"
+    else:
+        yield ascii(value)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.errors import UserError, nearest
-from steadyload.layouts.record import shown
+from steadyload.escaping import shown
 from steadyload.studies.options import option
 
 FIELD = "config"

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from steadyload.escaping import shown as shown
 from steadyload.layouts.floor import FloorKind
 from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.naming import box_label
-
-_SHOWN = 40
-_LONGEST = 1_000
-_MOST_BITS = 1023
 
 DECK_KEYS = ("overhang", "deck_height", "floor")
 """What a file may state of a pallet beside its size; see :class:`Pallet`."""
@@ -115,47 +112,6 @@ def _number(values: Mapping[str, Any], key: str, label: str, unit: str) -> float
         return float(value)
     except OverflowError:
         return math.inf
-
-
-def shown(value: Any, most: int = _SHOWN) -> str:
-    """A value for a message, and "missing" if there is none; no more of it is rendered than shown.
-
-    Args:
-        value: any.
-        most: number of characters.
-    """
-    if value is None:
-        return "missing"
-    text = ""
-    for piece in _pieces(value):
-        text += piece
-        if len(text) > most:
-            return f"{text[: most - 3]}..."
-    return text
-
-
-def _pieces(value: Any) -> Iterator[str]:
-    """What Python shows of a value, in pieces, of which as many are made as are asked for."""
-    if isinstance(value, str | bytes):
-        yield ascii(value[:_LONGEST])
-    elif isinstance(value, list):
-        yield "["
-        for index, element in enumerate(value):
-            yield ", " if index else ""
-            yield from _pieces(element)
-        yield "]"
-    elif isinstance(value, dict):
-        yield "{"
-        for index, (key, element) in enumerate(value.items()):
-            yield ", " if index else ""
-            yield from _pieces(key)
-            yield ": "
-            yield from _pieces(element)
-        yield "}"
-    elif isinstance(value, int) and value.bit_length() > _MOST_BITS:
-        yield "a number of hundreds of digits"
-    else:
-        yield ascii(value)
 
 
 def place_in_order(item: Mapping[str, Any], index: int) -> str:

@@ -17,7 +17,7 @@ from enum import StrEnum
 from typing import Any
 
 from steadyload.errors import UserError, nearest
-from steadyload.layouts.record import shown
+from steadyload.escaping import shown
 
 _NAME = r"[A-Za-z0-9_][A-Za-z0-9_.\-]*"
 _SPEC = re.compile(rf"(?P<name>{_NAME})(@(?P<engine>{_NAME}))?(:(?P<rest>.*))?", re.DOTALL)
