@@ -137,6 +137,11 @@ def _records(path: str | Path, dialect: Dialect) -> Iterator[Record | Refused]:
                 "of your own are named with --columns or in a profile), job JSON with 'ulds', "
                 "ACLPP schedule YAML, a certificate of PackingSolver, JSON of Packvium"
             )
+        if kind is Format.PACKINGSOLVER and dialect.stated():
+            raise FormatError(
+                "is a certificate of PackingSolver, which is read in cm; allowed: units told to "
+                "steadyload.from_packingsolver in Python"
+            )
         if kind is not Format.CSV and dialect.stated():
             raise FormatError(
                 f"is no CSV file; {' and '.join(dialect.stated())} can be stated of CSV files "
