@@ -250,7 +250,7 @@ def test_a_certificate_says_where_its_units_are_told(tmp_path):
 @pytest.mark.parametrize(
     ("before", "after", "message"),
     [
-        ("COPIES,", "", "is in no known format"),
+        ("COPIES,", "", "has the unknown CSV column 'TYPE'"),
         (",LZ", ",L", "has no column LZ"),
         ("BIN,0,2", "BIN,0,1000000000", "line 2 has COPIES 1000000000; allowed: 1 to 10,000"),
         ("BIN,0,2", "CUT,0,2", "line 2 has TYPE 'CUT'; allowed: BIN, STACK, ITEM"),
