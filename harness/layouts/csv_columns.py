@@ -87,12 +87,12 @@ def _places(header: Sequence[str], dialect: Dialect) -> dict[str, int]:
     """Place of every word that the header has."""
     own = {name.casefold(): word for word, name in dialect.columns.items()}
     words = [own.get(name.casefold(), _word(name, dialect.columns)) for name in header]
-    for word, name in dialect.columns.items():
-        if word not in words:
-            known = {w: index for index, w in enumerate(words) if w is not None}
+    for named, column in dialect.columns.items():
+        if named not in words:
+            known = {word: index for index, word in enumerate(words) if word is not None}
             raise FormatError(
-                f"lacks the CSV column {shown(name)}, named for {word}"
-                f"{_nearest(name, header, known)}"
+                f"lacks the CSV column {shown(column)}, named for {named}"
+                f"{_nearest(column, header, known)}"
             )
     places: dict[str, int] = {}
     for index, (name, word) in enumerate(zip(header, words, strict=True)):
