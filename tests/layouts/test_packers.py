@@ -230,7 +230,7 @@ def test_a_certificate_of_stacks_is_read_and_copies_of_a_bin_are_layouts(tmp_pat
 @pytest.mark.parametrize(
     ("before", "after", "message"),
     [
-        ("COPIES,", "", "is in no known format"),
+        ("COPIES,", "", "has the unknown CSV column 'TYPE'"),
         (",LZ", ",L", "has no column LZ"),
         ("BIN,0,2", "BIN,0,1000000000", "line 2 has COPIES 1000000000; allowed: 1 to 10,000"),
         ("BIN,0,2", "CUT,0,2", "line 2 has TYPE 'CUT'; allowed: BIN, STACK, ITEM"),
