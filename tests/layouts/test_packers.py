@@ -240,11 +240,13 @@ def test_a_certificate_of_stacks_is_read_and_copies_of_a_bin_are_layouts(tmp_pat
     ]  # fmt: skip
 
 
-def test_a_certificate_says_where_its_units_are_told(tmp_path):
+def test_units_are_told_of_a_certificate_and_nothing_else_of_a_dialect(tmp_path):
     path = tmp_path / "stacks.csv"
     path.write_text(STACKS)
-    with pytest.raises(FormatError, match="read in cm; allowed: units told to"):
-        sl.read(path, dialect=sl.Dialect(units="mm"))
+    first, _ = sl.read(path, dialect=sl.Dialect(units="mm"))
+    assert [item.size for item in first.items] == [(3.0, 4.0, 2.0)] * 2
+    with pytest.raises(FormatError, match="up"):
+        sl.read(path, dialect=sl.Dialect(up="z"))
 
 
 @pytest.mark.parametrize(
