@@ -137,10 +137,11 @@ def _records(path: str | Path, dialect: Dialect) -> Iterator[Record | Refused]:
                 "of your own are named with --columns or in a profile), job JSON with 'ulds', "
                 "ACLPP schedule YAML, a certificate of PackingSolver, JSON of Packvium"
             )
-        if kind is not Format.CSV and dialect.stated():
+        if kind not in (Format.CSV, Format.PACKINGSOLVER) and dialect.stated():
             raise FormatError(
                 f"is no CSV file; {' and '.join(dialect.stated())} can be stated of CSV files "
-                "only, since other formats have units and axes of their own"
+                "only, and units of certificates of PackingSolver, since other formats have units "
+                "and axes of their own"
             )
         if kind is Format.NATIVE:
             yield from read_json(chain([head], iter(partial(file.read, _CHUNK_BYTES), b"")))
@@ -152,7 +153,10 @@ def _records(path: str | Path, dialect: Dialect) -> Iterator[Record | Refused]:
         return
     text = decoded(content).removeprefix("\ufeff").replace("\r\n", "\n")
     del content
-    yield from _TEXT_READERS[kind](text)
+    if kind is Format.PACKINGSOLVER:
+        yield from read_certificate(text, dialect)
+    else:
+        yield from read_aclpp(text)
 
 
 def write_layouts(path: str | Path, layouts: Iterable[Layout], kind: Format) -> None:
@@ -201,11 +205,6 @@ def read_written(path: str | Path, names: Container[str] | None = None) -> Itera
     except LayoutError as error:
         raise error.located(file=str(path)) from None
 
-
-_TEXT_READERS: dict[Format, Callable[[str], Iterator[Record | Refused]]] = {
-    Format.ACLPP: read_aclpp,
-    Format.PACKINGSOLVER: read_certificate,
-}
 
 _WRITERS: dict[Format, Callable[[Iterable[Layout]], str | Iterator[str]]] = {
     Format.NATIVE: as_native,

@@ -28,6 +28,12 @@ MAX_YAML_VALUES = 100_000
 """Texts, numbers, lists and objects of a YAML file: five times those of the largest real schedule,
 and a second for its parser."""
 
+MAX_COPIES = 10_000
+"""Layouts that a plan may state at once, as copies of a loaded bin."""
+
+MAX_COPIED_ITEMS = 1_000_000
+"""Items of all layouts of such a plan, copies included."""
+
 MAX_DEPTH = 32
 """How deep lists and objects may lie in each other."""
 

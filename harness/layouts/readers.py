@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
+from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -17,7 +18,7 @@ from steadyload.layouts.limits import (
     MAX_WAITING,
 )
 from steadyload.layouts.model import LayoutError
-from steadyload.layouts.packers.with_packvium import is_packvium, read_packvium
+from steadyload.layouts.packers.with_packvium import MEMBERS, read_containers
 from steadyload.layouts.plain_yaml import parse_plain_yaml
 from steadyload.layouts.record import (
     DECK_KEYS,
@@ -42,7 +43,7 @@ _ULD_SIZES = {
 _NATIVE_KEYS = ("format", "version", "layouts")
 _ITEM_KEYS = ("sequence", "id", "name", "position", "size", "weight", "mass_offset")
 
-_KEPT = ("format", "version", "label", "containers", "unpacked_items")
+_KEPT = ("format", "version", "label", *MEMBERS)
 """Members of a file, beside its layouts, whose values are asked for."""
 
 _Parsed = Iterator[Record | Refused]
@@ -57,24 +58,35 @@ def read_json(chunks: Iterable[bytes]) -> _Parsed:
     """
     text = JsonText(chunks)
     head: dict[str, Any] = {}
-    found = members(text, ("layouts", "ulds"))
+    plan: list[Record | Refused] = []
+    found = members(text, ("layouts", "ulds", *MEMBERS))
     for name, value in found:
         if name == "ulds":
             text.limit(MAX_FILE_BYTES)
             return (yield from _read_job(head, value, found))
         if name == "layouts":
             return (yield from _read_native(head, value, found))
+        if name == "containers" and isinstance(value, Elements):
+            text.limit(MAX_FILE_BYTES)
+            plan = _held(read_containers(value), "its unpacked items")
+            value = ()
         _keep(head, name, value)
         if head.get("format") == NATIVE_FORMAT:
             _check_keys(head, _NATIVE_KEYS, "the file")
-    if is_packvium(head):
-        return (yield from read_packvium(head))
+    if head.keys() >= set(MEMBERS):
+        for name in MEMBERS:
+            if not isinstance(head[name], list | tuple):
+                raise FormatError(f"{name} is {shown(head[name])}; allowed: a list")
+        return (yield from plan)
     _check_head(head)
     raise FormatError("the file has layouts missing; allowed: a list")
 
 
 def _keep(head: dict[str, Any], name: str, value: Any) -> None:
-    """Keep what describes the file; of other members the name."""
+    """Keep what describes the file; of lists and of other members that they are there."""
+    if isinstance(value, Elements):
+        deque(value, maxlen=0)
+        value = ()
     head[name] = value if name in _KEPT else None
 
 

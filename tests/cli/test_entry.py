@@ -78,7 +78,7 @@ def test_the_help_lists_commands_in_groups(capsys):
             "score: unknown flag '--metod'; did you mean '--method'",
         ),
         (["score", "--halp"], "score: unknown flag '--halp'; did you mean '--help'?"),
-        (["score", "x", "-q"], "score: unknown flag '-q'; allowed: --snap, "),
+        (["score", "x", "-q"], "score: unknown flag '-q'; allowed: --profile, "),
         (["score", "x", "--limit", "0"], "--limit: '0'; allowed: a whole number, 1 or more"),
         (["score", "x", "--timeout", "no"], "--timeout: 'no'; allowed: a number above 0"),
         (["bench", "--part", "sped"], "--part: 'sped'; did you mean 'speed'? allowed: "),

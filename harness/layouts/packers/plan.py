@@ -4,16 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Literal
 
 from steadyload.layouts.model import Layout, LayoutError, Vector
 from steadyload.layouts.record import Record, to_layout
-
-LENGTHS: Mapping[str, float] = {"mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54}
-"""Centimetres in a unit of length."""
-
-WEIGHTS: Mapping[str, float] = {"g": 0.001, "kg": 1.0, "lb": 0.45359237}
-"""Kilograms in a unit of weight."""
 
 DENSITY = 2e-4
 """Density of boxes without a weight [kg/cm3]: 200 kg a cubic metre."""
@@ -106,16 +101,17 @@ def plan(bins: Iterable[Bin], unplaced: Iterable[str], order: Order) -> Plan:
     if order not in ("height", "given"):
         raise PlanError(f"the loading order is {order!r}; allowed: 'height', 'given'")
     layouts: list[Layout] = []
-    names: set[str] = set()
+    names: dict[str, int] = {}
     for loaded in bins:
         if not loaded.boxes:
             continue
         stated = record(loaded, order)
-        name, number = stated.name, 1
+        name, number = stated.name, names.get(stated.name, 0)
         while name in names:
             number += 1
             name = f"{stated.name} ({number})"
-        names.add(name)
+        names[stated.name] = max(number, 1)
+        names.setdefault(name, 1)
         try:
             layouts.append(to_layout(Record(name, stated.pallet, stated.items)))
         except LayoutError as error:
@@ -123,12 +119,12 @@ def plan(bins: Iterable[Bin], unplaced: Iterable[str], order: Order) -> Plan:
     return Plan(tuple(layouts), tuple(unplaced))
 
 
-def factor(unit: str, units: Mapping[str, float]) -> float:
-    """Centimetres or kilograms in a unit.
+def factor(unit: str, units: Mapping[str, Decimal]) -> float:
+    """Centimetres or kilograms in a unit of :mod:`steadyload.layouts.dialect`.
 
     Raises:
         PlanError: there is no such unit.
     """
     if unit not in units:
         raise PlanError(f"the unit is {unit!r}; allowed: {', '.join(units)}")
-    return units[unit]
+    return float(units[unit])

@@ -11,13 +11,22 @@ import csv
 import io
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from steadyload.layouts.dialect import UNITS, WEIGHT_UNITS, Dialect
+from steadyload.layouts.limits import (
+    MAX_COPIED_ITEMS,
+    MAX_COPIES,
+    MAX_FILE_BYTES,
+    MAX_ITEMS,
+    MAX_LAYOUTS,
+    MAX_TEXT_LENGTH,
+)
 from steadyload.layouts.model import LayoutError, Vector
 from steadyload.layouts.packers.plan import (
-    LENGTHS,
-    WEIGHTS,
     Bin,
     Order,
     Placed,
@@ -27,13 +36,13 @@ from steadyload.layouts.packers.plan import (
     plan,
     record,
 )
-from steadyload.layouts.record import FormatError, Record, shown
+from steadyload.layouts.record import FormatError, Record, Refused, shown
+from steadyload.layouts.sources import decoded, opened, read_rest
 
 HEADER = "TYPE,ID,COPIES,BIN,"
 """Beginning of every certificate."""
 
 _COLUMNS = ("TYPE", "ID", "COPIES", "BIN", "X", "Y", "Z", "LX", "LY", "LZ")
-_MOST_COPIES = 10_000
 _NUMBER = re.compile(r"-?[0-9]{1,15}(\.[0-9]{1,15})?", re.ASCII)
 
 
@@ -62,22 +71,21 @@ def from_packingsolver(
         LayoutError: the certificate cannot be read, or a bin is no valid layout.
         OSError: the certificate cannot be read.
     """
-    length = factor(units, LENGTHS)
+    length = factor(units, UNITS)
     known: dict[int, float]
     if isinstance(weights, Mapping):
         known = dict(weights)
     else:
-        scale = factor(weights, WEIGHTS)
+        scale = factor(weights, WEIGHT_UNITS)
         types = () if instance is None else instance.item_types
         known = {k: float(each.weight) * scale for k, each in enumerate(types)}
     if isinstance(solution, str | Path):
         try:
-            text = Path(solution).read_text(encoding="utf-8-sig")
+            with opened(solution) as file:
+                text = decoded(read_rest(file, b"", MAX_FILE_BYTES)).removeprefix("\ufeff")
             bins = list(_of_certificate(text, length, known))
-        except UnicodeDecodeError as error:
-            raise FormatError(
-                f"is not UTF-8 text (byte {error.start})", file=str(solution)
-            ) from None
+            for each in bins:
+                _check_count(each)
         except LayoutError as error:
             raise error.located(file=str(solution)) from None
     elif hasattr(solution, "bins") and hasattr(solution, "number_of_bins"):
@@ -90,20 +98,43 @@ def from_packingsolver(
     return plan(bins, _unplaced(bins, instance), order)
 
 
-def read_certificate(text: str) -> Iterator[Record]:
-    """Records of a certificate: one a bin, in centimetres, in order of height.
+def read_certificate(text: str, dialect: Dialect) -> Iterator[Record | Refused]:
+    """Records of a certificate: one a bin, in order of height.
+
+    Args:
+        text: the certificate.
+        dialect: gives the unit of lengths, which a certificate does not state.
 
     Raises:
-        FormatError: the text is no certificate.
+        FormatError: the text is no certificate, or the dialect states what none has.
     """
-    for loaded in _of_certificate(text, 1.0, {}):
-        if loaded.boxes:
+    others = [key for key in dialect.stated() if key != "units"]
+    if others:
+        raise FormatError(
+            f"is a certificate of PackingSolver, which has no weights and axes and columns of its "
+            f"own; of it units can be stated, and not {' and '.join(others)} (weights are told to "
+            "steadyload.from_packingsolver)"
+        )
+    for loaded in _of_certificate(text, factor(dialect.units, UNITS), {}):
+        try:
+            _check_count(loaded)
+        except LayoutError as error:
+            yield Refused(loaded.name, error)
+        else:
             yield record(loaded)
 
 
+def _check_count(loaded: Bin) -> None:
+    if len(loaded.boxes) > MAX_ITEMS:
+        raise LayoutError(
+            f"has more than {MAX_ITEMS:,} items; that is the most allowed", layout=loaded.name
+        )
+
+
 def _of_certificate(text: str, length: float, weights: Mapping[int, float]) -> Iterator[Bin]:
-    rows = csv.reader(io.StringIO(text))
-    header = next(rows, [])
+    """Bins that hold boxes, of too many no more than one past those that a layout may have."""
+    rows = _rows(text)
+    header = next(rows, (1, []))[1]
     missing = [name for name in _COLUMNS if name not in header]
     if missing:
         raise FormatError(f"has no column {missing[0]}; allowed: a certificate of PackingSolver")
@@ -111,10 +142,8 @@ def _of_certificate(text: str, length: float, weights: Mapping[int, float]) -> I
     size: Vector = (0.0, 0.0, 0.0)
     current, copies = -1, 0
     boxes: list[Placed] = []
-    for cells in rows:
-        if not cells:
-            continue
-        line = rows.line_num
+    each_copy = partial(_copies, _Count())
+    for line, cells in rows:
         if len(cells) < len(_COLUMNS):
             raise FormatError(f"line {line} has {len(cells)} values; is it cut off?")
         row = {name: cells[place] for name, place in at.items() if place < len(cells)}
@@ -129,31 +158,68 @@ def _of_certificate(text: str, length: float, weights: Mapping[int, float]) -> I
         number, many, bin_number = (_whole(row[k], k, line) for k in ("ID", "COPIES", "BIN"))
         sides = _three(row, ("LX", "LY", "LZ"), length, line)
         if kind == "BIN":
-            yield from _copies(current, copies, size, boxes)
+            yield from each_copy(current, copies, size, boxes)
             current, copies, size, boxes = bin_number, many, sides, []
-            if not 1 <= copies <= _MOST_COPIES:
-                raise FormatError(
-                    f"line {line} has COPIES {copies}; allowed: 1 to {_MOST_COPIES:,}"
-                )
+            if not 1 <= copies <= MAX_COPIES:
+                raise FormatError(f"line {line} has COPIES {copies}; allowed: 1 to {MAX_COPIES:,}")
         elif bin_number != current or many != 1:
             raise FormatError(
                 f"line {line} holds {many} of an item in bin {bin_number}; allowed: 1 at a place, "
                 "after the line of its bin"
             )
-        else:
+        elif len(boxes) <= MAX_ITEMS:
             corner = _three(row, ("X", "Y", "Z"), length, line)
             boxes.append(Placed(f"type {number}", corner, sides, weights.get(number) or None))
     if current < 0:
         raise FormatError("holds no bins; allowed: one or more")
-    yield from _copies(current, copies, size, boxes)
+    yield from each_copy(current, copies, size, boxes)
 
 
-def _copies(number: int, copies: int, size: Vector, boxes: list[Placed]) -> Iterator[Bin]:
-    for copy in range(copies if number >= 0 else 0):
+def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
+    """Lines that are not empty, with their numbers; the header first."""
+    reader = csv.reader(io.StringIO(text, newline=""))
+    try:
+        for cells in reader:
+            if any(len(cell) > MAX_TEXT_LENGTH for cell in cells):
+                raise FormatError(
+                    f"line {reader.line_num} has a cell of {max(map(len, cells)):,} characters; "
+                    f"allowed: {MAX_TEXT_LENGTH:,}"
+                )
+            if cells:
+                yield reader.line_num, cells
+    except csv.Error as error:
+        raise FormatError(f"line {reader.line_num} is not CSV ({error})") from None
+
+
+@dataclass
+class _Count:
+    """Layouts and items of a plan so far, copies included."""
+
+    layouts: int = 0
+    items: int = 0
+
+    def add(self, copies: int, items: int) -> None:
+        self.layouts += copies
+        self.items += copies * items
+        if self.layouts > MAX_LAYOUTS or self.items > max(MAX_COPIED_ITEMS, items):
+            raise FormatError(
+                f"holds more than {MAX_LAYOUTS:,} layouts or {MAX_COPIED_ITEMS:,} items, copies of "
+                "bins included; allowed: up to so many"
+            )
+
+
+def _copies(
+    count: _Count, number: int, copies: int, size: Vector, boxes: list[Placed]
+) -> Iterator[Bin]:
+    if not boxes:
+        return
+    count.add(copies, len(boxes))
+    for copy in range(copies):
         yield Bin(f"bin {number}" + (f" copy {copy}" if copy else ""), size, boxes)
 
 
 def _of_result(result: Any, length: float, weights: Mapping[int, float]) -> Iterator[Bin]:
+    each_copy = partial(_copies, _Count())
     for each in result.bins:
         boxes = [
             Placed(
@@ -165,7 +231,7 @@ def _of_result(result: Any, length: float, weights: Mapping[int, float]) -> Iter
             for p in each.placements
         ]
         size = (each.x * length, each.y * length, each.z * length)
-        yield from _copies(each.bin_id, each.copies, size, boxes)
+        yield from each_copy(each.bin_id, each.copies, size, boxes)
 
 
 def _unplaced(bins: list[Bin], instance: Any) -> list[str]:

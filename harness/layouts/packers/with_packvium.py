@@ -6,19 +6,31 @@ JSON names the payload of a container and no weights of items.
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from steadyload.layouts.json_stream import Elements, JsonText, members
+from steadyload.layouts.limits import (
+    MAX_FILE_BYTES,
+    MAX_ITEMS,
+    MAX_LAYOUTS,
+    MAX_TEXT_LENGTH,
+)
 from steadyload.layouts.model import LayoutError, Vector
 from steadyload.layouts.packers.plan import Bin, Order, Placed, Plan, PlanError, plan, record
-from steadyload.layouts.record import FormatError, Record, shown
+from steadyload.layouts.record import FormatError, Record, Refused, shown
+from steadyload.layouts.sources import opened
 
 _TICKS_PER_CM = 160_000
 _TICKS_PER_KG = 8_000_000_000
 _SIDES = ("length", "width", "height")
+_CHUNK_BYTES = 256 * 1024
+
+MEMBERS = ("containers", "unpacked_items")
+"""Members of a result that are read."""
 
 
 def from_packvium(
@@ -40,8 +52,12 @@ def from_packvium(
     """
     known: dict[str, float] = dict(weights or {})
     if isinstance(result, str | Path):
-        content = _parsed(Path(result))
-    elif isinstance(result, Mapping):
+        try:
+            bins, left = _of_file(result, known)
+            return plan(bins, left, order)
+        except LayoutError as error:
+            raise error.located(file=str(result)) from None
+    if isinstance(result, Mapping):
         content = result
     elif hasattr(result, "to_dict") and hasattr(result, "containers"):
         content = result.to_dict(include_alternatives=False)
@@ -54,50 +70,64 @@ def from_packvium(
             f"a {type(result).__name__} is no plan; allowed: a PackingResult of packvium, its "
             "dictionary, or the path of its JSON"
         )
-    try:
-        left = [_text(each, "item_id") for each in _list(content, "unpacked_items")]
-        return plan(_bins(content, known), left, order)
-    except LayoutError as error:
-        if isinstance(result, str | Path):
-            raise error.located(file=str(result)) from None
-        raise
+    left = _unplaced(_list(content, "unpacked_items"))
+    return plan(_accepted(_list(content, "containers"), known), left, order)
 
 
-def is_packvium(content: Mapping[str, Any]) -> bool:
-    """Whether a JSON object is a result of Packvium."""
-    return "containers" in content and "unpacked_items" in content
-
-
-def read_packvium(content: Mapping[str, Any]) -> Iterator[Record]:
-    """Records of a result: one a container, in order of height.
+def read_containers(containers: Iterable[Any]) -> Iterator[Record | Refused]:
+    """Records of a result's containers, as they are read: each in order of height.
 
     Raises:
-        FormatError: a container is not as Packvium writes it.
+        FormatError: there are more containers than a file may have.
     """
-    for loaded in _bins(content, {}):
-        if loaded.boxes:
+    for loaded in _bins(containers, {}):
+        if isinstance(loaded, Refused):
+            yield loaded
+        elif loaded.boxes:
             yield record(loaded)
 
 
-def _parsed(path: Path) -> Mapping[str, Any]:
-    try:
-        content = json.loads(path.read_text(encoding="utf-8-sig"))
-    except (ValueError, RecursionError):
-        raise FormatError("is not valid JSON", file=str(path)) from None
-    if not isinstance(content, dict) or not is_packvium(content):
-        raise FormatError("is no result of Packvium", file=str(path))
-    return content
+def _of_file(path: str | Path, weights: Mapping[str, float]) -> tuple[list[Bin], list[str]]:
+    """Bins of a file, one container in memory at a time, and what is in none."""
+    bins: list[Bin] | None = None
+    left: list[str] | None = None
+    with opened(path) as file:
+        text = JsonText(iter(partial(file.read, _CHUNK_BYTES), b""), MAX_FILE_BYTES)
+        for name, value in members(text, MEMBERS):
+            if name in MEMBERS and not isinstance(value, Elements):
+                raise FormatError(f"{name} is {shown(value)}; allowed: a list")
+            if name == "containers":
+                bins = list(_accepted(value, weights))
+            elif name == "unpacked_items":
+                left = _unplaced(value)
+    if bins is None or left is None:
+        raise FormatError("is no result of Packvium")
+    return bins, left
 
 
-def _bins(content: Mapping[str, Any], weights: Mapping[str, float]) -> Iterator[Bin]:
-    for index, each in enumerate(_list(content, "containers")):
-        if not isinstance(each, Mapping):
-            raise FormatError(f"containers[{index}] is {shown(each)}; allowed: an object")
-        name = _text(each, "id")
+def _unplaced(items: Iterable[Any]) -> list[str]:
+    return [_text(each, "item_id") for each in items]
+
+
+def _accepted(containers: Iterable[Any], weights: Mapping[str, float]) -> Iterator[Bin]:
+    for loaded in _bins(containers, weights):
+        if isinstance(loaded, Refused):
+            raise loaded.error
+        yield loaded
+
+
+def _bins(containers: Iterable[Any], weights: Mapping[str, float]) -> Iterator[Bin | Refused]:
+    for index, each in enumerate(containers):
+        if index == MAX_LAYOUTS:
+            raise FormatError(f"holds more than {MAX_LAYOUTS:,} containers; that is the most")
+        name = f"containers[{index}]"
         try:
+            if not isinstance(each, Mapping):
+                raise FormatError(f"{name} is {shown(each)}; allowed: an object")
+            name = _text(each, "id")
             yield Bin(name, _vector(each, "inner_dimensions", _SIDES), _boxes(each, weights))
         except LayoutError as error:
-            raise error.located(layout=name) from None
+            yield Refused(name, error.located(layout=name))
 
 
 def _boxes(container: Mapping[str, Any], weights: Mapping[str, float]) -> list[Placed]:
@@ -107,6 +137,8 @@ def _boxes(container: Mapping[str, Any], weights: Mapping[str, float]) -> list[P
             "placement listed"
         )
     placements = _list(container, "placements")
+    if len(placements) > MAX_ITEMS:
+        raise FormatError(f"has {len(placements):,} items; allowed: at most {MAX_ITEMS:,}")
     found = []
     for each in placements:
         if not isinstance(each, Mapping):
@@ -154,4 +186,8 @@ def _text(values: Any, key: str) -> str:
     found = values.get(key) if isinstance(values, Mapping) else None
     if not isinstance(found, str):
         raise FormatError(f"{key} is {shown(found)}; allowed: a text")
+    if len(found) > MAX_TEXT_LENGTH:
+        raise FormatError(
+            f"{key} has {len(found):,} characters; allowed: at most {MAX_TEXT_LENGTH:,}"
+        )
     return found

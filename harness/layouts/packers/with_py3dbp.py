@@ -10,10 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, Literal
 
+from steadyload.layouts.dialect import UNITS, WEIGHT_UNITS
 from steadyload.layouts.model import Vector
 from steadyload.layouts.packers.plan import (
-    LENGTHS,
-    WEIGHTS,
     Bin,
     Order,
     Placed,
@@ -53,7 +52,7 @@ def from_py3dbp(
     if up not in ("y", "z"):
         raise PlanError(f"up is {up!r}; allowed: 'y', 'z'")
     placed = _each_in_one_bin(bins)
-    length, weight = factor(units, LENGTHS), factor(weights, WEIGHTS)
+    length, weight = factor(units, UNITS), factor(weights, WEIGHT_UNITS)
 
     def loaded() -> Iterator[Bin]:
         for each in bins:
@@ -69,7 +68,9 @@ def from_py3dbp(
             size = _scaled((each.width, each.height, each.depth), length)
             yield Bin(str(each.name), size, boxes, up)
 
+    # Those of a packer itself are in no list of a bin's before it has packed them.
     left = {id(item): str(item.name) for each in bins for item in each.unfitted_items}
+    left |= {id(item): str(item.name) for item in packed.items}
     return plan(loaded(), [name for key, name in left.items() if key not in placed], order)
 
 
