@@ -220,7 +220,7 @@ COMMANDS = {
 """Commands that can be gone on with, and what they make, without clocks."""
 
 
-@pytest.mark.deep("four commands that can be gone on with, each killed by three signals: three minutes")
+@pytest.mark.deep("four commands that go on, each killed by three signals: three minutes")
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_killed_command_goes_on_to_the_same_output(name, begin, tmp_path, unlabelled, labelled):
     words, made = COMMANDS[name]
