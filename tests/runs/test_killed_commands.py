@@ -155,7 +155,7 @@ def test_a_terminated_study_ends_at_once_and_resumes_to_the_same_table(begin_stu
     assert names(tmp_path / "run") == names(tmp_path / "whole")
 
 
-@pytest.mark.deep("a study over two processes, killed at twenty moments: 60 s")
+@pytest.mark.deep("a study over two processes, killed at twenty moments: 70 s")
 def test_a_study_killed_twenty_times_ends_with_the_same_table(begin, tmp_path):
     """At seven moments of the first second and 13 of the three after it, by three signals."""
     methods = ("fbs", "sme", "equilibrium", "ps3@mujoco", "ps3@bullet")
@@ -220,7 +220,7 @@ COMMANDS = {
 """Commands that can be gone on with, and what they make, without clocks."""
 
 
-@pytest.mark.deep("four commands that can be gone on with, each killed by three signals: 100 s")
+@pytest.mark.deep("four commands that go on, each killed by three signals: three minutes")
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_killed_command_goes_on_to_the_same_output(name, begin, tmp_path, unlabelled, labelled):
     words, made = COMMANDS[name]
