@@ -240,6 +240,16 @@ def test_a_certificate_of_stacks_is_read_and_copies_of_a_bin_are_layouts(tmp_pat
     ]  # fmt: skip
 
 
+def test_a_box_out_of_its_bin_is_refused_and_other_bins_are_read(tmp_path):
+    """A bin has no deck that a box may overhang."""
+    path = tmp_path / "out.csv"
+    path.write_text(STACKS + "BIN,0,1,1,-1,0,0,0,100,100,100,,\nITEM,0,1,1,0,95,0,0,20,30,40,0,\n")
+    with pytest.raises(LayoutError, match=r"bin 1.*type 0.*spans z = 95 to 115 cm.*0 to 100 cm"):
+        sl.read(path)
+    records = sl.score([path], ["fbs"])
+    assert [record["status"] for record in records] == ["done", "done", "refused"]
+
+
 def test_units_are_told_of_a_certificate_and_nothing_else_of_a_dialect(tmp_path):
     path = tmp_path / "stacks.csv"
     path.write_text(STACKS)

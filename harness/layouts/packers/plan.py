@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Literal
 
-from steadyload.layouts.model import Layout, LayoutError, Vector
-from steadyload.layouts.record import Record, to_layout
+from steadyload.layouts.model import TOLERANCE, Layout, LayoutError, Vector
+from steadyload.layouts.naming import box_label
+from steadyload.layouts.record import Record, Refused, to_layout
 
 DENSITY = 2e-4
 """Density of boxes without a weight [kg/cm3]: 200 kg a cubic metre."""
@@ -71,7 +72,11 @@ class Bin:
 
 
 def record(loaded: Bin, order: Order = "height") -> Record:
-    """A bin as the record of a layout."""
+    """A bin as the record of a layout.
+
+    Raises:
+        LayoutError: a box stands out of the bin.
+    """
     axes = (0, 1, 2) if loaded.up == "y" else (1, 2, 0)
 
     def turned(vector: Vector) -> Vector:
@@ -84,12 +89,29 @@ def record(loaded: Bin, order: Order = "height") -> Record:
     width, height, depth = turned(loaded.size)
     items = []
     for sequence, ((x, y, z), (w, h, d), box) in enumerate(boxes):
+        spans = zip("xyz", (x, y, z), (w, h, d), turned(loaded.size), strict=True)
+        for axis, start, side, most in spans:
+            if not (start >= -TOLERANCE and start + side <= most + TOLERANCE):
+                raise LayoutError(
+                    f"spans {axis} = {start:g} to {start + side:g} cm; allowed: inside the bin, "
+                    f"0 to {most:g} cm",
+                    layout=loaded.name,
+                    item=box_label(sequence, box.name),
+                )
         weight = DENSITY * w * h * d if box.weight is None else box.weight
         items.append(
             {"sequence": sequence, "name": box.name, "x": x, "y": y, "z": z,
              "width": w, "height": h, "depth": d, "weight": weight}
         )  # fmt: skip
     return Record(loaded.name, {"width": width, "height": height, "depth": depth}, items)
+
+
+def stated(loaded: Bin) -> Record | Refused:
+    """A bin as the record of a layout, in order of height; or why it is none."""
+    try:
+        return record(loaded)
+    except LayoutError as error:
+        return Refused(loaded.name, error)
 
 
 def plan(bins: Iterable[Bin], unplaced: Iterable[str], order: Order) -> Plan:
@@ -105,15 +127,15 @@ def plan(bins: Iterable[Bin], unplaced: Iterable[str], order: Order) -> Plan:
     for loaded in bins:
         if not loaded.boxes:
             continue
-        stated = record(loaded, order)
-        name, number = stated.name, names.get(stated.name, 0)
+        found = record(loaded, order)
+        name, number = found.name, names.get(found.name, 0)
         while name in names:
             number += 1
-            name = f"{stated.name} ({number})"
-        names[stated.name] = max(number, 1)
+            name = f"{found.name} ({number})"
+        names[found.name] = max(number, 1)
         names.setdefault(name, 1)
         try:
-            layouts.append(to_layout(Record(name, stated.pallet, stated.items)))
+            layouts.append(to_layout(Record(name, found.pallet, found.items)))
         except LayoutError as error:
             raise error.located(layout=name) from None
     return Plan(tuple(layouts), tuple(unplaced))

@@ -34,7 +34,7 @@ from steadyload.layouts.packers.plan import (
     PlanError,
     factor,
     plan,
-    record,
+    stated,
 )
 from steadyload.layouts.record import FormatError, Record, Refused, shown
 from steadyload.layouts.sources import decoded, opened, read_rest
@@ -121,7 +121,7 @@ def read_certificate(text: str, dialect: Dialect) -> Iterator[Record | Refused]:
         except LayoutError as error:
             yield Refused(loaded.name, error)
         else:
-            yield record(loaded)
+            yield stated(loaded)
 
 
 def _check_count(loaded: Bin) -> None:

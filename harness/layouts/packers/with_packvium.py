@@ -20,7 +20,7 @@ from steadyload.layouts.limits import (
     MAX_TEXT_LENGTH,
 )
 from steadyload.layouts.model import LayoutError, Vector
-from steadyload.layouts.packers.plan import Bin, Order, Placed, Plan, PlanError, plan, record
+from steadyload.layouts.packers.plan import Bin, Order, Placed, Plan, PlanError, plan, stated
 from steadyload.layouts.record import FormatError, Record, Refused, shown
 from steadyload.layouts.sources import opened
 
@@ -84,7 +84,7 @@ def read_containers(containers: Iterable[Any]) -> Iterator[Record | Refused]:
         if isinstance(loaded, Refused):
             yield loaded
         elif loaded.boxes:
-            yield record(loaded)
+            yield stated(loaded)
 
 
 def _of_file(path: str | Path, weights: Mapping[str, float]) -> tuple[list[Bin], list[str]]:
