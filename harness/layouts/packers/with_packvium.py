@@ -156,15 +156,15 @@ def _boxes(container: Mapping[str, Any], weights: Mapping[str, float]) -> list[P
 
 
 def _payload(container: Mapping[str, Any]) -> float:
-    stated = container.get("payload_weight")
-    return _ticks(stated, "payload_weight") / _TICKS_PER_KG if stated is not None else 0.0
+    found = container.get("payload_weight")
+    return _ticks(found, "payload_weight") / _TICKS_PER_KG if found is not None else 0.0
 
 
 def _vector(values: Mapping[str, Any], key: str, names: Sequence[str]) -> Vector:
-    stated = values.get(key)
-    if not isinstance(stated, Mapping):
-        raise FormatError(f"{key} is {shown(stated)}; allowed: {', '.join(names)}")
-    x, y, z = (_ticks(stated.get(name), f"{key} {name}") / _TICKS_PER_CM for name in names)
+    found = values.get(key)
+    if not isinstance(found, Mapping):
+        raise FormatError(f"{key} is {shown(found)}; allowed: {', '.join(names)}")
+    x, y, z = (_ticks(found.get(name), f"{key} {name}") / _TICKS_PER_CM for name in names)
     return x, y, z
 
 
