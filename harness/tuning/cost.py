@@ -248,6 +248,8 @@ def stored_model(path: Path, about: Mapping[str, Any]) -> CostModel | None:
 def _model(kept: Mapping[str, Any]) -> CostModel:
     """A stored model; an error of any of the kinds of malformed JSON where it is none."""
     model = CostModel(**kept)
+    if not isinstance(model.microseconds, dict):
+        raise TypeError
     if not {*TERMS} <= model.microseconds.keys():
         raise KeyError
     numbers = [*model.microseconds.values(), model.correlation, model.error, model.parameter_sets]
