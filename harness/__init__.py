@@ -14,13 +14,13 @@ Example:
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
-
 if __name__ != "steadyload":
     raise ImportError("harness is installed as steadyload: import it under that name")
 
+TYPE_CHECKING = False  # that of typing: nothing is imported, see steadyload.cli.interrupts
 if TYPE_CHECKING:
+    from typing import Any
+
     from steadyload.layouts.benchmark import load_benchmark as load_benchmark
     from steadyload.layouts.dialect import Dialect as Dialect
     from steadyload.layouts.dialect import load_profile as load_profile
@@ -83,6 +83,8 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in _PUBLIC:
         raise AttributeError(f"module 'steadyload' has no attribute {name!r}")
+    import importlib
+
     module, _, attribute = _PUBLIC[name].partition(":")
     found = getattr(importlib.import_module(module), attribute)
     globals()[name] = found

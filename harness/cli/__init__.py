@@ -7,9 +7,12 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
 
-from steadyload.cli.interrupts import INTERRUPTED, SENTENCE, ended, is_behind, starting
+from steadyload.cli.interrupts import INTERRUPTED, ended, is_behind, starting, tell
+
+TYPE_CHECKING = False  # that of typing, see the interrupts
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 
 def command() -> int:
@@ -33,9 +36,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # The reader (head, less) has closed the pipe; Python must not report that again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except (KeyboardInterrupt, ImportError) as error:
+    except (KeyboardInterrupt, Exception) as error:
         if not is_behind(error):
             raise
-        print(SENTENCE, file=sys.stderr)
+        tell(error)
         return INTERRUPTED
     return status

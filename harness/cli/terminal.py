@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from steadyload.cli.interrupts import working
+from steadyload.cli.interrupts import is_behind, working
 from steadyload.escaping import printable
 from steadyload.studies.study import Progress as StudyProgress
 
@@ -40,12 +40,14 @@ def say_warnings() -> None:
 
 @contextmanager
 def resumable(where: Path) -> Iterator[None]:
-    """Context of resumable work: an interrupt prints where finished results are kept."""
+    """Context of resumable work: the line of an interrupt says where finished results are kept."""
     working()
     try:
         yield
-    except KeyboardInterrupt:
-        say(f"What is finished stays in {where}; run the same command to go on.")
+    except (KeyboardInterrupt, Exception) as error:
+        if is_behind(error):
+            kept = printable(str(where))
+            error.add_note(f"what is finished stays in {kept}, and the same command goes on")
         raise
 
 

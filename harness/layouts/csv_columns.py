@@ -86,23 +86,35 @@ def find_columns(header: Sequence[str], dialect: Dialect) -> Columns:
 def _places(header: Sequence[str], dialect: Dialect) -> dict[str, int]:
     """Place of every word that the header has."""
     own = {name.casefold(): word for word, name in dialect.columns.items()}
+    words = [own.get(name.casefold(), _word(name, dialect.columns)) for name in header]
+    for word, name in dialect.columns.items():
+        if word not in words:
+            known = {w: index for index, w in enumerate(words) if w is not None}
+            raise FormatError(
+                f"lacks the CSV column {shown(name)}, named for {word}"
+                f"{_nearest(name, header, known)}"
+            )
     places: dict[str, int] = {}
-    for index, name in enumerate(header):
-        word = own.get(name.casefold(), _word(name, dialect.columns))
+    for index, (name, word) in enumerate(zip(header, words, strict=True)):
         if word is None:
             if dialect.other_columns == "refuse":
-                raise _unknown(name)
+                raise _left_over(name, dialect)
         elif word in places:
             raise _twice(header[places[word]], name, word)
         else:
             places[word] = index
-    for word, name in dialect.columns.items():
-        if word not in places:
-            raise FormatError(
-                f"lacks the CSV column {shown(name)}, named for {word}"
-                f"{_nearest(name, header, places)}"
-            )
     return places
+
+
+def _left_over(name: str, dialect: Dialect) -> FormatError:
+    """The error of a column that stands for nothing."""
+    word = _word(name, {})
+    if word is None:
+        return _unknown(name)
+    return FormatError(
+        f"has two CSV columns for {word}, {shown(dialect.columns[word])}, as it is named, and "
+        f"{shown(name)}; allowed: one, or leave out the other with --other-columns ignore"
+    )
 
 
 def _word(name: str, columns: Mapping[str, str]) -> str | None:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from steadyload.layouts.model import (
+    SIDES,
     TOLERANCE,
     WEIGHTS,
     FloatArray,
@@ -76,6 +77,9 @@ def deviated(
     if weight:
         weights = np.clip(weights * np.exp(weight * ndtri(uniforms[..., WEIGHT])), *WEIGHTS)
     plan = layout.with_floor_kept()
+    if place and plan.floor.has_edges:
+        # Its limit is one of plans: no item is stopped there.
+        plan = replace(plan, pallet=replace(plan.pallet, overhang=SIDES[1]))
     return [
         replace_items(
             plan,
@@ -92,9 +96,10 @@ def made_room(layout: Layout, meant: FloatArray) -> FloatArray:
     """Positions of items that are meant for places where there is no room for all of them.
 
     Items in each other's way push each other apart, each by half of what is missing, and those in
-    turn the next ones; at the contour's end an item stays and the other one gives way. What stood
-    left of another in the plan stands left of it still, and likewise behind: pairs that share
-    heights are kept apart along that horizontal axis along which the plan has them further apart.
+    turn the next ones; on a plane an item stays at the contour's end, and the other one gives way.
+    What stood left of another in the plan stands left of it still, and likewise behind: pairs that
+    share heights are kept apart along that horizontal axis along which the plan has them further
+    apart.
 
     Args:
         layout: the plan; it shows that there is room for all.
@@ -124,8 +129,9 @@ def _apart(layout: Layout, axis: int, pairs: NDArray[np.bool_], meant: FloatArra
     before = [(j, [i for i in order[:rank] if pairs[i, j]]) for rank, j in enumerate(order)]
     # What the plan itself lets overlap may go on to; a trifle less, so that rounding does not add.
     apart = np.minimum(size[:, None], at[None] - at[:, None] + _TRIFLE)
-    # On a plane no item comes to overhang: the plan's floor is that of all its deviations.
-    out = layout.pallet.overhang if layout.floor.has_edges else 0.0
+    # On a plane no item comes to overhang: the plan's floor is that of all its deviations. On a
+    # deck nothing stops an item.
+    out = np.inf if layout.floor.has_edges else 0.0
     low, high = np.minimum(-out, at), np.maximum(layout.pallet.size[axis] + out - size, at)
     for j, others in before:
         low[j] = max([low[j], *(low[i] + apart[i, j] for i in others)])

@@ -34,7 +34,8 @@ class Refusals:
         total = self.count + read
         if total == 1:
             return self.first
-        return [*self.first, *rest, f"{self.count} of {total} layouts were refused"]
+        verb = "was" if self.count == 1 else "were"
+        return [*self.first, *rest, f"{self.count} of {total} layouts {verb} refused"]
 
     def stated(self) -> dict[str, Any]:
         """The entry of a manifest."""

@@ -19,6 +19,7 @@ from typing import Any
 
 from steadyload.engines.registry import capabilities, engines
 from steadyload.errors import nearest
+from steadyload.escaping import shown
 from steadyload.methods.method import Method
 from steadyload.methods.spec import (
     MethodSpec,
@@ -128,7 +129,7 @@ def make_method(spec: str | MethodSpec) -> Method:
     method = method_class(parsed.name)
     if method is None:
         known = [*method_classes(), *presets()]
-        raise SpecError(f"unknown method {parsed.name!r}; {nearest(parsed.name, known)}")
+        raise SpecError(f"unknown method {shown(parsed.name)}; {nearest(parsed.name, known)}")
     preset = presets().get(parsed.name)
     _check_engine(parsed, method)
     stored = dict(preset.parameters_on(parsed.engine)) if preset else {}
@@ -177,7 +178,7 @@ def method_listing(engine: str | None = None) -> list[MethodEntry]:
         SpecError: no such engine.
     """
     if engine is not None and engine not in engines():
-        raise SpecError(f"unknown engine {engine!r}; {nearest(engine, engines())}")
+        raise SpecError(f"unknown engine {shown(engine)}; {nearest(engine, engines())}")
     entries = []
     for name, target in method_classes().items():
         method = _load(target)
@@ -231,4 +232,4 @@ def _check_engine(spec: MethodSpec, method: type[Method]) -> None:
             f"allowed: {', '.join(engines())}"
         )
     elif spec.engine not in engines():
-        raise SpecError(f"unknown engine {spec.engine!r}; {nearest(spec.engine, engines())}")
+        raise SpecError(f"unknown engine {shown(spec.engine)}; {nearest(spec.engine, engines())}")

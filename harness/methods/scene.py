@@ -35,13 +35,12 @@ _ALONG_WIDTH: tuple[tuple[int, int], ...] = ((0, 1), (2, -1), (1, 1))
 
 
 def origin(layout: Arrangement) -> NDArray[np.float64]:
-    """Point of the ground (x, y, z) [cm] that is a world's origin: within 29 m of the first item.
+    """Point of the floor (x, y, z) [cm] above a world's origin: within 29 m of the first item.
 
     Far from their origin engines lose digits, or the floor. The first item alone decides, so that
-    the point stays while a layout grows. Below a deck, the ground lies lower by its height.
+    the point stays while a layout grows. The origin lies on the ground, below a deck.
     """
-    near = np.round(layout.lower[0] / _NEAR) * _NEAR
-    return np.array((near[0], -layout.floor.height, near[2]))
+    return np.round(layout.lower[0] / _NEAR) * (_NEAR, 0.0, _NEAR)
 
 
 def boxes(
@@ -72,6 +71,7 @@ def boxes(
     sizes = (upper - lower)[:, axes] * CM
     sizes[:, :2] -= 2.0 * np.minimum(shrink, 1e-3 * sizes[:, :2])
     centres = (0.5 * (lower + upper))[:, axes] * signs * CM
+    centres[:, 2] += layout.floor.height * CM
     offsets = layout.mass_offsets[first:, axes] * signs * CM
     if jitter:
         random = np.random.default_rng([seed, zlib.crc32(layout.name.encode())])
@@ -102,8 +102,8 @@ def surroundings(
     if not floor.has_edges:
         return []
     axes, signs = _frame(across)
-    low = np.array((floor.low[0], -floor.height, floor.low[1])) - origin(layout)
-    high = np.array((floor.high[0], 0.0, floor.high[1])) - origin(layout)
+    low = np.array((floor.low[0], 0.0, floor.low[1])) - origin(layout)
+    high = np.array((floor.high[0], floor.height, floor.high[1])) - origin(layout)
     if planar:
         side, start = axes[1], origin(layout)[axes[1]]
         low[side], high[side] = layout.lower[0, side] - start, layout.upper[0, side] - start
@@ -124,6 +124,7 @@ def in_layout(poses: Poses, layout: Arrangement, *, across: Across = "width") ->
     centres, quaternions = np.empty_like(poses.centres), np.array(poses.quaternions)
     centres[..., axes] = poses.centres * signs / CM
     centres += origin(layout)
+    centres[..., 1] -= layout.floor.height
     # The frames differ by a rotation, under which a turn's axis is a vector like any other.
     quaternions[..., [a + 1 for a in axes]] = poses.quaternions[..., 1:] * signs
     return Poses(centres, quaternions)

@@ -78,7 +78,7 @@ def test_the_help_lists_commands_in_groups(capsys):
             "score: unknown flag '--metod'; did you mean '--method'",
         ),
         (["score", "--halp"], "score: unknown flag '--halp'; did you mean '--help'?"),
-        (["score", "x", "-q"], "score: unknown flag '-q'; allowed: --snap, "),
+        (["score", "x", "-q"], "score: unknown flag '-q'; allowed: --profile, "),
         (["score", "x", "--limit", "0"], "--limit: '0'; allowed: a whole number, 1 or more"),
         (["score", "x", "--timeout", "no"], "--timeout: 'no'; allowed: a number above 0"),
         (["bench", "--part", "sped"], "--part: 'sped'; did you mean 'speed'? allowed: "),
@@ -161,6 +161,44 @@ def test_ctrl_c_while_libraries_are_imported_is_one_line(tmp_path):
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )  # fmt: skip
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "steadyload: interrupted\n")
+
+
+INTERRUPT = "os.kill(os.getpid(), signal.SIGINT)"
+
+
+@pytest.mark.parametrize(
+    ("work", "at_exit"),
+    [
+        ("", INTERRUPT),
+        (INTERRUPT, INTERRUPT),
+        (f"type('', (), {{'__del__': lambda self: {INTERRUPT}}})()", ""),
+        (f"try:\n        {INTERRUPT}\n    finally:\n        raise RuntimeError", ""),
+    ],
+    ids=["after the work", "twice", "in a destructor", "turned into another error"],
+)
+def test_ctrl_c_is_one_line_whenever_it_comes(work, at_exit):
+    code = (
+        "import atexit, os, signal, sys\n"
+        "from steadyload.cli import command, interrupts, running\n"
+        "def run(words):\n    interrupts.working()\n"
+        f"    atexit.register(lambda: {at_exit or None})\n    {work}\n    return 0\n"
+        "running.run = run\nsys.exit(command())\n"
+    )
+    done = fresh(
+        "-c", code, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler)
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "steadyload: interrupted\n")
+
+
+def test_little_is_imported_before_interrupts_are_ours():
+    """Until then Ctrl-C ends with Python's traceback."""
+    code = (
+        "import sys; before = {*sys.modules}; import steadyload.cli; "
+        "print(*[name for name in {*sys.modules} - before if name.split('.')[0] != 'steadyload'])"
+    )
+    done = fresh("-c", code)
+    assert done.returncode == 0, done.stderr
+    assert {*done.stdout.split()} <= {"signal", "enum", "atexit"}
 
 
 def test_a_file_says_what_flags_would_and_flags_override_it(tmp_path):

@@ -157,6 +157,16 @@ def test_a_file_without_a_right_layout_is_wrong_input(folder, capsys, bad):
     assert err.count("\n") == (1 if bad == 1 else 4)
 
 
+def test_one_refused_layout_is_told_in_the_singular(folder, capsys):
+    with_bad(folder / "a.json", bad=1, good=2)
+    (folder / "s.toml").write_text('layouts = ["a.json"]\nmethods = ["fbs"]\n')
+    status, _, err = run(capsys, "study", "run", "s.toml", "--executor", "serial")
+    assert (status, err.splitlines()[-1]) == (3, "steadyload: 1 of 3 layouts was refused")
+    assert run(capsys, "report", "runs/s")[0] == 0
+    page = (folder / "runs" / "s" / "report.md").read_text()
+    assert "**1 further layout of the files was refused**, since it is not valid" in page
+
+
 def test_a_study_leaves_out_wrong_layouts_and_says_so(folder, capsys):
     with_bad(folder / "a.json", bad=2, good=2)
     (folder / "s.toml").write_text('layouts = ["a.json"]\nmethods = ["fbs", "sme"]\n')

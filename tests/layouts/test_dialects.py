@@ -196,6 +196,21 @@ def test_decimal_points_and_commas_are_not_mixed(tmp_path):
     assert "a decimal point (line 2) and with a decimal comma (line 2)" in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("columns", "message"),
+    [
+        ({"layout": "nix"}, "lacks the CSV column 'nix', named for layout"),
+        ({"layout": "lay"}, "named for layout; the nearest in its header is 'layout'"),
+        ({"sequence": "item"}, "two CSV columns for sequence, 'item', as it is named, and "),
+    ],
+)  # fmt: skip
+def test_a_column_is_not_suggested_in_its_own_place(tmp_path, columns, message):
+    with pytest.raises(FormatError) as caught:
+        read(tmp_path, PLAIN, columns=columns)
+    assert message in str(caught.value)
+    assert "did you mean" not in str(caught.value)
+
+
 def test_a_dialect_is_stated_of_csv_files_only(tmp_path):
     write_layouts(tmp_path / "a.json", read(tmp_path, PLAIN), Format.NATIVE)
     with pytest.raises(FormatError, match="units and up can be stated of CSV files only"):

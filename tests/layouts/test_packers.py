@@ -8,7 +8,7 @@ import pytest
 
 import steadyload as sl
 from steadyload.layouts import LayoutError
-from steadyload.layouts.packers.plan import Bin, Placed, PlanError, plan
+from steadyload.layouts.packers.plan import Bin, Placed, Plan, PlanError, plan
 from steadyload.layouts.record import FormatError
 
 SIDES = {"flat": (60, 40, 10), "tall": (20, 20, 50), "long": (80, 15, 15), "big": (300, 10, 10)}
@@ -113,6 +113,19 @@ def test_units_and_axes_of_py3dbp_are_told(py3dbp_packer):
     for wrong in ({"units": "ft"}, {"weights": "t"}, {"up": "x"}):
         with pytest.raises(PlanError, match="allowed: "):
             sl.from_py3dbp(py3dbp_packer, **wrong)
+
+
+def test_what_py3dbp_has_not_packed_yet_is_unplaced():
+    py3dbp = pytest.importorskip("py3dbp")
+    packer = py3dbp.Packer()
+    packer.add_bin(py3dbp.Bin("pallet", 100, 60, 80, 1000))
+    packer.add_item(py3dbp.Item("late", 10, 10, 10, 1))
+    assert sl.from_py3dbp(packer) == Plan((), ("late",))
+    packer.pack()
+    packer.add_item(py3dbp.Item("later", 10, 10, 10, 1))
+    found = sl.from_py3dbp(packer)
+    assert [item.name for item in found.layouts[0].items] == ["late"]
+    assert found.unplaced == ("later",)
 
 
 def test_boxes_that_py3dbp_has_turned_keep_their_volume():
@@ -225,6 +238,15 @@ def test_a_certificate_of_stacks_is_read_and_copies_of_a_bin_are_layouts(tmp_pat
     assert [(item.name, item.position[1]) for item in first.items] == [
         ("type 0", 0.0), ("type 1", 40.0)
     ]  # fmt: skip
+
+
+def test_units_are_told_of_a_certificate_and_nothing_else_of_a_dialect(tmp_path):
+    path = tmp_path / "stacks.csv"
+    path.write_text(STACKS)
+    first, _ = sl.read(path, dialect=sl.Dialect(units="mm"))
+    assert [item.size for item in first.items] == [(3.0, 4.0, 2.0)] * 2
+    with pytest.raises(FormatError, match="up"):
+        sl.read(path, dialect=sl.Dialect(up="z"))
 
 
 @pytest.mark.parametrize(

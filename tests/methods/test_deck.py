@@ -57,6 +57,21 @@ def test_who_stands_exactly_above_the_edge_is_fragile():
         assert low <= found.stands <= high
 
 
+def test_the_limit_of_the_overhang_stops_no_item():
+    """What a plan may ask for is limited; where an item comes to lie is not."""
+    item = box(0, -10.0, 0.0, 20.0, 15.0)
+    stands = [
+        verdict_reliability(
+            make_method("equilibrium"),
+            Layout("deck", replace(PALLET, overhang=limit), (item,)),
+            parse_uncertainty("position=2mm"),
+            Sampling(most=64),
+        ).stands
+        for limit in (10.0, 30.0)
+    ]
+    assert stands[0] == stands[1] < 0.7
+
+
 def test_a_deviation_to_within_the_edges_leaves_the_floor_a_deck():
     plan = Layout("deck", PALLET, (box(0, -0.05, 0.0, 20.0, 15.0), box(1, 50.0, 0.0, 9.0, 9.0)))
     places = np.full((2, 2, 6), 0.5)

@@ -296,8 +296,8 @@ def test_an_interrupted_cluster_of_this_machine_leaves_nothing_and_can_be_resume
         _, errors = process.communicate(timeout=60)
     assert process.returncode == 130, errors
     assert errors.splitlines() == [
-        "What is finished stays in run; run the same command to go on.", "steadyload: interrupted",
-    ]  # fmt: skip
+        "steadyload: interrupted; what is finished stays in run, and the same command goes on"
+    ]
 
 
 def test_executors_are_told_what_they_have():

@@ -123,7 +123,7 @@ def test_another_floor_counts_as_missing(study_file, tmp_path, stack):
     assert run_study(load_study(study_file), run) == 3
     study_file.write_text(study + 'floor = "auto"\noverhang = 6\n')
     assert run_study(load_study(study_file), run) == 0
-    study_file.write_text(study + "overhang = 5\n")
+    study_file.write_text(study + "overhang = 5\nstrict = true\n")
     with pytest.raises(LayoutError, match="-5 to"):
         run_study(load_study(study_file), run)
 

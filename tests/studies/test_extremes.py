@@ -300,10 +300,9 @@ def hanging(tmp_path, monkeypatch):
 
 def test_a_native_call_that_hangs_costs_one_cell(hanging, tmp_path):
     asked = {"only_engines": [hanging], "only_sweeps": ["light-on-heavy"], "frequencies": [60]}
-    values = sweeps()["light-on-heavy"].about.values[:1]
+    values = sweeps()["light-on-heavy"].values[:1]
     with pytest.MonkeyPatch.context() as patched:
-        about = dataclasses.replace(sweeps()["light-on-heavy"].about, values=values)
-        one = {"light-on-heavy": dataclasses.replace(sweeps()["light-on-heavy"], about=about)}
+        one = {"light-on-heavy": dataclasses.replace(sweeps()["light-on-heavy"], values=values)}
         patched.setattr(extreme_cells, "sweeps", lambda: one)
         (cell,) = run_extremes(tmp_path / "run", **asked, timeout=0.1, workers=1)
     assert (cell.outcome, cell.note) == (

@@ -68,7 +68,9 @@ def from_py3dbp(
             size = _scaled((each.width, each.height, each.depth), length)
             yield Bin(str(each.name), size, boxes, up)
 
+    # Those of a packer itself are in no list of a bin's before it has packed them.
     left = {id(item): str(item.name) for each in bins for item in each.unfitted_items}
+    left |= {id(item): str(item.name) for item in packed.items}
     return plan(loaded(), [name for key, name in left.items() if key not in placed], order)
 
 

@@ -99,9 +99,13 @@ def _refused(comparison: Comparison) -> str:
     """Paragraph on layouts that are not valid; empty where all are."""
     if not comparison.refused:
         return ""
+    one = comparison.refused == 1
+    what, they = (
+        ("layout of the files was", "it is") if one else ("layouts of the files were", "they are")
+    )
     return (
-        f"**{comparison.refused} further layouts of the files were refused**, since they are not "
-        "valid: `manifest.json` says why. They are not on this page.\n\n"
+        f"**{comparison.refused} further {what} refused**, since {they} not valid: `manifest.json` "
+        f"says why. {they.capitalize()} not on this page.\n\n"
     )
 
 
