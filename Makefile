@@ -41,8 +41,8 @@ test: $(READY) ## run the tests of every module (six minutes on two cores)
 N ?= 1000000
 SEED ?= 0
 
-fuzz: $(READY) ## read N mutated files of every format, from SEED (two hours for a million); Ctrl-C ends it
-	$(BIN)/python tests/fuzz/fuzz.py $(N) $(SEED)
+fuzz: $(READY) ## read N mutated files of every format, from SEED; PUBLISH=1 puts the figures on docs/reliability.md; Ctrl-C ends it
+	$(BIN)/python tests/fuzz/fuzz.py $(N) $(SEED) $(if $(PUBLISH),--publish)
 
 test-deep: $(READY) ## run the tests that take minutes, and Drake's
 	$(TEST) -m deep

@@ -8,7 +8,6 @@ A folder is worked on in place: every item list has a shard of its own in a
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +17,7 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 
-from steadyload.atomic import write_atomically
+from steadyload.atomic import manifest_text, write_atomically
 from steadyload.layouts.benchmark import BenchmarkError, Part
 from steadyload.layouts.benchmark.build import BuildOptions, draw_case
 from steadyload.layouts.benchmark.dataset import row_of
@@ -26,6 +25,7 @@ from steadyload.layouts.benchmark.tables import (
     CASES,
     LAYOUTS,
     OPINIONS,
+    SET_FILES,
     write_tables,
 )
 from steadyload.layouts.heuristics import HEURISTICS
@@ -38,6 +38,7 @@ from steadyload.methods.registry import make_method
 from steadyload.runs.pool import SinglePart
 from steadyload.runs.provenance import provenance, raised
 from steadyload.runs.store import Codec, Progress, Store, locked, parquet
+from steadyload.stored import differing, store_list, stored_list, stored_object
 
 VERSION = 1
 """Of what is packed and drawn: raised when the same options give another set."""
@@ -171,35 +172,32 @@ def generate_labelled(
 def _claim(directory: Path, options: GenerationOptions) -> None:
     asked = directory / _ASKED
     if asked.exists():
-        found = json.loads(asked.read_text())
+        found = stored_object(asked, "remove it and run again with the options of before")
         if found != options.identity():
-            differs = sorted(
-                k
-                for k in {*found, *options.identity()}
-                if found.get(k) != options.identity().get(k)
-            )
+            differs = differing(found, options.identity())
             raise LearnerError(
-                f"{directory}: holds another set ({', '.join(differs)} differ); choose another "
+                f"{directory}: holds another set ({differs} differ); choose another "
                 "folder, or remove it"
             )
     elif any(map(_is_foreign, directory.iterdir())):
         raise LearnerError(f"{directory}: holds something else; choose another folder")
-    write_atomically(asked, json.dumps(options.identity(), indent=1) + "\n")
+    write_atomically(asked, manifest_text(options.identity()))
 
 
 def _is_foreign(found: Path) -> bool:
-    """Not what an interrupted beginning leaves."""
-    return found.name not in (_SHARDS, ".lock") and not found.name.startswith(f".{_ASKED}")
+    """Not what an interrupted beginning leaves, nor the set that its shards were gathered to."""
+    own = found.name in (_SHARDS, _RUNS, ".lock") or found.name.startswith(f".{_ASKED}")
+    return not own and not (found.name in SET_FILES and (found.parent / _SHARDS).is_dir())
 
 
 def _runs(directory: Path, *, at_work: bool) -> list[dict[str, Any]]:
     """Runs that made the shards, oldest first, with this run if it is about to make some."""
     path = directory / _RUNS
-    runs = json.loads(path.read_text()) if path.exists() else []
+    runs = stored_list(path, "runs", "remove it, and which earlier runs made the set is unknown")
     now = provenance()
     if not runs or (at_work and runs[-1] != now):
         runs.append(now)
-        write_atomically(path, json.dumps(runs, indent=1) + "\n")
+        store_list(path, "runs", runs)
     return runs
 
 

@@ -6,7 +6,6 @@ Not the loop of :mod:`steadyload.runs.store`: a member goes on in the middle, fr
 from __future__ import annotations
 
 import dataclasses
-import json
 import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -16,7 +15,6 @@ from typing import Any
 import numpy as np
 import torch
 
-from steadyload.atomic import write_atomically
 from steadyload.layouts.benchmark import Part
 from steadyload.layouts.benchmark.tables import read_tables
 from steadyload.learners import LearnerError
@@ -36,6 +34,7 @@ from steadyload.learners.weights import (
 from steadyload.methods.spec import as_plain
 from steadyload.runs.provenance import provenance
 from steadyload.runs.store import locked
+from steadyload.stored import store_list, stored_list
 
 BENCHMARK = "benchmark"
 """Name of the labelled set of the package in a list of data."""
@@ -326,14 +325,14 @@ def _starts(where: str) -> list[Mapping[str, np.ndarray] | None]:
 
 def _noted(directory: Path) -> list[dict[str, Any]]:
     """The provenances of all runs that trained in a folder, the first one first."""
-    path = directory / _MADE_BY
-    return json.loads(path.read_text()) if path.exists() else []
+    remedy = "remove it, and which earlier runs trained is unknown"
+    return stored_list(directory / _MADE_BY, "runs", remedy)
 
 
 def _note(directory: Path, own: dict[str, Any]) -> None:
     noted = _noted(directory)
     if own not in noted:
-        write_atomically(directory / _MADE_BY, json.dumps([*noted, own], indent=1) + "\n")
+        store_list(directory / _MADE_BY, "runs", [*noted, own])
 
 
 def _folder(name: str) -> Path | None:

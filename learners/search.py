@@ -7,7 +7,6 @@ the folder keeps trials; checkpoints beside it keep the epochs of the one that w
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 import time
 from collections.abc import Callable
@@ -15,13 +14,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from steadyload.atomic import write_atomically
+from steadyload.atomic import manifest_text, write_atomically
 from steadyload.learners import LearnerError
 from steadyload.learners.options import Optimizer, TrainingOptions, allows
 from steadyload.learners.sequences import HeldOut, Sequences
 from steadyload.learners.training import Training
 from steadyload.methods.spec import as_plain
 from steadyload.runs.provenance import raised
+from steadyload.stored import differing, stored_object
 
 VERSION = 1
 """Of what is proposed: raised when the same search would propose something else."""
@@ -89,13 +89,7 @@ def search_hyperparameters(
             **raised(VERSION),
         },
     )
-    backend = optuna.storages.journal.JournalFileBackend(str(directory / JOURNAL))
-    study = optuna.create_study(
-        study_name="table 4",
-        storage=optuna.storages.JournalStorage(backend),
-        direction="maximize",
-        load_if_exists=True,
-    )
+    study = _opened(optuna, directory / JOURNAL)
     for trial in study.get_trials(states=(optuna.trial.TrialState.RUNNING,)):
         # Interrupted. The next proposal is the same one, and its checkpoint is there.
         study.tell(trial.number, state=optuna.trial.TrialState.FAIL)
@@ -138,21 +132,40 @@ def search_hyperparameters(
     return sorted(results, key=lambda result: -result.accuracy)
 
 
+def _opened(optuna: Any, journal: Path) -> Any:
+    """The study of a journal, which is made when it does not exist."""
+    try:
+        backend = optuna.storages.journal.JournalFileBackend(str(journal))
+        study = optuna.create_study(
+            study_name="table 4",
+            storage=optuna.storages.JournalStorage(backend),
+            direction="maximize",
+            load_if_exists=True,
+        )
+        for trial in _finished(study):
+            float(trial.value), trial.params["learning_rate"], Optimizer(trial.params["optimizer"])
+    except OSError:
+        raise
+    except Exception as error:  # Optuna raises what the damage leads to
+        raise LearnerError(f"{journal}: is damaged; remove it to start anew") from error
+    return study
+
+
 def _finished(study: Any) -> list[Any]:
     return [trial for trial in study.get_trials(deepcopy=False) if trial.state.name == "COMPLETE"]
 
 
 def _claim(path: Path, identity: dict[str, Any]) -> None:
     if path.exists():
-        found = json.loads(path.read_text())
-        differs = sorted(k for k in {*found, *identity} if found.get(k) != identity.get(k))
+        found = stored_object(path, "remove it and search again with the options of before")
+        differs = differing(found, identity)
         if differs:
             raise LearnerError(
-                f"{path}: is of another search ({', '.join(differs)} differ); choose another "
+                f"{path}: is of another search ({differs} differ); choose another "
                 "folder, or remove it"
             )
     else:
-        write_atomically(path, json.dumps(identity, indent=1) + "\n")
+        write_atomically(path, manifest_text(identity))
 
 
 def _optuna() -> Any:

@@ -16,7 +16,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from steadyload.atomic import clear_unfinished, write_atomically
+from steadyload.atomic import CHECKSUM_DIGITS, checksum, clear_unfinished, write_atomically
 from steadyload.learners import LearnerError
 from steadyload.learners.features import symmetry_matrices
 from steadyload.learners.network import NETWORKS, LstmNetwork
@@ -25,6 +25,7 @@ from steadyload.learners.scoring import accuracies
 from steadyload.learners.sequences import HeldOut, Sequences
 from steadyload.methods.spec import as_plain
 from steadyload.runs.provenance import raised
+from steadyload.stored import differing
 
 VERSION = 1
 """Of trainings: raised when the same options, seed and data come to other weights."""
@@ -33,6 +34,9 @@ CHECKPOINT = "checkpoint.pt"
 
 _BUCKET = 16
 """Batches within which layouts are sorted by length: less is padded, and order stays random."""
+
+_ZIP = b"PK"
+"""How a file of torch begins."""
 
 _EVALUATED = 2048
 """Layouts at once where nothing is learnt."""
@@ -240,26 +244,39 @@ class Training:
             },
             buffer,
         )
-        write_atomically(self._path, buffer.getvalue())
+        content = buffer.getvalue()
+        write_atomically(self._path, checksum(content).encode() + content)
 
     def _go_on(self) -> None:
         try:
-            found = torch.load(self._path, map_location=self._device, weights_only=True)
-            identity = found["identity"]
+            content = _whole(self._path.read_bytes())
+            found = torch.load(io.BytesIO(content), map_location=self._device, weights_only=True)
+            identity = dict(found["identity"])
+            best, history = found["best"], [Epoch(*values) for values in found["history"]]
         except Exception as error:  # torch raises what the damage leads to
             raise LearnerError(f"{self._path}: is damaged; remove it to start anew") from error
         if identity != self._identity:
-            differs = sorted(
-                k for k in {*identity, *self._identity} if identity.get(k) != self._identity.get(k)
-            )
+            differs = differing(identity, self._identity)
             raise LearnerError(
-                f"{self._path}: holds another training ({', '.join(differs)} differ); choose "
+                f"{self._path}: holds another training ({differs} differ); choose "
                 "another folder, or remove it"
             )
         self._network.load_state_dict(found["network"])
         self._optimizer.load_state_dict(found["optimizer"])
-        self._best = found["best"]
-        self._history = [Epoch(*values) for values in found["history"]]
+        self._best, self._history = best, history
+
+
+def _whole(content: bytes) -> bytes:
+    """A checkpoint without its checksum, which torch's own format has not; earlier ones have none.
+
+    Raises:
+        ValueError: it has changed since it was written.
+    """
+    if content.startswith(_ZIP):
+        return content
+    if checksum(content[CHECKSUM_DIGITS:]).encode() != content[:CHECKSUM_DIGITS]:
+        raise ValueError
+    return content[CHECKSUM_DIGITS:]
 
 
 def _batches(lengths: np.ndarray, size: int, random: np.random.Generator) -> Iterator[np.ndarray]:

@@ -16,7 +16,12 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.atomic import write_atomically
+from steadyload.atomic import (
+    ChecksumError,
+    manifest_text,
+    verified_manifest,
+    write_atomically,
+)
 from steadyload.errors import nearest
 from steadyload.layouts.record import shown
 from steadyload.learners import LearnerError
@@ -87,7 +92,7 @@ def save_weights(
         if old.name not in {_file(k) for k in range(len(hashes))}:
             old.unlink()
     whole = {"version": VERSION, "hashes": hashes, **manifest}
-    write_atomically(folder / MANIFEST, json.dumps(whole, indent=1) + "\n")
+    write_atomically(folder / MANIFEST, manifest_text(whole))
     return folder
 
 
@@ -133,6 +138,10 @@ def load_weights(where: str | Path) -> Weights:
         arrays = parse_arrays(content, path)
         check_tensors(arrays, trained, where=path)
         networks.append(Network(arrays))
+    try:
+        manifest = verified_manifest(manifest)
+    except ChecksumError:
+        raise LearnerError(f"{folder / MANIFEST}: is damaged; train again to mend it") from None
     digest = hashlib.sha256(text).hexdigest()[:16]
     return Weights(kind, tuple(networks), ranges, manifest, digest)
 

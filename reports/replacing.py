@@ -7,6 +7,8 @@ import shutil
 from collections.abc import Collection
 from pathlib import Path
 
+from steadyload.errors import UserError
+
 _JOURNAL = "journal.json"
 """File of an undo folder that says it is complete, and which files are not to be there."""
 
@@ -52,10 +54,28 @@ def put_back(directory: Path, undo: Path) -> None:
     """Put a set back whose replacement was begun and not finished; else change nothing."""
     journal = undo / _JOURNAL
     if journal.exists():
-        for file in json.loads(journal.read_text()):
+        for file in _absent(journal):
             (directory / file).unlink(missing_ok=True)
         for copy in undo.rglob("*"):
             if copy.is_file() and copy != journal:
                 copy.replace(directory / copy.relative_to(undo))
         journal.unlink()
     shutil.rmtree(undo, ignore_errors=True)
+
+
+def _absent(journal: Path) -> list[str]:
+    """Files of a journal, relative to the folder."""
+    try:
+        files = json.loads(journal.read_bytes())
+        if not isinstance(files, list) or not all(map(_lies_within, files)):
+            raise ValueError
+    except (ValueError, RecursionError):
+        raise UserError(
+            f"{journal}: is damaged; copy what lies beside it to {journal.parent.parent}, then "
+            "remove its folder"
+        ) from None
+    return files
+
+
+def _lies_within(file: object) -> bool:
+    return isinstance(file, str) and not Path(file).is_absolute() and ".." not in Path(file).parts

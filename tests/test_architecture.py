@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[1]
 FOLDERS = {"harness": "", "engines": "engines.", "learners": "learners.", "reports": "reports."}
 """Folder of the repository -> where it is installed below ``steadyload``."""
 
-_LAYOUTS = {"layouts", "statistics", "atomic", "errors", "escaping"}
+_LAYOUTS = {"layouts", "statistics", "atomic", "errors", "escaping", "stored"}
 _METHODS = {"methods", "engines", *_LAYOUTS}
 _RUNS = {"runs", *_METHODS}
 _LIBRARIES = {"tuning", "properties", "learners", *_RUNS}
@@ -25,6 +25,7 @@ ALLOWED = {
     "reports": {"reports", "statistics", "errors", "escaping"},
     "engines": {"engines"},
     "atomic": set(),
+    "stored": {"atomic", "errors", "escaping"},
     "layouts": _LAYOUTS,
     "methods": _METHODS,
     "runs": _RUNS,

@@ -13,12 +13,12 @@ damping), the shape of items beyond their thinnest and longest edge.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ import numpy as np
 from steadyload.layouts.contacts import Contacts, find_contacts
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import Method
+from steadyload.stored import REMEDY, StoredFileError, stored_object
 
 ENVELOPES = "envelopes.json"
 """The file beside this module that :func:`envelopes` reads."""
@@ -100,9 +101,13 @@ def envelopes(*, at_rest: bool = False) -> Mapping[str, tuple[tuple[float | None
     Args:
         at_rest: nothing may move by 1 mm or half a degree, instead of a label's thresholds.
     """
-    text = resources.files("steadyload.methods").joinpath(ENVELOPES).read_text()
+    file = Path(str(resources.files("steadyload.methods"))) / ENVELOPES
     which = "rests" if at_rest else "holds"
-    return {name: _rows(entry["rows"], which) for name, entry in json.loads(text).items()}
+    found = stored_object(file, REMEDY)
+    try:
+        return {name: _rows(entry["rows"], which) for name, entry in found.items()}
+    except (LookupError, TypeError):
+        raise StoredFileError(file, REMEDY) from None
 
 
 def _rows(rows: list[dict[str, Any]], which: str) -> tuple[tuple[float | None, Envelope], ...]:

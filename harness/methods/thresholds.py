@@ -14,7 +14,12 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from steadyload.atomic import write_atomically
+from steadyload.atomic import (
+    ChecksumError,
+    manifest_text,
+    verified_manifest,
+    write_atomically,
+)
 from steadyload.escaping import printable
 from steadyload.methods.method import Method
 from steadyload.methods.spec import SpecError, as_plain
@@ -129,7 +134,7 @@ def write_thresholds(engine: str, fitted: Thresholds, file: Path = FILE) -> Path
         "made_of": dict(fitted.made_of),
         "made_by": dict(fitted.made_by),
     }
-    write_atomically(file, json.dumps(dict(sorted(entries.items())), indent=1) + "\n")
+    write_atomically(file, manifest_text(dict(sorted(entries.items()))))
     return file
 
 
@@ -137,12 +142,15 @@ def _read(file: Path) -> dict[str, Any]:
     if not file.exists():
         return {}
     try:
-        entries = json.loads(file.read_text())
+        entries = json.loads(file.read_bytes())
     except (ValueError, RecursionError):
         entries = None
     if not isinstance(entries, dict):
         raise ThresholdsError(f"{file}: is no file of thresholds")
-    return entries
+    try:
+        return verified_manifest(entries)
+    except ChecksumError:
+        raise ThresholdsError(f"{file}: is damaged; remove it to fit anew") from None
 
 
 def _thresholds(entry: Mapping[str, Any]) -> Thresholds:

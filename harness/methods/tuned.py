@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.atomic import write_atomically
+from steadyload.stored import REMEDY, StoredFileError, stored_object
 
 TUNED = "ps_opt"
 """Name of the tuned preset; it exists before anything was tuned, and then on no engine."""
@@ -37,22 +38,41 @@ class Tuned:
 
 
 def tuned() -> Mapping[str, Mapping[str, Tuned]]:
-    """Tuned parameters, by name of the preset and by engine."""
+    """Tuned parameters, by name of the preset and by engine.
+
+    Raises:
+        StoredFileError: the file is damaged.
+    """
     return _read(FILE)
 
 
 @cache
 def _read(file: Path) -> Mapping[str, Mapping[str, Tuned]]:
-    entries = json.loads(file.read_text()) if file.exists() else {}
     return {TUNED: {}} | {
         name: {engine: Tuned(**entry) for engine, entry in engines.items()}
-        for name, engines in entries.items()
+        for name, engines in _entries(file).items()
     }
+
+
+def _entries(file: Path) -> dict[str, dict[str, dict[str, Any]]]:
+    found = stored_object(file, REMEDY) if file.exists() else {}
+    for engines in found.values():
+        if not isinstance(engines, dict) or not all(map(_is_entry, engines.values())):
+            raise StoredFileError(file, REMEDY)
+    return found
+
+
+def _is_entry(entry: Any) -> bool:
+    return (
+        isinstance(entry, dict)
+        and entry.keys() == {"parameters", "made_by"}
+        and all(isinstance(part, dict) for part in entry.values())
+    )
 
 
 def write_tuned(name: str, engine: str, found: Tuned) -> Path:
     """Replace the tuned parameters of an engine by newly found ones; returns :data:`FILE`."""
-    entries = json.loads(FILE.read_text()) if FILE.exists() else {}
+    entries = _entries(FILE)
     entry = {"parameters": dict(found.parameters), "made_by": dict(found.made_by)}
     entries.setdefault(name, {})[engine] = entry
     ordered = {n: dict(sorted(engines.items())) for n, engines in sorted(entries.items())}

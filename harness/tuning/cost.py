@@ -13,14 +13,21 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.stats import spearmanr
 
-from steadyload.atomic import write_atomically
+from steadyload.atomic import (
+    ChecksumError,
+    manifest_text,
+    verified_manifest,
+    write_atomically,
+)
 from steadyload.engines.world import BroadPhase
+from steadyload.escaping import shown
 from steadyload.methods.method import Effort
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation_parameters import SimulationParameters
@@ -201,21 +208,53 @@ def kept_model(
         "version": VERSION,
         "made_by": made_by(make_method(f"simulation@{space.engine}")),
     }
-    if path.exists():
-        try:
-            kept = json.loads(path.read_text())
-            if kept["about"] == about:
-                return CostModel(**kept["model"])
-            of = kept["about"]["engine"], kept["about"]["space"]
-        except (ValueError, KeyError, TypeError):
-            raise TuningError(f"{path}: holds no cost model; name another file") from None
-        if of != (space.engine, space.name):
-            raise TuningError(f"{path}: is of engine {of[0]!r}, space {of[1]!r}; name another file")
+    if path.exists() and (stored := stored_model(path, about)) is not None:
+        return stored
     report(f"measuring what judging costs on {space.engine}; kept in {path}")
     model = calibrate(space, source, workers=workers)
     path.parent.mkdir(parents=True, exist_ok=True)
     kept = {"about": about, "model": dataclasses.asdict(model)}
-    write_atomically(path, json.dumps(kept, indent=1) + "\n")
+    write_atomically(path, manifest_text(kept))
+    return model
+
+
+def stored_model(path: Path, about: Mapping[str, Any]) -> CostModel | None:
+    """The cost model of a file; None where it is of other versions.
+
+    Args:
+        path: of the file.
+        about: what the model has to be of.
+
+    Raises:
+        TuningError: the file holds something else, or is damaged.
+    """
+    try:
+        kept = json.loads(path.read_bytes())
+        of = kept["about"]["engine"], kept["about"]["space"]
+        model = _model(kept["model"]) if kept["about"] == about else None
+    except (ValueError, KeyError, TypeError, RecursionError):
+        raise TuningError(f"{path}: holds no cost model; name another file") from None
+    if of != (about["engine"], about["space"]):
+        raise TuningError(
+            f"{path}: is of engine {shown(of[0])}, space {shown(of[1])}; name another file"
+        )
+    try:
+        verified_manifest(kept)
+    except ChecksumError:
+        raise TuningError(f"{path}: is damaged; remove it to measure anew") from None
+    return model
+
+
+def _model(kept: Mapping[str, Any]) -> CostModel:
+    """A stored model; an error of any of the kinds of malformed JSON where it is none."""
+    model = CostModel(**kept)
+    if not isinstance(model.microseconds, dict):
+        raise TypeError
+    if not {*TERMS} <= model.microseconds.keys():
+        raise KeyError
+    numbers = [*model.microseconds.values(), model.correlation, model.error, model.parameter_sets]
+    if not all(isinstance(number, int | float) for number in numbers):
+        raise TypeError
     return model
 
 

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from steadyload.atomic import checksum, write_atomically
+from steadyload.stored import differing
 from steadyload.tuning import TuningError
 from steadyload.tuning.space import Genotype
 from steadyload.tuning.trial import TrialResult
@@ -133,22 +134,24 @@ class Ledger:
             self._cut = end
         if not end:
             return False
-        first, *lines = [_parse(line, self._path) for line in content[:end].splitlines()]
+        texts = content[:end].splitlines()
+        first = _parse(texts[0], self._path)
         found = _identity(first, self._path)
         if found != identity:
-            differs = sorted(k for k in {*found, *identity} if found.get(k) != identity.get(k))
+            differs = differing(found, identity)
             raise TuningError(
-                f"{self._path}: holds another search ({', '.join(differs)} differ); choose another "
+                f"{self._path}: holds another search ({differs} differ); choose another "
                 "folder, or remove it"
             )
-        for line in lines:
+        for number, text in enumerate(texts[1:], 2):
+            line = _parse(text, self._path, number)
             told = line.pop(_SUM, None)  # of lines of earlier versions none is known
             if told not in (None, checksum(json.dumps(line).encode())):
-                raise _damaged(self._path)
+                raise _damaged(self._path, number)
             try:
                 self._take(line)
-            except (KeyError, TypeError, ValueError):
-                raise _damaged(self._path) from None
+            except (KeyError, TypeError, ValueError, OverflowError):
+                raise _damaged(self._path, number) from None
         return True
 
     def _take(self, line: Mapping[str, Any]) -> None:
@@ -177,11 +180,11 @@ def _content(path: Path) -> bytes:
         raise _damaged(path) from None
 
 
-def _parse(line: bytes, path: Path) -> dict[str, Any]:
+def _parse(line: bytes, path: Path, number: int = 1) -> dict[str, Any]:
     try:
         return dict(json.loads(line))
-    except (TypeError, ValueError):
-        raise _damaged(path) from None
+    except (TypeError, ValueError, RecursionError):
+        raise _damaged(path, number) from None
 
 
 def _identity(first: Mapping[str, Any], path: Path) -> dict[str, Any]:
@@ -196,8 +199,9 @@ def _checked(line: Mapping[str, Any]) -> str:
     return json.dumps({**line, _SUM: checksum(json.dumps(line).encode())})
 
 
-def _damaged(path: Path) -> TuningError:
-    return TuningError(f"{path}: is damaged; remove it to start anew")
+def _damaged(path: Path, number: int = 1) -> TuningError:
+    kept = f", or its lines from {number} on to go on from there" if number > 1 else ""
+    return TuningError(f"{path}: is damaged; remove it to start anew{kept}")
 
 
 def _entry(line: Mapping[str, Any]) -> Entry:

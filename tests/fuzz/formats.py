@@ -4,6 +4,7 @@ import hashlib
 import json
 import signal
 import struct
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -14,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import parquet
+import stored
 from mutation import mutated, mutated_json
 
 from steadyload.cli.config_file import read_config
@@ -23,6 +25,8 @@ from steadyload.layouts.benchmark.dataset import load_benchmark, row_of
 from steadyload.layouts.dialect import load_profile
 from steadyload.layouts.formats import Format as LayoutFormat
 from steadyload.layouts.formats import scan_layouts
+from steadyload.layouts.packers.with_packingsolver import from_packingsolver
+from steadyload.layouts.packers.with_packvium import from_packvium
 from steadyload.layouts.record import Refused
 from steadyload.layouts.writers import as_csv, as_job, as_native
 from steadyload.learners.features import FeatureKind, names
@@ -58,6 +62,16 @@ segments:
         pieces:
           p0: {weight: 39.5}
           p1: {weight: 7}
+"""
+
+CERTIFICATE = b"""\
+TYPE,ID,COPIES,BIN,STACK,X,Y,Z,LX,LY,LZ,GROUP_ID,ROTATION
+BIN,0,2,0,-1,0,0,0,100,100,100,,
+STACK,0,1,0,0,0,0,0,20,30,80,,
+ITEM,1,1,0,0,0,0,40,20,30,40,0,XYZ
+ITEM,0,1,0,0,0,0,0,20,30,40,0,XYZ
+BIN,0,1,1,-1,0,0,0,100,100,100,,
+ITEM,2,1,1,0,0,0,0,60,30,40,0,XYZ
 """
 
 STUDY = b"""\
@@ -151,6 +165,69 @@ def read_layout_file(path):
 
 def read_study(path):
     list(islice(load_study(path).layouts(), 2))
+
+
+# Plans of packers.
+
+
+def _measures(names, *values):
+    return {
+        name: {"ticks": 160_000 * value, "value": str(value), "unit": "cm"}
+        for name, value in zip(names, values, strict=True)
+    }
+
+
+def _packed(name, *heights):
+    sides = ("length", "width", "height")
+    placements = [
+        {
+            "item_id": f"{name}#{height}", "item_type": "a",
+            "position": _measures("xyz", 0, 0, height), "dimensions": _measures(sides, 20, 30, 10),
+        }
+        for height in heights
+    ]  # fmt: skip
+    return {
+        "id": name, "inner_dimensions": _measures(sides, 100, 100, 100),
+        "payload_weight": {"ticks": 8_000_000_000}, "placements": placements,
+    }  # fmt: skip
+
+
+@cache
+def _packvium():
+    left = [{"item_id": "b#1", "reason": "too large"}]
+    containers = [_packed("one", 0, 10), _packed("two", 0)]
+    return json.dumps(
+        {"status": "feasible", "containers": containers, "unpacked_items": left}
+    ).encode()
+
+
+def read_certificate_in_python(path):
+    """As a layout file, and as the functions for plans read it."""
+    from_packingsolver(path)
+    return read_layout_file(path)
+
+
+def read_packvium_in_python(path):
+    from_packvium(path)
+    return read_layout_file(path)
+
+
+# Folders of searches, and of sets that are made to learn from.
+
+
+def _alone(folder, name, content):
+    """A folder that holds only one file."""
+    made = folder / "alone"
+    for old in made.glob("*"):
+        old.unlink()
+    written(made / name, content)
+    return made
+
+
+@cache
+def _ledger():
+    with tempfile.TemporaryDirectory() as made:
+        return stored.ledger(Path(made))
 
 
 # Shards and manifests of runs.
@@ -296,6 +373,8 @@ FORMATS = {
         read_layout_file,
     ),
     LayoutFormat.ACLPP.value: Format(lambda: [ACLPP], read_layout_file),
+    LayoutFormat.PACKINGSOLVER.value: Format(lambda: [CERTIFICATE], read_certificate_in_python),
+    "packvium": Format(lambda: [_packvium()], read_packvium_in_python, mutated_json),
     "study": Format(lambda: [STUDY], read_study),
     "profile": Format(lambda: [PROFILE], lambda path: nothing(load_profile(path))),
     "config": Format(
@@ -336,7 +415,25 @@ FORMATS = {
     ),
     "thresholds": Format(
         lambda: [THRESHOLDS.read_bytes()],
-        lambda path: nothing(load_thresholds("mujoco", path)), mutated_json,
+        lambda path: nothing(load_thresholds("mujoco", path)), stored.summed(mutated_json),
+    ),
+    "tuned": Format(
+        lambda: [stored.tuned()], stored.read_tuned_file, stored.summed(mutated_json)
+    ),
+    "front": Format(
+        lambda: [stored.front()], stored.read_front, stored.summed(mutated_json)
+    ),
+    "cost-model": Format(
+        lambda: [stored.cost()], stored.read_cost, stored.summed(mutated_json)
+    ),
+    "noted-runs": Format(stored.noted, stored.read_noted, stored.summed(mutated_json)),
+    "asked-set": Format(
+        lambda: [stored.asked()], stored.read_asked, stored.summed(mutated_json),
+        lambda folder, content: _alone(folder, "asked.json", content),
+    ),
+    "search": Format(
+        lambda: [_ledger()], stored.read_ledger, mutated,
+        lambda folder, content: _alone(folder, "search.jsonl", content),
     ),
 }  # fmt: skip
 """Formats by name."""

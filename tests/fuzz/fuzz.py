@@ -1,5 +1,7 @@
 """Fuzzing of all formats that are read: ``python tests/fuzz/fuzz.py N [SEED] [FORMAT...]``.
 
+``--publish`` puts the figures of a whole run on ``docs/reliability.md``.
+
 Starts processes of ``trial.py``, one after the other, judges what ended one (a hang, a crash), and
 writes a summary, and every input that is a finding, to ``runs/fuzz``. Ctrl-C ends it with the
 summary so far.
@@ -22,6 +24,10 @@ from formats import COSTLY, FORMATS
 BATCH = 20_000
 """Inputs of a process: what its libraries keep is not held against later ones."""
 
+PAGE = Path(__file__).parents[2] / "docs" / "reliability.md"
+BEGIN, END = "<!-- figures of fuzzing -->", "<!-- end of figures -->"
+"""Lines of the page between which figures stand."""
+
 
 @dataclass
 class Summary:
@@ -31,7 +37,7 @@ class Summary:
     counts: Counter = field(default_factory=Counter)
     findings: list = field(default_factory=list)
     slowest: dict = field(default_factory=dict)
-    memory: int = 0
+    memory: float = 0.0
     seconds: float = 0.0
 
     def add(self, told):
@@ -52,7 +58,8 @@ class Summary:
                 by[name][said] += number
         lines = [
             f"{sum(self.counts.values()):,} inputs, seed {self.seed}, {self.seconds:.0f} s; at "
-            f"most {self.memory} MB; {len(self.findings)} findings",
+            f"most {self.memory:.1f} MB added to a process that had read every valid file once; "
+            f"{len(self.findings)} findings",
             "",
             "| format | inputs | accepted | refused, by which error | findings | slowest [s] |",
             "| --- | ---: | ---: | --- | ---: | ---: |",
@@ -87,6 +94,12 @@ def fuzz(count, seed=0, names=tuple(FORMATS), kept=None, progress=lambda done: N
     if kept is not None:
         _keep(summary, kept)
     return summary
+
+
+def publish(summary, page=PAGE):
+    """Put a summary in the place of the figures on the page."""
+    before, rest = page.read_text().split(BEGIN)
+    page.write_text(f"{before}{BEGIN}\n\n{summary}\n\n{END}{rest.split(END)[1]}")
 
 
 def _process(summary, seed, first, count, names):
@@ -137,6 +150,8 @@ def _keep(summary, folder):
 
 
 def main(words):
+    published = "--publish" in words
+    words = [word for word in words if word != "--publish"]
     count, seed = int(words[0]), int(words[1]) if len(words) > 1 else 0
     begun = time.monotonic()
 
@@ -146,6 +161,8 @@ def main(words):
     names = tuple(words[2:]) or tuple(FORMATS)
     summary = fuzz(count, seed, names, Path("runs/fuzz"), progress)
     print(summary)
+    if published and sum(summary.counts.values()) >= count:
+        publish(summary)
     return 1 if summary.findings else 0
 
 

@@ -73,6 +73,11 @@ def used():
     return int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
 
 
+def peak():
+    """The most memory that this process has had at a time [KiB]."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+
 def main(arguments):
     seed, first, count, report = int(arguments[0]), *map(int, arguments[1:3]), arguments[3]
     names = arguments[4:]
@@ -87,7 +92,7 @@ def main(arguments):
                 "counts": [[*key, n] for key, n in counts.items()],
                 "findings": findings[-40:],
                 "slowest": slowest,
-                "memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024,
+                "memory": (peak() - warm) / 1024,
             }
         ).encode()
         shared[8 : 8 + len(told) + 1] = told + b"\0"
@@ -97,6 +102,7 @@ def main(arguments):
         folder = Path(made)
         for name in names:
             known[name].warm(folder)
+        warm = peak()
         resource.setrlimit(resource.RLIMIT_AS, (used() + MEMORY, resource.RLIM_INFINITY))
         signal.signal(signal.SIGPROF, signal.SIG_DFL)
         for number in range(first, first + count):

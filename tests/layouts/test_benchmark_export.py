@@ -20,6 +20,7 @@ from steadyload.layouts.benchmark.tables import (
     as_parquet,
     write_tables,
 )
+from steadyload.layouts.csv_cells import unguarded
 from steadyload.layouts.formats import Format, read_layouts
 from steadyload.layouts.record import FormatError
 
@@ -149,6 +150,18 @@ def test_labels_lie_beside_the_layouts(folder, tmp_path):
         "",
     ]
     assert sorted(p.name for p in tmp_path.iterdir()) == ["cases.json", "cases.labels.csv", "set"]
+
+
+def test_names_in_labels_are_no_formulas_and_can_be_read_back(folder, tmp_path):
+    whole = load_benchmark(folder)
+    named = {"A": "=cmd()", "B": "'=B"}
+    frames = [whole.layouts.reset_index(), whole.cases, whole.opinions]
+    write_tables(tmp_path / "odd", *(f.replace({"layout": named}) for f in frames), {})
+    path = tmp_path / "cases.csv"
+    export(load_benchmark(tmp_path / "odd"), path, Format.CSV)
+    cells = [row["layout"] for row in labels(path)]
+    assert {cell[:3] for cell in cells} == {"'=c", "''="}
+    assert [unguarded(cell) for cell in cells] == [layout.name for layout in read_layouts(path)]
 
 
 def test_a_slice_is_exported(folder, tmp_path):

@@ -178,6 +178,21 @@ def test_another_training_is_not_gone_on_with(tmp_path, data, stopping):
         Training(tmp_path, TINY, data, stopping, held_out=NOTHING)
 
 
+def test_a_changed_bit_of_a_checkpoint_is_noticed(tmp_path, data, stopping):
+    """Torch itself does not notice one in a tensor; checkpoints of before have no checksum."""
+    Training(tmp_path, TINY, data, stopping, held_out=NOTHING).run(budget=1e-9)
+    file = tmp_path / CHECKPOINT
+    whole = file.read_bytes()
+    for place in range(0, len(whole), len(whole) // 20):
+        changed = bytearray(whole)
+        changed[place] ^= 1
+        file.write_bytes(changed)
+        with pytest.raises(LearnerError, match="is damaged; remove it to start anew"):
+            Training(tmp_path, TINY, data, stopping, held_out=NOTHING)
+    file.write_bytes(whole[whole.index(b"PK") :])
+    Training(tmp_path, TINY, data, stopping, held_out=NOTHING)
+
+
 def test_nothing_that_is_held_out_can_be_learnt_from(tmp_path, data, stopping):
     with pytest.raises(LeakError, match="is held out"):
         Training(tmp_path, TINY, stopping, data, held_out=HeldOut.of())

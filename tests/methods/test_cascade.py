@@ -303,7 +303,7 @@ def test_thresholds_are_read_as_they_were_written(tmp_path):
     write_thresholds("mujoco", dataclasses.replace(written, default=0.25), file)
     assert load_thresholds("dart", file) == written
     assert load_thresholds("mujoco", file).default == 0.25
-    assert list(json.loads(file.read_text())) == ["dart", "mujoco"]
+    assert list(json.loads(file.read_text())) == ["dart", "mujoco", "checksum"]
 
 
 def test_full_bases_have_no_risk_wherever_centres_of_mass_lie(stack):

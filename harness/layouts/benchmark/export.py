@@ -14,6 +14,7 @@ import pandas as pd
 
 from steadyload.atomic import write_atomically
 from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, Part
+from steadyload.layouts.csv_cells import harmless
 from steadyload.layouts.formats import Format, write_layouts
 
 LABEL_COLUMNS = (
@@ -93,6 +94,11 @@ def labels_path(path: Path) -> Path:
     return path.with_name(f"{path.stem}.labels.csv")
 
 
+def _cell(value: Any) -> Any:
+    """A value as a cell; a text that a spreadsheet would take for a formula as layouts have it."""
+    return harmless(value) if isinstance(value, str) else value
+
+
 def _name(case: dict[Any, Any]) -> str:
     return f"{case['layout']}_{case['scenario']}"
 
@@ -107,5 +113,5 @@ def _labels(benchmark: Benchmark, cases: pd.DataFrame, names: list[str]) -> str:
     ):
         step = case["item_count"] if pd.isna(case["failing_step"]) else case["failing_step"]
         values = how | case | {"layout": name, "score": step / case["item_count"]}
-        writer.writerow({k: "" if pd.isna(values[k]) else values[k] for k in LABEL_COLUMNS})
+        writer.writerow({k: "" if pd.isna(values[k]) else _cell(values[k]) for k in LABEL_COLUMNS})
     return text.getvalue()

@@ -99,6 +99,9 @@ method."""
 
 _TABLES = {"layouts": LAYOUTS, "cases": CASES, "opinions": OPINIONS}
 
+SET_FILES = ("manifest.json", "notes.md", *(f"{name}.parquet" for name in _TABLES))
+"""Files of the folder of a labelled set."""
+
 _CHECKSUMS = "checksums"
 """Entry of the manifest: the checksum of every table, by name."""
 
@@ -151,9 +154,10 @@ def refuse_foreign(directory: Path) -> None:
     """
     if directory.exists() and not directory.is_dir():
         raise BenchmarkError(f"{directory}: is not a folder")
-    own = {"manifest.json", "notes.md", *(f"{name}.parquet" for name in _TABLES)}
     names = {path.name for path in directory.iterdir()} if directory.is_dir() else set()
-    foreign = sorted(names - own) or (["manifest.json"] if names == {"manifest.json"} else [])
+    foreign = sorted(names - {*SET_FILES})
+    if names == {"manifest.json"}:
+        foreign = ["manifest.json"]
     if foreign:
         raise BenchmarkError(
             f"{directory}: holds {foreign[0]!r}, so it is no labelled set to replace; "

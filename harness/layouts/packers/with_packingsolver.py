@@ -139,14 +139,15 @@ def _of_certificate(text: str, length: float, weights: Mapping[int, float]) -> I
     if missing:
         raise FormatError(f"has no column {missing[0]}; allowed: a certificate of PackingSolver")
     at = {name: header.index(name) for name in _COLUMNS}
+    last = max(at.values())
     size: Vector = (0.0, 0.0, 0.0)
     current, copies = -1, 0
     boxes: list[Placed] = []
     each_copy = partial(_copies, _Count())
     for line, cells in rows:
-        if len(cells) < len(_COLUMNS):
+        if len(cells) <= last:
             raise FormatError(f"line {line} has {len(cells)} values; is it cut off?")
-        row = {name: cells[place] for name, place in at.items() if place < len(cells)}
+        row = {name: cells[place] for name, place in at.items()}
         kind = row["TYPE"]
         if kind == "STACK":
             continue

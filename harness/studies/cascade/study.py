@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import logging
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from steadyload.atomic import write_atomically
+from steadyload.atomic import manifest_text, verified_manifest, write_atomically
 from steadyload.errors import nearest
 from steadyload.layouts.benchmark import UNLEARNT, Part
 from steadyload.methods.cascade import Cascade
@@ -40,6 +41,9 @@ methods costs time.
 """
 
 _LOAD = "load.json"
+_WHILE_JUDGING = "load of the machine"
+
+_log = logging.getLogger("steadyload")
 
 Progress = Callable[[int, int], None]
 
@@ -130,9 +134,24 @@ def _judged(study: StudyDefinition, work: Path, workers: int, progress: Progress
     if run_study(study, work / "run", workers=workers, progress=progress):
         after = machine_load()
         found = None if before is None or after is None else max(before, after)
-        write_atomically(file, json.dumps(found))
+        write_atomically(file, manifest_text({_WHILE_JUDGING: found}))
         return found
-    return json.loads(file.read_text()) if file.exists() else None
+    return _kept_load(file)
+
+
+def _kept_load(file: Path) -> float | None:
+    """The load that was written down; unknown where it was not, or is damaged."""
+    if not file.exists():
+        return None
+    try:
+        found = json.loads(file.read_bytes())
+        load = verified_manifest(found)[_WHILE_JUDGING] if isinstance(found, dict) else found
+        if isinstance(load, bool) or not isinstance(load, int | float | None):
+            raise ValueError
+    except (LookupError, RecursionError, ValueError):
+        _log.warning("%s: is damaged; the load of the machine is not known", file)
+        return None
+    return load
 
 
 def _lines(made_by: Mapping[str, Any]) -> dict[str, str]:

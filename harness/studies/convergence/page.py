@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from steadyload.escaping import markdown
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import (
     MISSING,
@@ -152,7 +153,7 @@ def _disputes(found: Convergence) -> Section:
     if not found.disputes:
         return Section("Disagreements", "MuJoCo and Bullet at 480 Hz agree on every layout.")
     columns = [
-        words("layout"),
+        words("layout", lambda d: markdown(d.layout)),
         Column("items", "item_count"),
         Column("reference", "label"),
         Column("moved", _moved),

@@ -14,6 +14,7 @@ import steadyload.methods
 from steadyload.atomic import write_atomically
 from steadyload.engines.registry import installed_versions
 from steadyload.methods.envelope import ENVELOPES
+from steadyload.stored import REMEDY, stored_object
 from steadyload.studies.closed_forms.study import ClosedFormResult, ClosedFormTest
 from steadyload.studies.extremes.measuring import Outcome
 from steadyload.studies.extremes.sweeps import ExtremeCell, ExtremeSweep, sweeps
@@ -220,7 +221,7 @@ def write_envelopes(
         path: the file; that of the package if None.
     """
     path = path or envelope_file()
-    entries = json.loads(path.read_bytes()) if path.exists() else {}
+    entries = stored_object(path, REMEDY) if path.exists() else {}
     for engine in dict.fromkeys(row.engine for row in rows):
         holds, still = ([row for row in of if row.engine == engine] for of in (rows, rests))
         packages = set(installed_versions(engine)) & set(made_by["versions"])

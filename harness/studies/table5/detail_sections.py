@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 
+from steadyload.escaping import markdown, printable
 from steadyload.reports.page import Picture, Section
 from steadyload.reports.table import Column, Table, columns_for, compact, percent, words
 from steadyload.runs.evaluation import ALL, MethodEvaluation
@@ -161,10 +163,15 @@ def _margins(own: JudgedSet) -> Table:
     )
 
 
+def _linked(watched: Watch) -> str:
+    name = markdown(watched.layout)
+    return f"[{name}]({watched.view})" if watched.view else name
+
+
 def to_watch(own: JudgedSet) -> Section:
     """Section of cases on which methods differ, with the commands that play them."""
     columns = [
-        words("layout", lambda w: f"[{w.layout}]({w.view})" if w.view else w.layout),
+        words("layout", _linked),
         words("scenario"),
         Column("items", "item_count"),
         Column("label"),
@@ -185,6 +192,11 @@ def to_watch(own: JudgedSet) -> Section:
     )
 
 
+def _quoted(name: str) -> str:
+    """A name as a word of a command line, without what ends a block of code."""
+    return shlex.quote(printable(name).replace("`", "'"))
+
+
 def _commands(watched: Sequence[Watch]) -> str:
     """Command lines that export the cases, a file a scenario, and then play them."""
     files = {_file(w): w for w in watched}
@@ -194,8 +206,8 @@ def _commands(watched: Sequence[Watch]) -> str:
         for file, w in files.items()
     )
     views = (
-        f"steadyload view {_file(w)} --layout {w.name} -m {w.wrong.spec} "
-        f"--beside {w.right.spec} -o {w.name}.html"
+        f"steadyload view {_file(w)} --layout {_quoted(w.name)} -m {w.wrong.spec} "
+        f"--beside {w.right.spec} -o {_quoted(w.name.replace('/', '_') + '.html')}"
         for w in watched
     )
     return "\n".join([*exports, *views])

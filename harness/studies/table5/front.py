@@ -15,7 +15,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from steadyload.atomic import write_atomically
+from steadyload.atomic import manifest_text, verified_manifest, write_atomically
 from steadyload.engines.registry import engines
 from steadyload.errors import UserError, nearest
 from steadyload.runs.evaluation import MethodEvaluation, evaluate
@@ -110,12 +110,14 @@ def load_front(file: Path = FILE) -> Front:
         FrontError: the file is missing or damaged.
     """
     try:
-        content = json.loads(file.read_text())
+        content = verified_manifest(json.loads(file.read_bytes()))
         about = content["about"]
         if not {"measured on", "machine"} <= about.keys():  # the command prints them of any front
             raise KeyError
+        if not all(isinstance(text, str) for text in about.values()):
+            raise TypeError
         return Front(tuple(map(_read, content["measured"])), about)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise FrontError(
             f"{file}: holds no measured methods; name the folder of a study on a labelled set: "
             "steadyload recommend --from RUN"
@@ -124,7 +126,14 @@ def load_front(file: Path = FILE) -> Front:
 
 def _read(entry: Mapping[str, Any]) -> Measured:
     estimates = {name: Estimate(**entry[name]) for name in ("accuracy", "cpu")}
-    return Measured(**{**entry, **estimates})
+    found = Measured(**{**entry, **estimates})
+    texts = found.method, found.title, found.engine or ""
+    numbers = [number for each in estimates.values() for number in dataclasses.astuple(each)]
+    if not all(isinstance(text, str) for text in texts):
+        raise TypeError
+    if not all(isinstance(number, int | float) or number is None for number in numbers):
+        raise TypeError
+    return found
 
 
 def write_front(front: Front, file: Path = FILE) -> Path:
@@ -133,7 +142,7 @@ def write_front(front: Front, file: Path = FILE) -> Path:
         "about": dict(front.about),
         "measured": [dataclasses.asdict(entry) for entry in front.measured],
     }
-    write_atomically(file, json.dumps(content, indent=1) + "\n")
+    write_atomically(file, manifest_text(content))
     return file
 
 
