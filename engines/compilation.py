@@ -26,9 +26,10 @@ def compile_kept(function: Callable[..., Any], digest: str) -> Callable[..., Any
         kept = njit(cache=True, **how)(function)
     except RuntimeError:  # nowhere to keep it: neither beside the sources nor in a home folder
         return njit(**how)(function)
-    # Numba numbers the files of a function's signatures. Two processes that compile two of them at
-    # once take the same number, and one signature is then loaded with the code of the other.
+    # Numba numbers the files of a function's signatures by the index that it reads. Processes that
+    # compile at once overwrite each other's index, so that a number may be taken twice, and one
+    # signature is then loaded with the code of another: every file has a number of its own.
     files = kept._cache._cache_file
-    own = uuid.uuid4().hex[:8]
-    files._data_name_pattern = files._data_name_pattern.replace(".{number", f".{own}-{{number")
+    pattern = files._data_name_pattern
+    files._data_name = lambda _: pattern.format(number=uuid.uuid4().int)
     return kept

@@ -5,6 +5,7 @@ import json
 import pytest
 import torch
 
+from steadyload.atomic import manifest_text, verified_manifest
 from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.formats import Format, write_layouts
@@ -133,9 +134,9 @@ def test_what_learnt_from_held_out_lists_is_not_shipped(tmp_path):
     output = tmp_path / "leaky"
     assert main(["train", *SMALL, "--leaky", "-o", str(output)]) == 0
     about = output / "weights" / "manifest.json"
-    manifest = json.loads(about.read_text())
+    manifest = verified_manifest(json.loads(about.read_text()))
     manifest["made_by"]["git"] = "0123456789ab"
-    about.write_text(json.dumps(manifest))
+    about.write_text(manifest_text(manifest))
     with pytest.raises(LearnerError, match="learnt from what is held out"):
         ship(output / "weights", "lstm_1")
     # Nor is what was trained on from such weights: they still know it.

@@ -69,3 +69,19 @@ def test_signatures_that_two_processes_compile_at_once_are_kept_apart(tmp_path, 
     for data in written_last:
         write(*data)
     assert of_a_process()(7.5, 2.0) == 3.75
+
+
+def test_no_file_is_written_again_after_another_process_has_replaced_the_index(tmp_path):
+    (tmp_path / "ratio.py").write_text("def ratio(x, y):\n    return x / y\n")
+
+    def of_a_process():
+        return compilation.compile_kept(module_of(tmp_path / "ratio.py").ratio, "0123456789ab")
+
+    first, second = of_a_process(), of_a_process()
+    first(7, 2)
+    index = second._cache._cache_file._load_index()
+    first._cache._cache_file._save_index({})
+    first(7.5, 2.0)
+    second._cache._cache_file._save_index(index)
+    assert of_a_process()(7, 2) == 3.5
+    assert len(list((tmp_path / "__pycache__").glob("ratio.ratio*.nbc"))) == 2
