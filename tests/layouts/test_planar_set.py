@@ -164,7 +164,9 @@ def test_a_random_sample_is_remade_from_scratch(benchmark):
         assert (said is None) if pd.isna(case.failing_step) else said == case.failing_step
 
 
-@pytest.mark.parametrize("engine", ["chipmunk", "mujoco"])
+@pytest.mark.parametrize(
+    "engine", ["chipmunk", pytest.param("mujoco", marks=pytest.mark.deep("walls in space: 7 s"))]
+)
 def test_engines_in_the_plane_and_in_space_agree_with_the_labels(benchmark, engine):
     """Of the whole validation split Chipmunk names 98.3 % of the labels, MuJoCo 98.1 %."""
     method = make_method(f"label@{engine}:frequency=480")

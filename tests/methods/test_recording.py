@@ -17,7 +17,7 @@ SPECS = [
     "label@mujoco:frequency=77,samples=7",
     "label@mujoco:scope=local",
     "label@mujoco:scope=widening,rest_speed=0.02",
-    "label@dart",
+    pytest.param("label@dart", marks=pytest.mark.deep("records by DART: 8 s")),
 ]
 
 

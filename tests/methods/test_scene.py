@@ -13,6 +13,10 @@ from steadyload.methods.scene import boxes, joined_groups, neighbourhood, planar
 
 PALLET = Pallet(100.0, 100.0, 100.0)
 SPATIAL = [e for e in engine_names() if world_class(e).capabilities.dimensions == 3]
+SLOW_LAST = [
+    *(e for e in SPATIAL if e != "reference"),
+    pytest.param("reference", marks=pytest.mark.deep("whole piles by the reference: 8 s")),
+]
 PLANAR = [e for e in engine_names() if world_class(e).capabilities.dimensions == 2]
 
 
@@ -152,7 +156,7 @@ def test_items_are_joined_by_standing_on_each_other_and_by_bridges():
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize("engine", SPATIAL)
+@pytest.mark.parametrize("engine", SLOW_LAST)
 def test_local_scope_gives_the_verdicts_of_the_whole(engine):
     layouts = random_layouts(30, seed=5)
     base = f"simulation@{engine}:frequency=240,between_steps=reseat,samples=1"
@@ -186,7 +190,7 @@ def test_widening_scope_needs_a_speed_of_rest():
         make_method("simulation@mujoco:between_steps=reseat,scope=widening")
 
 
-@pytest.mark.parametrize("engine", SPATIAL)
+@pytest.mark.parametrize("engine", SLOW_LAST)
 def test_widening_scope_gives_the_verdicts_of_the_whole_for_less(engine):
     layouts = random_layouts(30, seed=5)
     base = f"simulation@{engine}:frequency=120,between_steps=reseat,rest_speed=0.01"

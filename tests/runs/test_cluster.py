@@ -261,6 +261,7 @@ def test_an_exception_of_the_work_is_raised_here(cluster, tmp_path):
 
 
 @pytest.mark.usefixtures("outside")
+@pytest.mark.deep("waits until a Dask scheduler counts as lost: 12 s")
 def test_a_scheduler_that_is_lost_ends_the_run(cluster, tmp_path):
     """What is finished stays."""
     cluster.add("--no-nanny")

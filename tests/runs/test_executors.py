@@ -46,7 +46,15 @@ def no_crash(unit, part, reason):
 
 
 @pytest.mark.usefixtures("outside")
-@pytest.mark.parametrize(("harm", "how"), [("abort", "by SIGABRT"), ("exit", "with exit status 3")])
+@pytest.mark.parametrize(
+    ("harm", "how"),
+    [
+        ("abort", "by SIGABRT"),
+        pytest.param(
+            "exit", "with exit status 3", marks=pytest.mark.deep("a second way to end: 6 s")
+        ),
+    ],
+)
 def test_an_engine_that_ends_its_process_costs_one_row(tmp_path, harm, how):
     study = study_of(f"harmful:harm={harm}", "fbs")
     assert run_study(study, tmp_path / "run", workers=2) == 12
