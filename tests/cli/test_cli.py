@@ -240,6 +240,7 @@ def test_the_benchmark_writes_its_page(steadyload, tmp_path):
     assert (tmp_path / "out" / "figures" / "convergence.svg").stat().st_size > 10_000
 
 
+@pytest.mark.deep("all tests of an engine: 5 s")
 def test_closed_forms_write_a_page_of_their_own(steadyload, tmp_path, undrawn):
     part = ("verify", "closed-forms", "-o", "out")
     done = steadyload(*part, "--engine", "chipmunk", cwd=tmp_path)

@@ -34,6 +34,7 @@ def test_it_has_the_papers_size(benchmark):
     assert sum(file.stat().st_size for file in SHIPPED.glob("*.parquet")) < 10e6
 
 
+@pytest.mark.deep("hashes of 28,551 layouts: 6 s")
 def test_every_layout_is_distinct(benchmark):
     cases = benchmark.cases
     assert not cases.duplicated(["layout", "scenario"]).any()

@@ -123,6 +123,7 @@ def test_a_killed_worker_changes_no_table(cluster, tmp_path):
     pd.testing.assert_frame_equal(verdicts(tmp_path / "run"), verdicts(tmp_path / "calm"))
 
 
+@pytest.mark.deep("as on processes of this machine, over Dask: 6 s")
 @pytest.mark.usefixtures("outside")
 def test_an_engine_that_ends_its_process_costs_the_row_that_it_costs_here(cluster, tmp_path):
     cluster.add("--no-nanny")
@@ -228,6 +229,7 @@ def test_a_scheduler_that_does_not_answer_is_named():
         Dask(scheduler="tcp://127.0.0.1:9", workers=2)
 
 
+@pytest.mark.deep("workers of Dask killed time and again: 6 s")
 @pytest.mark.usefixtures("outside")
 def test_a_unit_whose_dask_workers_die_is_left_out_unmarked(tmp_path, monkeypatch):
     """As when the memory of their machines runs out. Once the cause is gone it goes on."""

@@ -129,6 +129,7 @@ def test_killed_workers_change_no_table(tmp_path):
     pd.testing.assert_frame_equal(verdicts(tmp_path / "killed"), verdicts(tmp_path / "calm"))
 
 
+@pytest.mark.deep("workers killed time and again: 10 s")
 @pytest.mark.usefixtures("outside")
 def test_a_layout_that_is_always_killed_ends_the_study_unmarked(tmp_path):
     """As when memory runs out. All else is finished, and once the cause is gone it goes on."""
@@ -162,6 +163,7 @@ def test_a_native_call_that_hangs_costs_one_row_of_status_timeout(tmp_path):
     assert not multiprocessing.active_children()
 
 
+@pytest.mark.deep("several parts that hang: 5 s")
 def test_a_hard_limit_is_one_of_every_part(outside):
     unit, quick = outside.Words((0.6, 0.6, 600, 0.6, 600)), outside.Words((0.0,))
     limit = PartLimit(1.5, outside.told_why)

@@ -265,6 +265,7 @@ def test_a_second_run_measures_only_what_is_missing(tmp_path, monkeypatch):
     assert len(measured) == len(first), "a raised version asks anew"
 
 
+@pytest.mark.deep("cells measured twice: 4 s")
 def test_processes_give_the_cells_of_one(tmp_path):
     asked = {"only_engines": ["bullet"], "only_sweeps": ["sliding"], "frequencies": [60]}
 
