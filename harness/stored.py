@@ -15,7 +15,7 @@ _LONGEST_KEY, _MOST_KEYS = 40, 8
 _MOST_BYTES = 64 * 1024**2
 
 REMEDY = "install steadyload again, or restore the file"
-"""What mends a file of the package."""
+"""Advice on a damaged file of the package."""
 
 
 class StoredFileError(UserError):

@@ -2,27 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from steadyload.studies.options import option, positive_number
+from steadyload.studies.options import number_from_zero, option, positive_number
 
 if TYPE_CHECKING:
     from steadyload.layouts.dialect import Dialect
 
 _WORDS = "steadyload.layouts.dialect:"
-
-
-def _from_zero(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 <= value < 1e5:
-        raise ValueError(f"{text!r}; allowed: a number, 0 or more")
-    return value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +46,7 @@ class ReadingFlags:
     )  # fmt: skip
     overhang: float | None = option(
         None, "how far boxes may overhang the deck (default: as in the file, else 10)",
-        metavar="CM", read=_from_zero,
+        metavar="CM", read=number_from_zero,
     )  # fmt: skip
     floor: str | None = option(
         None, "what boxes stand on: the deck, beyond whose edges nothing carries, an infinite "

@@ -30,7 +30,7 @@ POSITIONS = ("corner", "centre")
 """Points of a box whose place may be given."""
 
 OTHER_COLUMNS = ("refuse", "ignore")
-"""What may be done with columns that are not known."""
+"""Ways to treat columns that are not known."""
 
 PALLET_SIDES = ("pallet_length", "pallet_width", "pallet_height", "pallet_depth")
 SIDES = ("length", "width", "height", "depth")

@@ -13,7 +13,7 @@ from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.naming import box_label
 
 DECK_KEYS = ("overhang", "deck_height", "floor")
-"""What a file may state of a pallet beside its size; see :class:`Pallet`."""
+"""Keys of a pallet that a file may state beside its size; see :class:`Pallet`."""
 
 
 class FormatError(LayoutError):
@@ -25,8 +25,8 @@ class Record:
     """A layout as a file states it, before anything is believed.
 
     ``pallet`` has the keys ``width, height, depth`` and, when given, those of :data:`DECK_KEYS`; an
-    item ``sequence, name, x, y, z, width,
-    height, depth, weight`` and, when given, ``offset_x, offset_y, offset_z``.
+    item ``sequence, name, x, y, z, width, height, depth, weight`` and, when given, ``offset_x,
+    offset_y, offset_z``.
     """
 
     name: str

@@ -87,10 +87,27 @@ def positive_number(text: str) -> float:
     Raises:
         ValueError: the text is no such number.
     """
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
+    value = _number(text)
     if not 0.0 < value < 1e9:
         raise ValueError(f"{text!r}; allowed: a number above 0")
     return value
+
+
+def number_from_zero(text: str) -> float:
+    """A number of 0 or more, below 100,000, from text.
+
+    Raises:
+        ValueError: the text is no such number.
+    """
+    value = _number(text)
+    if not 0.0 <= value < 1e5:
+        raise ValueError(f"{text!r}; allowed: a number, 0 or more")
+    return value
+
+
+def _number(text: str) -> float:
+    """The number that a text states; not a number where it states none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
