@@ -3,10 +3,7 @@
 The command judges each in a process of its own, whose CPU time and memory have limits.
 """
 
-import os
-import resource
 import runpy
-import subprocess
 import sys
 from pathlib import Path
 
@@ -44,7 +41,7 @@ REFUSED = {
 
 CPU_SECONDS = 2
 MEMORY = 500
-"""[MB], resident. What is addressed may be three times that: libraries reserve and do not touch."""
+"""[MB], resident."""
 
 
 @pytest.fixture(scope="session")
@@ -60,33 +57,6 @@ def made(tmp_path_factory):
     finally:
         sys.argv = before
     return folder
-
-
-@pytest.fixture(scope="session")
-def cost_of_version():
-    """CPU seconds of the command that does nothing."""
-    return ended("--version")[3]
-
-
-def ended(*arguments):
-    """Exit status, outputs, CPU seconds and resident memory [MB] of a command with limits."""
-
-    def limit():
-        most = 3 * CPU_SECONDS  # where it would never end
-        resource.setrlimit(resource.RLIMIT_CPU, (most, most))
-        resource.setrlimit(resource.RLIMIT_AS, (3 * MEMORY * 2**20, 3 * MEMORY * 2**20))
-
-    process = subprocess.Popen(
-        [sys.executable, "-m", "steadyload.cli", *arguments],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=limit,
-        env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
-    )  # fmt: skip
-    with process.stdout, process.stderr:
-        out, err = process.stdout.read(), process.stderr.read()
-    _, state, used = os.wait4(process.pid, 0)
-    process.returncode = os.waitstatus_to_exitcode(state)
-    cpu = used.ru_utime + used.ru_stime
-    return process.returncode, out, err, cpu, used.ru_maxrss / 1024
 
 
 def handed(name, made):
@@ -106,7 +76,7 @@ def assert_one_sentence(name, path, err):
 
 
 @pytest.mark.parametrize("name", COSTLY)
-def test_a_costly_file_is_refused_soon(name, made, cost_of_version):
+def test_a_costly_file_is_refused_soon(name, made, ended, cost_of_version):
     path = handed(name, made)
     status, out, err, cpu, memory = ended("score", str(path), "-m", "fbs")
     assert (status, out) == (2, "")
