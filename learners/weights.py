@@ -117,7 +117,9 @@ def load_weights(where: str | Path) -> Weights:
         features = tuple(manifest.get("feature_names", names(kind)))
         if not 0 < len(hashes) == len(made):
             raise ValueError
-    except (ValueError, TypeError, LookupError, AttributeError, RecursionError):
+    except (
+        ValueError, TypeError, LookupError, AttributeError, RecursionError, OverflowError
+    ):  # fmt: skip
         raise LearnerError(f"{folder / MANIFEST}: is not the manifest of weights") from None
     if version != VERSION:
         raise LearnerError(f"{folder / MANIFEST}: version is {shown(version)}; allowed: {VERSION}")

@@ -4,6 +4,7 @@ import csv
 import json
 
 import pandas as pd
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
@@ -171,6 +172,21 @@ def test_a_slice_is_exported(folder, tmp_path):
     assert [lay.name for lay in read_layouts(path)] == ["B_S1"]
     with pytest.raises(BenchmarkError, match="no labelled case"):
         export(benchmark, path, Format.CSV, part="validation")
+
+
+def test_an_unknown_scenario_is_named(folder, tmp_path):
+    whole = load_benchmark(folder)
+    frames = [whole.layouts.reset_index(), whole.cases, whole.opinions]
+    write_tables(tmp_path / "odd", *(f.replace({"scenario": {"S2a": "x\x1b"}}) for f in frames), {})
+    with pytest.raises(BenchmarkError, match=r"scenario of a case is 'x.*; allowed: S1, S2a, S2b"):
+        load_benchmark(tmp_path / "odd")
+
+
+def test_a_column_whose_name_is_no_text_is_refused():
+    frame = pd.DataFrame({"abc": [1]})
+    content = as_parquet(frame, pa.schema([pa.field("abc", pa.int64())])).replace(b"abc", b"ab\xef")
+    with pytest.raises(BenchmarkError, match="cannot be read as Parquet"):
+        tables.from_parquet(content, CASES)
 
 
 def test_an_export_is_whole_or_not_at_all(folder, tmp_path):

@@ -213,6 +213,16 @@ def test_members_take_the_features_of_their_manifest(weights, tmp_path):
         load_weights(folder)
 
 
+def test_ranges_beyond_all_numbers_are_refused(weights, tmp_path):
+    folder = changed_folder(weights, tmp_path)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    name = next(iter(manifest["ranges"]))
+    manifest["ranges"][name][1] = 10**400
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    with pytest.raises(LearnerError, match="is not the manifest of weights"):
+        load_weights(folder)
+
+
 @pytest.mark.parametrize("kind", NetworkKind)
 @pytest.mark.parametrize("layers", [1, 3])
 def test_the_tensors_that_are_allowed_are_those_that_are_trained(kind, layers):

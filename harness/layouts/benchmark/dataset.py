@@ -183,6 +183,12 @@ def load_benchmark(directory: str | Path | None = None) -> Benchmark:
     if instance.isna().any():
         missing = cases["layout"][instance.isna().to_numpy()].iloc[0]
         raise BenchmarkError(f"{folder}: layout {shown(missing)} is missing")
+    unknown = cases["scenario"][~cases["scenario"].isin(list(Scenario))]
+    if len(unknown):
+        raise BenchmarkError(
+            f"{folder}: scenario of a case is {shown(unknown.iloc[0])}; "
+            f"allowed: {', '.join(Scenario)}"
+        )
     cases = cases.assign(instance=instance.to_numpy())
     written = folder / "notes.md"
     notes = written.read_text() if written.exists() else ""

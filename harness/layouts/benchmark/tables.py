@@ -239,12 +239,13 @@ def read_parquet(path: Path, schema: pa.Schema, expected: str | None = None) -> 
 
 def from_parquet(content: bytes, schema: pa.Schema) -> pd.DataFrame:
     """A table from the bytes of a Parquet file; raises as :func:`read_parquet`."""
+    nullable = {pa.int16(): pd.Int16Dtype(), pa.int32(): pd.Int32Dtype()}
     try:
         table = pq.read_table(pa.BufferReader(content))
+        found = table.schema
+        if found.names == schema.names and found.types == schema.types:
+            return table.to_pandas(types_mapper=nullable.get)
     except (OSError, ValueError, pa.ArrowException) as error:
         why = printable(" ".join(str(error).split()), _LONGEST)
         raise BenchmarkError(f"cannot be read as Parquet ({why})") from None
-    if table.schema.names != schema.names or table.schema.types != schema.types:
-        raise BenchmarkError("has other columns than a labelled set")
-    nullable = {pa.int16(): pd.Int16Dtype(), pa.int32(): pd.Int32Dtype()}
-    return table.to_pandas(types_mapper=nullable.get)
+    raise BenchmarkError("has other columns than a labelled set")
