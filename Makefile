@@ -35,7 +35,7 @@ study: $(JUDGING) ## run the embedded study and write its report
 	@$(BIN)/steadyload study run embedded --output runs/embedded
 	@$(BIN)/steadyload report runs/embedded
 
-test: $(READY) ## run the tests of every module (six minutes on two cores)
+test: $(READY) ## run the tests of every module (five minutes on two cores, once compiled)
 	$(TEST) -m 'not deep'
 
 N ?= 1000000
