@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from steadyload.engines import compilation
+from steadyload import compilation
 
 _COMPILED = ("features", "inference", "convex_hull", "ranges", "support")
 """The files that hold compiled functions."""
@@ -19,5 +19,5 @@ _SOURCES = hashlib.sha256(
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """See :func:`steadyload.engines.compilation.compile_kept`."""
+    """See :func:`steadyload.compilation.compile_kept`."""
     return compilation.compile_kept(function, _SOURCES)

@@ -12,10 +12,10 @@ ROOT = Path(__file__).parents[1]
 FOLDERS = {"harness": "", "engines": "engines.", "learners": "learners.", "reports": "reports."}
 """Folder of the repository -> where it is installed below ``steadyload``."""
 
-_LAYOUTS = {"layouts", "statistics", "atomic", "errors", "escaping", "stored"}
+_LAYOUTS = {"layouts", "kernels", "statistics", "atomic", "errors", "escaping", "stored"}
 _METHODS = {"methods", "engines", *_LAYOUTS}
 _RUNS = {"runs", *_METHODS}
-_LIBRARIES = {"tuning", "properties", "learners", *_RUNS}
+_LIBRARIES = {"compilation", "tuning", "properties", "learners", *_RUNS}
 
 # Package below ``steadyload`` -> what of ours it may import. ``cli`` may import everything.
 ALLOWED = {
@@ -23,7 +23,9 @@ ALLOWED = {
     "errors": set(),
     "escaping": set(),
     "reports": {"reports", "statistics", "errors", "escaping"},
-    "engines": {"engines"},
+    "compilation": set(),
+    "kernels": {"kernels", "compilation"},
+    "engines": {"engines", "compilation"},
     "atomic": set(),
     "stored": {"atomic", "errors", "escaping"},
     "layouts": _LAYOUTS,
@@ -31,7 +33,7 @@ ALLOWED = {
     "runs": _RUNS,
     "tuning": {"tuning", *_RUNS},
     "properties": {"properties", *_RUNS},
-    "learners": {"learners", *_RUNS},
+    "learners": {"learners", "compilation", *_RUNS},
     "studies": {"studies", "reports", *_LIBRARIES},
     "cli": {"cli", "studies", "reports", *_LIBRARIES},
 }

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from steadyload.engines import compilation
+from steadyload import compilation
 
 _SOURCES = hashlib.sha256(
     b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
@@ -24,5 +24,5 @@ with contextlib.suppress(OSError):
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """See :func:`steadyload.engines.compilation.compile_kept`."""
+    """See :func:`steadyload.compilation.compile_kept`."""
     return compilation.compile_kept(function, _SOURCES)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from steadyload.errors import UserError
 from steadyload.escaping import printable
+from steadyload.kernels.tolerances import TOLERANCE as TOLERANCE
 from steadyload.layouts.checks import (
     SHOWN,
     allowed_range,
@@ -30,10 +31,6 @@ from steadyload.layouts.naming import box_label
 
 FloatArray = NDArray[np.float64]
 Vector = tuple[float, float, float]
-
-TOLERANCE = 0.01
-"""Lengths [cm] closer than this count as equal: how far two items may overlap, how far an item may
-stand out of the pallet's contour, and how far a top face may miss the base it carries."""
 
 SIDES = (0.05, 100_000.0)
 """Allowed lengths [cm] of items and pallets: clearly above :data:`TOLERANCE`, up to a kilometre."""

@@ -21,6 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import nnls
 
+from steadyload.kernels.tolerances import EDGE as EDGE
+from steadyload.kernels.tolerances import RESIDUE
 from steadyload.layouts.contacts import FLOOR, Patch, Supports, find_supports
 from steadyload.layouts.model import Arrangement, FloatArray
 from steadyload.methods.convex_hull import Point
@@ -28,14 +30,6 @@ from steadyload.methods.resolution import is_balanced, unresolved
 
 VERSION = 1
 """Of balance, friction and who touches: raised when they come to other verdicts."""
-
-EDGE = 1e-5
-"""A patch counts as this much wider on every side [cm]: a centre of mass exactly above an edge is
-balanced, whatever rounding did to it."""
-
-_RESIDUE = 1e-9
-"""Share of the loads on an item that counts as rounding: see :mod:`steadyload.methods.resolution`.
-"""
 
 _Press = tuple[float, float, float]
 """A force [kg] and its moments about the axes, that is: force times x, force times z [kg cm]."""
@@ -109,7 +103,7 @@ def solve(
         return acceleration[:, 0] + (acceleration[:, 1:] / radii * half[:, (0, 2)]).sum(axis=1)
 
     motion = fastest_corners(target)
-    stands = is_balanced(motion, fastest_corners(loads), masses, _RESIDUE)
+    stands = is_balanced(motion, fastest_corners(loads), masses, RESIDUE)
     return Solution(forces * weights[who].mean(), motion, stands)
 
 

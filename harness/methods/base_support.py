@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from steadyload.engines.quantities import quantity
+from steadyload.kernels.tolerances import ROUNDING
 from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.contacts import Contacts, find_contacts
 from steadyload.layouts.growing import GrowingLayout
@@ -23,8 +24,6 @@ from steadyload.methods.method import (
     Trait,
 )
 from steadyload.methods.spec import NoParameters
-
-_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,7 @@ class PartialBaseSupport(Method):
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         contacts = find_contacts(layout)
         support = _support(layout, contacts)
-        for step in np.flatnonzero(support < self._alpha - _ROUNDING).tolist():
+        for step in np.flatnonzero(support < self._alpha - ROUNDING).tolist():
             below = np.flatnonzero(contacts.carries[:step, step])
             low, high = contacts.corners_low[below, step], contacts.corners_high[below, step]
             if contacts.at_edge[step]:
@@ -85,7 +84,7 @@ class PartialBaseSupport(Method):
         width, _, depth = layout.items[step].size
         patches = layout.supports.below[step]
         share = sum((p.x1 - p.x0) * (p.z1 - p.z0) for p in patches) / (width * depth)
-        if share >= self._alpha - _ROUNDING:
+        if share >= self._alpha - ROUNDING:
             return STABLE
         corners = np.array(patches).reshape(-1, 6)
         base = (layout.lower[step, ::2], layout.upper[step, ::2])
@@ -126,7 +125,7 @@ class _SupportedSteps(StepScorer):
     def __init__(self, support: FloatArray, decision_threshold: float) -> None:
         # An area is a sum of products: full support may be less by rounding.
         hanging = np.maximum(1.0 - support, 0.0)
-        hanging[hanging < _ROUNDING] = 0.0
+        hanging[hanging < ROUNDING] = 0.0
         self._risks: list[float] = np.maximum.accumulate(hanging).tolist()
         self.decision_threshold = decision_threshold
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
+from steadyload.kernels.tolerances import ROUNDING
 from steadyload.layouts.contacts import FLOOR, Supports, find_supports
 from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.floor import INFINITE
@@ -13,8 +14,6 @@ from steadyload.layouts.model import Arrangement, Layout
 from steadyload.methods.convex_hull import Point, strictly_inside_hull
 from steadyload.methods.method import STABLE, Finding, Loader, Method, Stopwatch, Trait
 from steadyload.methods.spec import NoParameters
-
-_ROUNDING = 1e-9
 
 
 class StaticMechanicalEquilibrium(Method):
@@ -133,9 +132,9 @@ class _Scene:
         patches = [p for p in self._supports.below[item] if p.below <= step]
         for patch in patches:
             (x0, z0), (x1, z1) = self._top(patch.below)
-            if x0 - _ROUNDING <= x <= x1 + _ROUNDING and z0 - _ROUNDING <= z <= z1 + _ROUNDING:
+            if x0 - ROUNDING <= x <= x1 + ROUNDING and z0 - ROUNDING <= z <= z1 + ROUNDING:
                 return True
         corners = []
         for _, _, x0, z0, x1, z1 in patches:
             corners += [(x0, z0), (x0, z1), (x1, z0), (x1, z1)]
-        return strictly_inside_hull((x, z), corners, _ROUNDING)
+        return strictly_inside_hull((x, z), corners, ROUNDING)

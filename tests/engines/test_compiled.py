@@ -4,7 +4,7 @@ import importlib.util
 import shutil
 from pathlib import Path
 
-from steadyload.engines import compilation
+from steadyload import compilation
 from steadyload.engines.reference import compiled
 
 

@@ -1,0 +1,16 @@
+"""Tolerances that kernels and what calls them share."""
+
+TOLERANCE = 0.01
+"""Lengths [cm] closer than this count as equal: how far two items may overlap, how far an item may
+stand out of the pallet's contour, and how far a top face may miss the base it carries."""
+
+ROUNDING = 1e-9
+"""Shares of a base, and lengths [cm] of static mechanical equilibrium, that count as rounding."""
+
+EDGE = 1e-5
+"""A patch counts as this much wider on every side [cm] for equilibrium: a centre of mass exactly
+above an edge is balanced, whatever rounding did to it."""
+
+RESIDUE = 1e-9
+"""Share of the loads on an item that counts as rounding: see :mod:`steadyload.methods.resolution`.
+"""
