@@ -1,0 +1,118 @@
+"""Vertical contacts of a layout: which items stand on which, and where."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from steadyload.kernels.compiled import compiled
+from steadyload.kernels.tolerances import TOLERANCE
+
+FLOOR = -1
+"""In place of an item that carries: the floor."""
+
+_FEW = 48
+"""Up to this many items all pairs are looked at; of more, those whose heights meet."""
+
+
+class Contacts(NamedTuple):
+    """Contact patches of a layout, item by item.
+
+    Attributes:
+        on_floor: item stands on the floor with all of its base, shape (J,).
+        starts: the patches that item j stands on are ``starts[j]`` to ``starts[j + 1]``, shape
+            (J + 1,).
+        below: what carries, in ascending order for every item: :data:`FLOOR` (an item that
+            overhangs an edge of the floor) or an item, shape (P,).
+        patches: x0, z0, x1, z1 of every contact rectangle [cm], shape (P, 4).
+        above_starts: the items that item i carries are ``above_starts[i]`` to
+            ``above_starts[i + 1]``, shape (J + 1,).
+        above: those items, in ascending order for every carrier.
+    """
+
+    on_floor: Any
+    starts: Any
+    below: Any
+    patches: Any
+    above_starts: Any
+    above: Any
+
+
+@compiled
+def contacts_of(lower: Any, upper: Any, floor: Any) -> Contacts:
+    """All vertical contacts: faces level to within the tolerance that share an area.
+
+    Args:
+        lower: see :mod:`steadyload.kernels`.
+        upper: likewise.
+        floor: likewise, shape (5,).
+    """
+    count = len(lower)
+    on_floor = np.zeros(count, dtype=np.bool_)
+    starts = np.zeros(count + 1, dtype=np.int64)
+    below = np.empty(4 * count, dtype=np.int64)
+    patches = np.empty((4 * count, 4))
+    many = count > _FEW
+    order = np.argsort(upper[:, 1]) if many else np.empty(0, dtype=np.int64)
+    tops = upper[:, 1][order] if many else np.empty(0)
+    found = 0
+    for j in range(count):
+        x0, y0, z0 = lower[j, 0], lower[j, 1], lower[j, 2]
+        x1, z1 = upper[j, 0], upper[j, 2]
+        if len(below) < found + count + 1:
+            below = np.concatenate((below, np.empty(len(below) + count, dtype=np.int64)))
+            patches = np.concatenate((patches, np.empty((len(patches) + count, 4))))
+        if y0 <= TOLERANCE:
+            on_floor[j] = True
+            if floor[4] > 0.0:
+                a, b = max(x0, floor[0]), max(z0, floor[1])
+                c, d = min(x1, floor[2]), min(z1, floor[3])
+                if max(max(a - x0, b - z0), max(x1 - c, z1 - d)) > TOLERANCE:
+                    on_floor[j] = False
+                    if min(c - a, d - b) > TOLERANCE:
+                        below[found] = FLOOR
+                        patches[found, 0], patches[found, 1] = a, b
+                        patches[found, 2], patches[found, 3] = c, d
+                        found += 1
+        first = np.searchsorted(tops, y0 - 2.0 * TOLERANCE) if many else 0
+        begin = found
+        for k in range(first, count):
+            i = order[k] if many else k
+            if many and upper[i, 1] > y0 + 2.0 * TOLERANCE:
+                break
+            if abs(upper[i, 1] - y0) <= TOLERANCE:
+                a, c = max(lower[i, 0], x0), min(upper[i, 0], x1)
+                b, d = max(lower[i, 2], z0), min(upper[i, 2], z1)
+                if min(c - a, d - b) > TOLERANCE:
+                    at = found
+                    while many and at > begin and below[at - 1] > i:
+                        below[at] = below[at - 1]
+                        patches[at] = patches[at - 1]
+                        at -= 1
+                    below[at] = i
+                    patches[at, 0], patches[at, 1], patches[at, 2], patches[at, 3] = a, b, c, d
+                    found += 1
+        starts[j + 1] = found
+    above_starts, above = _turned_round(starts, below[:found])
+    return Contacts(on_floor, starts, below[:found], patches[:found], above_starts, above)
+
+
+@compiled
+def _turned_round(starts: Any, below: Any) -> Any:
+    """The items on every item, from the items below every item."""
+    count = len(starts) - 1
+    above_starts = np.zeros(count + 1, dtype=np.int64)
+    for i in below:
+        if i != FLOOR:
+            above_starts[i + 1] += 1
+    for i in range(count):
+        above_starts[i + 1] += above_starts[i]
+    ends = above_starts[:-1].copy()
+    above = np.empty(above_starts[count], dtype=np.int64)
+    for j in range(count):
+        for i in below[starts[j] : starts[j + 1]]:
+            if i != FLOOR:
+                above[ends[i]] = j
+                ends[i] += 1
+    return above_starts, above
