@@ -12,6 +12,8 @@ from steadyload import compilation
 _COMPILED = ("features", "inference", "convex_hull", "ranges", "support")
 """The files that hold compiled functions."""
 
+PART = compilation.Part("the learners", 20, "steadyload.learners.warming:warm_up")
+
 _SOURCES = hashlib.sha256(
     b"".join((Path(__file__).parent / f"{name}.py").read_bytes() for name in _COMPILED)
     + Path(compilation.__file__).read_bytes()
@@ -20,4 +22,4 @@ _SOURCES = hashlib.sha256(
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """See :func:`steadyload.compilation.compile_kept`."""
-    return compilation.compile_kept(function, _SOURCES)
+    return compilation.compile_kept(function, _SOURCES, PART)

@@ -4,6 +4,7 @@ Also what is said of deep tests and of skipped ones: see docs/testing.md.
 """
 
 import importlib
+import logging
 import os
 import re
 import signal
@@ -130,6 +131,15 @@ def _allowed(config: pytest.Config, reason: str) -> bool:
     return any(re.match(p, reason) for p in patterns) or any(
         reason.startswith(beginning) for beginning in config.option.may_skip
     )
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _compiling_quietly() -> Iterator[None]:
+    """Let commands in this process say nothing of what the first run of a clone compiles."""
+    log = logging.getLogger("steadyload.compilation")
+    log.disabled = True
+    yield
+    log.disabled = False
 
 
 @pytest.fixture(params=engine_names())

@@ -10,6 +10,10 @@ from typing import Any
 
 from steadyload import compilation
 
+PART = compilation.Part(
+    "the reference simulator", 70, "steadyload.engines.reference.warming:warm_up"
+)
+
 _SOURCES = hashlib.sha256(
     b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
     + Path(compilation.__file__).read_bytes()
@@ -25,4 +29,4 @@ with contextlib.suppress(OSError):
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """See :func:`steadyload.compilation.compile_kept`."""
-    return compilation.compile_kept(function, _SOURCES)
+    return compilation.compile_kept(function, _SOURCES, PART)

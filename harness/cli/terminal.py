@@ -25,17 +25,20 @@ def say(sentence: str) -> None:
 
 
 class _Sentences(logging.Handler):
-    """Handler that prints warnings of the library."""
+    """Handler that prints what the library tells."""
 
     def emit(self, record: logging.LogRecord) -> None:
         say(f"steadyload: {record.getMessage()}")
 
 
 def say_warnings() -> None:
-    """Print all further warnings of the library, such as that a file is damaged."""
+    """Print all further warnings of the library, such as that a file is damaged, and that
+    something is compiled, which takes a while.
+    """
     log = logging.getLogger("steadyload")
     if not any(isinstance(handler, _Sentences) for handler in log.handlers):
-        log.addHandler(_Sentences(logging.WARNING))
+        log.addHandler(_Sentences())
+    logging.getLogger("steadyload.compilation").setLevel(logging.INFO)
 
 
 @contextmanager

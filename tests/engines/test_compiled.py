@@ -1,8 +1,11 @@
 """Compiled code beside the sources: none old, none mixed up, none where none can be kept."""
 
 import importlib.util
+import logging
 import shutil
 from pathlib import Path
+
+import pytest
 
 from steadyload import compilation
 from steadyload.engines.reference import compiled
@@ -20,6 +23,50 @@ def module_of(file):
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+def of_a_process(file, part=None):
+    """The function of a file named ratio.py, as a new process has it."""
+    part = part or compilation.Part("ratios", 1, "")
+    return compilation.compile_kept(module_of(file).ratio, "0123456789ab", part)
+
+
+@pytest.fixture
+def ratio_file(tmp_path):
+    (tmp_path / "ratio.py").write_text("def ratio(x, y):\n    return x / y\n")
+    return tmp_path / "ratio.py"
+
+
+@pytest.fixture
+def told(caplog, monkeypatch):
+    """The log of what is compiled, where somebody listens."""
+    monkeypatch.setattr(logging.getLogger("steadyload.compilation"), "disabled", False)
+    caplog.set_level(logging.INFO, "steadyload.compilation")
+    return caplog
+
+
+def test_a_part_is_told_once_when_it_is_compiled_and_not_when_it_is_loaded(ratio_file, told):
+    first, second = (compilation.Part("ratios", 5, "") for _ in range(2))
+    compiling = of_a_process(ratio_file, first)
+    assert not told.messages
+    compiling(7, 2)
+    compiling(7.5, 2.0)
+    assert told.messages == ["compiling ratios (about 5 s, once)"]
+    assert first.compiled == 2
+    loading = of_a_process(ratio_file, second)
+    assert (loading(7, 2), loading(7.5, 2.0)) == (3.5, 3.75)
+    assert len(told.messages) == 1
+    assert second.compiled == 0
+    assert first.folder == second.folder == ratio_file.parent / "__pycache__"
+
+
+def test_what_cannot_be_kept_is_not_said_to_be_compiled_once(told):
+    scope, part = {}, compilation.Part("numbers", 5, "")
+    exec("def thrice(x):\n    return 3.0 * x\n", scope)
+    assert compilation.compile_kept(scope["thrice"], "0123456789ab", part)(7.0) == 21.0
+    [sentence] = told.messages
+    assert "anew in every process" in sentence
+    assert part.folder is None
 
 
 def test_what_other_sources_compiled_goes(tmp_path):
@@ -48,14 +95,9 @@ def test_a_function_that_cannot_be_kept_is_compiled_all_the_same():
     assert not list(Path(compiled.__file__).parent.glob("__pycache__/*twice*"))
 
 
-def test_signatures_that_two_processes_compile_at_once_are_kept_apart(tmp_path, monkeypatch):
+def test_signatures_that_two_processes_compile_at_once_are_kept_apart(ratio_file, monkeypatch):
     """Both read the index before the other writes it, and the first one's code is written last."""
-    (tmp_path / "ratio.py").write_text("def ratio(x, y):\n    return x / y\n")
-
-    def of_a_process():
-        return compilation.compile_kept(module_of(tmp_path / "ratio.py").ratio, "0123456789ab")
-
-    first, second = of_a_process(), of_a_process()
+    first, second = of_a_process(ratio_file), of_a_process(ratio_file)
     slow, fast = (process._cache._cache_file for process in (first, second))
     write, write_index, written_last = slow._save_data, fast._save_index, []
 
@@ -68,20 +110,15 @@ def test_signatures_that_two_processes_compile_at_once_are_kept_apart(tmp_path, 
     second(7.5, 2.0)
     for data in written_last:
         write(*data)
-    assert of_a_process()(7.5, 2.0) == 3.75
+    assert of_a_process(ratio_file)(7.5, 2.0) == 3.75
 
 
-def test_no_file_is_written_again_after_another_process_has_replaced_the_index(tmp_path):
-    (tmp_path / "ratio.py").write_text("def ratio(x, y):\n    return x / y\n")
-
-    def of_a_process():
-        return compilation.compile_kept(module_of(tmp_path / "ratio.py").ratio, "0123456789ab")
-
-    first, second = of_a_process(), of_a_process()
+def test_no_file_is_written_again_after_another_process_has_replaced_the_index(ratio_file):
+    first, second = of_a_process(ratio_file), of_a_process(ratio_file)
     first(7, 2)
     index = second._cache._cache_file._load_index()
     first._cache._cache_file._save_index({})
     first(7.5, 2.0)
     second._cache._cache_file._save_index(index)
-    assert of_a_process()(7, 2) == 3.5
-    assert len(list((tmp_path / "__pycache__").glob("ratio.ratio*.nbc"))) == 2
+    assert of_a_process(ratio_file)(7, 2) == 3.5
+    assert len(list((ratio_file.parent / "__pycache__").glob("ratio.ratio*.nbc"))) == 2

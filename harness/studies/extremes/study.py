@@ -141,6 +141,8 @@ def run_extremes(
             waiting = [unit for line in lines for unit in line.measurable(cells)]
             if not waiting:
                 break
+            for engine in {unit.engine for unit in waiting}:
+                world_class(engine).warm_up(0)  # compiled here, not in every worker
             store.complete(
                 waiting,
                 measure_unit,
