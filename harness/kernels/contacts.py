@@ -7,10 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from steadyload.kernels.compiled import compiled
-from steadyload.kernels.tolerances import TOLERANCE
-
-FLOOR = -1
-"""In place of an item that carries: the floor."""
+from steadyload.kernels.constants import FLOOR, TOLERANCE
 
 _FEW = 48
 """Up to this many items all pairs are looked at; of more, those whose heights meet."""

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from steadyload.kernels.constants import FLOOR as FLOOR
+from steadyload.kernels.contacts import contacts_of
 from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray
 
 VERSION = 1
@@ -74,10 +77,6 @@ def find_contacts(layout: Arrangement) -> Contacts:
     )
 
 
-FLOOR = -1
-"""In place of an item that carries: the floor."""
-
-
 class Patch(NamedTuple):
     """A contact patch: who carries whom, and where [cm]. The floor that carries an item whose base
     overhangs an edge is :data:`FLOOR`.
@@ -129,16 +128,13 @@ class Supports:
 
 def find_supports(layout: Arrangement) -> Supports:
     """All vertical contacts of a layout, as lists."""
-    contacts = find_contacts(layout)
-    count = range(len(layout))
-    found = Supports(contacts.on_floor.tolist(), [[] for _ in count], [[] for _ in count])
-    for j in np.flatnonzero(contacts.at_edge).tolist():
-        edge = (*contacts.floor_low[j].tolist(), *contacts.floor_high[j].tolist())
-        found.below[j].append(Patch(FLOOR, j, *edge))
-    below, above = np.nonzero(contacts.carries)
-    low, high = contacts.corners_low[below, above], contacts.corners_high[below, above]
-    corners = np.concatenate((low, high), axis=1).tolist()
-    for i, j, patch in zip(below.tolist(), above.tolist(), corners, strict=True):
-        found.below[j].append(Patch(i, j, *patch))
-        found.above[i].append(j)
-    return found
+    contacts = contacts_of(layout.lower, layout.upper, layout.floor.corners)
+    starts, above_starts = contacts.starts.tolist(), contacts.above_starts.tolist()
+    below, corners = contacts.below.tolist(), contacts.patches.tolist()
+    above = contacts.above.tolist()
+    patches = [
+        [Patch(below[k], j, *corners[k]) for k in range(start, end)]
+        for j, (start, end) in enumerate(pairwise(starts))
+    ]
+    carried = [above[start:end] for start, end in pairwise(above_starts)]
+    return Supports(contacts.on_floor.tolist(), patches, carried)

@@ -5,7 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
 from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from steadyload.errors import UserError, nearest
 
@@ -55,7 +59,7 @@ class Surface(NamedTuple):
     high: tuple[float, float]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Floor:
     """A floor at y = 0, as those see it who judge a layout.
 
@@ -72,6 +76,13 @@ class Floor:
     def has_edges(self) -> bool:
         """True for a deck, False for an infinite plane."""
         return self.height > 0.0
+
+    @cached_property
+    def corners(self) -> NDArray[np.float64]:
+        """x0, z0, x1, z1 of what carries and the height [cm], as kernels take them, shape (5,)."""
+        found = np.array([*self.low, *self.high, self.height])
+        found.setflags(write=False)
+        return found
 
     @property
     def kind(self) -> FloorKind:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from steadyload.errors import UserError
 from steadyload.escaping import printable
-from steadyload.kernels.tolerances import TOLERANCE as TOLERANCE
+from steadyload.kernels.constants import TOLERANCE as TOLERANCE
 from steadyload.layouts.checks import (
     SHOWN,
     allowed_range,

@@ -21,8 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import nnls
 
-from steadyload.kernels.tolerances import EDGE as EDGE
-from steadyload.kernels.tolerances import RESIDUE
+from steadyload.kernels.constants import EDGE as EDGE
+from steadyload.kernels.constants import RESIDUE
 from steadyload.layouts.contacts import FLOOR, Patch, Supports, find_supports
 from steadyload.layouts.model import Arrangement, FloatArray
 from steadyload.methods.convex_hull import Point

@@ -9,13 +9,20 @@ from typing import Any, ClassVar
 import numpy as np
 
 from steadyload.engines.quantities import quantity
-from steadyload.kernels.tolerances import ROUNDING
+from steadyload.kernels.base_support import (
+    covered,
+    first_with_little_support,
+    first_with_little_support_of_many,
+)
+from steadyload.kernels.constants import ROUNDING
+from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.contacts import Contacts, find_contacts
 from steadyload.layouts.growing import GrowingLayout
-from steadyload.layouts.model import TOLERANCE, FloatArray, Layout
+from steadyload.layouts.model import FloatArray, Layout
 from steadyload.methods.method import (
     STABLE,
+    BatchVerdicts,
     Finding,
     Loader,
     Method,
@@ -59,18 +66,19 @@ class PartialBaseSupport(Method):
         return _SupportedSteps(_support(layout, find_contacts(layout)), 1.0 - self._alpha)
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
-        contacts = find_contacts(layout)
-        support = _support(layout, contacts)
-        for step in np.flatnonzero(support < self._alpha - ROUNDING).tolist():
-            below = np.flatnonzero(contacts.carries[:step, step])
-            low, high = contacts.corners_low[below, step], contacts.corners_high[below, step]
-            if contacts.at_edge[step]:
-                low = np.concatenate((low, contacts.floor_low[step : step + 1]))
-                high = np.concatenate((high, contacts.floor_high[step : step + 1]))
-            base = (layout.lower[step, ::2], layout.upper[step, ::2])
-            if not _covered_but_for_slivers(base, low, high):
-                return self._too_little(step, float(support[step]))
-        return STABLE
+        step, share = first_with_little_support(
+            layout.lower, layout.upper, layout.floor.corners, self._alpha
+        )
+        return STABLE if step == len(layout) else self._too_little(step, share)
+
+    def evaluate(self, batch: LayoutBatch) -> BatchVerdicts:
+        """See :meth:`Method.evaluate`."""
+        return BatchVerdicts.of_steps(
+            batch,
+            first_with_little_support_of_many(
+                batch.lower, batch.upper, batch.floors, batch.starts, self._alpha
+            ),
+        )
 
     def begin(self, layout: GrowingLayout) -> Loader:
         """A loader that checks the new item and the items it stands on."""
@@ -86,9 +94,9 @@ class PartialBaseSupport(Method):
         share = sum((p.x1 - p.x0) * (p.z1 - p.z0) for p in patches) / (width * depth)
         if share >= self._alpha - ROUNDING:
             return STABLE
-        corners = np.array(patches).reshape(-1, 6)
-        base = (layout.lower[step, ::2], layout.upper[step, ::2])
-        if _covered_but_for_slivers(base, corners[:, 2:4], corners[:, 4:6]):
+        corners = np.array(patches).reshape(-1, 6)[:, 2:]
+        (x0, _, z0), (x1, _, z1) = layout.lower[step].tolist(), layout.upper[step].tolist()
+        if covered(x0, z0, x1, z1, corners):
             return STABLE
         return self._too_little(step, share)
 
@@ -150,32 +158,3 @@ def _support(layout: Layout, contacts: Contacts) -> FloatArray:
     sides = layout.upper - layout.lower
     found: FloatArray = np.where(contacts.on_floor, 1.0, areas / (sides[:, 0] * sides[:, 2]))
     return found
-
-
-def _covered_but_for_slivers(
-    base: tuple[FloatArray, FloatArray], low: FloatArray, high: FloatArray
-) -> bool:
-    """True if nothing of an item's base is bare but slivers narrower than :data:`TOLERANCE`.
-
-    Such slivers come from rounding in a file; they count as supported, whatever their area.
-
-    Args:
-        base: its corners (x, z) [cm].
-        low: corners of the patches that it stands on, shape (k, 2).
-        high: the opposite corners.
-    """
-    bare = base[1] - base[0]
-    missing = bare.prod() - (high - low).prod(axis=1).sum()
-    if missing > TOLERANCE * 2.0 * bare.sum() * (len(low) + 1):
-        return False
-    # Every contact rectangle grown by half the tolerance; then no cell of the base may be bare.
-    low, high = low - TOLERANCE / 2.0, high + TOLERANCE / 2.0
-    inner = (base[0] + TOLERANCE / 2.0, base[1] - TOLERANCE / 2.0)
-    middles = []
-    for axis in (0, 1):
-        edges = np.concatenate((low[:, axis], high[:, axis], [inner[0][axis], inner[1][axis]]))
-        edges = np.unique(np.clip(edges, inner[0][axis], inner[1][axis]))
-        middles.append(0.5 * (edges[1:] + edges[:-1]))
-    x, z = (m.ravel()[:, None] for m in np.meshgrid(*middles))
-    covered = (low[:, 0] < x) & (x < high[:, 0]) & (low[:, 1] < z) & (z < high[:, 1])
-    return bool(covered.any(axis=1).all())

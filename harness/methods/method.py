@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
+from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Layout
 from steadyload.methods.spec import MethodSpec, SpecError
@@ -138,12 +143,49 @@ class Finding:
 STABLE = Finding()
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class BatchVerdicts:
+    """Verdicts on the layouts of a batch, as arrays.
+
+    Attributes:
+        status: of every verdict, shape (L,).
+        failing_step: counted from 0; -1 where the whole layout is stable or there is no verdict,
+            shape (L,).
+        displacement: of the item that moved too far [cm], shape (L,); not a number where a method
+            states none.
+        rotation: its largest angle [degrees], likewise.
+    """
+
+    status: NDArray[np.object_]
+    failing_step: NDArray[np.int64]
+    displacement: NDArray[np.float64]
+    rotation: NDArray[np.float64]
+
+    @classmethod
+    def of_steps(cls, batch: LayoutBatch, steps: NDArray[np.int64]) -> BatchVerdicts:
+        """Verdicts of a static method.
+
+        Args:
+            batch: the layouts.
+            steps: the failing step of each, its number of items where it is stable, shape (L,).
+        """
+        count = len(batch)
+        nothing = np.full(count, math.nan)
+        done = np.full(count, Status.DONE, dtype=object)
+        failing = np.where(steps == batch.item_counts, -1, steps)
+        return cls(done, failing, nothing, nothing)
+
+
 class RefusedError(Exception):
     """A method does not apply to a layout; becomes a verdict with status ``refused``."""
 
 
 class NotStepwiseError(SpecError):
     """A method that cannot judge single steps."""
+
+
+class NotBatchedError(SpecError):
+    """A method that cannot judge a batch of layouts at once."""
 
 
 def verdict_by(
@@ -164,8 +206,20 @@ def verdict_by(
     except TimeoutExpiredError as error:
         finding = Finding(status=Status.TIMEOUT, reason=str(error))
     cpu, wall = watch.stop()
-    found = {field.name: getattr(finding, field.name) for field in fields(Finding)}
-    return Verdict(item_count=item_count, cpu=cpu, wall=wall, **found)
+    return Verdict(
+        item_count,
+        finding.status,
+        finding.failing_step,
+        finding.moved_item,
+        finding.displacement,
+        finding.rotation,
+        finding.reason,
+        finding.ignored,
+        finding.emulated,
+        finding.effort,
+        cpu,
+        wall,
+    )
 
 
 class Loader(ABC):
@@ -344,6 +398,17 @@ class Method(ABC):
     ) -> list[Verdict]:
         """Judge layouts, in order; a method that gains from batches overrides this."""
         return [self.judge(layout, timeout=timeout) for layout in layouts]
+
+    def evaluate(self, batch: LayoutBatch) -> BatchVerdicts:
+        """Judge all layouts of a batch at once, in compiled code that any thread may run.
+
+        Args:
+            batch: the layouts.
+
+        Raises:
+            NotBatchedError: the method judges one layout at a time.
+        """
+        raise NotBatchedError(f"{self.spec}: judges one layout at a time, not batches")
 
     def begin(self, layout: GrowingLayout) -> Loader:
         """A loader that judges placements on a layout while it grows.

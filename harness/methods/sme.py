@@ -5,14 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from steadyload.kernels.tolerances import ROUNDING
-from steadyload.layouts.contacts import FLOOR, Supports, find_supports
+from steadyload.kernels.constants import ROUNDING
+from steadyload.kernels.sme import first_unsupported, first_unsupported_of_many
+from steadyload.layouts.batch import LayoutBatch
+from steadyload.layouts.contacts import FLOOR, Supports
 from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.floor import INFINITE
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Arrangement, Layout
 from steadyload.methods.convex_hull import Point, strictly_inside_hull
-from steadyload.methods.method import STABLE, Finding, Loader, Method, Stopwatch, Trait
+from steadyload.methods.method import (
+    STABLE,
+    BatchVerdicts,
+    Finding,
+    Loader,
+    Method,
+    Stopwatch,
+    Trait,
+)
 from steadyload.methods.spec import NoParameters
 
 
@@ -36,13 +46,20 @@ class StaticMechanicalEquilibrium(Method):
         return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS))
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
-        scene = _Scene(find_supports(layout))
-        scene.add(layout)
-        for step in range(len(layout)):
-            culprit = scene.unsupported_at(step)
-            if culprit is not None:
-                return scene.finding(step, culprit)
-        return STABLE
+        step, culprit, carried = first_unsupported(
+            layout.lower, layout.upper, layout.weights, layout.mass_offsets, layout.floor.corners
+        )
+        return STABLE if step == len(layout) else _finding(step, culprit, carried=carried)
+
+    def evaluate(self, batch: LayoutBatch) -> BatchVerdicts:
+        """See :meth:`Method.evaluate`."""
+        return BatchVerdicts.of_steps(
+            batch,
+            first_unsupported_of_many(
+                batch.lower, batch.upper, batch.weights, batch.mass_offsets, batch.floors,
+                batch.starts,
+            ),
+        )  # fmt: skip
 
     def begin(self, layout: GrowingLayout) -> Loader:
         """A loader that checks the new item and the items that carry it."""
@@ -67,6 +84,11 @@ class _SmeLoader(Loader):
         other = _SmeLoader(layout)
         other._scene.add(layout)
         return other
+
+
+def _finding(step: int, culprit: int, *, carried: bool) -> Finding:
+    lies = "the resultant of its load lies outside its support"
+    return Finding(step, culprit, reason=lies if carried else "nothing supports it")
 
 
 class _Scene:
@@ -110,9 +132,7 @@ class _Scene:
 
     def finding(self, step: int, culprit: int) -> Finding:
         """Finding on an item that is not supported."""
-        below = self._supports.below[culprit]
-        lies = "the resultant of its load lies outside its support"
-        return Finding(step, culprit, reason=lies if below else "nothing supports it")
+        return _finding(step, culprit, carried=bool(self._supports.below[culprit]))
 
     def _top(self, carrier: int) -> tuple[Point, Point]:
         """Corners of the top face of an item, or of the floor."""

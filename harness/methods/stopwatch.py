@@ -34,7 +34,7 @@ class Stopwatch:
 
     def __init__(self, timeout: float | None = None) -> None:
         self.timeout = timeout
-        self._spent = {phase: [0.0, 0.0] for phase in Phase}
+        self._spent: dict[Phase, list[float]] = {}
         self._start = self._last = (time.process_time(), time.perf_counter())
         self._phase: Phase | None = None
 
@@ -42,7 +42,7 @@ class Stopwatch:
         """Begin ``phase``: the time that follows belongs to it."""
         now = (time.process_time(), time.perf_counter())
         if self._phase is not None:
-            spent = self._spent[self._phase]
+            spent = self._spent.setdefault(self._phase, [0.0, 0.0])
             spent[0] += now[0] - self._last[0]
             spent[1] += now[1] - self._last[1]
         self._phase, self._last = phase, now
@@ -59,10 +59,13 @@ class Stopwatch:
     def stop(self) -> tuple[Seconds, Seconds]:
         """CPU and wall time so far."""
         self.enter(None)
+        totals = [last - start for last, start in zip(self._last, self._start, strict=True)]
+        if not self._spent:
+            return Seconds(total=totals[0]), Seconds(total=totals[1])
         cpu, wall = (
             Seconds(
-                **{str(phase): spent[clock] for phase, spent in self._spent.items()},
-                total=self._last[clock] - self._start[clock],
+                **{phase.value: spent[clock] for phase, spent in self._spent.items()},
+                total=totals[clock],
             )
             for clock in (0, 1)
         )

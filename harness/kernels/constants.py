@@ -1,4 +1,7 @@
-"""Tolerances that kernels and what calls them share."""
+"""Constants that kernels and what calls them share."""
+
+FLOOR = -1
+"""In place of an item that carries: the floor."""
 
 TOLERANCE = 0.01
 """Lengths [cm] closer than this count as equal: how far two items may overlap, how far an item may

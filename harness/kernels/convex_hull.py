@@ -1,0 +1,75 @@
+"""Is a point inside the convex hull of a few points of the plane?"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from steadyload.kernels.compiled import compiled
+
+
+@compiled
+def strictly_inside_hull(x: float, z: float, points: Any, least: float) -> bool:
+    """True if a point lies strictly inside the convex hull of others.
+
+    Args:
+        x: of the point [cm].
+        z: likewise.
+        points: (x, z) [cm], shape (k, 2).
+        least: the cross product of every edge and the way to the point must exceed this [cm2].
+    """
+    hull = convex_hull(points)
+    count = len(hull)
+    if count < 3:
+        return False
+    for k in range(count):
+        ax, az = hull[k]
+        bx, bz = hull[(k + 1) % count]
+        if not (bx - ax) * (z - az) - (bz - az) * (x - ax) > least:
+            return False
+    return True
+
+
+@compiled
+def convex_hull(points: Any) -> Any:
+    """Corners of the convex hull, counter-clockwise (Andrew's monotone chain), shape (h, 2)."""
+    ordered = _ordered(points)
+    count = len(ordered)
+    line = np.empty((2 * count + 1, 2))
+    size = 0
+    for way in range(2):
+        begin = size
+        for k in range(count):
+            x, z = ordered[k] if way == 0 else ordered[count - 1 - k]
+            while size - begin > 1:
+                ax, az = line[size - 2]
+                bx, bz = line[size - 1]
+                if (bx - ax) * (z - az) - (bz - az) * (x - ax) > 0.0:
+                    break
+                size -= 1
+            line[size, 0], line[size, 1] = x, z
+            size += 1
+        size -= 1  # it begins the other way, or stands there already
+    return line[:size]
+
+
+@compiled
+def _ordered(points: Any) -> Any:
+    """Points by x, then by z, each once."""
+    ordered = points.copy()
+    size = 0
+    for k in range(len(points)):
+        x, z = points[k]
+        at = size
+        while at and (
+            ordered[at - 1, 0] > x or (ordered[at - 1, 0] == x and ordered[at - 1, 1] > z)
+        ):
+            at -= 1
+        if at and ordered[at - 1, 0] == x and ordered[at - 1, 1] == z:
+            continue
+        for later in range(size, at, -1):
+            ordered[later] = ordered[later - 1]
+        ordered[at, 0], ordered[at, 1] = x, z
+        size += 1
+    return ordered[:size]
