@@ -17,3 +17,10 @@ above an edge is balanced, whatever rounding did to it."""
 RESIDUE = 1e-9
 """Share of the loads on an item that counts as rounding: see :mod:`steadyload.methods.resolution`.
 """
+
+NOISE = 1e3 * 2.0**-52
+"""Relative error of a solution, in the norm in which masses count by their roots: far above what
+was seen in groups of a hundred items."""
+
+TIE = 1e-9
+"""Motions that differ by less than this share are equal: then the first item is named."""

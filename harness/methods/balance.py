@@ -26,7 +26,7 @@ from steadyload.kernels.constants import RESIDUE
 from steadyload.layouts.contacts import FLOOR, Patch, Supports, find_supports
 from steadyload.layouts.model import Arrangement, FloatArray
 from steadyload.methods.convex_hull import Point
-from steadyload.methods.resolution import is_balanced, unresolved
+from steadyload.methods.resolution import fastest, is_balanced, unresolved
 
 VERSION = 1
 """Of balance, friction and who touches: raised when they come to other verdicts."""
@@ -292,7 +292,7 @@ class VerticalBalance:
             self._balanced[j] = found.balanced
             self._presses[j] = {}
         if not found.balanced:
-            return items[int(found.motion.argmax())]
+            return items[fastest(found.motion)]
         for patch, at in zip(self._present(items, step), found.forces.tolist(), strict=True):
             below, above, x0, z0, x1, z1 = patch
             self._presses[above][below] = (

@@ -12,6 +12,14 @@ import numpy as np
 
 from steadyload.engines.attitudes import cross
 from steadyload.engines.quantities import quantity
+from steadyload.kernels.balance import (
+    BALANCED,
+    UNBALANCED,
+    UNRESOLVED,
+    first_unbalanced,
+    first_unbalanced_of_many,
+)
+from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Arrangement, Layout
@@ -21,6 +29,7 @@ from steadyload.methods.criteria import Movement
 from steadyload.methods.friction import Sides, unbalanced_item
 from steadyload.methods.method import (
     STABLE,
+    BatchVerdicts,
     Finding,
     Loader,
     Method,
@@ -103,7 +112,28 @@ class Equilibrium(Method):
         """See :meth:`Method.steps`."""
         return _BalancedSteps(self, layout)
 
+    @property
+    def _is_vertical(self) -> bool:
+        """Vertical forces alone decide."""
+        return self.parameters.time is None and self.parameters.sides is Sides.NONE
+
+    def evaluate(self, batch: LayoutBatch) -> BatchVerdicts:
+        """See :meth:`Method.evaluate`; neither with ``sides`` nor with ``time``."""
+        if not self._is_vertical:
+            return super().evaluate(batch)
+        ended, steps = first_unbalanced_of_many(
+            batch.lower, batch.upper, batch.weights, batch.mass_offsets, batch.floors, batch.starts
+        )
+        return BatchVerdicts.of_steps(batch, steps, unresolved=ended == UNRESOLVED)
+
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
+        ended, step, item = first_unbalanced(
+            layout.lower, layout.upper, layout.weights, layout.mass_offsets, layout.floor.corners
+        )
+        if ended == BALANCED:
+            return STABLE
+        if ended == UNBALANCED and self._is_vertical:
+            return self._unbalanced(step, item)
         balance = VerticalBalance(layout)
         for step in range(len(layout)):
             watch.check()
@@ -133,8 +163,7 @@ class Equilibrium(Method):
             if among is None:
                 return None
             if self.parameters.time is None:
-                reason = f"no contact forces balance item {among} when item {step} is placed"
-                return Finding(step, among, reason=reason)
+                return self._unbalanced(step, among)
             far = self.farthest(layout, balance, step, near)
         except RuntimeError as error:  # the solver's only way to say that it gave up
             return Finding(status=Status.ERROR, reason=f"step {step}: {error}")
@@ -143,6 +172,11 @@ class Equilibrium(Method):
         within = f"{self.parameters.time:g} s"
         reason = f"item {far.item} loses its balance and tips or falls too far in {within}"
         return Finding(step, far.item, far.displacement, far.rotation, reason)
+
+    @staticmethod
+    def _unbalanced(step: int, item: int) -> Finding:
+        reason = f"no contact forces balance item {item} when item {step} is placed"
+        return Finding(step, item, reason=reason)
 
     def braced(self, layout: Arrangement, step: int, item: int) -> int | None:
         """The item that forces at sides, where requested, do not balance either; None for none.

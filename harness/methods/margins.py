@@ -15,6 +15,7 @@ from scipy.optimize import linprog
 from steadyload.layouts.contacts import FLOOR, Patch, find_contacts
 from steadyload.layouts.model import FloatArray, Layout
 from steadyload.methods.balance import corner_columns, solve
+from steadyload.methods.resolution import fastest
 
 _HALVINGS = 24
 """Of the longest side, or more: a metre is told to a tenth of a micrometre."""
@@ -75,7 +76,7 @@ class _Scene:
 
         def failing(grow: float) -> int | None:
             found = solve(items, patches, self.layout.weights, self.middle, self.sizes, grow)
-            return None if found.balanced else items[int(found.motion.argmax())]
+            return None if found.balanced else items[fastest(found.motion)]
 
         # Wider than this changes nothing any more: every patch spans its group.
         span = self.layout.upper[items][:, ::2] - self.layout.lower[items].min(axis=0)[::2]

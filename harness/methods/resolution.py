@@ -9,11 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from steadyload.kernels.constants import NOISE, TIE
 from steadyload.layouts.model import FloatArray
-
-_NOISE = 1e3 * float(np.finfo(float).eps)
-"""Relative error of a solution, in the norm in which masses count by their roots: far above what
-was seen in groups of a hundred items."""
 
 
 class UnresolvedError(RuntimeError):
@@ -37,8 +34,17 @@ def is_balanced(
     beyond = motion > residue * loads
     if not beyond.any():
         return True
-    error = _NOISE * np.sqrt(masses.max() / masses)
+    error = NOISE * np.sqrt(masses.max() / masses)
     return False if (motion > error)[beyond].any() else None
+
+
+def fastest(motion: FloatArray) -> int:
+    """The place of the item that starts fastest, the first of those that rounding alone ranks.
+
+    Args:
+        motion: acceleration of every item [g], shape (n,).
+    """
+    return int(np.argmax(motion >= (1.0 - TIE) * motion.max()))
 
 
 def unresolved(weights: FloatArray) -> UnresolvedError:

@@ -1,0 +1,157 @@
+"""Verdicts: what a method says of a layout, or of many at once."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from steadyload.layouts.batch import LayoutBatch
+from steadyload.methods.stopwatch import Seconds
+
+
+class Status(StrEnum):
+    """Status of a verdict: how the judgement ended. Only ``done`` has a score."""
+
+    DONE = "done"
+    DIVERGED = "diverged"
+    TIMEOUT = "timeout"
+    CRASHED = "crashed"
+    REFUSED = "refused"
+    ERROR = "error"
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """Counts of a simulation's work: the same on every machine. All zero for other methods.
+
+    Attributes:
+        worlds: opened.
+        boxes: put into worlds, each time anew.
+        looks: readings of poses or velocities.
+        substeps: engine steps.
+        body_substeps: engine steps times the boxes that take part.
+    """
+
+    worlds: int = 0
+    boxes: int = 0
+    looks: int = 0
+    substeps: int = 0
+    body_substeps: int = 0
+
+    def __add__(self, other: Effort) -> Effort:
+        return Effort(
+            self.worlds + other.worlds,
+            self.boxes + other.boxes,
+            self.looks + other.looks,
+            self.substeps + other.substeps,
+            self.body_substeps + other.body_substeps,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Verdict of a method on a layout.
+
+    Attributes:
+        item_count: J, the number of items in the layout.
+        status: how the judgement ended.
+        failing_step: counted from 0, equals the number of items placed safely; None when the whole
+            layout is stable or when there is no verdict.
+        moved_item: sequence number of the item that violated the criterion at the failing step.
+        displacement: how far that item moved [cm], None for static methods.
+        rotation: the largest angle it turned by [degrees], None for static methods.
+        reason: one sentence; empty for a stable layout.
+        ignored, emulated: settings requested that the engine ignored, or imitated by other means.
+        effort: what was simulated.
+        cpu, wall: time spent.
+    """
+
+    item_count: int
+    status: Status = Status.DONE
+    failing_step: int | None = None
+    moved_item: int | None = None
+    displacement: float | None = None
+    rotation: float | None = None
+    reason: str = ""
+    ignored: tuple[str, ...] = ()
+    emulated: tuple[str, ...] = ()
+    effort: Effort = Effort()
+    cpu: Seconds = Seconds()
+    wall: Seconds = Seconds()
+
+    @property
+    def stable(self) -> bool:
+        """The whole layout can be loaded."""
+        return self.status is Status.DONE and self.failing_step is None
+
+    @property
+    def score(self) -> float | None:
+        """Loading stability ls(A), Eq. 2: items placed safely / J; None without a verdict."""
+        if self.status is not Status.DONE:
+            return None
+        return 1.0 if self.failing_step is None else self.failing_step / self.item_count
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A verdict without bookkeeping, as an implementation of :meth:`Method._judge` returns it.
+
+    The fields are those of :class:`Verdict`.
+    """
+
+    failing_step: int | None = None
+    moved_item: int | None = None
+    displacement: float | None = None
+    rotation: float | None = None
+    reason: str = ""
+    status: Status = Status.DONE
+    ignored: tuple[str, ...] = ()
+    emulated: tuple[str, ...] = ()
+    effort: Effort = Effort()
+
+
+STABLE = Finding()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class BatchVerdicts:
+    """Verdicts on the layouts of a batch, as arrays.
+
+    Attributes:
+        status: of every verdict, shape (L,).
+        failing_step: counted from 0; -1 where the whole layout is stable or there is no verdict,
+            shape (L,).
+        displacement: of the item that moved too far [cm], shape (L,); not a number where a method
+            states none.
+        rotation: its largest angle [degrees], likewise.
+    """
+
+    status: NDArray[np.object_]
+    failing_step: NDArray[np.int64]
+    displacement: NDArray[np.float64]
+    rotation: NDArray[np.float64]
+
+    @classmethod
+    def of_steps(
+        cls,
+        batch: LayoutBatch,
+        steps: NDArray[np.int64],
+        *,
+        unresolved: NDArray[np.bool_] | bool = False,
+    ) -> BatchVerdicts:
+        """Verdicts of a static method.
+
+        Args:
+            batch: the layouts.
+            steps: the failing step of each, its number of items where it is stable, shape (L,).
+            unresolved: where there is no verdict, shape (L,): the status is ``error``.
+        """
+        nothing = np.full(len(batch), math.nan)
+        status = np.full(len(batch), Status.DONE, dtype=object)
+        status[unresolved] = Status.ERROR
+        failing = np.where((steps == batch.item_counts) | unresolved, -1, steps)
+        return cls(status, failing, nothing, nothing)
