@@ -23,7 +23,7 @@ class Part:
 
     Attributes:
         title: for sentences.
-        seconds: time that compiling all of them takes, about.
+        seconds: time that compiling all of them takes, about; a method may need a few of them.
         warming: "module:function" that calls them with the types that judging calls them with.
         compiled: number of functions that this process found no compiled code of, callees too.
         folder: where compiled code is kept; None where it cannot be kept.
@@ -58,7 +58,7 @@ class Part:
         self.compiled += 1
         if self.compiled == 1:
             again = "once" if once else "anew in every process: there is no folder to keep it in"
-            _LOG.info("compiling %s (about %d s, %s)", self.title, self.seconds, again)
+            _LOG.info("compiling %s (up to about %d s, %s)", self.title, self.seconds, again)
 
 
 def compile_kept(

@@ -31,6 +31,7 @@ from steadyload.methods.method import (
     Trait,
 )
 from steadyload.methods.spec import NoParameters
+from steadyload.methods.warming import judge_one_item
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,10 @@ class PartialBaseSupport(Method):
     def steps(self, layout: Layout, watch: Stopwatch) -> StepScorer:
         """See :meth:`Method.steps`."""
         return _SupportedSteps(_support(layout, find_contacts(layout)), 1.0 - self._alpha)
+
+    def prepare(self, item_count: int = 0) -> None:
+        """See :meth:`Method.prepare`: compile."""
+        judge_one_item(self)
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         step, share = first_with_little_support(

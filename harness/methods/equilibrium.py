@@ -41,6 +41,7 @@ from steadyload.methods.method import (
 from steadyload.methods.motion import VERSION as MOTION
 from steadyload.methods.motion import Bodies, displacements_after
 from steadyload.methods.touching import touching_points
+from steadyload.methods.warming import judge_one_item
 
 
 class Cones(StrEnum):
@@ -125,6 +126,10 @@ class Equilibrium(Method):
             batch.lower, batch.upper, batch.weights, batch.mass_offsets, batch.floors, batch.starts
         )
         return BatchVerdicts.of_steps(batch, steps, unresolved=ended == UNRESOLVED)
+
+    def prepare(self, item_count: int = 0) -> None:
+        """See :meth:`Method.prepare`: compile."""
+        judge_one_item(self)
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         ended, step, item = first_unbalanced(

@@ -24,6 +24,7 @@ from steadyload.methods.method import (
     Trait,
 )
 from steadyload.methods.spec import NoParameters
+from steadyload.methods.warming import judge_one_item
 
 
 class StaticMechanicalEquilibrium(Method):
@@ -44,6 +45,10 @@ class StaticMechanicalEquilibrium(Method):
     def traits(self) -> frozenset[Trait]:
         """See :attr:`Method.traits`."""
         return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS))
+
+    def prepare(self, item_count: int = 0) -> None:
+        """See :meth:`Method.prepare`: compile."""
+        judge_one_item(self)
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         step, culprit, carried = first_unsupported(

@@ -51,7 +51,7 @@ def test_a_part_is_told_once_when_it_is_compiled_and_not_when_it_is_loaded(ratio
     assert not told.messages
     compiling(7, 2)
     compiling(7.5, 2.0)
-    assert told.messages == ["compiling ratios (about 5 s, once)"]
+    assert told.messages == ["compiling ratios (up to about 5 s, once)"]
     assert first.compiled == 2
     loading = of_a_process(ratio_file, second)
     assert (loading(7, 2), loading(7.5, 2.0)) == (3.5, 3.75)

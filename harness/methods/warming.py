@@ -1,0 +1,12 @@
+"""A first judgement, whose cost counts in no other."""
+
+from __future__ import annotations
+
+from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.methods.method import Method
+
+
+def judge_one_item(method: Method) -> None:
+    """Compile what a method judges with, or load the compiled code."""
+    item = Item(0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), 1.0)
+    method.judge(Layout("first", Pallet(1.0, 1.0, 1.0), (item,)))
