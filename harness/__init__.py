@@ -21,6 +21,7 @@ TYPE_CHECKING = False  # that of typing: nothing is imported, see steadyload.cli
 if TYPE_CHECKING:
     from typing import Any
 
+    from steadyload.layouts.batch import LayoutBatch as LayoutBatch
     from steadyload.layouts.benchmark import load_benchmark as load_benchmark
     from steadyload.layouts.dialect import Dialect as Dialect
     from steadyload.layouts.dialect import load_profile as load_profile
@@ -44,6 +45,7 @@ _PUBLIC = {
     "Dialect": "steadyload.layouts.dialect:Dialect",
     "Item": "steadyload.layouts.model:Item",
     "Layout": "steadyload.layouts.model:Layout",
+    "LayoutBatch": "steadyload.layouts.batch:LayoutBatch",
     "LoadingSession": "steadyload.methods.session:LoadingSession",
     "Pallet": "steadyload.layouts.model:Pallet",
     "Verdict": "steadyload.methods.method:Verdict",

@@ -288,20 +288,20 @@ def _solve(
         z = z0 - EDGE if corner % 2 == 0 else z1 + EDGE
         # The item above feels the force, and the one below its opposite.
         for side in range(2):
-            item = _item_of(k, contacts.starts) if side == 0 else contacts.below[k]
-            n = row[item] if item >= 0 else -1
+            felt = _item_of(k, contacts.starts) if side == 0 else contacts.below[k]
+            n = row[felt] if felt >= 0 else -1
             if n >= 0:
                 sign = (1.0 if side == 0 else -1.0) / root[n]
                 matrix[3 * n, column] = sign
-                matrix[3 * n + 1, column] = sign * (x - centres[item, 0]) / radii[n, 0]
-                matrix[3 * n + 2, column] = sign * (z - centres[item, 1]) / radii[n, 1]
+                matrix[3 * n + 1, column] = sign * (x - centres[felt, 0]) / radii[n, 0]
+                matrix[3 * n + 2, column] = sign * (z - centres[felt, 1]) / radii[n, 1]
     forces, left, ended = nonnegative_least_squares(matrix, target)
     if not ended:
         return UNRESOLVED, -1
     loads = target.copy()
-    for column in np.flatnonzero(forces):
+    for pressed in np.flatnonzero(forces):
         for r in range(len(loads)):
-            loads[r] += abs(matrix[r, column]) * forces[column]
+            loads[r] += abs(matrix[r, pressed]) * forces[pressed]
     noise = NOISE * root.max() / root
     beyond, proven = False, False
     motions = np.empty(count)
@@ -326,7 +326,7 @@ def _solve(
 
 
 @compiled
-def _item_of(patch: int, starts: Any) -> int:
+def _item_of(patch: int, starts: Any) -> Any:
     """The item that stands on a patch."""
     return np.searchsorted(starts, patch, side="right") - 1
 

@@ -52,6 +52,7 @@ class PartialBaseSupport(Method):
     title = "PBS"
     Parameters: ClassVar[type[Any]] = _PartialSupport
     built_on: ClassVar[Mapping[str, int]] = {"contacts": CONTACTS}
+    packages = ("numba", "numpy")
 
     @property
     def traits(self) -> frozenset[Trait]:
@@ -99,7 +100,7 @@ class PartialBaseSupport(Method):
         share = sum((p.x1 - p.x0) * (p.z1 - p.z0) for p in patches) / (width * depth)
         if share >= self._alpha - ROUNDING:
             return STABLE
-        corners = np.array(patches).reshape(-1, 6)[:, 2:]
+        corners = np.array([p[2:] for p in patches]).reshape(-1, 4)
         (x0, _, z0), (x1, _, z1) = layout.lower[step].tolist(), layout.upper[step].tolist()
         if covered(x0, z0, x1, z1, corners):
             return STABLE

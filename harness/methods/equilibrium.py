@@ -101,7 +101,7 @@ class Equilibrium(Method):
     built_on: ClassVar[Mapping[str, int]] = {
         "contacts": CONTACTS, "balance": BALANCE, "motion": MOTION
     }  # fmt: skip
-    packages = ("numpy", "scipy")
+    packages = ("numba", "numpy", "scipy")
 
     @property
     def traits(self) -> frozenset[Trait]:

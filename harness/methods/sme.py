@@ -40,6 +40,7 @@ class StaticMechanicalEquilibrium(Method):
     title = "SME"
     Parameters = NoParameters
     built_on: ClassVar[Mapping[str, int]] = {"contacts": CONTACTS}
+    packages = ("numba", "numpy")
 
     @property
     def traits(self) -> frozenset[Trait]:

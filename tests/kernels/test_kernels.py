@@ -1,0 +1,163 @@
+"""Compiled functions against NumPy, SciPy, other code paths, and themselves in many threads."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+from scipy.spatial import ConvexHull
+
+from steadyload.kernels.contacts import contacts_of
+from steadyload.kernels.convex_hull import strictly_inside_hull
+from steadyload.kernels.least_squares import nonnegative_least_squares
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.batch import LayoutBatch
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.contacts import FLOOR, find_contacts
+from steadyload.methods import make_method
+from steadyload.methods.balance import VerticalBalance
+from steadyload.methods.method import NotBatchedError
+from steadyload.methods.resolution import fastest
+
+BATCHED = ("fbs", "pbs0.7", "sme", "equilibrium")
+
+
+@pytest.fixture(scope="module")
+def layouts():
+    """Labelled cases, and pallets of many boxes whose decks have edges."""
+    labelled = load_benchmark()
+    cases = labelled.select("validation", limit=200)
+    small = [labelled.layout(*case) for case in cases[["layout", "scenario"]].to_numpy()]
+    return [*small, *(heap(seed, floor) for seed in range(6) for floor in ("infinite", "deck"))]
+
+
+def heap(seed, floor, count=60):
+    """Boxes of few sizes, let down one after the other somewhere over the pallet and its edges."""
+    draw = np.random.default_rng(seed)
+    boxes = []
+    for k in range(count):
+        width, height, depth = draw.choice([20.0, 30.0, 40.0], 3)
+        x, z = draw.integers(-1, 10, 2) * 10.0
+        under = [
+            b.position[1] + b.size[1] for b in boxes
+            if b.position[0] < x + width and x < b.position[0] + b.size[0]
+            and b.position[2] < z + depth and z < b.position[2] + b.size[2]
+        ]  # fmt: skip
+        at = (x, max(under, default=0.0), z)
+        boxes.append(Item(k, at, (width, height, depth), float(draw.uniform(1.0, 20.0))))
+    pallet = Pallet(100.0, 5000.0, 100.0, overhang=50.0, floor=floor)
+    return Layout(f"heap {seed}", pallet, tuple(boxes))
+
+
+def test_contacts_are_those_of_all_pairs(layouts):
+    for layout in layouts:
+        found = contacts_of(layout.lower, layout.upper, layout.floor.corners)
+        expected = find_contacts(layout)
+        assert found.on_floor.tolist() == expected.on_floor.tolist()
+        for j in range(len(layout)):
+            part = slice(found.starts[j], found.starts[j + 1])
+            below, patches = found.below[part], found.patches[part]
+            if expected.at_edge[j]:
+                edge = [*expected.floor_low[j], *expected.floor_high[j]]
+                assert below[0] == FLOOR
+                assert patches[0].tolist() == edge
+                below, patches = below[1:], patches[1:]
+            assert below.tolist() == np.flatnonzero(expected.carries[:, j]).tolist()
+            corners = (expected.corners_low[below, j], expected.corners_high[below, j])
+            assert (patches == np.concatenate(corners, axis=1)).all()
+            above = found.above[found.above_starts[j] : found.above_starts[j + 1]]
+            assert above.tolist() == np.flatnonzero(expected.carries[j]).tolist()
+
+
+@pytest.mark.parametrize("name", BATCHED)
+def test_a_batch_is_judged_as_one_by_one(name, layouts):
+    method = make_method(name)
+    found = method.evaluate(LayoutBatch.of(layouts))
+    for layout, status, step in zip(layouts, found.status, found.failing_step, strict=True):
+        verdict = method.judge(layout)
+        assert (status, step) == (verdict.status, _step(verdict))
+    assert 0.1 < (found.failing_step >= 0).mean() < 0.9
+    assert np.isnan(found.displacement).all()
+    assert np.isnan(found.rotation).all()
+
+
+def _step(verdict):
+    return -1 if verdict.failing_step is None else verdict.failing_step
+
+
+@pytest.mark.parametrize("name", BATCHED)
+def test_threads_that_judge_one_batch_get_equal_answers(name, layouts):
+    batch, method = LayoutBatch.of(layouts * 20), make_method(name)
+    alone = method.evaluate(batch).failing_step
+    with ThreadPoolExecutor(8) as pool:
+        found = list(pool.map(method.evaluate, [batch] * 8))
+    assert all((each.failing_step == alone).all() for each in found)
+
+
+def test_a_batch_of_nothing_has_no_verdicts():
+    for name in BATCHED:
+        assert len(make_method(name).evaluate(LayoutBatch.of([])).status) == 0
+
+
+def test_what_judges_one_at_a_time_says_so(layouts):
+    for name in ("equilibrium:time=0.3", "equilibrium:sides=frictionless"):
+        with pytest.raises(NotBatchedError, match="judges one layout at a time"):
+            make_method(name).evaluate(LayoutBatch.of(layouts))
+
+
+def test_weights_that_hide_balance_have_no_verdict_in_a_batch():
+    pallet = Pallet(100.0, 100.0, 100.0)
+    boxes = ((0, 0, 0, 1.0), (20, 0, 0, 1.0), (5, 10, 0, 1e-9), (5, 20, 0, 1e6))
+    light = Layout("light", pallet, tuple(
+        Item(k, (x, y, z), (10.0 if k < 2 else 20.0, 10.0, 10.0), weight)
+        for k, (x, y, z, weight) in enumerate(boxes)
+    ))  # fmt: skip
+    verdict = make_method("equilibrium").judge(light)
+    found = make_method("equilibrium").evaluate(LayoutBatch.of([light]))
+    assert (found.status[0], found.failing_step[0]) == (verdict.status, _step(verdict))
+
+
+def test_balance_is_that_of_the_forces_kept_from_step_to_step(layouts):
+    method, solved = make_method("equilibrium"), 0
+    for layout in layouts:
+        verdict, balance = method.judge(layout), VerticalBalance(layout)
+        items = (balance.place(step) for step in range(len(layout)))
+        found = next(((k, item) for k, item in enumerate(items) if item is not None), (None, None))
+        assert found == (verdict.failing_step, verdict.moved_item)
+        solved += balance.solved
+    assert solved > 3
+
+
+def test_of_items_that_fail_alike_the_first_is_named():
+    assert fastest(np.array([0.3, 1.0, 1.0 + 1e-12, 0.9])) == 1
+    assert fastest(np.array([0.3, 1.0, 1.0 + 1e-6, 0.9])) == 2
+
+
+def test_least_squares_are_those_of_scipy():
+    draw = np.random.default_rng(1)
+    for trial in range(500):
+        rows, count = draw.integers(1, 25), draw.integers(1, 60)
+        matrix = draw.normal(size=(rows, count)) * (draw.random((rows, count)) < 0.4)
+        matrix = np.concatenate((matrix, matrix[:, :3]), axis=1)  # some stand there twice
+        within = np.abs(draw.normal(size=count + min(3, count)))
+        target = matrix @ within if trial % 2 else draw.normal(size=rows)
+        found, rest, ended = nonnegative_least_squares(matrix, target)
+        expected, _ = nnls(matrix, target, maxiter=50 * count)
+        assert ended
+        assert (found >= 0.0).all()
+        assert rest == pytest.approx(target - matrix @ found, abs=1e-10)
+        assert rest == pytest.approx(target - matrix @ expected, abs=1e-10)
+
+
+def test_a_point_is_inside_the_hull_that_qhull_finds():
+    draw = np.random.default_rng(2)
+    inside = 0
+    for _ in range(300):
+        points = draw.integers(0, 6, (int(draw.integers(1, 12)), 2)).astype(float)
+        x, z = draw.uniform(0.0, 5.0, 2)
+        flat = np.linalg.matrix_rank(points - points[0]) < 2
+        hull = None if flat else ConvexHull(points)
+        expected = hull is not None and (hull.equations @ [x, z, 1.0] < 0.0).all()
+        assert strictly_inside_hull(x, z, points, 1e-9) == expected
+        inside += expected
+    assert 50 < inside < 250
