@@ -36,6 +36,7 @@ study: $(JUDGING) ## run the embedded study and write its report
 	@$(BIN)/steadyload report runs/embedded
 
 test: $(READY) ## run the tests of every module (five minutes on two cores, once compiled)
+	@$(BIN)/steadyload warm-up
 	$(TEST) -m 'not deep'
 
 N ?= 1000000
@@ -45,6 +46,7 @@ fuzz: $(READY) ## read N mutated files of every format, from SEED; PUBLISH=1 put
 	$(BIN)/python tests/fuzz/fuzz.py $(N) $(SEED) $(if $(PUBLISH),--publish)
 
 test-deep: $(READY) ## run the tests that take minutes, and Drake's
+	@$(BIN)/steadyload warm-up
 	$(TEST) -m deep
 
 lint: $(READY) ## check style

@@ -51,15 +51,13 @@ def contacts_of(lower: Any, upper: Any, floor: Any) -> Contacts:
     below = np.empty(4 * count, dtype=np.int64)
     patches = np.empty((4 * count, 4))
     many = count > _FEW
-    order = np.argsort(upper[:, 1]) if many else np.empty(0, dtype=np.int64)
-    tops = upper[:, 1][order] if many else np.empty(0)
+    order = _by_top(upper) if many else np.empty(0, dtype=np.int64)
     found = 0
     for j in range(count):
         x0, y0, z0 = lower[j, 0], lower[j, 1], lower[j, 2]
         x1, z1 = upper[j, 0], upper[j, 2]
         if len(below) < found + count + 1:
-            below = np.concatenate((below, np.empty(len(below) + count, dtype=np.int64)))
-            patches = np.concatenate((patches, np.empty((len(patches) + count, 4))))
+            below, patches = _with_room(below, patches, 2 * found + 2 * count)
         if y0 <= TOLERANCE:
             on_floor[j] = True
             if floor[4] > 0.0:
@@ -72,7 +70,7 @@ def contacts_of(lower: Any, upper: Any, floor: Any) -> Contacts:
                         patches[found, 0], patches[found, 1] = a, b
                         patches[found, 2], patches[found, 3] = c, d
                         found += 1
-        first = np.searchsorted(tops, y0 - 2.0 * TOLERANCE) if many else 0
+        first = _first_from(order, upper, y0 - 2.0 * TOLERANCE) if many else 0
         begin = found
         for k in range(first, count):
             i = order[k] if many else k
@@ -113,3 +111,49 @@ def _turned_round(starts: Any, below: Any) -> Any:
                 above[ends[i]] = j
                 ends[i] += 1
     return above_starts, above
+
+
+@compiled
+def _with_room(below: Any, patches: Any, size: int) -> Any:
+    """Arrays with the same beginning and more places."""
+    more_below, more_patches = np.empty(size, dtype=np.int64), np.empty((size, 4))
+    for k in range(len(below)):
+        more_below[k] = below[k]
+        for c in range(4):
+            more_patches[k, c] = patches[k, c]
+    return more_below, more_patches
+
+
+@compiled
+def _by_top(upper: Any) -> Any:
+    """Items in ascending order of their tops (a heap sort: it compiles soon)."""
+    count = len(upper)
+    order = np.arange(count)
+    for end in range(count + count // 2 - 1, 0, -1):
+        # First a heap is made, then its largest item goes behind it, again and again.
+        root, size = end - count, count
+        if end < count:
+            order[0], order[end] = order[end], order[0]
+            root, size = 0, end
+        child = 2 * root + 1
+        while child < size:
+            if child + 1 < size and upper[order[child + 1], 1] > upper[order[child], 1]:
+                child += 1
+            if upper[order[child], 1] <= upper[order[root], 1]:
+                break
+            order[root], order[child] = order[child], order[root]
+            root, child = child, 2 * child + 1
+    return order
+
+
+@compiled
+def _first_from(order: Any, upper: Any, least: float) -> int:
+    """The first place in ascending order of tops at which a top is not below a height."""
+    low, high = 0, len(order)
+    while low < high:
+        middle = (low + high) // 2
+        if upper[order[middle], 1] < least:
+            low = middle + 1
+        else:
+            high = middle
+    return low
