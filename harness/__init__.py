@@ -66,6 +66,7 @@ __all__ = [
     "Dialect",
     "Item",
     "Layout",
+    "LayoutBatch",
     "LoadingSession",
     "Pallet",
     "Verdict",

@@ -93,7 +93,8 @@ def test_a_method_says_what_it_is_made_by(spec):
     assert made == made_by(make_method(spec))
     assert made["version of method"] == "1"
     assert {name for name in made if name in ("numpy", "scipy", "numba", "mujoco")} == {
-        "fbs": {"numpy"}, "sme": {"numpy"}, "equilibrium": {"numpy", "scipy"},
+        "fbs": {"numpy", "numba"}, "sme": {"numpy", "numba"},
+        "equilibrium": {"numpy", "numba", "scipy"},
         "ps3@mujoco": {"numpy", "mujoco"}, "label@reference": {"numpy", "scipy", "numba"},
         "lstm_e": {"numpy", "numba"},
     }[spec]  # fmt: skip
