@@ -61,12 +61,12 @@ class Part:
             _LOG.info("compiling %s (up to about %d s, %s)", self.title, self.seconds, again)
 
 
-def compile_kept(
-    function: Callable[..., Any], digest: str, part: Part, *, contract: bool = True
-) -> Callable[..., Any]:
+def compile_kept(function: Callable[..., Any], digest: str, part: Part) -> Callable[..., Any]:
     """Compile a function when it is first called, or load the compiled code.
 
-    Compiled code holds no lock of the interpreter, so that threads run it at once.
+    Compiled code holds no lock of the interpreter, so that threads run it at once. Sums and
+    products are rounded one by one, as the source has them: where a compiler may round them
+    together, numbers hang on the processor and on the order in which functions were compiled.
 
     Args:
         function: to be compiled.
@@ -74,12 +74,11 @@ def compile_kept(
             that a function stands in, not at those of the functions that it calls; as part of the
             name, the digest makes a change anywhere a change everywhere.
         part: to which the function belongs.
-        contract: a product and a sum may be rounded once, together, where the processor can.
     """
     if config.DISABLE_JIT:  # Numba's own switch, for debuggers.
         return function
     function.__qualname__ += f"_{digest}"
-    how = {"error_model": "numpy", "fastmath": {"contract"} if contract else False, "nogil": True}
+    how = {"error_model": "numpy", "nogil": True}
     try:
         kept = njit(cache=True, **how)(function)
     except RuntimeError:  # nowhere to keep it: neither beside the sources nor in a home folder

@@ -5,4 +5,23 @@ A layout is handed over as read-only, C-contiguous arrays: ``lower`` and ``upper
 and ``floor`` (5,): the corners x0, z0, x1, z1 of what carries [cm], infinite for a plane, and its
 height above the ground [cm], 0 for a plane. A batch has the items of all layouts one after the
 other, ``starts`` (L + 1,) with the first item of each, and ``floors`` (L, 5).
+
+``kernels.balance`` and the others are imported where they are first used: numba takes half a second
+to import, and more to load compiled code, which a command that refuses its input need not wait for.
 """
+
+import importlib
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from steadyload.kernels import balance as balance
+    from steadyload.kernels import base_support as base_support
+    from steadyload.kernels import contacts as contacts
+    from steadyload.kernels import sme as sme
+
+
+def __getattr__(name: str) -> ModuleType:
+    if name not in ("balance", "base_support", "contacts", "sme"):
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return importlib.import_module(f"{__name__}.{name}")

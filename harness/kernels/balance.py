@@ -12,12 +12,18 @@ from typing import Any
 import numpy as np
 
 from steadyload.kernels.compiled import compiled
-from steadyload.kernels.constants import EDGE, FLOOR, NOISE, RESIDUE, TIE
+from steadyload.kernels.constants import (
+    BALANCED,
+    EDGE,
+    FLOOR,
+    NOISE,
+    RESIDUE,
+    TIE,
+    UNBALANCED,
+    UNRESOLVED,
+)
 from steadyload.kernels.contacts import contacts_of
 from steadyload.kernels.least_squares import nonnegative_least_squares
-
-BALANCED, UNBALANCED, UNRESOLVED = 0, 1, 2
-"""How a search ended: every item is carried, one is not, or rounding hides which."""
 
 
 @compiled

@@ -24,3 +24,6 @@ was seen in groups of a hundred items."""
 
 TIE = 1e-9
 """Motions that differ by less than this share are equal: then the first item is named."""
+
+BALANCED, UNBALANCED, UNRESOLVED = 0, 1, 2
+"""How a search for balance ended: every item is carried, one is not, or rounding hides which."""

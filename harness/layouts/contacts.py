@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from steadyload import kernels
 from steadyload.kernels.constants import FLOOR as FLOOR
-from steadyload.kernels.contacts import contacts_of
 from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray
 
 VERSION = 1
@@ -128,7 +128,7 @@ class Supports:
 
 def find_supports(layout: Arrangement) -> Supports:
     """All vertical contacts of a layout, as lists."""
-    contacts = contacts_of(layout.lower, layout.upper, layout.floor.corners)
+    contacts = kernels.contacts.contacts_of(layout.lower, layout.upper, layout.floor.corners)
     starts, above_starts = contacts.starts.tolist(), contacts.above_starts.tolist()
     below, corners = contacts.below.tolist(), contacts.patches.tolist()
     above = contacts.above.tolist()

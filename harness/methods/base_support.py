@@ -8,12 +8,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from steadyload import kernels
 from steadyload.engines.quantities import quantity
-from steadyload.kernels.base_support import (
-    covered,
-    first_with_little_support,
-    first_with_little_support_of_many,
-)
 from steadyload.kernels.constants import ROUNDING
 from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.contacts import VERSION as CONTACTS
@@ -72,7 +68,7 @@ class PartialBaseSupport(Method):
         judge_one_item(self)
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
-        step, share = first_with_little_support(
+        step, share = kernels.base_support.first_with_little_support(
             layout.lower, layout.upper, layout.floor.corners, self._alpha
         )
         return STABLE if step == len(layout) else self._too_little(step, share)
@@ -81,7 +77,7 @@ class PartialBaseSupport(Method):
         """See :meth:`Method.evaluate`."""
         return BatchVerdicts.of_steps(
             batch,
-            first_with_little_support_of_many(
+            kernels.base_support.first_with_little_support_of_many(
                 batch.lower, batch.upper, batch.floors, batch.starts, self._alpha
             ),
         )
@@ -102,7 +98,7 @@ class PartialBaseSupport(Method):
             return STABLE
         corners = np.array([p[2:] for p in patches]).reshape(-1, 4)
         (x0, _, z0), (x1, _, z1) = layout.lower[step].tolist(), layout.upper[step].tolist()
-        if covered(x0, z0, x1, z1, corners):
+        if kernels.base_support.covered(x0, z0, x1, z1, corners):
             return STABLE
         return self._too_little(step, share)
 

@@ -10,15 +10,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from steadyload import kernels
 from steadyload.engines.attitudes import cross
 from steadyload.engines.quantities import quantity
-from steadyload.kernels.balance import (
-    BALANCED,
-    UNBALANCED,
-    UNRESOLVED,
-    first_unbalanced,
-    first_unbalanced_of_many,
-)
+from steadyload.kernels.constants import BALANCED, UNBALANCED, UNRESOLVED
 from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.growing import GrowingLayout
@@ -122,7 +117,7 @@ class Equilibrium(Method):
         """See :meth:`Method.evaluate`; neither with ``sides`` nor with ``time``."""
         if not self._is_vertical:
             return super().evaluate(batch)
-        ended, steps = first_unbalanced_of_many(
+        ended, steps = kernels.balance.first_unbalanced_of_many(
             batch.lower, batch.upper, batch.weights, batch.mass_offsets, batch.floors, batch.starts
         )
         return BatchVerdicts.of_steps(batch, steps, unresolved=ended == UNRESOLVED)
@@ -132,7 +127,7 @@ class Equilibrium(Method):
         judge_one_item(self)
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
-        ended, step, item = first_unbalanced(
+        ended, step, item = kernels.balance.first_unbalanced(
             layout.lower, layout.upper, layout.weights, layout.mass_offsets, layout.floor.corners
         )
         if ended == BALANCED:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
+from steadyload import kernels
 from steadyload.kernels.constants import ROUNDING
-from steadyload.kernels.sme import first_unsupported, first_unsupported_of_many
 from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.contacts import FLOOR, Supports
 from steadyload.layouts.contacts import VERSION as CONTACTS
@@ -52,7 +52,7 @@ class StaticMechanicalEquilibrium(Method):
         judge_one_item(self)
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
-        step, culprit, carried = first_unsupported(
+        step, culprit, carried = kernels.sme.first_unsupported(
             layout.lower, layout.upper, layout.weights, layout.mass_offsets, layout.floor.corners
         )
         return STABLE if step == len(layout) else _finding(step, culprit, carried=carried)
@@ -61,7 +61,7 @@ class StaticMechanicalEquilibrium(Method):
         """See :meth:`Method.evaluate`."""
         return BatchVerdicts.of_steps(
             batch,
-            first_unsupported_of_many(
+            kernels.sme.first_unsupported_of_many(
                 batch.lower, batch.upper, batch.weights, batch.mass_offsets, batch.floors,
                 batch.starts,
             ),

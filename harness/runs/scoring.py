@@ -68,9 +68,10 @@ def score_layouts(
         EngineNotInstalledError: a method's engine is missing.
     """
     judges = [make_method(spec) for spec in methods]
-    for method in judges:
-        method.prepare()
-    entries = _read(files, limit, strict, reading)
+    entries = _read(files, limit, strict, reading)  # What is wrong with a file is told first.
+    if any(isinstance(entry, Layout) for _, entry in entries):
+        for method in judges:
+            method.prepare()
     records: list[Record] = []
     total = len(entries) * len(judges)
     progress(0, total)
