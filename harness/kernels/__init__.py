@@ -18,10 +18,14 @@ if TYPE_CHECKING:
     from steadyload.kernels import balance as balance
     from steadyload.kernels import base_support as base_support
     from steadyload.kernels import contacts as contacts
+    from steadyload.kernels import least_squares as least_squares
     from steadyload.kernels import sme as sme
+    from steadyload.kernels import timed_balance as timed_balance
+
+_MODULES = ("balance", "base_support", "contacts", "least_squares", "sme", "timed_balance")
 
 
 def __getattr__(name: str) -> ModuleType:
-    if name not in ("balance", "base_support", "contacts", "sme"):
+    if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return importlib.import_module(f"{__name__}.{name}")
