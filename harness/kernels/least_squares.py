@@ -28,11 +28,14 @@ def nonnegative_least_squares(columns: Any, target: Any) -> Any:
     """
     blocks = np.full((len(columns), 2), -1, dtype=np.int64)
     blocks[:, 0] = 0
-    return least_squares_of_blocks(columns, target, blocks, columns.shape[1])
+    likely = np.empty(0, dtype=np.int64)
+    return least_squares_of_blocks(columns, target, blocks, columns.shape[1], likely)
 
 
 @compiled
-def least_squares_of_blocks(columns: Any, target: Any, blocks: Any, width: int) -> Any:
+def least_squares_of_blocks(
+    columns: Any, target: Any, blocks: Any, width: int, likely: Any
+) -> Any:
     """See :func:`nonnegative_least_squares`; of columns that are zero but for one or two blocks.
 
     Args:
@@ -40,6 +43,7 @@ def least_squares_of_blocks(columns: Any, target: Any, blocks: Any, width: int) 
         target: shape (m,).
         blocks: the first rows of the blocks of every column, -1 for none, shape (n, 2).
         width: rows of a block.
+        likely: columns whose x are probably positive, with which the search begins.
     """
     count, rows = columns.shape
     most = min(rows, count)
@@ -57,6 +61,24 @@ def least_squares_of_blocks(columns: Any, target: Any, blocks: Any, width: int) 
             norm += abs(columns[k, r])
         largest = max(largest, norm)
     least = 10.0 * max(rows, count) * np.spacing(1.0) * largest
+    for k in likely:
+        if size < most and _append(columns[k], blocks[k], width, basis, factor, size):
+            chosen[size] = k
+            aims[size] = _dot(basis[size], target)
+            size += 1
+    while size > 0:
+        goal = _solved(factor, aims, size)
+        before = size
+        for k in range(before - 1, -1, -1):
+            if not goal[k] > 0.0:
+                _remove(k, chosen, basis, factor, aims, size)
+                size -= 1
+        if size == before:
+            break
+    for k in range(size):
+        x[chosen[k]] = goal[k]
+        is_chosen[chosen[k]] = True
+    _put_residual(residual, target, x, columns, chosen, size, blocks, width)
     refused = np.zeros(count, dtype=np.bool_)
     for _ in range(_PATIENCE * count + 10):
         best, steepest = -1, least
@@ -98,22 +120,28 @@ def least_squares_of_blocks(columns: Any, target: Any, blocks: Any, width: int) 
                 if not x[chosen[k]] > 0.0:
                     x[chosen[k]] = 0.0
                     is_chosen[chosen[k]] = False
-                    for j in range(k, size - 1):
-                        chosen[j] = chosen[j + 1]
-                    _remove(k, basis, factor, aims, size)
+                    _remove(k, chosen, basis, factor, aims, size)
                     size -= 1
             if size == 0:
                 break
             goal = _solved(factor, aims, size)
         for k in range(size):
             x[chosen[k]] = goal[k]
-        residual[:] = target
-        for k in range(size):
-            weight = x[chosen[k]]
-            for first in blocks[chosen[k]]:
-                for r in range(first, first + width if first >= 0 else first):
-                    residual[r] -= weight * columns[chosen[k], r]
+        _put_residual(residual, target, x, columns, chosen, size, blocks, width)
     return x, residual, False
+
+
+@compiled
+def _put_residual(
+    residual: Any, target: Any, x: Any, columns: Any, chosen: Any, size: int, blocks: Any,
+    width: int,
+) -> None:  # fmt: skip
+    """The target less the chosen columns times their x."""
+    residual[:] = target
+    for k in chosen[:size]:
+        for first in blocks[k]:
+            for r in range(first, first + width if first >= 0 else first):
+                residual[r] -= x[k] * columns[k, r]
 
 
 @compiled
@@ -149,9 +177,12 @@ def _subtract(share: float, one: Any, rest: Any) -> None:
 
 
 @compiled
-def _remove(column: int, basis: Any, factor: Any, aims: Any, size: int) -> None:
+def _remove(
+    column: int, chosen: Any, basis: Any, factor: Any, aims: Any, size: int
+) -> None:
     """Take a column out of the factors: rotations make them triangular again."""
     for k in range(column, size - 1):
+        chosen[k] = chosen[k + 1]
         for j in range(k + 2):
             factor[j, k] = factor[j, k + 1]
         above, below = factor[k, k], factor[k + 1, k]

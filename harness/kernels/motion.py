@@ -52,7 +52,7 @@ class Motion(NamedTuple):
 def motion_of(
     step: int, group: Any, reach: float, friction: float, gravity: float, seconds: float,
     contacts: Contacts, meets: Any, centres: Any, weights: Any, lower: Any, upper: Any, floor: Any, presses: Any,
-    moves: Any, changed: Any,
+    guess: Any, changed: Any,
 ) -> Motion:  # fmt: skip
     """Follow the items of a group that are out of balance, from rest.
 
@@ -71,7 +71,7 @@ def motion_of(
         upper: likewise.
         floor: see :mod:`steadyload.kernels`.
         presses: vertical forces between items, those in motion left out, (P, 3).
-        moves: items that are out of balance, (J,).
+        guess: items that are solved for from the beginning: those out of balance at least, (J,).
         changed: room, (P, 6).
     """
     count = len(weights)
@@ -81,9 +81,10 @@ def motion_of(
     loads = np.zeros((count, 6))
     for item in group:
         within[item] = True
-        if moves[item]:
+        if guess[item]:
             role[item] = FREE
-    points, known = room_for_points(32 * len(group)), 0
+    points, known = room_for_points(64 * len(group)), 0
+    pushed = np.zeros(4 * len(points.axes), dtype=np.bool_)
     left = seconds
     for _ in range(_EVENTS):
         while True:
@@ -93,6 +94,10 @@ def motion_of(
                         points, known, item, step, listed, lower, upper, floor, reach
                     )
                     listed[item] = True
+            if len(pushed) < 4 * len(points.axes):
+                before = pushed
+                pushed = np.zeros(4 * len(points.axes), dtype=np.bool_)
+                pushed[: len(before)] = before
             free = np.flatnonzero(role == FREE)
             place = np.full(count + 1, -1, dtype=np.int64)  # the last is the floor's
             mass, mean = np.empty((len(free), 6)), 0.0
@@ -102,14 +107,16 @@ def motion_of(
                 place[free[n]] = n
                 _put_mass(mass[n], weights[free[n]] / mean, lower[free[n]], upper[free[n]])
             at = _positions(points.planned[:known], points.pairs, place, centres, way)
-            owners, forces, bodies, wrenches = _wrenches(
+            sources, forces, bodies, wrenches = _wrenches(
                 points, known, at, place, centres, way, mass, friction
             )
-            parts, rest, ended = _solved(bodies, wrenches, mass)
+            parts, rest, ended = _solved(bodies, wrenches, mass, sources, pushed)
+            pushed = np.zeros(4 * len(points.axes), dtype=np.bool_)
+            pushed[sources[parts > 0.0]] = True
             if not ended:
                 return Motion(False, way, role, leans, most)
             loads[:] = 0.0
-            _load_others(points, owners, forces, parts, at, place, within, mean, loads)
+            _load_others(points, sources, forces, parts, at, place, within, mean, loads)
             _wake(free, step, contacts, meets, presses, loads, within, role)
             failed = first_overloaded(
                 step, role, loads, contacts, meets, centres, weights, lower, presses, changed,
@@ -123,7 +130,7 @@ def motion_of(
             leans[item] |= role[item] != 0 and role[item] != FREE
         forget(role)
         rates = -gravity * rest / np.sqrt(mass)
-        growth = _growth(rates, mass, points, owners, parts, place, gravity)
+        growth = _growth(rates, mass, points, sources, parts, place, gravity)
         left -= _coast(rates, growth, points, known, at, place, free, centres, way, left)
         for item in free:
             _farthest_corners(most[item], way[item], centres[item], lower[item], upper[item])
@@ -162,15 +169,15 @@ def _wrenches(
     points: Any, known: int, at: Any, place: Any, centres: Any, way: Any, mass: Any,
     friction: float,
 ) -> Any:  # fmt: skip
-    """Forces that closed points can exert: the point and the direction on the second body of each,
-    the places of the two free bodies that feel it, -1 for none, and what it does to them, scaled by
+    """Forces that closed points can exert: four times the point plus the edge of its friction
+    pyramid, the direction on the second body, the places of the two free bodies that feel it, -1 for none, and what it does to them, scaled by
     the roots of their masses, (m, 2, 6).
     """
     count = 0
     for k in range(known):
         if points.gaps[k] <= _TOUCH:
             count += 4 if points.axes[k] == 1 and friction > 0.0 else 1
-    owners, forces = np.empty(count, dtype=np.int64), np.zeros((count, 3))
+    sources, forces = np.empty(count, dtype=np.int64), np.zeros((count, 3))
     bodies, wrenches = np.empty((count, 2), dtype=np.int64), np.zeros((count, 2, 6))
     column = 0
     for k in range(known):
@@ -178,7 +185,7 @@ def _wrenches(
             continue
         edges = 4 if points.axes[k] == 1 and friction > 0.0 else 1
         for edge in range(edges):
-            owners[column] = k
+            sources[column] = 4 * k + edge
             force = forces[column]
             force[points.axes[k]] = 1.0
             if edges == 4:
@@ -194,14 +201,14 @@ def _wrenches(
                     for c in range(6):
                         row[c] /= np.sqrt(mass[n, c])
             column += 1
-    return owners, forces, bodies, wrenches
+    return sources, forces, bodies, wrenches
 
 
 @compiled
-def _solved(bodies: Any, wrenches: Any, mass: Any) -> Any:
+def _solved(bodies: Any, wrenches: Any, mass: Any, sources: Any, pushed: Any) -> Any:
     """Forces (m,) that leave the least of the weights of free bodies, what they leave (n, 6), both
     in units of a weight of mass 1, and whether the search ended. Bodies that touch no others that
-    are free are solved for on their own.
+    are free are solved for on their own; sources that ``pushed`` before are tried first.
     """
     count = len(mass)
     parts, rest = np.zeros(len(bodies)), np.zeros((count, 6))
@@ -236,7 +243,8 @@ def _solved(bodies: Any, wrenches: Any, mass: Any) -> Any:
                 if n >= 0:
                     blocks[at, side] = row[n]
                     columns[at, row[n] : row[n] + 6] = wrenches[k, side]
-        found, left, ended = least_squares_of_blocks(columns, target, blocks, 6)
+        likely = np.flatnonzero(pushed[sources[column_of[:width]]])
+        found, left, ended = least_squares_of_blocks(columns, target, blocks, 6, likely)
         if not ended:
             return parts, rest, False
         for at in range(width):
@@ -268,14 +276,14 @@ def _put_wrench(row: Any, force: Any, at: Any, centre: Any, way: Any, sign: floa
 
 @compiled
 def _load_others(
-    points: Any, owners: Any, forces: Any, parts: Any, at: Any, place: Any, within: Any,
+    points: Any, sources: Any, forces: Any, parts: Any, at: Any, place: Any, within: Any,
     unit: float, loads: Any,
 ) -> None:  # fmt: skip
     """What free bodies press on those of the group that are at rest."""
     load = np.empty(6)
-    for column in range(len(owners)):
+    for column in range(len(sources)):
         if parts[column] > 0.0:
-            k = owners[column]
+            k = sources[column] // 4
             for side in range(2):
                 body = points.pairs[k, side]
                 if body == FLOOR or place[body] >= 0 or not within[body]:
@@ -312,7 +320,7 @@ def _wake(
 
 @compiled
 def _growth(
-    rates: Any, mass: Any, points: Any, owners: Any, parts: Any, place: Any,
+    rates: Any, mass: Any, points: Any, sources: Any, parts: Any, place: Any,
     gravity: float,
 ) -> Any:  # fmt: skip
     """k2 of every free body [1/s2]: that of the bodies that move and push each other."""
@@ -323,8 +331,8 @@ def _growth(
         gain[n] = gravity * mass[n, 0] * (w[0] * u[2] - w[2] * u[0])
         energy[n] = (mass[n] * rates[n] ** 2).sum()
     least = _AT_REST * max(energy.max(), 1e-300)
-    for column in range(len(owners)):
-        first, second = points.pairs[owners[column]]
+    for column in range(len(sources)):
+        first, second = points.pairs[sources[column] // 4]
         a, b = place[first], place[second]
         if parts[column] > 0.0 and a >= 0 and b >= 0 and min(energy[a], energy[b]) > least:
             if part[a] != part[b]:
