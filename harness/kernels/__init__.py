@@ -17,11 +17,16 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from steadyload.kernels import balance as balance
     from steadyload.kernels import base_support as base_support
+    from steadyload.kernels import cells as cells
     from steadyload.kernels import contacts as contacts
+    from steadyload.kernels import growing as growing
+    from steadyload.kernels import placing as placing
     from steadyload.kernels import sme as sme
+
+_MODULES = ("balance", "base_support", "cells", "contacts", "growing", "placing", "sme")
 
 
 def __getattr__(name: str) -> ModuleType:
-    if name not in ("balance", "base_support", "contacts", "sme"):
+    if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return importlib.import_module(f"{__name__}.{name}")

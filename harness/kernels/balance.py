@@ -51,20 +51,57 @@ def first_unbalanced(lower: Any, upper: Any, weights: Any, offsets: Any, floor: 
     presses = np.zeros((len(contacts.below), 3))
     changed = np.empty_like(presses)
     for step in range(count):
-        if contacts.on_floor[step]:
-            continue
-        first = contacts.above_starts[step]
-        if first == contacts.above_starts[step + 1] or contacts.above[first] > step:
-            if _passed_down(step, contacts, meets, centres, weights, lower, presses, changed):
-                continue
-            # Nothing holds down the newest item, so no forces elsewhere help it.
-            x, z = centres[step]
-            if not _spread(step, step, weights[step], x, z, contacts, changed):
-                return UNBALANCED, step, step
-        ended, item = _solve(step, contacts, centres, weights, lower, upper, presses)
+        ended, item, items = balance_after(
+            step, contacts, meets, centres, weights, lower, upper, presses, changed
+        )
         if ended != BALANCED:
             return ended, step, item
+        for j in items:
+            for k in range(contacts.starts[j], contacts.ends[j]):
+                if contacts.below[k] <= step:
+                    presses[k] = changed[k]
     return BALANCED, count, -1
+
+
+@compiled
+def balance_after(
+    step: int, contacts: Any, meets: Any, centres: Any, weights: Any, lower: Any, upper: Any,
+    presses: Any, changed: Any,
+) -> Any:  # fmt: skip
+    """Forces that balance every item once another is placed on items that are balanced.
+
+    Args:
+        step: the new item.
+        contacts: of the layout; later items do not count.
+        meets: the patch of every pair of ``contacts.above``.
+        centres: of mass, (x, z) [cm], shape (J, 2).
+        weights: [kg], shape (J,).
+        lower: corners [cm], shape (J, 3).
+        upper: likewise.
+        presses: force [kg] and its moments [kg cm] at every patch so far, shape (P, 3).
+        changed: the new ones are put there, shape (P, 3).
+
+    Returns:
+        How the search ended, the item that is out of balance (-1 where none is), and the items
+        below which presses change.
+    """
+    nobody = np.empty(0, dtype=np.int64)
+    if contacts.on_floor[step]:
+        return BALANCED, -1, nobody
+    first = contacts.above_starts[step]
+    if first == contacts.above_ends[step] or contacts.above[first] > step:
+        passed, items = _passed_down(
+            step, contacts, meets, centres, weights, lower, presses, changed
+        )
+        if passed:
+            return BALANCED, -1, items
+        # Nothing holds down the newest item, so no forces elsewhere help it.
+        x, z = centres[step]
+        if not _spread(step, step, weights[step], x, z, contacts, changed):
+            return UNBALANCED, step, nobody
+    items = _joined(step, contacts)
+    ended, item = _solve(step, items, contacts, centres, weights, lower, upper, changed)
+    return ended, item, items
 
 
 @compiled
@@ -98,8 +135,8 @@ def _patches_above(contacts: Any) -> Any:
 def _passed_down(
     step: int, contacts: Any, meets: Any, centres: Any, weights: Any, lower: Any, presses: Any,
     changed: Any,
-) -> bool:  # fmt: skip
-    """Pass the new weight down one way; presses are replaced only where it succeeds.
+) -> Any:  # fmt: skip
+    """Pass the new weight down one way.
 
     Args:
         step: the new item.
@@ -109,7 +146,10 @@ def _passed_down(
         weights: [kg], shape (J,).
         lower: corners [cm], shape (J, 3).
         presses: force [kg] and its moments [kg cm] at every patch, shape (P, 3).
-        changed: room of that shape.
+        changed: the new ones are put there, shape (P, 3).
+
+    Returns:
+        Whether it succeeds, and the items below which presses change.
     """
     passed, waiting = [step], [step]
     done = 0
@@ -126,15 +166,15 @@ def _passed_down(
         done += 1
         force = weights[item]
         x, z = force * centres[item, 0], force * centres[item, 1]
-        for k in range(contacts.above_starts[item], contacts.above_starts[item + 1]):
+        for k in range(contacts.above_starts[item], contacts.above_ends[item]):
             other = contacts.above[k]
             if other <= step:
                 load = changed[meets[k]] if other in passed else presses[meets[k]]
                 force, x, z = force + load[0], x + load[1], z + load[2]
         if not _spread(item, step, force, x / force, z / force, contacts, changed):
-            return False
+            return False, np.empty(0, dtype=np.int64)
         passed.append(item)
-        for k in range(contacts.starts[item], contacts.starts[item + 1]):
+        for k in range(contacts.starts[item], contacts.ends[item]):
             carrier = contacts.below[k]
             if carrier == FLOOR or carrier >= step or contacts.on_floor[carrier]:
                 continue
@@ -142,10 +182,7 @@ def _passed_down(
             loaded = changed[k, 0] != 0.0 or presses[k, 0] != 0.0
             if loaded and carrier not in waiting:
                 waiting.append(carrier)
-    for item in waiting:
-        for k in range(contacts.starts[item], contacts.starts[item + 1]):
-            presses[k] = changed[k]
-    return True
+    return True, np.array(waiting)
 
 
 @compiled
@@ -163,7 +200,7 @@ def _spread(
         contacts: of the layout.
         presses: the forces at those patches are put there, shape (P, 3).
     """
-    first, end = contacts.starts[item], contacts.starts[item + 1]
+    first, end = contacts.starts[item], contacts.ends[item]
     patches = 0
     for k in range(first, end):
         presses[k] = 0.0
@@ -235,14 +272,14 @@ def _joined(step: int, contacts: Any) -> Any:
     todo = [step]
     while len(todo) > 0:
         at = todo.pop()
-        for k in range(contacts.starts[at], contacts.starts[at + 1]):
+        for k in range(contacts.starts[at], contacts.ends[at]):
             other = contacts.below[k]
             if other == FLOOR or contacts.on_floor[other]:
                 continue
             if other <= step and not seen[other]:
                 seen[other] = True
                 todo.append(other)
-        for k in range(contacts.above_starts[at], contacts.above_starts[at + 1]):
+        for k in range(contacts.above_starts[at], contacts.above_ends[at]):
             other = contacts.above[k]
             if other <= step and not seen[other] and not contacts.on_floor[other]:
                 seen[other] = True
@@ -252,13 +289,13 @@ def _joined(step: int, contacts: Any) -> Any:
 
 @compiled
 def _solve(
-    step: int, contacts: Any, centres: Any, weights: Any, lower: Any, upper: Any, presses: Any
-) -> Any:
-    """The forces that come closest to balance; presses are replaced where they balance.
+    step: int, items: Any, contacts: Any, centres: Any, weights: Any, lower: Any, upper: Any,
+    presses: Any,
+) -> Any:  # fmt: skip
+    """The forces among joined items that come closest to balance; put in presses if they balance.
 
     The equations are weighed by mass and inertia: what is left over of them is an acceleration.
     """
-    items = _joined(step, contacts)
     count = len(items)
     row = np.full(len(weights), -1, dtype=np.int64)
     mean = 0.0
@@ -266,15 +303,7 @@ def _solve(
         row[items[n]] = n
         mean += weights[items[n]]
     mean /= count
-    used = np.array(
-        [
-            k
-            for item in items
-            for k in range(contacts.starts[item], contacts.starts[item + 1])
-            if contacts.below[k] <= step
-        ],
-        dtype=np.int64,
-    )
+    used, owners = _present(items, step, contacts)
     # Of every item: the root of its mass, its radii of gyration and half sides along x and z.
     root, radii, half = np.empty(count), np.empty((count, 2)), np.empty((count, 2))
     for n in range(count):
@@ -294,7 +323,7 @@ def _solve(
         z = z0 - EDGE if corner % 2 == 0 else z1 + EDGE
         # The item above feels the force, and the one below its opposite.
         for side in range(2):
-            felt = _item_of(k, contacts.starts) if side == 0 else contacts.below[k]
+            felt = owners[column // 4] if side == 0 else contacts.below[k]
             n = row[felt] if felt >= 0 else -1
             if n >= 0:
                 sign = (1.0 if side == 0 else -1.0) / root[n]
@@ -332,9 +361,19 @@ def _solve(
 
 
 @compiled
-def _item_of(patch: int, starts: Any) -> Any:
-    """The item that stands on a patch."""
-    return np.searchsorted(starts, patch, side="right") - 1
+def _present(items: Any, step: int, contacts: Any) -> Any:
+    """The patches that items stand on after a step, and the item that stands on each."""
+    most = 0
+    for item in items:
+        most += contacts.ends[item] - contacts.starts[item]
+    used, owners = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    found = 0
+    for item in items:
+        for k in range(contacts.starts[item], contacts.ends[item]):
+            if contacts.below[k] <= step:
+                used[found], owners[found] = k, item
+                found += 1
+    return used[:found], owners[:found]
 
 
 @compiled
