@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,8 @@ from steadyload.layouts.packing import ITEM_CLASSES, WeightRule, make_instance, 
 from steadyload.methods.method import Method
 from steadyload.methods.session import LoadingSession
 
-Observation = dict[str, NDArray[np.float32]]
+Observation = dict[str, Any]
+"""Arrays of 32-bit floats by name."""
 
 _MOST_SEEDS = 2**31
 _MOST_ACTIONS = 100_000
@@ -66,7 +67,7 @@ class OnlinePacking(gymnasium.Env[Observation, np.int64]):
         SpecError: there is no such method.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium declares it
 
     def __init__(
         self,
@@ -107,7 +108,7 @@ class OnlinePacking(gymnasium.Env[Observation, np.int64]):
             box=gymnasium.spaces.Box(least, most),
         )
         self._boxes: tuple[Item, ...] = ()
-        self._next = 0
+        self._next, self._over = 0, True
         self._mask = np.zeros(2 * count, dtype=bool)
         self._heights = np.zeros(2 * count)
 
@@ -123,7 +124,7 @@ class OnlinePacking(gymnasium.Env[Observation, np.int64]):
         super().reset(seed=seed)
         self.session.undo(len(self.session))
         self._boxes = self._draw() if self._given is None else self._given
-        self._next = 0
+        self._next, self._over = 0, False
         self._look()
         return self._observation(), self._info("")
 
@@ -140,13 +141,11 @@ class OnlinePacking(gymnasium.Env[Observation, np.int64]):
 
         Raises:
             OnlinePackingError: there is no such action.
-            gymnasium.error.ResetNeeded: there is no next box.
+            gymnasium.error.ResetNeeded: the episode has ended.
         """
         if not self.action_space.contains(action):
-            raise OnlinePackingError(
-                f"action is {action!r}; allowed: 0 to {self.action_space.n - 1}"
-            )
-        if self._next >= len(self._boxes):
+            raise OnlinePackingError(f"action is {action!r}; allowed: 0 to {len(self._mask) - 1}")
+        if self._over:
             raise gymnasium.error.ResetNeeded("the episode has ended; allowed: reset()")
         number = int(action)
         if not self._mask[number]:
@@ -162,8 +161,8 @@ class OnlinePacking(gymnasium.Env[Observation, np.int64]):
             reason = "all boxes are placed"
         elif not self._mask.any():
             reason = f"box {self._next} stands nowhere"
-        ends = bool(reason)
-        return self._observation(), self._share((item,)), ends, False, self._info(reason)
+        self._over = bool(reason)
+        return self._observation(), self._share((item,)), self._over, False, self._info(reason)
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Which actions the next box stands by, in the form that sb3-contrib asks for."""
@@ -223,7 +222,7 @@ class OnlinePacking(gymnasium.Env[Observation, np.int64]):
 
     def _ended(self, reason: str) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """The end of an episode by an action that places nothing."""
-        self._next = len(self._boxes)
+        self._next, self._over = len(self._boxes), True
         self._mask[:] = False
         return self._observation(), 0.0, True, False, self._info(reason)
 

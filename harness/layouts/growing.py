@@ -199,7 +199,7 @@ class GrowingLayout:
     def _keep(self, arrays: tuple[NDArray[Any], ...]) -> None:
         self._arrays = arrays
         self._limits = arrays[-1]
-        self._next = self._limits[kernels.growing.BOX :]
+        self._next: Any = self._limits[kernels.growing.BOX :]
 
     def _array(self, name: str) -> NDArray[Any]:
         return self._arrays[kernels.growing.ARRAYS.index(name)]

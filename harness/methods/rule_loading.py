@@ -46,7 +46,7 @@ class RuleLoader(Loader):
             return STABLE
         return self._finding(len(self.layout), culprit, number)
 
-    def feasible(self, item: Item, positions: FloatArray) -> NDArray[np.bool_]:
+    def feasible(self, item: Item, positions: FloatArray) -> NDArray[np.bool_] | None:
         """See :meth:`Loader.feasible`."""
         endings = self.layout.endings(item, positions, self._stands, *self._how)
         found: NDArray[np.bool_] = endings == STANDS

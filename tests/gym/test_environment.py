@@ -66,6 +66,8 @@ def test_an_episode_packs_a_bin_and_every_placement_stands(method, packed, choos
     assert sum(rewards) == pytest.approx(volume) == pytest.approx(info["volume_share"])
     assert volume > (packed if choose is lowest else 0.1)
     assert info["reason"] == f"box {len(layout)} stands nowhere"
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.unwrapped.step(0)
 
 
 def test_the_reference_says_of_an_episode_that_it_stands():
