@@ -66,13 +66,35 @@ def verdict_by(
         timeout: of :meth:`Method.judge`.
     """
     watch = Stopwatch(timeout)
-    try:
-        finding = find(watch)
-    except RefusedError as error:
-        finding = Finding(status=Status.REFUSED, reason=str(error))
-    except TimeoutExpiredError as error:
-        finding = Finding(status=Status.TIMEOUT, reason=str(error))
+    finding = finding_by(find, watch)
     cpu, wall = watch.stop()
+    return verdict_of(finding, item_count, cpu, wall)
+
+
+def finding_by(find: Callable[[Stopwatch], Finding], watch: Stopwatch) -> Finding:
+    """The finding of a judgement, also where it refuses or takes too long.
+
+    Args:
+        find: see :func:`verdict_by`.
+        watch: of the judgement.
+    """
+    try:
+        return find(watch)
+    except RefusedError as error:
+        return Finding(status=Status.REFUSED, reason=str(error))
+    except TimeoutExpiredError as error:
+        return Finding(status=Status.TIMEOUT, reason=str(error))
+
+
+def verdict_of(finding: Finding, item_count: int, cpu: Seconds, wall: Seconds) -> Verdict:
+    """The verdict that a finding becomes.
+
+    Args:
+        finding: of a judgement.
+        item_count: of the layout.
+        cpu: time spent.
+        wall: likewise.
+    """
     if finding is STABLE:
         return Verdict(item_count, cpu=cpu, wall=wall)
     return Verdict(

@@ -18,7 +18,7 @@ from steadyload.layouts.contacts import find_supports
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods import Status, equilibrium
 from steadyload.methods.convex_hull import strictly_inside_hull
-from steadyload.methods.method import STABLE, Finding, Method, WholeLoader
+from steadyload.methods.method import STABLE, Finding, Method, Seconds, WholeLoader
 from steadyload.methods.placements import Placements
 from steadyload.methods.session import LoadingSession, SessionError
 from steadyload.methods.spec import MethodSpec
@@ -426,6 +426,27 @@ def test_an_engine_that_fails_at_one_item_judges_the_next(spec, monkeypatch):
             verdict = session.try_place(on_top)
             assert (verdict.status, verdict.reason) == (Status.ERROR, "out of memory")
         assert walk(session, [on_top, cube(20.0)], told=step) == 2
+
+
+@pytest.mark.parametrize("spec", ["fbs", "sme", "equilibrium", "label@mujoco"])
+def test_without_times_verdicts_are_the_same_and_state_none(spec):
+    with (
+        LoadingSession(Pallet(100.0, 40.0, 20.0), spec, timed=False) as session,
+        LoadingSession(Pallet(100.0, 40.0, 20.0), spec) as other,
+        session.fork() as fork,
+    ):
+        for at in ((0.0, 0.0), (8.0, 10.0), (10.0, 0.0), (10.0, 10.0), (95.0, 0.0)):
+            item = replace(cube(0.0), position=(*at, 0.0))
+            verdict, timed = session.try_place(item), other.try_place(item)
+            assert verdict == fork.try_place(item) == replace(timed, cpu=Seconds(), wall=Seconds())
+            assert timed.wall.total > 0.0
+
+
+def test_without_times_a_placement_may_still_take_too_long():
+    with LoadingSession(
+        Pallet(100.0, 20.0, 20.0), "label@mujoco", timeout=1e-9, timed=False
+    ) as session:
+        assert session.try_place(cube(0.0)).status is Status.TIMEOUT
 
 
 def test_only_what_is_loaded_can_be_undone():
