@@ -27,6 +27,9 @@ from steadyload.layouts.model import (
 Rule = Callable[..., Any]
 """A compiled function of :mod:`steadyload.kernels.placing`."""
 
+_AT_ONCE = 100
+"""Positions that one compiled call looks at: between two, a user can interrupt."""
+
 _write_box = Struct("10d").pack_into
 
 
@@ -143,10 +146,12 @@ class GrowingLayout:
         """
         found = np.empty(len(positions), dtype=np.int8)
         _write_box(self._next, 0, *item.position, *item.size, *item.mass_offset, item.weight)
-        done = rule(*self._arrays, *how, positions, found, 0)
+        done = 0
         while done < len(positions):
-            self._keep(kernels.growing.with_more_room(self._arrays))
-            done = rule(*self._arrays, *how, positions, found, done)
+            stop = min(done + _AT_ONCE, len(positions))
+            done = rule(*self._arrays, *how, positions[:stop], found, done)
+            if done < stop:
+                self._keep(kernels.growing.with_more_room(self._arrays))
         return found
 
     def take_off(self) -> Item:

@@ -114,8 +114,8 @@ class LoadingSession:
     def feasible(self, item: Item, positions: ArrayLike) -> NDArray[np.bool_]:
         """Whether an item would stand on each of many places; nothing is placed.
 
-        By ``fbs``, ``pbs``, ``sme`` and ``equilibrium`` without ``sides`` and ``time``, all places
-        are looked at in one compiled call. Any other method tries them one by one.
+        By ``fbs``, ``pbs``, ``sme`` and ``equilibrium`` without ``sides`` and ``time``, the places
+        are looked at in compiled code. Any other method tries them one by one.
 
         Args:
             item: its sequence number and its own position are not looked at.
