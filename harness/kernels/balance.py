@@ -43,41 +43,40 @@ def first_unbalanced(lower: Any, upper: Any, weights: Any, offsets: Any, floor: 
     """
     count = len(lower)
     contacts = contacts_of(lower, upper, floor)
-    centres = np.empty((count, 2))
+    centres = np.empty((count, 3))
     for j in range(count):
-        centres[j, 0] = 0.5 * (lower[j, 0] + upper[j, 0]) + offsets[j, 0]
-        centres[j, 1] = 0.5 * (lower[j, 2] + upper[j, 2]) + offsets[j, 2]
-    meets = _patches_above(contacts)
+        for c in range(3):
+            centres[j, c] = 0.5 * (lower[j, c] + upper[j, c]) + offsets[j, c]
+    meets = patches_above(contacts)
     presses = np.zeros((len(contacts.below), 3))
     changed = np.empty_like(presses)
+    moves = np.zeros(count, dtype=np.bool_)
     for step in range(count):
         ended, item, items = balance_after(
-            step, contacts, meets, centres, weights, lower, upper, presses, changed
+            step, contacts, meets, centres, weights, lower, upper, moves, presses, changed
         )
         if ended != BALANCED:
             return ended, step, item
-        for j in items:
-            for k in range(contacts.starts[j], contacts.ends[j]):
-                if contacts.below[k] <= step:
-                    presses[k] = changed[k]
+        replace_presses(items, step, contacts, presses, changed)
     return BALANCED, count, -1
 
 
 @compiled
 def balance_after(
     step: int, contacts: Any, meets: Any, centres: Any, weights: Any, lower: Any, upper: Any,
-    presses: Any, changed: Any,
+    moves: Any, presses: Any, changed: Any,
 ) -> Any:  # fmt: skip
     """Forces that balance every item once another is placed on items that are balanced.
 
     Args:
         step: the new item.
         contacts: of the layout; later items do not count.
-        meets: the patch of every pair of ``contacts.above``.
-        centres: of mass, (x, z) [cm], shape (J, 2).
+        meets: of :func:`patches_above`.
+        centres: of mass (x, y, z) [cm], shape (J, 3).
         weights: [kg], shape (J,).
         lower: corners [cm], shape (J, 3).
         upper: likewise.
+        moves: items that nothing can be passed to, shape (J,).
         presses: force [kg] and its moments [kg cm] at every patch so far, shape (P, 3).
         changed: the new ones are put there, shape (P, 3).
 
@@ -90,18 +89,28 @@ def balance_after(
         return BALANCED, -1, nobody
     first = contacts.above_starts[step]
     if first == contacts.above_ends[step] or contacts.above[first] > step:
-        passed, items = _passed_down(
-            step, contacts, meets, centres, weights, lower, presses, changed
+        passed, items = _passing_down(
+            step, contacts, meets, centres, weights, lower, moves, presses, changed
         )
         if passed:
             return BALANCED, -1, items
         # Nothing holds down the newest item, so no forces elsewhere help it.
-        x, z = centres[step]
-        if not _spread(step, step, weights[step], x, z, contacts, changed):
+        x, z = centres[step, 0], centres[step, 2]
+        carriers = _carriers(step, step, contacts)
+        if not spread(weights[step], x, z, contacts.patches[carriers], changed[carriers]):
             return UNBALANCED, step, nobody
-    items = _joined(step, contacts)
+    items = joined(step, contacts)
     ended, item = _solve(step, items, contacts, centres, weights, lower, upper, changed)
     return ended, item, items
+
+
+@compiled
+def replace_presses(items: Any, step: int, contacts: Any, presses: Any, changed: Any) -> None:
+    """Replace presses below some items, on what is there after a step, by changed ones."""
+    for item in items:
+        for k in range(contacts.starts[item], contacts.ends[item]):
+            if contacts.below[k] <= step:
+                presses[k] = changed[k]
 
 
 @compiled
@@ -119,7 +128,7 @@ def first_unbalanced_of_many(
 
 
 @compiled
-def _patches_above(contacts: Any) -> Any:
+def patches_above(contacts: Any) -> Any:
     """The patch of every pair of ``contacts.above``: where the item above stands on its carrier."""
     meets = np.empty(len(contacts.above), dtype=np.int64)
     ends = contacts.above_starts[:-1].copy()
@@ -132,25 +141,37 @@ def _patches_above(contacts: Any) -> Any:
 
 
 @compiled
-def _passed_down(
-    step: int, contacts: Any, meets: Any, centres: Any, weights: Any, lower: Any, presses: Any,
-    changed: Any,
-) -> Any:  # fmt: skip
-    """Pass the new weight down one way.
+def passed_down(
+    step: int, contacts: Any, meets: Any, centres: Any, weights: Any, lower: Any, moves: Any,
+    presses: Any, changed: Any,
+) -> bool:  # fmt: skip
+    """Pass the new weight down one way; presses are replaced only where it succeeds.
 
     Args:
         step: the new item.
         contacts: of the layout.
-        meets: of :func:`_patches_above`.
-        centres: of mass, (x, z) [cm], shape (J, 2).
+        meets: of :func:`patches_above`.
+        centres: of mass (x, y, z) [cm], shape (J, 3).
         weights: [kg], shape (J,).
         lower: corners [cm], shape (J, 3).
+        moves: items that nothing can be passed to, shape (J,).
         presses: force [kg] and its moments [kg cm] at every patch, shape (P, 3).
-        changed: the new ones are put there, shape (P, 3).
-
-    Returns:
-        Whether it succeeds, and the items below which presses change.
+        changed: room of that shape.
     """
+    passed, items = _passing_down(
+        step, contacts, meets, centres, weights, lower, moves, presses, changed
+    )
+    if passed:
+        replace_presses(items, step, contacts, presses, changed)
+    return passed
+
+
+@compiled
+def _passing_down(
+    step: int, contacts: Any, meets: Any, centres: Any, weights: Any, lower: Any, moves: Any,
+    presses: Any, changed: Any,
+) -> Any:  # fmt: skip
+    """See :func:`passed_down`; whether it succeeds, and the items below which presses change."""
     passed, waiting = [step], [step]
     done = 0
     while done < len(waiting):
@@ -161,17 +182,23 @@ def _passed_down(
             if a > b or (a == b and waiting[k] < waiting[best]):
                 best = k
         item = waiting[best]
+        if moves[item]:
+            return False, np.empty(0, dtype=np.int64)
         waiting[best] = waiting[done]
         waiting[done] = item
         done += 1
         force = weights[item]
-        x, z = force * centres[item, 0], force * centres[item, 1]
+        x, z = force * centres[item, 0], force * centres[item, 2]
         for k in range(contacts.above_starts[item], contacts.above_ends[item]):
             other = contacts.above[k]
             if other <= step:
                 load = changed[meets[k]] if other in passed else presses[meets[k]]
                 force, x, z = force + load[0], x + load[1], z + load[2]
-        if not _spread(item, step, force, x / force, z / force, contacts, changed):
+        for k in range(contacts.starts[item], contacts.ends[item]):
+            changed[k] = 0.0
+        carriers = _carriers(item, step, contacts)
+        patches = contacts.patches[carriers]
+        if not spread(force, x / force, z / force, patches, changed[carriers]):
             return False, np.empty(0, dtype=np.int64)
         passed.append(item)
         for k in range(contacts.starts[item], contacts.ends[item]):
@@ -186,76 +213,74 @@ def _passed_down(
 
 
 @compiled
-def _spread(
-    item: int, step: int, force: float, x: float, z: float, contacts: Any, presses: Any
-) -> bool:
-    """One way for the patches below an item to carry a force at a point; False where none is found.
-
-    Args:
-        item: that is carried.
-        step: later items carry nothing yet.
-        force: [kg].
-        x: where it acts [cm].
-        z: likewise.
-        contacts: of the layout.
-        presses: the forces at those patches are put there, shape (P, 3).
+def _carriers(item: int, step: int, contacts: Any) -> Any:
+    """The patches of an item on carriers that were placed before a step: the first of its patches,
+    as carriers ascend.
     """
     first, end = contacts.starts[item], contacts.ends[item]
-    patches = 0
-    for k in range(first, end):
-        presses[k] = 0.0
-    for k in range(first, end):
-        if contacts.below[k] >= step:
-            continue
-        x0, z0, x1, z1 = contacts.patches[k]
+    while end > first and contacts.below[end - 1] >= step:
+        end -= 1
+    return slice(first, end)
+
+
+@compiled
+def spread(force: float, x: float, z: float, patches: Any, presses: Any) -> bool:
+    """One way for patches to carry a force; False where none is found.
+
+    Args:
+        force: downwards [kg].
+        x: where it acts [cm].
+        z: likewise.
+        patches: (x0, z0, x1, z1) [cm], shape (k, 4).
+        presses: the force at every patch and its moments are put there, shape (k, 3).
+    """
+    presses[:] = 0.0
+    count = len(patches)
+    for k in range(count):
+        x0, z0, x1, z1 = patches[k]
         if x0 - EDGE <= x <= x1 + EDGE and z0 - EDGE <= z <= z1 + EDGE:
             presses[k, 0], presses[k, 1], presses[k, 2] = force, force * x, force * z
             return True
-        patches += 1
-    if patches < 2:
+    if count < 2:
         return False
     # First where each patch is nearest to the force, as a stiff beam presses; then at the corners.
     for corners in (1, 4):
-        points, owners = np.empty((patches * corners, 2)), np.empty(patches * corners, np.int64)
-        at = 0
-        for k in range(first, end):
-            if contacts.below[k] >= step:
-                continue
-            x0, z0, x1, z1 = contacts.patches[k]
+        points = np.empty((count * corners, 2))
+        for k in range(count):
+            x0, z0, x1, z1 = patches[k]
             for corner in range(corners):
+                at = k * corners + corner
                 if corners == 1:
                     points[at, 0], points[at, 1] = min(max(x, x0), x1), min(max(z, z0), z1)
                 else:
                     points[at, 0] = x0 if corner < 2 else x1
                     points[at, 1] = z0 if corner % 2 == 0 else z1
-                owners[at] = k
-                at += 1
-        if _shared(force, x, z, points, owners, presses):
+        if _shared(force, x, z, points, corners, presses):
             return True
     return False
 
 
 @compiled
-def _shared(force: float, x: float, z: float, points: Any, owners: Any, presses: Any) -> bool:
+def _shared(force: float, x: float, z: float, points: Any, corners: int, presses: Any) -> bool:
     """Forces at given points whose resultant is the given one, added to the presses of their
-    patches; False without any.
+    patches, which have so many points each; False without any.
     """
     # Lengths in units of the farthest point, so that the residue means the same at every size.
     reach = 0.0
     for a, b in points:
         reach = max(reach, max(abs(a - x), abs(b - z)))
-    matrix, target = np.empty((3, len(points))), np.zeros(3)
+    columns, target = np.empty((len(points), 3)), np.zeros(3)
     for k in range(len(points)):
-        matrix[0, k] = 1.0
-        matrix[1, k] = (points[k, 0] - x) / reach
-        matrix[2, k] = (points[k, 1] - z) / reach
+        columns[k, 0] = 1.0
+        columns[k, 1] = (points[k, 0] - x) / reach
+        columns[k, 2] = (points[k, 1] - z) / reach
     target[0] = 1.0
-    parts, rest, ended = nonnegative_least_squares(matrix, target)
+    parts, rest, ended = nonnegative_least_squares(columns, target)
     if not ended or np.sqrt((rest**2).sum()) * reach > 0.1 * EDGE:
         return False
     for k in range(len(points)):
         if parts[k] > 0.0:
-            part, owner = parts[k] * force, owners[k]
+            part, owner = parts[k] * force, k // corners
             presses[owner, 0] += part
             presses[owner, 1] += part * points[k, 0]
             presses[owner, 2] += part * points[k, 1]
@@ -263,7 +288,7 @@ def _shared(force: float, x: float, z: float, points: Any, owners: Any, presses:
 
 
 @compiled
-def _joined(step: int, contacts: Any) -> Any:
+def joined(step: int, contacts: Any) -> Any:
     """The new item and all earlier ones joined to it by standing on each other, without those on
     the floor, in order.
     """
@@ -313,7 +338,7 @@ def _solve(
         for axis in range(2):
             half[n, axis] = 0.5 * (upper[item, 2 * axis] - lower[item, 2 * axis])
             radii[n, axis] = np.sqrt((half[n, axis] ** 2 + high**2) / 3.0)
-    matrix, target = np.zeros((3 * count, 4 * len(used))), np.zeros(3 * count)
+    columns, target = np.zeros((4 * len(used), 3 * count)), np.zeros(3 * count)
     for n in range(count):
         target[3 * n] = root[n]
     for column in range(4 * len(used)):
@@ -327,23 +352,23 @@ def _solve(
             n = row[felt] if felt >= 0 else -1
             if n >= 0:
                 sign = (1.0 if side == 0 else -1.0) / root[n]
-                matrix[3 * n, column] = sign
-                matrix[3 * n + 1, column] = sign * (x - centres[felt, 0]) / radii[n, 0]
-                matrix[3 * n + 2, column] = sign * (z - centres[felt, 1]) / radii[n, 1]
-    forces, left, ended = nonnegative_least_squares(matrix, target)
+                columns[column, 3 * n] = sign
+                columns[column, 3 * n + 1] = sign * (x - centres[felt, 0]) / radii[n, 0]
+                columns[column, 3 * n + 2] = sign * (z - centres[felt, 2]) / radii[n, 1]
+    forces, left, ended = nonnegative_least_squares(columns, target)
     if not ended:
         return UNRESOLVED, -1
     loads = target.copy()
     for pressed in np.flatnonzero(forces):
         for r in range(len(loads)):
-            loads[r] += abs(matrix[r, pressed]) * forces[pressed]
+            loads[r] += abs(columns[pressed, r]) * forces[pressed]
     noise = NOISE * root.max() / root
     beyond, proven = False, False
     motions = np.empty(count)
     for n in range(count):
-        motion = _fastest_corner(left, n, root, radii, half)
+        motion = fastest_corner(left, n, root, radii, half)
         motions[n] = motion
-        if motion > RESIDUE * _fastest_corner(loads, n, root, radii, half):
+        if motion > RESIDUE * fastest_corner(loads, n, root, radii, half):
             beyond = True
             if motion > noise[n]:
                 proven = True
@@ -377,7 +402,7 @@ def _present(items: Any, step: int, contacts: Any) -> Any:
 
 
 @compiled
-def _fastest_corner(left: Any, n: int, root: Any, radii: Any, half: Any) -> float:
+def fastest_corner(left: Any, n: int, root: Any, radii: Any, half: Any) -> float:
     """How fast the corner of an item that starts fastest accelerates [g]."""
     along = abs(left[3 * n])
     turned = abs(left[3 * n + 1]) / radii[n, 0] * half[n, 0]

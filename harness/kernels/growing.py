@@ -4,9 +4,9 @@ The arrays are handed over one by one, in the order of :data:`ARRAYS`: a tuple o
 longer to hand over than an item to place. Room for J items, P patches and L changes of presses:
 
 ``vectors`` (3, J, 3): lower corners, upper corners, and centres of mass minus geometric centres
-[cm]. ``weights`` (J,) [kg]. ``centres`` (J, 2): of mass, (x, z) [cm]. ``blocks`` (8, J): of every
+[cm]. ``weights`` (J,) [kg]. ``centres`` (J, 3): of mass [cm]. ``blocks`` (9, J): of every
 item the start and end of its patches and where their room ends, the same of the items on it, the
-start of its changes, and whether it stands on the floor. ``links`` (3, P): what is below each
+start of its changes, whether it stands on the floor, and 0. ``links`` (3, P): what is below each
 patch, the items above, and the patch of each of them. ``patches`` (P, 4) as in
 :mod:`steadyload.kernels.contacts`. ``presses`` (2, P, 3) as in :mod:`steadyload.kernels.balance`,
 and room for others. ``changes`` (L, 5): item, number of its patch, and its press before. ``cells``
@@ -61,8 +61,8 @@ def first_arrays(
     room, links = _FIRST_ROOM, 8 * _FIRST_ROOM
     slabs = SLABS / (np.array(most) - np.array(least))
     return (
-        np.zeros((3, room, 3)), np.zeros(room), np.zeros((room, 2)),
-        np.zeros((8, room), dtype=np.int64), np.zeros((3, links), dtype=np.int64),
+        np.zeros((3, room, 3)), np.zeros(room), np.zeros((room, 3)),
+        np.zeros((9, room), dtype=np.int64), np.zeros((3, links), dtype=np.int64),
         np.zeros((links, 4)), np.zeros((2, links, 3)), np.zeros((links, 5)),
         np.zeros((6 * SLABS, room // 64), dtype=np.int64), np.zeros(5, dtype=np.int64),
         np.concatenate((least, most, deck, slabs, np.zeros(10))),
@@ -91,6 +91,7 @@ class Growing(NamedTuple):
     meets: Any
     presses: Any
     changed: Any
+    moves: Any
     begun: Any
     changes: Any
     cells: Any
@@ -110,7 +111,8 @@ def opened(
     )
     return Growing(
         vectors[0], vectors[1], vectors[2], weights, centres, contacts, blocks[2], blocks[5],
-        links[2], presses[0], presses[1], blocks[6], changes, cells, counts, limits, limits[BOX:],
+        links[2], presses[0], presses[1], blocks[8], blocks[6], changes, cells, counts, limits,
+        limits[BOX:],
     )  # fmt: skip
 
 
@@ -172,8 +174,8 @@ def touching(grown: Growing) -> Any:
         if not (inside and upper[axis] - limits[3 + axis] <= TOLERANCE):
             return OUTSIDE, 0, 0
     grown.weights[number] = box[9]
-    grown.centres[number, 0] = 0.5 * (lower[0] + upper[0]) + box[6]
-    grown.centres[number, 1] = 0.5 * (lower[2] + upper[2]) + box[8]
+    for axis in range(3):
+        grown.centres[number, axis] = 0.5 * (lower[axis] + upper[axis]) + box[6 + axis]
     x0, y0, z0, x1, y1, z1 = lower[0], lower[1], lower[2], upper[0], upper[1], upper[2]
     contacts = grown.contacts
     below, above = 0, 0

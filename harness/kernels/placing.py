@@ -202,5 +202,5 @@ def _balance(grown: Growing) -> Any:
     """See :func:`steadyload.kernels.balance.balance_after`, of the last item."""
     return balance_after(
         grown.counts[ITEMS] - 1, grown.contacts, grown.meets, grown.centres, grown.weights,
-        grown.lower, grown.upper, grown.presses, grown.changed,
+        grown.lower, grown.upper, grown.moves, grown.presses, grown.changed,
     )  # fmt: skip

@@ -29,10 +29,10 @@ def first_unsupported(lower: Any, upper: Any, weights: Any, offsets: Any, floor:
     """
     count = len(lower)
     contacts = contacts_of(lower, upper, floor)
-    centres = np.empty((count, 2))
+    centres = np.empty((count, 3))
     for j in range(count):
-        centres[j, 0] = 0.5 * (lower[j, 0] + upper[j, 0]) + offsets[j, 0]
-        centres[j, 1] = 0.5 * (lower[j, 2] + upper[j, 2]) + offsets[j, 2]
+        for c in range(3):
+            centres[j, c] = 0.5 * (lower[j, c] + upper[j, c]) + offsets[j, c]
     for step in range(count):
         item = unsupported_at(step, contacts, centres, weights, lower, upper, floor)
         if item >= 0:
@@ -80,13 +80,13 @@ def supported(
 ) -> bool:  # fmt: skip
     """True if the weighted mean of an item and those directly on it lies in its support."""
     weight = weights[item]
-    x, z = weight * centres[item, 0], weight * centres[item, 1]
+    x, z = weight * centres[item, 0], weight * centres[item, 2]
     for k in range(contacts.above_starts[item], contacts.above_ends[item]):
         other = contacts.above[k]
         if other <= step:
             weight += weights[other]
             x += weights[other] * centres[other, 0]
-            z += weights[other] * centres[other, 1]
+            z += weights[other] * centres[other, 2]
     x, z = x / weight, z / weight
     first, end = contacts.starts[item], contacts.ends[item]
     patches = 0

@@ -219,7 +219,7 @@ class GrowingLayout:
         blocks, links = self._array("blocks"), self._array("links")
         patches, supports = self._array("patches"), self._supports
         assert supports is not None
-        start, end, _, above_start, above_end, _, _, on_floor = blocks[:, item].tolist()
+        start, end, _, above_start, above_end, _, _, on_floor, _ = blocks[:, item].tolist()
         below = zip(links[0, start:end].tolist(), patches[start:end].tolist(), strict=True)
         # Of what was put on later, that item's turn is to come.
         supports.below.append([Patch(under, item, *at) for under, at in below if under < item])

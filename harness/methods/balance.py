@@ -19,13 +19,13 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import nnls
 
 from steadyload.kernels.constants import EDGE as EDGE
 from steadyload.kernels.constants import RESIDUE
 from steadyload.layouts.contacts import FLOOR, Patch, Supports, find_supports
 from steadyload.layouts.model import Arrangement, FloatArray
 from steadyload.methods.convex_hull import Point
+from steadyload.methods.least_squares import nonnegative_least_squares
 from steadyload.methods.resolution import fastest, is_balanced, unresolved
 
 VERSION = 1
@@ -93,9 +93,9 @@ def solve(
         matrix /= root[:, None, None]
         matrix[:, 1:] /= radii[:, :, None]
         flat = matrix.reshape(3 * n, -1)
-        found, _ = nnls(flat, target.ravel(), maxiter=50 * flat.shape[1])
+        found, residue = nonnegative_least_squares(flat, target.ravel())
         loads = target + (np.abs(flat) @ found).reshape(n, 3)
-        target = target - (flat @ found).reshape(n, 3)
+        target = residue.reshape(n, 3)
         forces[kept] = found.reshape(-1, 4)
 
     def fastest_corners(left: FloatArray) -> FloatArray:
@@ -332,8 +332,8 @@ def _shared(
         [[1.0] * len(points), [(a - x) / reach for _, a, _ in points],
          [(b - z) / reach for _, _, b in points]]
     )  # fmt: skip
-    parts, residue = nnls(matrix, np.array([1.0, 0.0, 0.0]))
-    if residue * reach > 0.1 * EDGE:
+    parts, residue = nonnegative_least_squares(matrix, np.array([1.0, 0.0, 0.0]))
+    if float(np.linalg.norm(residue)) * reach > 0.1 * EDGE:
         return None
     loads: dict[int, _Press] = {}
     for part, (below, a, b) in zip(parts.tolist(), points, strict=True):

@@ -35,6 +35,7 @@ from steadyload.methods.method import (
 )
 from steadyload.methods.motion import VERSION as MOTION
 from steadyload.methods.motion import Bodies, displacements_after
+from steadyload.methods.resolution import fastest
 from steadyload.methods.rule_loading import BalancedLoader
 from steadyload.methods.touching import touching_points
 from steadyload.methods.warming import judge_one_item
@@ -226,7 +227,7 @@ class Equilibrium(Method):
         shifts = np.abs(way.shifts + cross(way.turns, corners)).max(axis=1)
         turns = np.degrees(np.abs(way.turns)).max(axis=1)
         beyond = np.maximum(shifts / max(p.eps_t, 1e-12), turns / max(p.eps_r, 1e-12))
-        worst = int(beyond.argmax())
+        worst = fastest(beyond)
         turn = min(float(turns[worst]), 180.0)
         return Movement(items[worst], float(shifts[worst]), turn, float(beyond[worst]))
 

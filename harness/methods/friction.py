@@ -6,10 +6,10 @@ import math
 from enum import StrEnum
 
 import numpy as np
-from scipy.optimize import nnls
 
 from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray
 from steadyload.methods.balance import EDGE
+from steadyload.methods.least_squares import nonnegative_least_squares
 from steadyload.methods.resolution import is_balanced, unresolved
 from steadyload.methods.touching import Points, directions, touching_points, wrenches
 
@@ -103,9 +103,9 @@ def _fastest(
         point, force = directions(points.axes, friction, facets)
         matrix = wrenches(points, points.positions, centres, point, force) / root[:, :, None]
         flat = matrix.reshape(target.size, -1)
-        found, _ = nnls(flat, target.ravel(), maxiter=50 * flat.shape[1])
+        found, residue = nonnegative_least_squares(flat, target.ravel())
         loads = target + (np.abs(flat) @ found).reshape(target.shape)
-        target = target - (flat @ found).reshape(target.shape)
+        target = residue.reshape(target.shape)
 
     def motions(left: FloatArray) -> FloatArray:
         start = np.abs(left / root)

@@ -20,11 +20,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import nnls
 
 from steadyload.engines.attitudes import cross
 from steadyload.engines.world import GRAVITY
 from steadyload.layouts.model import TOLERANCE, FloatArray
+from steadyload.methods.least_squares import nonnegative_least_squares
 from steadyload.methods.touching import FIRM, Indices, Points, directions, wrenches
 
 VERSION = 1
@@ -109,9 +109,9 @@ class _Run:
                 self.points, positions, self._centres(), self.point[used], self.force[used]
             )
             scaled = (unit / self.root[:, :, None]).reshape(6 * n, -1)
-            fall = (rate * self.root).ravel()
-            found, _ = nnls(scaled, -fall, maxiter=50 * len(used))
-            rate = (fall + scaled @ found).reshape(n, 6) / self.root
+            fall = (rate * self.root).ravel() / _G
+            found, left_over = nonnegative_least_squares(scaled, -fall)
+            rate = -_G * left_over.reshape(n, 6) / self.root
             pushing = self.point[used[found > 0.0]]
         return self._coast(rate, self._growth(rate, pushing), positions, left)
 

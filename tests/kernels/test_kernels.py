@@ -141,7 +141,7 @@ def test_least_squares_are_those_of_scipy():
         matrix = np.concatenate((matrix, matrix[:, :3]), axis=1)  # some stand there twice
         within = np.abs(draw.normal(size=count + min(3, count)))
         target = matrix @ within if trial % 2 else draw.normal(size=rows)
-        found, rest, ended = nonnegative_least_squares(matrix, target)
+        found, rest, ended = nonnegative_least_squares(np.ascontiguousarray(matrix.T), target)
         expected, _ = nnls(matrix, target, maxiter=50 * count)
         assert ended
         assert (found >= 0.0).all()

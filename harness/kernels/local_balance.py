@@ -1,0 +1,239 @@
+"""Vertical balance of a group in which items may be out of balance, solved only where it changes.
+
+The forces that come closest to balance (see :mod:`steadyload.methods.balance`) leave most items at
+rest. Some items are free: their forces are solved for, with everything else as firm as the floor.
+Where the items at rest can carry what then presses on them, these are the forces of the whole
+group; where one cannot, it is freed, with what stands on it, and the problem is solved again.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from steadyload.kernels.balance import fastest_corner
+from steadyload.kernels.carrying import FREE, HANDED, WAITING, first_overloaded
+from steadyload.kernels.compiled import compiled
+from steadyload.kernels.constants import (
+    BALANCED,
+    EDGE,
+    FLOOR,
+    NOISE,
+    RESIDUE,
+    UNBALANCED,
+    UNRESOLVED,
+)
+from steadyload.kernels.contacts import Contacts
+from steadyload.kernels.least_squares import nonnegative_least_squares
+
+
+@compiled
+def balance_group(
+    step: int, group: Any, contacts: Contacts, meets: Any, centres: Any, weights: Any, lower: Any,
+    upper: Any, presses: Any, moves: Any, changed: Any,
+) -> int:  # fmt: skip
+    """Balance the group of a new item as well as can be.
+
+    Args:
+        step: the new item, the last that is there.
+        group: items joined to it, itself included, (n,).
+        contacts: of the layout.
+        meets: of :func:`~steadyload.kernels.balance.patches_above`.
+        centres: of mass (x, y, z) [cm], (J, 3).
+        weights: [kg], (J,).
+        lower: corners [cm], (J, 3).
+        upper: likewise.
+        presses: the forces before, which are replaced, (P, 3).
+        moves: which items were out of balance before, which is replaced, (J,).
+        changed: room, (P, 6).
+
+    Returns:
+        How it ended.
+    """
+    count = len(weights)
+    role, loads = np.zeros(count, dtype=np.int64), np.zeros((count, 6))
+    mean, heaviest = 0.0, 0.0
+    for item in group:
+        mean += weights[item] / len(group)
+        heaviest = max(heaviest, weights[item])
+        if moves[item]:
+            role[item] = FREE
+    free_with_those_above(step, step, contacts, role)
+    while True:
+        free = np.flatnonzero(role == FREE)
+        used = patches_of(free, step, contacts, meets, role)
+        forces, left, ended = _solved(free, used, contacts, centres, weights, lower, upper, mean)
+        if not ended:
+            return UNRESOLVED
+        loads[:] = 0.0
+        for n in range(len(used)):
+            k = used[n]
+            _press(k, forces[n], contacts, mean, changed)
+            _load_other(k, step, contacts, role, presses, changed, loads)
+        failed = first_overloaded(
+            step, role, loads, contacts, meets, centres, weights, lower, presses, changed, 0.0
+        )
+        if failed < 0:
+            break
+        forget(role)
+        free_with_those_above(failed, step, contacts, role)
+    ended = _judged(free, used, forces, left, contacts, centres, weights, lower, upper, mean,
+                    heaviest, moves)  # fmt: skip
+    for item in range(step + 1):
+        if role[item] == HANDED:
+            for k in range(contacts.starts[item], contacts.starts[item + 1]):
+                _keep(k, changed, presses)
+    for k in used:
+        _keep(k, changed, presses)
+    return ended
+
+
+@compiled
+def free_with_those_above(item: int, step: int, contacts: Contacts, role: Any) -> None:
+    """Free an item and what stands on it."""
+    role[item] = FREE
+    for k in range(contacts.above_starts[item], contacts.above_starts[item + 1]):
+        other = contacts.above[k]
+        if other <= step and not contacts.on_floor[other]:
+            role[other] = FREE
+
+
+@compiled
+def forget(role: Any) -> None:
+    """Forget what was handed down; free items stay so."""
+    for j in range(len(role)):
+        if role[j] != FREE:
+            role[j] = 0
+
+
+@compiled
+def patches_of(free: Any, step: int, contacts: Contacts, meets: Any, role: Any) -> Any:
+    """The patches at which free items touch anything."""
+    found = [0]
+    found.pop()
+    for item in free:
+        for k in range(contacts.starts[item], contacts.starts[item + 1]):
+            if contacts.below[k] <= step:
+                found.append(k)
+        for k in range(contacts.above_starts[item], contacts.above_starts[item + 1]):
+            other = contacts.above[k]
+            if other <= step and role[other] != FREE:
+                found.append(meets[k])
+    return np.array(found, dtype=np.int64)
+
+
+@compiled
+def owner_of(patch: int, contacts: Contacts) -> int:
+    """The item that stands on a patch."""
+    return np.searchsorted(contacts.starts, patch, side="right") - 1
+
+
+@compiled
+def _solved(
+    free: Any, used: Any, contacts: Contacts, centres: Any, weights: Any, lower: Any, upper: Any,
+    mean: float,
+) -> Any:  # fmt: skip
+    """Forces at the corners of patches (k, 4) that come closest to balance, what is left over of
+    the equations of every item (n, 3), and whether the search ended.
+    """
+    count = len(free)
+    row = np.full(len(weights), -1, dtype=np.int64)
+    columns, target = np.zeros((4 * len(used), 3 * count)), np.zeros(3 * count)
+    for n in range(count):
+        row[free[n]] = n
+        target[3 * n] = np.sqrt(weights[free[n]] / mean)
+    for column in range(4 * len(used)):
+        k, corner = used[column // 4], column % 4
+        x0, z0, x1, z1 = contacts.patches[k]
+        x = x0 - EDGE if corner < 2 else x1 + EDGE
+        z = z0 - EDGE if corner % 2 == 0 else z1 + EDGE
+        for side in range(2):
+            felt = owner_of(k, contacts) if side == 0 else contacts.below[k]
+            n = row[felt] if felt >= 0 else -1
+            if n >= 0:
+                sign = (1.0 if side == 0 else -1.0) / target[3 * n]
+                across, along = _radii(felt, lower, upper)
+                columns[column, 3 * n] = sign
+                columns[column, 3 * n + 1] = sign * (x - centres[felt, 0]) / across
+                columns[column, 3 * n + 2] = sign * (z - centres[felt, 2]) / along
+    forces, left, ended = nonnegative_least_squares(columns, target)
+    return forces.reshape(-1, 4), left, ended
+
+
+@compiled
+def _radii(item: int, lower: Any, upper: Any) -> Any:
+    """Radii of gyration for moments of x and of z [cm]."""
+    a, b, c = upper[item] - lower[item]
+    return np.sqrt((a**2 + b**2) / 12.0), np.sqrt((c**2 + b**2) / 12.0)
+
+
+@compiled
+def _press(k: int, at: Any, contacts: Contacts, mean: float, changed: Any) -> None:
+    """The load of forces at the corners of a patch on what is below it."""
+    x0, z0, x1, z1 = contacts.patches[k]
+    changed[k] = 0.0
+    changed[k, 1] = -mean * (at[0] + at[1] + at[2] + at[3])
+    changed[k, 3] = mean * ((at[0] + at[2]) * z0 + (at[1] + at[3]) * z1)
+    changed[k, 5] = -mean * ((at[0] + at[1]) * x0 + (at[2] + at[3]) * x1)
+
+
+@compiled
+def _keep(k: int, changed: Any, presses: Any) -> None:
+    presses[k, 0], presses[k, 1], presses[k, 2] = -changed[k, 1], -changed[k, 5], changed[k, 3]
+
+
+@compiled
+def _load_other(
+    k: int, step: int, contacts: Contacts, role: Any, presses: Any, changed: Any, loads: Any
+) -> None:
+    """Where one of the two items of a patch is at rest: what it gets from the other."""
+    above, below = owner_of(k, contacts), contacts.below[k]
+    if role[above] == FREE and (below == FLOOR or role[below] == FREE or contacts.on_floor[below]):
+        return
+    item, sign = (below, 1.0) if role[above] == FREE else (above, -1.0)
+    if changed[k, 1] != 0.0 or presses[k, 0] != 0.0:
+        role[item] = WAITING
+        for c in range(6):
+            loads[item, c] += sign * changed[k, c]
+
+
+@compiled
+def _judged(
+    free: Any, used: Any, forces: Any, left: Any, contacts: Contacts, centres: Any, weights: Any,
+    lower: Any, upper: Any, mean: float, heaviest: float, moves: Any,
+) -> int:  # fmt: skip
+    """Whether free items are balanced; which of them move."""
+    count = len(free)
+    root, half, radii = np.empty(count), np.empty((count, 2)), np.empty((count, 2))
+    pressed = np.zeros(3 * count)
+    for n in range(count):
+        item = free[n]
+        root[n] = np.sqrt(weights[item] / mean)
+        radii[n, 0], radii[n, 1] = _radii(item, lower, upper)
+        half[n, 0] = 0.5 * (upper[item, 0] - lower[item, 0])
+        half[n, 1] = 0.5 * (upper[item, 2] - lower[item, 2])
+        pressed[3 * n] = root[n]
+        for m in range(len(used)):
+            k = used[m]
+            if contacts.below[k] != item and owner_of(k, contacts) != item:
+                continue
+            x0, z0, x1, z1 = contacts.patches[k]
+            for corner in range(4):
+                x = x0 - EDGE if corner < 2 else x1 + EDGE
+                z = z0 - EDGE if corner % 2 == 0 else z1 + EDGE
+                force = forces[m, corner] / root[n]
+                pressed[3 * n] += force
+                pressed[3 * n + 1] += abs(x - centres[item, 0]) / radii[n, 0] * force
+                pressed[3 * n + 2] += abs(z - centres[item, 2]) / radii[n, 1] * force
+    beyond, proven = False, False
+    for n in range(count):
+        motion = fastest_corner(left, n, root, radii, half)
+        moves[free[n]] = motion > RESIDUE * fastest_corner(pressed, n, root, radii, half)
+        if moves[free[n]]:
+            beyond = True
+            if motion > NOISE * np.sqrt(heaviest / weights[free[n]]):
+                proven = True
+    if not beyond:
+        return BALANCED
+    return UNBALANCED if proven else UNRESOLVED
