@@ -31,6 +31,7 @@ ALLOWED = {
     "layouts": _LAYOUTS,
     "methods": _METHODS,
     "runs": _RUNS,
+    "gym": {"gym", *_METHODS},
     "tuning": {"tuning", *_RUNS},
     "properties": {"properties", *_RUNS},
     "learners": {"learners", "compilation", *_RUNS},

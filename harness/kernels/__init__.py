@@ -17,12 +17,18 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from steadyload.kernels import balance as balance
     from steadyload.kernels import base_support as base_support
+    from steadyload.kernels import cells as cells
     from steadyload.kernels import contacts as contacts
+    from steadyload.kernels import growing as growing
     from steadyload.kernels import least_squares as least_squares
+    from steadyload.kernels import placing as placing
     from steadyload.kernels import sme as sme
     from steadyload.kernels import timed_balance as timed_balance
 
-_MODULES = ("balance", "base_support", "contacts", "least_squares", "sme", "timed_balance")
+_MODULES = (
+    "balance", "base_support", "cells", "contacts", "growing", "least_squares", "placing", "sme",
+    "timed_balance",
+)  # fmt: skip
 
 
 def __getattr__(name: str) -> ModuleType:

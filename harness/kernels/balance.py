@@ -52,21 +52,65 @@ def first_unbalanced(lower: Any, upper: Any, weights: Any, offsets: Any, floor: 
     changed = np.empty_like(presses)
     moves = np.zeros(count, dtype=np.bool_)
     for step in range(count):
-        if contacts.on_floor[step]:
-            continue
-        first = contacts.above_starts[step]
-        if first == contacts.above_starts[step + 1] or contacts.above[first] > step:
-            if passed_down(step, contacts, meets, centres, weights, lower, moves, presses, changed):
-                continue
-            # Nothing holds down the newest item, so no forces elsewhere help it.
-            x, z = centres[step, 0], centres[step, 2]
-            carriers = _carriers(step, step, contacts)
-            if not spread(weights[step], x, z, contacts.patches[carriers], changed[carriers]):
-                return UNBALANCED, step, step
-        ended, item = _solve(step, contacts, centres, weights, lower, upper, presses)
+        ended, item, items = balance_after(
+            step, contacts, meets, centres, weights, lower, upper, moves, presses, changed
+        )
         if ended != BALANCED:
             return ended, step, item
+        replace_presses(items, step, contacts, presses, changed)
     return BALANCED, count, -1
+
+
+@compiled
+def balance_after(
+    step: int, contacts: Any, meets: Any, centres: Any, weights: Any, lower: Any, upper: Any,
+    moves: Any, presses: Any, changed: Any,
+) -> Any:  # fmt: skip
+    """Forces that balance every item once another is placed on items that are balanced.
+
+    Args:
+        step: the new item.
+        contacts: of the layout; later items do not count.
+        meets: of :func:`patches_above`.
+        centres: of mass (x, y, z) [cm], shape (J, 3).
+        weights: [kg], shape (J,).
+        lower: corners [cm], shape (J, 3).
+        upper: likewise.
+        moves: items that nothing can be passed to, shape (J,).
+        presses: force [kg] and its moments [kg cm] at every patch so far, shape (P, 3).
+        changed: the new ones are put there, shape (P, 3).
+
+    Returns:
+        How the search ended, the item that is out of balance (-1 where none is), and the items
+        below which presses change.
+    """
+    nobody = np.empty(0, dtype=np.int64)
+    if contacts.on_floor[step]:
+        return BALANCED, -1, nobody
+    first = contacts.above_starts[step]
+    if first == contacts.above_ends[step] or contacts.above[first] > step:
+        passed, items = _passing_down(
+            step, contacts, meets, centres, weights, lower, moves, presses, changed
+        )
+        if passed:
+            return BALANCED, -1, items
+        # Nothing holds down the newest item, so no forces elsewhere help it.
+        x, z = centres[step, 0], centres[step, 2]
+        carriers = _carriers(step, step, contacts)
+        if not spread(weights[step], x, z, contacts.patches[carriers], changed[carriers]):
+            return UNBALANCED, step, nobody
+    items = joined(step, contacts)
+    ended, item = _solve(step, items, contacts, centres, weights, lower, upper, changed)
+    return ended, item, items
+
+
+@compiled
+def replace_presses(items: Any, step: int, contacts: Any, presses: Any, changed: Any) -> None:
+    """Replace presses below some items, on what is there after a step, by changed ones."""
+    for item in items:
+        for k in range(contacts.starts[item], contacts.ends[item]):
+            if contacts.below[k] <= step:
+                presses[k] = changed[k]
 
 
 @compiled
@@ -114,6 +158,20 @@ def passed_down(
         presses: force [kg] and its moments [kg cm] at every patch, shape (P, 3).
         changed: room of that shape.
     """
+    passed, items = _passing_down(
+        step, contacts, meets, centres, weights, lower, moves, presses, changed
+    )
+    if passed:
+        replace_presses(items, step, contacts, presses, changed)
+    return passed
+
+
+@compiled
+def _passing_down(
+    step: int, contacts: Any, meets: Any, centres: Any, weights: Any, lower: Any, moves: Any,
+    presses: Any, changed: Any,
+) -> Any:  # fmt: skip
+    """See :func:`passed_down`; whether it succeeds, and the items below which presses change."""
     passed, waiting = [step], [step]
     done = 0
     while done < len(waiting):
@@ -125,25 +183,25 @@ def passed_down(
                 best = k
         item = waiting[best]
         if moves[item]:
-            return False
+            return False, np.empty(0, dtype=np.int64)
         waiting[best] = waiting[done]
         waiting[done] = item
         done += 1
         force = weights[item]
         x, z = force * centres[item, 0], force * centres[item, 2]
-        for k in range(contacts.above_starts[item], contacts.above_starts[item + 1]):
+        for k in range(contacts.above_starts[item], contacts.above_ends[item]):
             other = contacts.above[k]
             if other <= step:
                 load = changed[meets[k]] if other in passed else presses[meets[k]]
                 force, x, z = force + load[0], x + load[1], z + load[2]
-        for k in range(contacts.starts[item], contacts.starts[item + 1]):
+        for k in range(contacts.starts[item], contacts.ends[item]):
             changed[k] = 0.0
         carriers = _carriers(item, step, contacts)
         patches = contacts.patches[carriers]
         if not spread(force, x / force, z / force, patches, changed[carriers]):
-            return False
+            return False, np.empty(0, dtype=np.int64)
         passed.append(item)
-        for k in range(contacts.starts[item], contacts.starts[item + 1]):
+        for k in range(contacts.starts[item], contacts.ends[item]):
             carrier = contacts.below[k]
             if carrier == FLOOR or carrier >= step or contacts.on_floor[carrier]:
                 continue
@@ -151,10 +209,7 @@ def passed_down(
             loaded = changed[k, 0] != 0.0 or presses[k, 0] != 0.0
             if loaded and carrier not in waiting:
                 waiting.append(carrier)
-    for item in waiting:
-        for k in range(contacts.starts[item], contacts.starts[item + 1]):
-            presses[k] = changed[k]
-    return True
+    return True, np.array(waiting)
 
 
 @compiled
@@ -162,7 +217,7 @@ def _carriers(item: int, step: int, contacts: Any) -> Any:
     """The patches of an item on carriers that were placed before a step: the first of its patches,
     as carriers ascend.
     """
-    first, end = contacts.starts[item], contacts.starts[item + 1]
+    first, end = contacts.starts[item], contacts.ends[item]
     while end > first and contacts.below[end - 1] >= step:
         end -= 1
     return slice(first, end)
@@ -242,14 +297,14 @@ def joined(step: int, contacts: Any) -> Any:
     todo = [step]
     while len(todo) > 0:
         at = todo.pop()
-        for k in range(contacts.starts[at], contacts.starts[at + 1]):
+        for k in range(contacts.starts[at], contacts.ends[at]):
             other = contacts.below[k]
             if other == FLOOR or contacts.on_floor[other]:
                 continue
             if other <= step and not seen[other]:
                 seen[other] = True
                 todo.append(other)
-        for k in range(contacts.above_starts[at], contacts.above_starts[at + 1]):
+        for k in range(contacts.above_starts[at], contacts.above_ends[at]):
             other = contacts.above[k]
             if other <= step and not seen[other] and not contacts.on_floor[other]:
                 seen[other] = True
@@ -259,13 +314,13 @@ def joined(step: int, contacts: Any) -> Any:
 
 @compiled
 def _solve(
-    step: int, contacts: Any, centres: Any, weights: Any, lower: Any, upper: Any, presses: Any
-) -> Any:
-    """The forces that come closest to balance; presses are replaced where they balance.
+    step: int, items: Any, contacts: Any, centres: Any, weights: Any, lower: Any, upper: Any,
+    presses: Any,
+) -> Any:  # fmt: skip
+    """The forces among joined items that come closest to balance; put in presses if they balance.
 
     The equations are weighed by mass and inertia: what is left over of them is an acceleration.
     """
-    items = joined(step, contacts)
     count = len(items)
     row = np.full(len(weights), -1, dtype=np.int64)
     mean = 0.0
@@ -273,15 +328,7 @@ def _solve(
         row[items[n]] = n
         mean += weights[items[n]]
     mean /= count
-    used = np.array(
-        [
-            k
-            for item in items
-            for k in range(contacts.starts[item], contacts.starts[item + 1])
-            if contacts.below[k] <= step
-        ],
-        dtype=np.int64,
-    )
+    used, owners = _present(items, step, contacts)
     # Of every item: the root of its mass, its radii of gyration and half sides along x and z.
     root, radii, half = np.empty(count), np.empty((count, 2)), np.empty((count, 2))
     for n in range(count):
@@ -301,7 +348,7 @@ def _solve(
         z = z0 - EDGE if corner % 2 == 0 else z1 + EDGE
         # The item above feels the force, and the one below its opposite.
         for side in range(2):
-            felt = _item_of(k, contacts.starts) if side == 0 else contacts.below[k]
+            felt = owners[column // 4] if side == 0 else contacts.below[k]
             n = row[felt] if felt >= 0 else -1
             if n >= 0:
                 sign = (1.0 if side == 0 else -1.0) / root[n]
@@ -339,9 +386,19 @@ def _solve(
 
 
 @compiled
-def _item_of(patch: int, starts: Any) -> Any:
-    """The item that stands on a patch."""
-    return np.searchsorted(starts, patch, side="right") - 1
+def _present(items: Any, step: int, contacts: Any) -> Any:
+    """The patches that items stand on after a step, and the item that stands on each."""
+    most = 0
+    for item in items:
+        most += contacts.ends[item] - contacts.starts[item]
+    used, owners = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    found = 0
+    for item in items:
+        for k in range(contacts.starts[item], contacts.ends[item]):
+            if contacts.below[k] <= step:
+                used[found], owners[found] = k, item
+                found += 1
+    return used[:found], owners[:found]
 
 
 @compiled

@@ -18,21 +18,25 @@ class Contacts(NamedTuple):
 
     Attributes:
         on_floor: item stands on the floor with all of its base, shape (J,).
-        starts: the patches that item j stands on are ``starts[j]`` to ``starts[j + 1]``, shape
-            (J + 1,).
+        starts: the patches that item j stands on are ``starts[j]`` to ``ends[j]``, shape (J + 1,)
+            where they are found for all items at once.
+        ends: see there, shape (J,).
         below: what carries, in ascending order for every item: :data:`FLOOR` (an item that
             overhangs an edge of the floor) or an item, shape (P,).
         patches: x0, z0, x1, z1 of every contact rectangle [cm], shape (P, 4).
-        above_starts: the items that item i carries are ``above_starts[i]`` to
-            ``above_starts[i + 1]``, shape (J + 1,).
+        above_starts: the items that item i carries are ``above_starts[i]`` to ``above_ends[i]``,
+            shape as that of ``starts``.
+        above_ends: see there, shape (J,).
         above: those items, in ascending order for every carrier.
     """
 
     on_floor: Any
     starts: Any
+    ends: Any
     below: Any
     patches: Any
     above_starts: Any
+    above_ends: Any
     above: Any
 
 
@@ -90,7 +94,10 @@ def contacts_of(lower: Any, upper: Any, floor: Any) -> Contacts:
                     found += 1
         starts[j + 1] = found
     above_starts, above = _turned_round(starts, below[:found])
-    return Contacts(on_floor, starts, below[:found], patches[:found], above_starts, above)
+    return Contacts(
+        on_floor, starts, starts[1:], below[:found], patches[:found], above_starts,
+        above_starts[1:], above,
+    )  # fmt: skip
 
 
 @compiled

@@ -29,22 +29,34 @@ def first_unsupported(lower: Any, upper: Any, weights: Any, offsets: Any, floor:
     """
     count = len(lower)
     contacts = contacts_of(lower, upper, floor)
-    centres = np.empty((count, 2))
+    centres = np.empty((count, 3))
     for j in range(count):
-        centres[j, 0] = 0.5 * (lower[j, 0] + upper[j, 0]) + offsets[j, 0]
-        centres[j, 1] = 0.5 * (lower[j, 2] + upper[j, 2]) + offsets[j, 2]
+        for c in range(3):
+            centres[j, c] = 0.5 * (lower[j, c] + upper[j, c]) + offsets[j, c]
     for step in range(count):
-        # The new item, then what carries it from the last to the first: further down every load is
-        # the same as at the last check.
-        first, end = contacts.starts[step], contacts.starts[step + 1]
-        for k in range(end, first - 1, -1):
-            item = step if k == end else contacts.below[k]
-            if item == FLOOR or item > step or contacts.on_floor[item]:
-                continue
-            if not supported(item, step, contacts, centres, weights, lower, upper, floor):
-                stands = contacts.starts[item + 1] > contacts.starts[item]
-                return step, item, stands
+        item = unsupported_at(step, contacts, centres, weights, lower, upper, floor)
+        if item >= 0:
+            return step, item, contacts.ends[item] > contacts.starts[item]
     return count, -1, False
+
+
+@compiled
+def unsupported_at(
+    step: int, contacts: Any, centres: Any, weights: Any, lower: Any, upper: Any, floor: Any
+) -> int:
+    """The first item at or below a new one that is not supported, -1 where all are.
+
+    The new item is looked at, then what carries it from the last to the first: further down every
+    load is the same as at the last check.
+    """
+    first, end = contacts.starts[step], contacts.ends[step]
+    for k in range(end, first - 1, -1):
+        item = step if k == end else contacts.below[k]
+        if item == FLOOR or item > step or contacts.on_floor[item]:
+            continue
+        if not supported(item, step, contacts, centres, weights, lower, upper, floor):
+            return item
+    return -1
 
 
 @compiled
@@ -68,15 +80,15 @@ def supported(
 ) -> bool:  # fmt: skip
     """True if the weighted mean of an item and those directly on it lies in its support."""
     weight = weights[item]
-    x, z = weight * centres[item, 0], weight * centres[item, 1]
-    for k in range(contacts.above_starts[item], contacts.above_starts[item + 1]):
+    x, z = weight * centres[item, 0], weight * centres[item, 2]
+    for k in range(contacts.above_starts[item], contacts.above_ends[item]):
         other = contacts.above[k]
         if other <= step:
             weight += weights[other]
             x += weights[other] * centres[other, 0]
-            z += weights[other] * centres[other, 1]
+            z += weights[other] * centres[other, 2]
     x, z = x / weight, z / weight
-    first, end = contacts.starts[item], contacts.starts[item + 1]
+    first, end = contacts.starts[item], contacts.ends[item]
     patches = 0
     for k in range(first, end):
         carrier = contacts.below[k]

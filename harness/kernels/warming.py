@@ -12,7 +12,17 @@ from steadyload.kernels.base_support import (
     first_with_little_support,
     first_with_little_support_of_many,
 )
+from steadyload.kernels.cells import items_near
 from steadyload.kernels.contacts import contacts_of
+from steadyload.kernels.growing import BOX, first_arrays, put, take_off
+from steadyload.kernels.placing import (
+    place_balanced,
+    place_sme,
+    place_supported,
+    stands_balanced,
+    stands_sme,
+    stands_supported,
+)
 from steadyload.kernels.sme import first_unsupported, first_unsupported_of_many
 
 
@@ -34,6 +44,27 @@ def warm_up() -> None:
     ):
         one(lower, upper, weights, offsets, floor)
         many(lower, upper, weights, offsets, floors, starts)
+    _place_two()
+
+
+def _place_two() -> None:
+    """One item on another, on a layout that grows, by every rule."""
+    positions, endings = np.zeros((1, 3)), np.zeros(1, dtype=np.int8)
+    for place, many, how in (
+        (put, None, ()),
+        (place_supported, stands_supported, (1.0,)),
+        (place_sme, stands_sme, ()),
+        (place_balanced, stands_balanced, ()),
+    ):
+        arrays = first_arrays((0.0, 0.0, 0.0), (9.0, 9.0, 9.0), (0.0, 0.0, 9.0, 9.0, 1.0))
+        for y in (0.0, 1.0):
+            arrays[-1][BOX:] = (0.0, y, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+            place(*arrays, *how)
+        if many is not None:
+            many(*arrays, *how, positions, endings, 0)
+        take_off(*arrays, 0)
+    vectors, cells, limits = arrays[0], arrays[8], arrays[-1]
+    items_near(vectors[0], vectors[1], cells, 0, limits, vectors[0, 0], vectors[1, 0], 1.0)
 
 
 def _fixed(values: Any) -> Any:

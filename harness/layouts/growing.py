@@ -2,32 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from struct import Struct
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from steadyload.layouts.contacts import FLOOR, Patch, Supports
-from steadyload.layouts.floor import Floor
-from steadyload.layouts.grid import BoxGrid
+from steadyload import kernels
+from steadyload.kernels.constants import FULL, OUTSIDE, OVERLAPS, STANDS
+from steadyload.layouts.contacts import Patch, Supports
+from steadyload.layouts.floor import Floor, FloorKind
 from steadyload.layouts.model import (
     TOLERANCE,
     FloatArray,
     Item,
     Layout,
+    LayoutError,
     Pallet,
-    Vector,
     outside_error,
     overlap_error,
 )
 
-_ROOM = 32
+Rule = Callable[..., Any]
+"""A compiled function of :mod:`steadyload.kernels.placing`."""
+
+_AT_ONCE = 100
+"""Positions that one compiled call looks at: between two, a user can interrupt."""
+
+_write_box = Struct("10d").pack_into
 
 
 class GrowingLayout:
     """The items loaded so far, with the items each one stands on and those near it.
 
     What is true of a :class:`Layout` of the same items is true of it at any time, numbers included
-    to the last bit.
+    to the last bit. It is kept in the arrays of :mod:`steadyload.kernels.growing`, where compiled
+    rules judge items as they place them.
 
     Args:
         pallet: its contour holds all items, to within :data:`TOLERANCE`.
@@ -35,17 +46,15 @@ class GrowingLayout:
 
     Attributes:
         items: in loading order; their sequence numbers count from 0.
-        supports: vertical contacts between them.
     """
 
     def __init__(self, pallet: Pallet, name: str) -> None:
         self.pallet, self.name = pallet, name
         self.items: list[Item] = []
-        self.supports = Supports([], [], [])
-        self._corners: list[tuple[Vector, Vector]] = []
-        self._grid = BoxGrid()
-        self._overhung = 0
-        self._arrays = [np.empty((_ROOM, 3)) for _ in range(3)] + [np.empty(_ROOM)]
+        self._supports: Supports | None = None
+        height = 0.0 if pallet.floor is FloorKind.INFINITE else pallet.deck_height
+        deck = (0.0, 0.0, pallet.width, pallet.depth, height)
+        self._keep(kernels.growing.first_arrays(*pallet.contour, deck))
 
     def __len__(self) -> int:
         return len(self.items)
@@ -53,27 +62,41 @@ class GrowingLayout:
     @property
     def floor(self) -> Floor:
         """The floor that the items stand on; an ``auto`` one follows what is loaded by now."""
-        return self.pallet.floor_under(overhung=self._overhung > 0)
+        return self.pallet.floor_under(overhung=bool(self._array("counts")[4]))
 
     @property
     def lower(self) -> FloatArray:
         """Lower corners [cm], shape (J, 3), columns x, y, z: a view, read-only as the others."""
-        return self._view(0)
+        return self._view(self._array("vectors")[0])
 
     @property
     def upper(self) -> FloatArray:
         """Upper corners [cm], shape (J, 3)."""
-        return self._view(1)
+        return self._view(self._array("vectors")[1])
 
     @property
     def mass_offsets(self) -> FloatArray:
         """Centres of mass minus geometric centres [cm], shape (J, 3)."""
-        return self._view(2)
+        return self._view(self._array("vectors")[2])
 
     @property
     def weights(self) -> FloatArray:
         """[kg], shape (J,)."""
-        return self._view(3)
+        return self._view(self._array("weights"))
+
+    @property
+    def supports(self) -> Supports:
+        """Vertical contacts between the items; from the first look on they are kept up to date."""
+        if self._supports is None:
+            self._supports = Supports([], [], [])
+            for item in range(len(self.items)):
+                self._note_supports(item)
+        return self._supports
+
+    def warm(self, rule: Rule, *how: float) -> None:
+        """Compile a ``place_...``, or load the compiled code: an item that cannot be is tried."""
+        self._next[:] = np.nan
+        rule(*self._arrays, *how)
 
     def put(self, item: Item) -> None:
         """Put on the next item.
@@ -81,54 +104,82 @@ class GrowingLayout:
         Raises:
             LayoutError: it stands out of the contour or overlaps another; nothing has changed.
         """
-        low = item.position
-        high = (low[0] + item.size[0], low[1] + item.size[1], low[2] + item.size[2])
-        self._check_contour(item, low, high)
-        below, above = self._touching(item, low, high)
-        number = len(self.items)
-        if number == len(self._arrays[0]):
-            self._arrays = [np.concatenate((a, np.empty_like(a))) for a in self._arrays]
-        lower, upper, offsets, weights = self._arrays
-        lower[number], upper[number], offsets[number] = low, high, item.mass_offset
-        weights[number] = item.weight
-        self.items.append(item)
-        self._corners.append((low, high))
-        self._grid.add(number, low, high)
-        self._overhung += self.pallet.is_overhung(low, high)
-        stands = low[1] <= TOLERANCE
-        at_edge = self._at_edge(number, low, high) if stands and self.floor.has_edges else None
-        self.supports.on_floor.append(stands and at_edge is None)
-        self.supports.below.append([*(at_edge or []), *below])
-        self.supports.above.append([p.above for p in above])
-        for patch in below:
-            self.supports.above[patch.below].append(number)
-        for patch in above:
-            self.supports.below[patch.above].append(patch)
+        self.try_put(item, kernels.growing.put)
+
+    def try_put(self, item: Item, rule: Rule, *how: float) -> tuple[int, int, float]:
+        """Put on the next item if it stands by a compiled rule.
+
+        Args:
+            item: its sequence number is the number of items.
+            rule: a ``place_...`` of :mod:`steadyload.kernels.placing`.
+            how: its parameters.
+
+        Returns:
+            See there. The item has been put on if it :data:`STANDS`.
+
+        Raises:
+            LayoutError: it stands out of the contour or overlaps another; nothing has changed.
+        """
+        _write_box(self._next, 0, *item.position, *item.size, *item.mass_offset, item.weight)
+        found: tuple[int, int, float] = rule(*self._arrays, *how)
+        while found[0] == FULL:
+            self._keep(kernels.growing.with_more_room(self._arrays))
+            found = rule(*self._arrays, *how)
+        if found[0] == STANDS:
+            self.items.append(item)
+            if self._supports is not None:
+                self._note_supports(len(self.items) - 1)
+        elif found[0] in (OUTSIDE, OVERLAPS):
+            raise self._refusal(item)
+        return found
+
+    def endings(
+        self, item: Item, positions: FloatArray, rule: Rule, *how: float
+    ) -> NDArray[np.int8]:
+        """How putting the next item on each of some places would end, by a compiled rule.
+
+        Args:
+            item: its own position does not matter.
+            positions: lower corners [cm], shape (K, 3).
+            rule: a ``stands_...`` of :mod:`steadyload.kernels.placing`.
+            how: its parameters.
+        """
+        found = np.empty(len(positions), dtype=np.int8)
+        _write_box(self._next, 0, *item.position, *item.size, *item.mass_offset, item.weight)
+        done = 0
+        while done < len(positions):
+            stop = min(done + _AT_ONCE, len(positions))
+            done = rule(*self._arrays, *how, positions[:stop], found, done)
+            if done < stop:
+                self._keep(kernels.growing.with_more_room(self._arrays))
+        return found
 
     def take_off(self) -> Item:
         """Take off the item put on last, and return it."""
-        for carrier in self.supports.carriers(len(self.items) - 1):
-            self.supports.above[carrier].pop()
-        self.supports.on_floor.pop()
-        self.supports.below.pop()
-        for above in self.supports.above.pop():
-            self.supports.below[above].pop()
-        low, high = self._corners.pop()
-        self._overhung -= self.pallet.is_overhung(low, high)
-        self._grid.remove(len(self.items) - 1, low, high)
-        return self.items.pop()
+        item = self.items[-1]
+        self.cut(len(self.items) - 1)
+        return item
+
+    def cut(self, count: int) -> None:
+        """Take off all items but the first ``count``."""
+        kernels.growing.take_off(*self._arrays, count)
+        while self._supports is not None and len(self._supports.below) > count:
+            self._forget_supports()
+        del self.items[count:]
 
     def beside(self, items: Sequence[int], reach: float) -> list[int]:
         """All other items with a gap of at most ``reach`` [cm] along every axis to one of some."""
+        lower, upper, _ = self._array("vectors")
+        cells, count = self._array("cells"), len(self.items)
         found: set[int] = set()
         for item in items:
-            low, high = self._corners[item]
-            wider = _grown(low, high, reach + TOLERANCE)
-            for other in set(self._grid.meeting(*wider)).difference(found):
-                a, b = self._corners[other]
-                # To the last bit as for all items at once (steadyload.methods.scene.neighbourhood).
-                if max(max(a[k] - high[k], low[k] - b[k]) for k in range(3)) <= reach:
-                    found.add(other)
+            low, high = lower[item], upper[item]
+            near = kernels.cells.items_near(
+                lower, upper, cells, count, self._limits, low, high, reach + TOLERANCE
+            )
+            # To the last bit as for all items at once (steadyload.methods.scene.neighbourhood).
+            gaps = np.maximum(lower[near] - high, low - upper[near]).max(axis=1)
+            found.update(near[gaps <= reach].tolist())
         return sorted(found.difference(items))
 
     def layout(self, name: str | None = None) -> Layout:
@@ -144,71 +195,78 @@ class GrowingLayout:
 
     def copy(self) -> GrowingLayout:
         """Another one with the same items, that grows by itself."""
-        other = GrowingLayout(self.pallet, self.name)
-        other.items, other._corners = list(self.items), list(self._corners)
-        other._grid, other._arrays = self._grid.copy(), [a.copy() for a in self._arrays]
-        other._overhung = self._overhung
-        mine = self.supports
-        other.supports = Supports(
-            list(mine.on_floor), [list(p) for p in mine.below], [list(i) for i in mine.above]
-        )
+        other = GrowingLayout.__new__(GrowingLayout)
+        other.pallet, other.name = self.pallet, self.name
+        other.items, other._supports = list(self.items), None
+        other._keep(tuple(array.copy() for array in self._arrays))
         return other
 
-    def _view(self, which: int) -> FloatArray:
-        view = self._arrays[which][: len(self.items)]
+    def _keep(self, arrays: tuple[NDArray[Any], ...]) -> None:
+        self._arrays = arrays
+        self._limits = arrays[-1]
+        self._next: Any = self._limits[kernels.growing.BOX :]
+
+    def _array(self, name: str) -> NDArray[Any]:
+        return self._arrays[kernels.growing.ARRAYS.index(name)]
+
+    def _view(self, array: FloatArray) -> FloatArray:
+        view = array[: len(self.items)]
         view.setflags(write=False)
         return view
 
-    def _check_contour(self, item: Item, low: Vector, high: Vector) -> None:
-        least, most = self.pallet.contour
-        outside = [max(least[k] - low[k], high[k] - most[k]) for k in range(3)]
-        if max(outside) > TOLERANCE:
-            axis = outside.index(max(outside))
-            raise outside_error(item, self.pallet, axis, (low[axis], high[axis]))
+    def _note_supports(self, item: int) -> None:
+        """Take an item into the lists of supports, and what it carries."""
+        blocks, links = self._array("blocks"), self._array("links")
+        patches, supports = self._array("patches"), self._supports
+        assert supports is not None
+        start, end, _, above_start, above_end, _, _, on_floor, _ = blocks[:, item].tolist()
+        below = zip(links[0, start:end].tolist(), patches[start:end].tolist(), strict=True)
+        # Of what was put on later, that item's turn is to come.
+        supports.below.append([Patch(under, item, *at) for under, at in below if under < item])
+        above = [on for on in links[1, above_start:above_end].tolist() if on < item]
+        supports.above.append(above)
+        supports.on_floor.append(bool(on_floor))
+        for under in supports.carriers(item):
+            supports.above[under].append(item)
+        for on in above:
+            at = blocks[0, on] + links[0, blocks[0, on] : blocks[1, on]].tolist().index(item)
+            supports.below[on].append(Patch(item, on, *patches[at].tolist()))
 
-    def _at_edge(self, number: int, low: Vector, high: Vector) -> list[Patch] | None:
-        """The patch on the deck of an item that overhangs an edge; None for one that does not.
+    def _forget_supports(self) -> None:
+        """Take the last item out of the lists of supports."""
+        supports = self._supports
+        assert supports is not None
+        for under in supports.carriers(len(supports.below) - 1):
+            supports.above[under].pop()
+        supports.on_floor.pop()
+        supports.below.pop()
+        for on in supports.above.pop():
+            supports.below[on].pop()
 
-        What lies beside the deck altogether has no patch.
-        """
-        if not self.pallet.is_overhung(low, high):
-            return None
-        (x0, z0), (x1, z1) = self.floor.low, self.floor.high
-        x0, x1, z0, z1 = max(x0, low[0]), min(x1, high[0]), max(z0, low[2]), min(z1, high[2])
-        if min(x1 - x0, z1 - z0) <= TOLERANCE:
-            return []
-        return [Patch(FLOOR, number, x0, z0, x1, z1)]
-
-    def _touching(self, item: Item, low: Vector, high: Vector) -> tuple[list[Patch], list[Patch]]:
-        """The patches that an item would stand on, and those that would stand on it.
-
-        Raises:
-            LayoutError: it overlaps one of those that are near.
-        """
-        number = len(self.items)
-        below, above = [], []
-        deepest, under = TOLERANCE, -1
-        for other in self._grid.meeting(*_grown(low, high, 2.0 * TOLERANCE)):
-            (ax, ay, az), (bx, by, bz) = self._corners[other]
-            x0, x1 = max(ax, low[0]), min(bx, high[0])
-            z0, z1 = max(az, low[2]), min(bz, high[2])
-            if min(x1 - x0, z1 - z0) <= TOLERANCE:
-                continue
-            depth = min(x1 - x0, z1 - z0, min(by, high[1]) - max(ay, low[1]))
-            if depth > deepest:
-                deepest, under = depth, other
-            if abs(by - low[1]) <= TOLERANCE:
-                below.append(Patch(other, number, x0, z0, x1, z1))
-            if abs(high[1] - ay) <= TOLERANCE:
-                above.append(Patch(number, other, x0, z0, x1, z1))
-        if under >= 0:
-            raise overlap_error(item, self.items[under], deepest)
-        return sorted(below), sorted(above)
+    def _refusal(self, item: Item) -> LayoutError:
+        """Why an item cannot be where it is."""
+        low = np.array(item.position, dtype=float)
+        high = low + np.array(item.size, dtype=float)
+        least, most = np.array(self.pallet.contour)
+        outside = np.maximum(least - low, high - most)
+        if outside.max() > TOLERANCE:
+            axis = int(outside.argmax())
+            return outside_error(item, self.pallet, axis, (float(low[axis]), float(high[axis])))
+        shared = np.minimum(self.upper, high) - np.maximum(self.lower, low)
+        depth = shared.min(axis=1)
+        return overlap_error(item, self.items[int(depth.argmax())], float(depth.max()))
 
 
-def _grown(low: Vector, high: Vector, by: float) -> tuple[Vector, Vector]:
-    """Corners of a box that is larger by this on every side [cm]."""
-    return (
-        (low[0] - by, low[1] - by, low[2] - by),
-        (high[0] + by, high[1] + by, high[2] + by),
-    )
+def numbered(item: Item, sequence: int) -> Item:
+    """An item with another sequence number; it is not checked once more."""
+    if item.sequence == sequence:
+        return item
+    other = object.__new__(type(item))
+    assign = object.__setattr__
+    assign(other, "sequence", sequence)
+    assign(other, "position", item.position)
+    assign(other, "size", item.size)
+    assign(other, "weight", item.weight)
+    assign(other, "mass_offset", item.mass_offset)
+    assign(other, "name", item.name)
+    return other

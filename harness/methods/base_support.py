@@ -26,6 +26,7 @@ from steadyload.methods.method import (
     Stopwatch,
     Trait,
 )
+from steadyload.methods.rule_loading import RuleLoader
 from steadyload.methods.spec import NoParameters
 from steadyload.methods.warming import judge_one_item
 
@@ -84,23 +85,11 @@ class PartialBaseSupport(Method):
 
     def begin(self, layout: GrowingLayout) -> Loader:
         """A loader that checks the new item and the items it stands on."""
-        return _SupportLoader(self, layout)
-
-    def place(self, layout: GrowingLayout) -> Finding:
-        """Judge the item that was put on a layout last."""
-        step = len(layout) - 1
-        if layout.supports.on_floor[step]:
-            return STABLE
-        width, _, depth = layout.items[step].size
-        patches = layout.supports.below[step]
-        share = sum((p.x1 - p.x0) * (p.z1 - p.z0) for p in patches) / (width * depth)
-        if share >= self._alpha - ROUNDING:
-            return STABLE
-        corners = np.array([p[2:] for p in patches]).reshape(-1, 4)
-        (x0, _, z0), (x1, _, z1) = layout.lower[step].tolist(), layout.upper[step].tolist()
-        if kernels.base_support.covered(x0, z0, x1, z1, corners):
-            return STABLE
-        return self._too_little(step, share)
+        placing = kernels.placing
+        return RuleLoader(
+            layout, placing.place_supported, placing.stands_supported, (self._alpha,),
+            lambda step, _, share: self._too_little(step, share),
+        )  # fmt: skip
 
     def _too_little(self, step: int, support: float) -> Finding:
         return Finding(
@@ -108,23 +97,6 @@ class PartialBaseSupport(Method):
             moved_item=step,
             reason=f"{support:.1%} of its base is supported; required: {self._alpha:.1%}",
         )
-
-
-class _SupportLoader(Loader):
-    """Keeps nothing: the items below an item do not change, nor does its share of support."""
-
-    def __init__(self, method: PartialBaseSupport, layout: GrowingLayout) -> None:
-        super().__init__(layout)
-        self._method = method
-
-    def place(self, watch: Stopwatch) -> Finding:
-        return self._method.place(self.layout)
-
-    def go_back(self, count: int) -> None:
-        pass
-
-    def fork(self, layout: GrowingLayout) -> _SupportLoader:
-        return _SupportLoader(self._method, layout)
 
 
 class _SupportedSteps(StepScorer):

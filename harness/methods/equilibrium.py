@@ -36,6 +36,7 @@ from steadyload.methods.method import (
 from steadyload.methods.motion import VERSION as MOTION
 from steadyload.methods.motion import Bodies, displacements_after
 from steadyload.methods.resolution import fastest
+from steadyload.methods.rule_loading import BalancedLoader
 from steadyload.methods.touching import touching_points
 from steadyload.methods.warming import judge_one_item
 
@@ -145,6 +146,8 @@ class Equilibrium(Method):
 
     def begin(self, layout: GrowingLayout) -> Loader:
         """A loader that passes the new weight down, and solves for forces only where that fails."""
+        if self._is_vertical:
+            return BalancedLoader(layout, self, self._unbalanced)
         return _BalanceLoader(self, layout)
 
     def judge_step(
@@ -264,7 +267,9 @@ class _BalancedSteps(StepScorer):
 
 
 class _BalanceLoader(Loader):
-    """Carries the forces from placement to placement, and stores those before each."""
+    """Carries the forces from placement to placement, and stores those before each, where vertical
+    forces alone do not decide.
+    """
 
     def __init__(self, method: Equilibrium, layout: GrowingLayout) -> None:
         super().__init__(layout)

@@ -7,9 +7,12 @@ from collections.abc import Callable, Iterable, Mapping
 from enum import StrEnum
 from typing import Any, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.growing import GrowingLayout
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model import FloatArray, Item, Layout
 from steadyload.methods.spec import MethodSpec, SpecError
 from steadyload.methods.stopwatch import Phase as Phase
 from steadyload.methods.stopwatch import Seconds as Seconds
@@ -63,13 +66,37 @@ def verdict_by(
         timeout: of :meth:`Method.judge`.
     """
     watch = Stopwatch(timeout)
-    try:
-        finding = find(watch)
-    except RefusedError as error:
-        finding = Finding(status=Status.REFUSED, reason=str(error))
-    except TimeoutExpiredError as error:
-        finding = Finding(status=Status.TIMEOUT, reason=str(error))
+    finding = finding_by(find, watch)
     cpu, wall = watch.stop()
+    return verdict_of(finding, item_count, cpu, wall)
+
+
+def finding_by(find: Callable[[Stopwatch], Finding], watch: Stopwatch) -> Finding:
+    """The finding of a judgement, also where it refuses or takes too long.
+
+    Args:
+        find: see :func:`verdict_by`.
+        watch: of the judgement.
+    """
+    try:
+        return find(watch)
+    except RefusedError as error:
+        return Finding(status=Status.REFUSED, reason=str(error))
+    except TimeoutExpiredError as error:
+        return Finding(status=Status.TIMEOUT, reason=str(error))
+
+
+def verdict_of(finding: Finding, item_count: int, cpu: Seconds, wall: Seconds) -> Verdict:
+    """The verdict that a finding becomes.
+
+    Args:
+        finding: of a judgement.
+        item_count: of the layout.
+        cpu: time spent.
+        wall: likewise.
+    """
+    if finding is STABLE:
+        return Verdict(item_count, cpu=cpu, wall=wall)
     return Verdict(
         item_count,
         finding.status,
@@ -91,6 +118,7 @@ class Loader(ABC):
 
     Only the last placement may have failed; whoever calls takes that item off again before the
     next. A loader's finding on a placement is that of :meth:`Method.judge` on the layout by then.
+    A loader implements :meth:`place`, or :meth:`load` where it judges an item as it puts it on.
 
     Args:
         layout: what is loaded; it is changed by whoever calls.
@@ -99,12 +127,41 @@ class Loader(ABC):
     def __init__(self, layout: GrowingLayout) -> None:
         self.layout = layout
 
-    @abstractmethod
+    def load(self, item: Item, watch: Stopwatch) -> Finding:
+        """Put the next item on the layout and judge that; one that fails may be left there.
+
+        Args:
+            item: its sequence number is the number of items.
+            watch: of the judgement.
+
+        Raises:
+            LayoutError: the item cannot be there; nothing has changed.
+            RefusedError: the method does not apply.
+        """
+        self.layout.put(item)
+        return self.place(watch)
+
     def place(self, watch: Stopwatch) -> Finding:
         """Judge the placement of the item that was put on the layout last.
 
         All items before it stand. May raise :class:`RefusedError`.
         """
+        raise NotImplementedError
+
+    def feasible(self, item: Item, positions: FloatArray) -> NDArray[np.bool_] | None:
+        """Whether the next item would stand on each of some places, as :meth:`load` would say.
+
+        Nothing changes by it.
+
+        Args:
+            item: its own position does not matter.
+            positions: lower corners [cm], shape (K, 3), C-contiguous; any numbers.
+
+        Returns:
+            Shape (K,), False also where the item cannot be; None, the default, where nothing is
+            faster than trying each.
+        """
+        return None
 
     @abstractmethod
     def go_back(self, count: int) -> None:

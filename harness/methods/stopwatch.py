@@ -58,10 +58,14 @@ class Stopwatch:
 
     def stop(self) -> tuple[Seconds, Seconds]:
         """CPU and wall time so far."""
+        cpu_start, wall_start = self._start
+        if self._last is self._start:  # no phase has begun
+            return (
+                Seconds(total=time.process_time() - cpu_start),
+                Seconds(total=time.perf_counter() - wall_start),
+            )
         self.enter(None)
-        totals = [last - start for last, start in zip(self._last, self._start, strict=True)]
-        if not self._spent:
-            return Seconds(total=totals[0]), Seconds(total=totals[1])
+        totals = self._last[0] - cpu_start, self._last[1] - wall_start
         cpu, wall = (
             Seconds(
                 **{phase.value: spent[clock] for phase, spent in self._spent.items()},

@@ -7,9 +7,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from steadyload.kernels.cells import SLABS, enter, items_near, leave
+from steadyload.kernels.growing import first_arrays
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.contacts import FLOOR, find_supports
-from steadyload.layouts.grid import BoxGrid
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods.scene import neighbourhood
@@ -136,32 +137,53 @@ boxes = st.lists(st.tuples(*[st.floats(-50.0, 500.0)] * 3, *[sides] * 3), min_si
 
 @FEW
 @given(boxes=boxes, region=st.tuples(*[st.floats(-50.0, 500.0)] * 3, *[sides] * 3))
-def test_the_grid_finds_what_a_look_at_all_boxes_finds(boxes, region):
-    grid, corners = BoxGrid(), {}
-    for number, (x, y, z, *size) in enumerate(boxes):
-        corners[number] = (x, y, z), tuple(a + s for a, s in zip((x, y, z), size, strict=True))
-        grid.add(number, *corners[number])
-    for number in list(corners)[::3]:
-        grid.remove(number, *corners.pop(number))
-    low = region[:3]
-    high = tuple(a + s for a, s in zip(low, region[3:], strict=True))
-    meeting = [
-        number
-        for number, (a, b) in corners.items()
-        if all(a[k] <= high[k] and b[k] >= low[k] for k in range(3))
+def test_items_near_are_those_that_a_look_at_all_finds(boxes, region):
+    # Some lie beyond the contour, where the outermost slabs count.
+    limits = first_arrays((-10.0, 0.0, -10.0), (310.0, 300.0, 510.0), [0.0] * 5)[-1]
+    cells = np.zeros((6 * SLABS, 1), dtype=np.int64)
+    lower = np.array([box[:3] for box in boxes])
+    upper = lower + np.array([box[3:] for box in boxes])
+    for number in range(len(boxes)):
+        enter(cells, limits, lower[number], upper[number], number)
+    low = np.array(region[:3])
+    high = low + np.array(region[3:])
+    for count in range(len(boxes), 0, -3):
+        meeting = ((lower <= high + 0.5) & (upper >= low - 0.5))[:count].all(axis=1)
+        found = items_near(lower, upper, cells, count, limits, low, high, 0.5)
+        assert found.tolist() == np.flatnonzero(meeting).tolist()
+        for number in range(count - 3, count):
+            leave(cells, max(number, 0))
+
+
+def test_a_copy_and_what_grew_beyond_its_room_know_the_same():
+    items = [
+        Item(k, (5.0 * (k % 20), 4.0 * (k // 400), 5.0 * (k // 20 % 20)), (5.0, 4.0, 5.0), 1.0)
+        for k in range(900)
     ]
-    assert sorted(grid.meeting(low, high)) == meeting
+    growing = GrowingLayout(Pallet(100.0, 100.0, 100.0), "growing")
+    for item in items[:-100]:
+        growing.put(item)
+    copy = growing.copy()
+    for item in items[-100:]:
+        copy.put(item)
+        growing.put(item)
+    for each in (growing, copy):
+        assert_equal(each, items)
 
 
-def test_the_grid_finds_a_box_whose_side_is_a_cells_but_for_the_last_bit():
-    # Its logarithm says that it fits a cell of 6561; it begins in one cell and ends two later.
-    side = np.nextafter(6561.0, np.inf)
-    low, high = (np.nextafter(6561.0, 0.0), 0.0, 0.0), (13122.0, 1.0, 1.0)
-    assert low[0] + side == high[0]
-    grid = BoxGrid()
-    grid.add(0, (low[0], 0.0, 0.0), (low[0] + side, 1.0, 1.0))
-    # So many others that the grid looks into cells, and not at all of them.
-    for number in range(1, 40):
-        near = 20_000.0 * number
-        grid.add(number, (near, 0.0, 0.0), (near + 6000.0, 1.0, 1.0))
-    assert grid.meeting((13122.0, 0.0, 0.0), (13122.0, 1.0, 1.0)) == [0]
+def test_items_that_are_pushed_below_others_again_and_again_leave_nothing():
+    # A board over a row of gaps: what is pushed under it makes its block of patches move.
+    pallet = Pallet(100.0, 100.0, 20.0)
+    board = Item(1, (0.0, 10.0, 0.0), (100.0, 5.0, 20.0), 1.0)
+    posts = [Item(0, (5.0 * k, 0.0, 0.0), (4.0, 10.0, 20.0), 1.0) for k in range(20)]
+    items = [posts[0], board, *(replace(p, sequence=k + 1) for k, p in enumerate(posts[1:], 1))]
+    growing = GrowingLayout(pallet, "growing")
+    for item in items[:2]:
+        growing.put(item)
+    for _ in range(3):
+        for count, item in enumerate(items[2:], start=3):
+            growing.put(item)
+            assert_equal(growing, items[:count])
+        for count in range(len(items) - 1, 1, -1):
+            assert growing.take_off() == items[count]
+            assert_equal(growing, items[:count])

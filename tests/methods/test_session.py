@@ -12,12 +12,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from steadyload.engines.world import EngineError
+from steadyload.kernels.growing import ARRAYS
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.contacts import find_supports
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods import Status, equilibrium
 from steadyload.methods.convex_hull import strictly_inside_hull
-from steadyload.methods.method import STABLE, Finding, Method, WholeLoader
+from steadyload.methods.method import STABLE, Finding, Method, Seconds, WholeLoader
 from steadyload.methods.placements import Placements
 from steadyload.methods.session import LoadingSession, SessionError
 from steadyload.methods.spec import MethodSpec
@@ -214,6 +215,113 @@ def test_what_is_rejected_or_undone_leaves_no_forces_behind(boxes, undos):
     assert forces(session) == forces(afresh)
 
 
+# --- many places at once ----
+
+
+def some_places(draw, session, size):
+    """Places at corners of what is loaded, some moved a little, some that cannot be."""
+    corners = [(0.0, 0.0, 0.0), (30.0, 0.0, 20.0)]
+    for item in session.items:
+        corners += [item.position, tuple(np.add(item.position, item.size))]
+    axes = [sorted({corner[k] for corner in corners}) for k in range(3)]
+    places = [[draw.choice(values) for values in axes] for _ in range(60)]
+    places += [np.subtract(at, (size[0], 0.0, 0.0)).tolist() for at in places[:20]]
+    moved = [np.add(at, draw.choice((0.005, 0.02, 1.0, -2.0), 3)).tolist() for at in places[:20]]
+    return [*places, *moved, [np.nan, 0.0, 0.0], [0.0, np.inf, 0.0], [1e300, -1e300, 0.0]]
+
+
+def said_of_places(session, item, places):
+    """What try_place says of an item at places, and that it keeps to the verdict on the whole."""
+    for at in places:
+        try:
+            stable = place_and_compare(session, replace(item, position=tuple(at))).stable
+        except LayoutError:
+            stable = False
+        if stable:
+            session.undo()
+        yield stable
+
+
+@pytest.mark.parametrize("floor", ["auto", "deck", "infinite"])
+@pytest.mark.parametrize("spec", ["fbs", "pbs0.7", "pbs:alpha=0", "sme", "equilibrium"])
+@settings(FEW, max_examples=8)
+@given(boxes=boxes, seed=st.integers(0, 1000))
+def test_places_are_feasible_where_the_item_could_be_placed(spec, floor, boxes, seed):
+    session, draw = LoadingSession(replace(WIDE, floor=floor), spec), np.random.default_rng(seed)
+    for box in boxes:
+        item = let_down(session, box)
+        session.try_place(item)
+    before = session.items
+    places = some_places(draw, session, item.size)
+    found = session.feasible(item, places)
+    assert found.shape == (len(places),)
+    assert session.items == before
+    assert found.tolist() == list(said_of_places(session, item, places))
+    # And once more, after so much came and went.
+    assert (session.feasible(item, places) == found).all()
+
+
+@pytest.mark.parametrize(
+    "spec", ["label@mujoco", "equilibrium:time=0.3", "equilibrium:sides=friction"]
+)
+def test_any_method_says_where_an_item_would_stand(spec):
+    with LoadingSession(Pallet(100.0, 40.0, 20.0), spec) as session:
+        for x in (0.0, 20.0):
+            session.try_place(cube(x))
+        places = [
+            (10.0, 0.0, 0.0),
+            (5.0, 0.0, 0.0),
+            (5.0, 10.0, 0.0),
+            (28.0, 10.0, 0.0),
+            (95, 0, 0),
+        ]
+        found = session.feasible(cube(0.0), places)
+        assert found.tolist() == list(said_of_places(session, cube(0.0), places))
+        assert session.feasible(cube(0.0), np.empty((0, 3))).tolist() == []
+        assert len(session) == 2
+
+
+@pytest.mark.parametrize(
+    "positions", [(0.0, 0.0, 0.0), [(0.0, 0.0)], "here", [["a", "b", "c"]], []]
+)
+def test_positions_of_another_shape_are_refused(positions):
+    session = LoadingSession(WIDE, "fbs")
+    with pytest.raises(SessionError, match=r"positions .*allowed: numbers \[cm\], shape \(K, 3\)"):
+        session.feasible(cube(0.0), positions)
+
+
+@FEW
+@given(boxes=boxes, undos=st.lists(st.sampled_from((0, 0, 1, 2)), min_size=1))
+def test_forces_in_arrays_are_those_of_what_is_loaded(boxes, undos):
+    def forces(session):
+        arrays = dict(zip(ARRAYS, session._layout._arrays, strict=True))
+        starts, ends = arrays["blocks"][:2, : len(session)].tolist()
+        return [arrays["presses"][0, a:b].tolist() for a, b in zip(starts, ends, strict=True)]
+
+    session = LoadingSession(WIDE, "equilibrium")
+    for place, box in enumerate(boxes):
+        item = let_down(session, box)
+        session.feasible(item, [item.position, (0.0, 0.0, 0.0)])
+        session.try_place(item)
+        session.undo(min(undos[place % len(undos)], len(session)))
+    afresh = LoadingSession(WIDE, "equilibrium")
+    assert all(afresh.try_place(item).stable for item in session.items)
+    assert forces(session.fork()) == forces(session) == forces(afresh)
+
+
+def test_where_rounding_hides_balance_the_whole_is_judged():
+    # A feather under a mass that is so much heavier that what is left of its forces is noise.
+    pallet = Pallet(100.0, 100.0, 100.0)
+    session = LoadingSession(pallet, "equilibrium")
+    boxes = ((0, 0, 10, 1.0), (20, 0, 10, 1.0), (5, 10, 20, 1e-9), (5, 20, 20, 1e6), (5, 30, 20, 1))
+    for x, y, width, weight in boxes:
+        item = Item(0, (float(x), float(y), 0.0), (float(width), 10.0, 10.0), weight)
+        places = [item.position, (50.0, 0.0, 0.0)]
+        found = session.feasible(item, places)
+        assert found.tolist() == list(said_of_places(session, item, places))
+        place_and_compare(session, item)
+
+
 # --- searches -----------------------------------------------------------------------------------
 
 
@@ -320,6 +428,27 @@ def test_an_engine_that_fails_at_one_item_judges_the_next(spec, monkeypatch):
         assert walk(session, [on_top, cube(20.0)], told=step) == 2
 
 
+@pytest.mark.parametrize("spec", ["fbs", "sme", "equilibrium", "label@mujoco"])
+def test_without_times_verdicts_are_the_same_and_state_none(spec):
+    with (
+        LoadingSession(Pallet(100.0, 40.0, 20.0), spec, timed=False) as session,
+        LoadingSession(Pallet(100.0, 40.0, 20.0), spec) as other,
+        session.fork() as fork,
+    ):
+        for at in ((0.0, 0.0), (8.0, 10.0), (10.0, 0.0), (10.0, 10.0), (95.0, 0.0)):
+            item = replace(cube(0.0), position=(*at, 0.0))
+            verdict, timed = session.try_place(item), other.try_place(item)
+            assert verdict == fork.try_place(item) == replace(timed, cpu=Seconds(), wall=Seconds())
+            assert timed.wall.total > 0.0
+
+
+def test_without_times_a_placement_may_still_take_too_long():
+    with LoadingSession(
+        Pallet(100.0, 20.0, 20.0), "label@mujoco", timeout=1e-9, timed=False
+    ) as session:
+        assert session.try_place(cube(0.0)).status is Status.TIMEOUT
+
+
 def test_only_what_is_loaded_can_be_undone():
     session = LoadingSession(Pallet(100.0, 20.0, 20.0), "fbs")
     session.try_place(cube(0.0))
@@ -418,13 +547,14 @@ def test_a_closed_session_can_be_read_and_nothing_else():
     "use",
     [
         lambda session: session.try_place(cube(20.0)),
+        lambda session: session.feasible(cube(20.0), [(20.0, 0.0, 0.0)]),
         lambda session: session.undo(),
         lambda session: session.fork(),
         lambda session: session.layout(),
         lambda session: session.items,
         lambda session: session.close(),
     ],
-    ids=["try_place", "undo", "fork", "layout", "items", "close"],
+    ids=["try_place", "feasible", "undo", "fork", "layout", "items", "close"],
 )
 def test_a_second_thread_is_refused_while_the_first_is_in_the_session(use):
     """The item that is just being judged must not be seen, nor taken off."""
@@ -438,21 +568,21 @@ def test_a_second_thread_is_refused_while_the_first_is_in_the_session(use):
         except SessionError as error:
             refused.append(str(error))
 
-    place = session._loader.place
+    load = session._loader.load
 
-    def meanwhile(watch):
+    def meanwhile(item, watch):
         thread = threading.Thread(target=other_thread)
         thread.start()
         thread.join()
-        return place(watch)
+        return load(item, watch)
 
-    session._loader.place = meanwhile
+    session._loader.load = meanwhile
     assert session.try_place(cube(10.0)).stable
     assert refused == [
         "the session is in use by another thread; allowed: one thread at a time, or a fork() "
         "for each"
     ]
-    session._loader.place = place
+    session._loader.load = load
     assert len(session) == 2
     assert session.try_place(cube(20.0)).stable
 

@@ -1,0 +1,115 @@
+"""Loaders of the static rules: an item is put on and judged in one compiled call."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from steadyload import kernels
+from steadyload.kernels.constants import STANDS, UNRESOLVED
+from steadyload.layouts.growing import GrowingLayout, Rule
+from steadyload.layouts.model import FloatArray, Item
+from steadyload.methods.method import STABLE, Finding, Loader, Method, Stopwatch
+
+
+class RuleLoader(Loader):
+    """A loader by a pair of functions of :mod:`steadyload.kernels.placing`, which keep all that
+    there is to keep in the layout's arrays.
+
+    Args:
+        layout: what is loaded.
+        place: the ``place_...`` of the pair.
+        stands: the ``stands_...`` of the pair.
+        how: parameters of both.
+        finding: of an item that does not stand, from the step, the item that fails, and the number
+            that belongs to the rule.
+    """
+
+    def __init__(
+        self,
+        layout: GrowingLayout,
+        place: Rule,
+        stands: Rule,
+        how: tuple[float, ...],
+        finding: Callable[[int, int, float], Finding],
+    ) -> None:
+        super().__init__(layout)
+        self._place, self._stands, self._how, self._finding = place, stands, how, finding
+        layout.warm(place, *how)
+
+    def load(self, item: Item, watch: Stopwatch) -> Finding:
+        """See :meth:`Loader.load`."""
+        ended, culprit, number = self.layout.try_put(item, self._place, *self._how)
+        if ended == STANDS:
+            return STABLE
+        return self._finding(len(self.layout), culprit, number)
+
+    def feasible(self, item: Item, positions: FloatArray) -> NDArray[np.bool_] | None:
+        """See :meth:`Loader.feasible`."""
+        endings = self.layout.endings(item, positions, self._stands, *self._how)
+        found: NDArray[np.bool_] = endings == STANDS
+        return found
+
+    def go_back(self, count: int) -> None:
+        """Nothing is kept but what the layout has."""
+
+    def fork(self, layout: GrowingLayout) -> RuleLoader:
+        """See :meth:`Loader.fork`."""
+        return RuleLoader(layout, self._place, self._stands, self._how, self._finding)
+
+
+class BalancedLoader(RuleLoader):
+    """A loader by the balance of vertical forces, which the layout's arrays keep.
+
+    Where rounding hides whether items balance, the whole layout is judged, and again at every
+    placement on top of that: no forces are known then.
+
+    Args:
+        layout: what is loaded.
+        method: that judges the whole.
+        finding: of a step and the item that is out of balance.
+    """
+
+    def __init__(
+        self, layout: GrowingLayout, method: Method, finding: Callable[[int, int], Finding]
+    ) -> None:
+        placing = kernels.placing
+        super().__init__(
+            layout, placing.place_balanced, placing.stands_balanced, (),
+            lambda step, culprit, _: finding(step, culprit),
+        )  # fmt: skip
+        self._method, self._unbalanced = method, finding
+        self._known: int | None = None
+        """So many items have forces that are known; None for all."""
+
+    def load(self, item: Item, watch: Stopwatch) -> Finding:
+        """See :meth:`Loader.load`."""
+        if self._known is None:
+            ended, culprit, number = self.layout.try_put(item, self._place)
+            if ended == STANDS:
+                return STABLE
+            if ended != UNRESOLVED:
+                return self._finding(len(self.layout), culprit, number)
+            self._known = len(self.layout)
+        self.layout.put(item)
+        return self._method._judge(self.layout.layout(), watch)
+
+    def feasible(self, item: Item, positions: FloatArray) -> NDArray[np.bool_] | None:
+        """See :meth:`Loader.feasible`."""
+        if self._known is not None:
+            return None
+        endings = self.layout.endings(item, positions, self._stands)
+        return None if (endings == UNRESOLVED).any() else endings == STANDS
+
+    def go_back(self, count: int) -> None:
+        """See :meth:`Loader.go_back`."""
+        if self._known is not None and count <= self._known:
+            self._known = None
+
+    def fork(self, layout: GrowingLayout) -> BalancedLoader:
+        """See :meth:`Loader.fork`."""
+        other = BalancedLoader(layout, self._method, self._unbalanced)
+        other._known = self._known
+        return other
