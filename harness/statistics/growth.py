@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import stdtrit
 
 from steadyload.statistics.estimate import NOTHING, Estimate
-from steadyload.statistics.metrics import resamples
 
 
 def slope(sizes: ArrayLike, costs: ArrayLike) -> float:
@@ -25,34 +25,26 @@ def slope(sizes: ArrayLike, costs: ArrayLike) -> float:
 
 
 def exponent(sizes: ArrayLike, costs: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
-    """The exponent with its 95 % percentile-bootstrap interval over clusters of points.
+    """The exponent with its 95 % interval: Student's, of the variance between clusters of points.
 
-    A resample in which all sizes are one says nothing and is left out. With one cluster the ends
-    of the interval are not numbers.
+    The variance is that of least squares with clusters (CR1), with a degree of freedom less than
+    there are clusters. With one cluster the ends of the interval are not numbers.
 
     Args:
         sizes: above 0.
         costs: above 0, one a size.
-        clusters: a label for each point; points with equal labels are drawn together.
+        clusters: a label for each point; points with equal labels are not independent.
     """
-    x, y = np.log(np.asarray(sizes, dtype=float)), np.log(np.asarray(costs, dtype=float))
     value = slope(sizes, costs)
     if math.isnan(value):
         return NOTHING
-    labels = np.arange(len(x)) if clusters is None else np.asarray(clusters)
-    _, member = np.unique(labels, return_inverse=True)
-    count = int(member.max()) + 1
-    if count < 2:
-        return Estimate(value, math.nan, math.nan, len(x))
+    x, y = np.log(np.asarray(sizes, dtype=float)), np.log(np.asarray(costs, dtype=float))
     x, y = x - x.mean(), y - y.mean()
-    terms = np.stack([np.ones(len(x)), x, y, x * x, x * y], axis=1)
-    sums = np.zeros((count, 5))
-    np.add.at(sums, member, terms)
-    found = []
-    for drawn in resamples(count):
-        n, sx, sy, sxx, sxy = sums[drawn].sum(axis=1).T
-        spread = n * sxx - sx * sx
-        whole = spread > 1e-9 * n * n
-        found.append((n * sxy - sx * sy)[whole] / spread[whole])
-    low, high = np.quantile(np.concatenate(found), (0.025, 0.975))
-    return Estimate(value, float(low), float(high), len(x))
+    _, member = np.unique(np.arange(len(x)) if clusters is None else clusters, return_inverse=True)
+    count = int(member.max()) + 1
+    half = math.nan
+    if count > 1:
+        scores = np.bincount(member, weights=x * (y - value * x))
+        variance = count / (count - 1) * float(scores @ scores) / float(x @ x) ** 2
+        half = float(stdtrit(count - 1, 0.975)) * math.sqrt(variance)
+    return Estimate(value, value - half, value + half, len(x))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +14,7 @@ from steadyload.statistics.growth import exponent
 from steadyload.statistics.metrics import median
 from steadyload.studies.speed.measuring import Job, judging, judging_together, measure
 from steadyload.studies.speed.records import GrowthCurve, GrowthPoint, Kind
-from steadyload.studies.speed.scenes import Scene
+from steadyload.studies.speed.scenes import Scene, Source
 
 ITEM_COUNTS = (10, 20, 50, 100, 200)
 LATE = 50
@@ -26,8 +26,8 @@ _COPIES = (5, 200)
 _BATCH = 5e-3
 """CPU time of a batch, about, between these numbers [s]."""
 
-_ENOUGH = 5.0
-"""CPU time that looking for stable layouts of one size takes, about [s]."""
+_ENOUGH = 1.0
+"""CPU time of one layout's judgements after which they are not repeated again [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,21 +47,19 @@ def growth_curves(
     scenes: Sequence[Scene],
     counts: Sequence[int],
     *,
-    draws: int,
     repeats: int,
     patience: float,
     progress: Callable[[str], None],
 ) -> list[GrowthCurve]:
     """Cost by number of items: a curve a scene and method.
 
-    A size is measured on the first ``draws`` layouts of the scene whose first items the method
-    calls stable, so that every item is judged. A curve has no point where there is none.
+    A size is measured on the layouts of the scene whose first items the method calls stable, so
+    that every item is judged. A curve has no point where there is none.
 
     Args:
         methods: by spec.
         scenes: that are judged.
         counts: numbers of items.
-        draws: layouts of every size, at most.
         repeats: of every judgement.
         patience: seconds after which a judgement is given up.
         progress: called with a description of the current measurement.
@@ -69,36 +67,30 @@ def growth_curves(
     jobs = []
     for scene in scenes:
         for spec, method in methods.items():
+            progress(f"{scene.name}, {spec}")
+            sources = scene.sources(method, patience)
             for count in counts:
-                progress(f"{scene.name}, {spec}, {count} items")
-                for place, layout, seconds in _stable(method, scene, count, draws, patience):
-                    of = (scene.name, spec, count, place, scene.is_joined(place))
+                for place, layout, seconds in _stable(method, sources, count, patience):
+                    of = (scene.name, spec, count, place, count > sources[place].alone)
                     jobs.append(Job(_Key(Kind.JUDGE, *of), 1, judging(method, [layout])))
                     copies = int(np.clip(_BATCH / max(seconds, 1e-9), *_COPIES))
                     together = judging_together(method, [layout] * copies)
                     if together is not None:
                         jobs.append(Job(_Key(Kind.BATCH, *of), copies, together))
-    measure(jobs, repeats, progress)
+    measure(jobs, repeats, progress, enough=_ENOUGH)
     return [_curve(scene.name, spec, jobs) for scene in scenes for spec in methods]
 
 
 def _stable(
-    method: Method, scene: Scene, count: int, draws: int, patience: float
-) -> list[tuple[int, Layout, float]]:
-    """Places in the scene, first items, and the seconds that their judgement took."""
-    found: list[tuple[int, Layout, float]] = []
-    spent = 0.0
-    for place, layout in enumerate(scene.layouts):
-        if len(layout) < count:
-            continue
-        part = layout.first(count)
-        verdict = method.judge(part, timeout=patience)
-        spent += verdict.cpu.total
-        if verdict.status is Status.DONE and verdict.stable:
-            found.append((place, part, verdict.cpu.total))
-        if len(found) == draws or spent > _ENOUGH:
-            break
-    return found
+    method: Method, sources: Sequence[Source], count: int, patience: float
+) -> Iterator[tuple[int, Layout, float]]:
+    """Places of sources, their first items, and the seconds that their judgement took."""
+    for place, source in enumerate(sources):
+        if len(source.layout) >= count:
+            part = source.layout.first(count)
+            verdict = method.judge(part, timeout=patience)
+            if verdict.status is Status.DONE and verdict.stable:
+                yield place, part, verdict.cpu.total
 
 
 def _curve(scene: str, spec: str, jobs: Sequence[Job]) -> GrowthCurve:

@@ -73,13 +73,13 @@ def _growth_explained(curves: Sequence[GrowthCurve], run: SpeedRun) -> str:
     )
     if files:
         told += (
-            f"*{', '.join(files)}*: layouts of the file, in random order; where too few are large "
-            "enough, several stand side by side on one long deck, each with its first items that "
-            "balance (*joined*). "
+            f"*{', '.join(files)}*: layouts of the file in random order, of each the first items "
+            "that the method calls safe, ten at least; beyond their number those of the next ones "
+            "stand beside them on one long deck (*joined*: so many of the n). "
         )
     how = (
         "The exponent is that of J in the CPU time, by least squares in log-log over all "
-        "layouts; brackets hold 95 % bootstrap intervals over layouts. `judge` includes the "
+        "layouts; brackets hold 95 % intervals, clustered by layout. `judge` includes the "
         "floor, which does not grow; a batch of equal layouts has none. "
         f"A judgement beyond {run.patience:g} s is given up."
     )

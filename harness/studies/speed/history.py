@@ -47,5 +47,5 @@ def keep(run: SpeedRun, folder: Path) -> Path:
 def _earlier(entries: list[Any], path: Path, remedy: str) -> list[EarlierRun]:
     try:
         return [EarlierRun.from_json(entry) for entry in entries]
-    except (LookupError, TypeError, ValueError):
+    except (LookupError, TypeError, ValueError, OverflowError):
         raise StoredFileError(path, remedy) from None

@@ -18,7 +18,7 @@ from steadyload.methods.verdict import STABLE
 _LEAST = 2e-3
 """CPU time of a repeat at least [s]; shorter work is done several times."""
 
-_ENOUGH = 20.0
+ENOUGH = 6.0
 """CPU time of all repeats of one work after which it is not repeated again [s]."""
 
 POSITIONS = 1000
@@ -40,10 +40,22 @@ class Job:
     seconds: list[float] = field(default_factory=list)
 
 
-def measure(jobs: Sequence[Job], repeats: int, progress: Callable[[str], None]) -> None:
-    """Repeat all jobs in turns, the first one changing; work that took long is not repeated.
+def measure(
+    jobs: Sequence[Job],
+    repeats: int,
+    progress: Callable[[str], None],
+    *,
+    enough: float = ENOUGH,
+) -> None:
+    """Repeat all jobs in turns, the first one changing.
 
     Every job is done once before, which is not counted.
+
+    Args:
+        jobs: that are measured.
+        repeats: of every job.
+        progress: called with a description of the current repeat.
+        enough: CPU seconds of a job after which it is not repeated again.
     """
     loops, spent = [], [0.0] * len(jobs)
     for job in jobs:
@@ -53,7 +65,7 @@ def measure(jobs: Sequence[Job], repeats: int, progress: Callable[[str], None]) 
         progress(f"repeat {repeat + 1} of {repeats}")
         start = repeat * len(jobs) // max(repeats, 1)
         for place in [*range(start, len(jobs)), *range(start)]:
-            if spent[place] > _ENOUGH:
+            if spent[place] > enough:
                 continue
             job = jobs[place]
             taken = sum(job.work() for _ in range(loops[place]))

@@ -9,7 +9,7 @@ from steadyload.reports.page import Page, Section
 from steadyload.reports.table import MISSING, Column, Table, milliseconds, significant, words
 from steadyload.runs.costs import load_explained
 from steadyload.studies.speed.growth_section import growth_sections, title
-from steadyload.studies.speed.measuring import POSITIONS
+from steadyload.studies.speed.measuring import ENOUGH, POSITIONS
 from steadyload.studies.speed.records import CaseSet, Cost, EarlierRun, Kind, SpeedRun
 from steadyload.studies.speed.scenes import LABELLED
 
@@ -55,8 +55,9 @@ def _summary(run: SpeedRun) -> str:
         f"the mean). Of that an empty verdict, with its stopwatch, takes "
         f"{milliseconds(empty.microseconds)} us, and the loop over the layouts "
         f"{milliseconds(loop.microseconds)} us. CPU times are medians of "
-        f"{empty.microseconds.n} repeats in turns in one process; brackets hold the 95 % "
-        f"interval of the median over repeats, their range where there are fewer than six."
+        f"{empty.microseconds.n} repeats, fewer of what takes seconds, in turns in one process; "
+        f"brackets hold the 95 % interval of the median over repeats, their range where there are "
+        f"fewer than six."
         + (" **A quick run: few layouts and repeats.**" if run.quick else "")
         + load_explained(run.load)
     )
@@ -195,8 +196,8 @@ def _method(run: SpeedRun) -> Section:
         "All work is done once before, and then in turns, the first one changing from repeat to "
         "repeat, in one process and one thread: code is compiled or loaded, and layouts have their "
         "arrays. A repeat is all layouts; short work is repeated for 2 ms at least, and work "
-        "that has taken 20 s is not repeated again. A method that would take more than 10 s for "
-        "the layouts of a set is measured on every tenth. Numbers depend on the processor, on what "
-        "else runs, and on the load of its caches: compare ratios within one run."
+        f"that has taken {ENOUGH:g} s is not repeated again. A method that would take more than "
+        "10 s for the layouts of a set is measured on every tenth. Numbers depend on the processor "
+        "and on what else runs: compare ratios within one run."
         + ("" if run.compiled else " Numba's compilation was switched off."),
     )

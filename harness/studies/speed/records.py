@@ -155,7 +155,7 @@ class EarlierRun:
         """The run of an entry.
 
         Raises:
-            LookupError, TypeError, ValueError: it is no entry of a history.
+            LookupError, TypeError, ValueError, OverflowError: it is no entry of a history.
         """
         date, source, machine = (str(entry[name]) for name in ("date", "source", "machine"))
         costs = {

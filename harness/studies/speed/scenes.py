@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from steadyload.layouts.benchmark.dataset import Part, load_benchmark
 from steadyload.layouts.formats import read_layouts
 from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.record import shown
-from steadyload.methods.registry import make_method
+from steadyload.methods.method import Method, Status
 from steadyload.studies.engines.speed import random_boxes
 
 LABELLED = str(Part.VALIDATION)
@@ -29,9 +29,6 @@ _APART = 20.0
 _FEWEST = 10
 """Items of a pallet that is joined to others, at least."""
 
-_SAFE = "equilibrium"
-"""Method that says how many items of a pallet are joined to others: those that it calls safe."""
-
 _SEED = 3
 
 
@@ -44,22 +41,27 @@ class Cases:
 
 
 @dataclass(frozen=True)
+class Source:
+    """A large layout whose first items are judged, more and more of them.
+
+    ``alone``: how many of its items stand on one pallet; the others stand beside them.
+    """
+
+    layout: Layout
+    alone: int
+
+
+@dataclass(frozen=True)
 class Scene:
-    """Layouts whose first items are judged, more and more of them.
+    """Where the layouts of growth come from.
 
     Attributes:
         name: of the scene.
-        layouts: in the order in which they are taken.
-        joined: the last so many of them are made of several, side by side.
+        sources: of a method, and seconds after which a judgement is given up.
     """
 
     name: str
-    layouts: tuple[Layout, ...]
-    joined: int = 0
-
-    def is_joined(self, place: int) -> bool:
-        """Whether a layout is made of several."""
-        return place >= len(self.layouts) - self.joined
+    sources: Callable[[Method, float], Sequence[Source]]
 
 
 def labelled_cases(limit: int | None) -> Cases:
@@ -101,47 +103,54 @@ def check_names(sets: Sequence[Cases]) -> None:
 
 def piles(most_items: int, draws: int) -> Scene:
     """Random boxes on a deck of 80 x 80 cm, packed from the bottom up, bases supported by 0.8."""
-    return Scene(
-        PILES,
-        tuple(
-            random_boxes(
-                f"pile-{seed}", most_items, _DECK, "bottom-back-left", seed=seed, support=_SUPPORT
-            )
-            for seed in range(_SEED, _SEED + draws)
-        ),
-    )
+    packed = [
+        random_boxes(
+            f"pile-{seed}", most_items, _DECK, "bottom-back-left", seed=seed, support=_SUPPORT
+        )
+        for seed in range(_SEED, _SEED + draws)
+    ]
+    sources = [Source(layout, most_items) for layout in packed]
+    return Scene(PILES, lambda method, patience: sources)
 
 
 def growing(cases: Cases, most_items: int, draws: int) -> Scene:
-    """The layouts of a set in random order, and after them larger ones that are joined of them.
+    """The layouts of a set in random order, joined to large ones.
 
-    Joined are the first items of several layouts, as many as balance, side by side on one deck,
-    until there are ``most_items``; fewer layouts than ``draws`` are joined where there is not
-    enough, perhaps none.
+    Of every layout the first items are taken, as many as the method calls safe, ten at least. A
+    source begins with one layout; the next ones stand beside it on one long deck, until there are
+    ``most_items``.
     """
     order = np.random.default_rng(_SEED).permutation(len(cases.layouts)).tolist()
     layouts = [cases.layouts[place] for place in order]
-    parts = [part for part in _safe_parts(layouts) if len(part) >= _FEWEST]
-    joined: list[Layout] = []
-    row: list[Layout] = []
-    for part in parts:
-        row.append(part)
-        if sum(map(len, row)) >= most_items:
-            joined.append(_side_by_side(f"{cases.name}-joined-{len(joined)}", row))
-            row = []
-        if len(joined) == draws:
-            break
-    return Scene(cases.name, (*layouts, *joined), len(joined))
+
+    def sources(method: Method, patience: float) -> list[Source]:
+        parts: list[Layout] = []
+        for part in _safe_parts(method, layouts, patience):
+            parts.append(part)
+            if sum(map(len, parts[draws - 1 :])) >= most_items:
+                break
+        return [
+            Source(_side_by_side(f"{cases.name}-{first}", row), len(row[0]))
+            for first in range(min(draws, len(parts)))
+            for row in [_enough(parts[first:], most_items)]
+        ]
+
+    return Scene(cases.name, sources)
 
 
-def _safe_parts(layouts: Sequence[Layout]) -> Iterator[Layout]:
-    """The first items of layouts, as many as balance; layouts of which none does are left out."""
-    method = make_method(_SAFE)
+def _safe_parts(method: Method, layouts: Sequence[Layout], patience: float) -> Iterator[Layout]:
     for layout in layouts:
-        verdict = method.judge(layout)
-        safe = len(layout) if verdict.stable else verdict.failing_step or 0
-        if safe:
-            yield layout.first(safe)
+        verdict = method.judge(layout, timeout=patience)
+        if verdict.status is Status.DONE:
+            safe = len(layout) if verdict.stable else verdict.failing_step or 0
+            if safe >= _FEWEST:
+                yield layout.first(safe)
+
+
+def _enough(parts: Sequence[Layout], items: int) -> list[Layout]:
+    """The first parts, until they have so many items, or all."""
+    totals = np.cumsum([len(part) for part in parts])
+    return list(parts[: int(np.searchsorted(totals, items)) + 1])
 
 
 def _side_by_side(name: str, layouts: Sequence[Layout]) -> Layout:

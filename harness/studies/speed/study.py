@@ -81,7 +81,6 @@ def speed_run(
         methods,
         scenes,
         [count for count in ITEM_COUNTS if count <= extent.most_items],
-        draws=extent.draws,
         repeats=extent.repeats,
         patience=extent.patience,
         progress=progress,
