@@ -71,7 +71,7 @@ def test_the_help_lists_commands_in_groups(capsys):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["scroe"], "unknown command 'scroe'; did you mean 'score'? allowed: benchmark, "),
+        (["scroe"], "unknown command 'scroe'; did you mean 'score'? allowed: bench, "),
         (["verify", "convergense"], "unknown action 'convergense' of verify; did you mean"),
         (
             ["score", "x", "--metod", "sme"],

@@ -21,6 +21,7 @@ from steadyload.studies.speed.measuring import Job, measure
 from steadyload.studies.speed.page import speed_page
 from steadyload.studies.speed.records import CaseSet, Cost, EarlierRun, Kind, SpeedRun
 from steadyload.studies.speed.scenes import Cases, Scene, Source, cases_of, check_names, growing
+from steadyload.studies.speed.steps import step_shares
 
 TINY = study.Extent(repeats=2, draws=2, most_items=20, patience=1.0)
 
@@ -198,7 +199,7 @@ RUN = SpeedRun(
     date="2026-11-22", source="git 1", machine="this", compiled=True, quick=False, load=1.0,
     patience=2.0, cases=(CaseSet("validation", 900, 9.4),),
     costs=(of(Kind.LOOP, "", 0.01), of(Kind.EMPTY, "", 6.0), of(Kind.JUDGE, "sme", 10.0)),
-    growth=(),
+    steps=(), growth=(),
 )  # fmt: skip
 
 
@@ -217,6 +218,21 @@ def test_times_are_compared_on_the_same_processor_and_layouts_alone():
     assert "not compared" in section.tables[0].caption
     titles = [s.title for s in speed_page(RUN, [earlier("this", 30)], {}).sections]
     assert "Earlier versions" not in titles
+
+
+def test_steps_are_shown_of_methods_that_count_them():
+    class Counting:
+        def step_counts(self, layout):
+            return (10, 9, 1) if layout == "flat" else (10, 6, 2)
+
+    assert step_shares("validation", "sme", make_method("sme"), []) is None
+    found = step_shares("validation", "sme", Counting(), ["flat", "high"])
+    assert (found.steps, found.kept.value, found.asked.value) == (20, 0.75, 0.15)
+    sections = {s.title: s for s in speed_page(replace(RUN, steps=(found,)), [], {}).sections}
+    (table,) = sections["Steps kept and asked"].tables
+    assert [c.cell(found) for c in table.columns] == [
+        "validation", "SME", "20", "75.0 [60.0, 90.0]", "15.0 [10.0, 20.0]",
+    ]  # fmt: skip
 
 
 def test_the_page_says_when_times_say_little():

@@ -32,7 +32,7 @@ _ENOUGH = 1.0
 
 @dataclass(frozen=True, slots=True)
 class _Key:
-    """What a job of growth measures; ``source`` is the place of the layout in the scene."""
+    """Key of a job; ``source`` is the place of the layout in the scene."""
 
     kind: Kind
     scene: str

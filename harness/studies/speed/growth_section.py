@@ -79,8 +79,8 @@ def _growth_explained(curves: Sequence[GrowthCurve], run: SpeedRun) -> str:
         )
     how = (
         "The exponent is that of J in the CPU time, by least squares in log-log over all "
-        "layouts; brackets hold 95 % intervals, clustered by layout. `judge` includes the "
-        "floor, which does not grow; a batch of equal layouts has none. "
+        "layouts; brackets hold 95 % intervals, clustered by layout. `judge` includes a verdict "
+        "with its times, which does not grow; a batch of equal layouts has none of its own. "
         f"A judgement beyond {run.patience:g} s is given up."
     )
     return _aim(curves) + told + how

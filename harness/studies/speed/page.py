@@ -6,7 +6,15 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from steadyload.reports.page import Page, Section
-from steadyload.reports.table import MISSING, Column, Table, milliseconds, significant, words
+from steadyload.reports.table import (
+    MISSING,
+    Column,
+    Table,
+    milliseconds,
+    percent,
+    significant,
+    words,
+)
 from steadyload.runs.costs import load_explained
 from steadyload.studies.speed.growth_section import growth_sections, title
 from steadyload.studies.speed.measuring import ENOUGH, POSITIONS
@@ -25,7 +33,13 @@ def speed_page(run: SpeedRun, earlier: Sequence[EarlierRun], manifest: Mapping[s
         earlier: runs before it, in order.
         manifest: provenance of the page.
     """
-    sections = [_judgements(run), *_positions(run), *growth_sections(run), *_earlier(run, earlier)]
+    sections = [
+        _judgements(run),
+        *_positions(run),
+        *_steps(run),
+        *growth_sections(run),
+        *_earlier(run, earlier),
+    ]
     return Page(
         "What a judgement costs",
         _summary(run),
@@ -81,11 +95,11 @@ def _tables(run: SpeedRun, cases: CaseSet) -> list[Table | str]:
     def count(kind: Kind) -> Any:
         return lambda spec: getattr(run.cost(cases.name, kind, spec), "count", None)
 
-    floor = [
-        (words_of, run.cost(cases.name, kind))
-        for words_of, kind in (("the loop", Kind.LOOP), ("an empty verdict", Kind.EMPTY))
+    bare = [
+        (named, run.cost(cases.name, kind))
+        for named, kind in (("the loop", Kind.LOOP), ("an empty verdict", Kind.EMPTY))
     ]
-    told = ", ".join(f"{name} {_microseconds(cost)} us" for name, cost in floor)
+    told = ", ".join(f"{name} {_microseconds(cost)} us" for name, cost in bare)
     columns = [
         words("method", title),
         Column("n", count(Kind.JUDGE)),
@@ -96,7 +110,7 @@ def _tables(run: SpeedRun, cases: CaseSet) -> list[Table | str]:
     ]
     caption = (
         f"**{_named(cases)}**: {cases.layouts} layouts, {cases.mean_items:.1f} items in the mean. "
-        f"Floor: {told}."
+        f"Without a judgement: {told}."
     )
     late = [c for c in run.costs if c.cases == cases.name and c.kind is Kind.JUDGE and c.missing]
     notes = [
@@ -140,8 +154,28 @@ def _positions(run: SpeedRun) -> list[Section]:
             "Many positions of one item",
             f"`feasible` in a session that holds all items but the last of the largest layout that "
             f"is stable, for {POSITIONS:,} positions of that item, drawn at random at the heights "
-            "of tops and of the deck.",
+            "of tops and of the deck, in one compiled call.",
             [Table(rows, columns)],
+        )
+    ]
+
+
+def _steps(run: SpeedRun) -> list[Section]:
+    if not run.steps:
+        return []
+    columns = [
+        words("cases", "cases"),
+        words("method", lambda row: title(row.method)),
+        Column("steps"),
+        Column("kept %", "kept", percent),
+        Column("asked %", "asked", percent),
+    ]
+    return [
+        Section(
+            "Steps kept and asked",
+            "*Kept*: the forces found before balance the new item, too. *Asked*: the model of "
+            "motion says how far items get. Brackets hold 95 % intervals over layouts.",
+            [Table(run.steps, columns)],
         )
     ]
 

@@ -58,6 +58,25 @@ class Cost:
 
 
 @dataclass(frozen=True, slots=True)
+class StepShares:
+    """Shares of the steps of a set of layouts.
+
+    Attributes:
+        cases: name of the set of layouts.
+        method: spec.
+        steps: that were judged.
+        kept: for which forces found before were kept.
+        asked: for which the model of motion was asked.
+    """
+
+    cases: str
+    method: str
+    steps: int
+    kept: Estimate
+    asked: Estimate
+
+
+@dataclass(frozen=True, slots=True)
 class GrowthPoint:
     """CPU time of a judgement at a number of items: the median of layouts that are stable.
 
@@ -65,7 +84,7 @@ class GrowthPoint:
         items: of every layout.
         joined: how many of the layouts are made of several, side by side.
         microseconds: of a judgement by itself.
-        batch: of one in a batch, which has no floor; of nothing where a method has no batches.
+        batch: of one in a batch, without a verdict of its own; of nothing where a method has none.
     """
 
     items: int
@@ -108,7 +127,7 @@ class SpeedRun:
         load: most processes that wanted to run, one of them ours; None where it is not known.
         patience: seconds after which a judgement is given up.
         cases: that were judged.
-        costs, growth: what was measured.
+        costs, steps, growth: what was measured.
     """
 
     date: str
@@ -120,6 +139,7 @@ class SpeedRun:
     patience: float
     cases: tuple[CaseSet, ...]
     costs: tuple[Cost, ...]
+    steps: tuple[StepShares, ...]
     growth: tuple[GrowthCurve, ...]
 
     def cost(self, cases: str, kind: Kind, method: str = "") -> Cost | None:

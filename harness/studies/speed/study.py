@@ -28,6 +28,7 @@ from steadyload.studies.speed.measuring import (
 )
 from steadyload.studies.speed.records import CaseSet, Cost, Kind, SpeedRun
 from steadyload.studies.speed.scenes import Cases, growing, piles
+from steadyload.studies.speed.steps import step_shares
 
 METHODS = ("fbs", "pbs0.7", "sme", "equilibrium", "equilibrium:time=0.3")
 """Methods that are measured."""
@@ -74,7 +75,15 @@ def speed_run(
         progress(f"{spec}: prepared")
         method.prepare(max(largest, extent.most_items))
     before, made = machine_load(), provenance()
-    costs = [cost for cases in sets for cost in _costs(methods, cases, extent, progress)]
+    costs, steps = [], []
+    for cases in sets:
+        judged = {}
+        for spec, method in methods.items():
+            progress(f"{cases.name}, {spec}")
+            judged[spec] = _judged(method, cases.layouts, extent.patience)
+            shares = step_shares(cases.name, spec, method, judged[spec][0])
+            steps += [shares] if shares else []
+        costs += _costs(methods, cases, judged, extent.repeats, progress)
     scenes = [piles(extent.most_items, extent.draws)]
     scenes += [growing(cases, extent.most_items, extent.draws) for cases in sets[1:]]
     curves = growth_curves(
@@ -96,6 +105,7 @@ def speed_run(
         patience=extent.patience,
         cases=tuple(_described(cases) for cases in sets),
         costs=tuple(costs),
+        steps=tuple(steps),
         growth=tuple(curves),
     )
 
@@ -106,26 +116,37 @@ def _described(cases: Cases) -> CaseSet:
 
 
 def _costs(
-    methods: Mapping[str, Method], cases: Cases, extent: Extent, progress: Progress
+    methods: Mapping[str, Method],
+    cases: Cases,
+    judged: Mapping[str, tuple[list[Layout], int]],
+    repeats: int,
+    progress: Progress,
 ) -> list[Cost]:
-    """Costs on one set: the floor, and every method in every way that it can judge."""
-    name, jobs, missing = cases.name, [], {}
+    """Costs on one set: without a method, and of every method in every way that it can judge.
+
+    Args:
+        methods: by spec.
+        cases: the set.
+        judged: by spec, the layouts of the set that are judged, and how many had no verdict.
+        repeats: of every measurement.
+        progress: called with a description of the current measurement.
+    """
+    name, jobs = cases.name, []
     for kind, work in (
         (Kind.LOOP, looping(cases.layouts)),
         (Kind.EMPTY, empty_verdicts(cases.layouts)),
     ):
         jobs.append(Job((kind, ""), len(cases.layouts), work))
     for spec, method in methods.items():
-        progress(f"{name}, {spec}")
-        layouts, missing[spec] = _judged(method, cases.layouts, extent.patience)
-        if layouts:
-            jobs += _jobs(spec, method, layouts)
-    measure(jobs, extent.repeats, lambda what: progress(f"{name}, {what}"))
+        if judged[spec][0]:
+            jobs += _jobs(spec, method, judged[spec][0])
+    measure(jobs, repeats, lambda what: progress(f"{name}, {what}"))
     found = []
     for job in jobs:
         kind, spec = job.key  # type: ignore[misc]
         taken = median([1e6 * seconds for seconds in job.seconds])
-        found.append(Cost(name, kind, spec, job.count, missing.get(spec, 0), taken))
+        missing = judged[spec][1] if spec else 0
+        found.append(Cost(name, kind, spec, job.count, missing, taken))
     return found
 
 
@@ -134,12 +155,12 @@ def _jobs(spec: str, method: Method, layouts: Sequence[Layout]) -> list[Job]:
     together = judging_together(method, layouts)
     if together is not None:
         jobs.append(Job((Kind.BATCH, spec), len(layouts), together))
+        stable = [x for x in layouts if len(x) > 1 and method.judge(x).stable]
+        positions = judging_positions(method, max(stable, key=len)) if stable else None
+        if positions is not None:
+            jobs.append(Job((Kind.FEASIBLE, spec), POSITIONS, positions))
     placements, work = placing(method, layouts)
     jobs.append(Job((Kind.PLACE, spec), placements, work))
-    stable = [layout for layout in layouts if len(layout) > 1 and method.judge(layout).stable]
-    positions = judging_positions(method, max(stable, key=len)) if stable else None
-    if positions is not None:
-        jobs.append(Job((Kind.FEASIBLE, spec), POSITIONS, positions))
     return jobs
 
 
