@@ -7,7 +7,7 @@ import pytest
 
 from steadyload.cli import main
 from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.model import LayoutError
+from steadyload.layouts.model import Layout, LayoutError
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods.method import Status, Verdict
 from steadyload.methods.registry import make_method
@@ -183,12 +183,17 @@ def test_positions_are_measured_where_sessions_judge_them(monkeypatch):
     asked = []
 
     def feasible(session, item, positions):
-        asked.append((len(session), item, positions.shape))
+        asked.append((len(session), item))
+        assert positions.shape == (1000, 3)
+        for position in positions[::50]:
+            placed = replace(item, position=tuple(position.tolist()))
+            Layout("free", layout.pallet, (*layout.items[:-1], placed))  # overlaps nothing
+        assert len(set(positions[:, 1].tolist())) > 1
 
     monkeypatch.setattr(LoadingSession, "feasible", feasible, raising=False)
     work = measuring.judging_positions(make_method("sme"), layout)
     assert work() >= 0.0
-    assert asked == [(len(layout) - 1, layout.items[-1], (1000, 3))]
+    assert asked == [(len(layout) - 1, layout.items[-1])]
 
 
 def of(kind, method, value, count=900):

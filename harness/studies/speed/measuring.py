@@ -163,14 +163,12 @@ def judging_positions(method: Method, layout: Layout) -> Work | None:
 
 
 def _positions(item: Item, layout: Layout) -> np.ndarray:
-    """Positions of an item, drawn within the deck, at the heights of tops and of the deck."""
+    """Positions of an item drawn over the deck, each on the highest top below it."""
     random = np.random.default_rng(_SEED)
-    width, _, depth = layout.pallet.size
-    heights = np.append(layout.upper[:-1, 1], 0.0)
-    return np.column_stack(
-        (
-            random.uniform(0.0, width - item.size[0], POSITIONS),
-            random.choice(heights, POSITIONS),
-            random.uniform(0.0, depth - item.size[2], POSITIONS),
-        )
-    )
+    deck, base = np.array(layout.pallet.size)[::2], np.array(item.size)[::2]
+    low = random.uniform(0.0, np.maximum(deck - base, 0.0), (POSITIONS, 2))
+    high = low + base
+    others, tops = layout.lower[:-1, ::2], layout.upper[:-1, 1]
+    beneath = (low[:, None] < layout.upper[:-1, ::2]) & (high[:, None] > others)
+    height = np.where(beneath.all(axis=2), tops, 0.0).max(axis=1, initial=0.0)
+    return np.column_stack((low[:, 0], height, low[:, 1]))

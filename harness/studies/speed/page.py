@@ -153,8 +153,8 @@ def _positions(run: SpeedRun) -> list[Section]:
         Section(
             "Many positions of one item",
             f"`feasible` in a session that holds all items but the last of the largest layout that "
-            f"is stable, for {POSITIONS:,} positions of that item, drawn at random at the heights "
-            "of tops and of the deck, in one compiled call.",
+            f"is stable, for {POSITIONS:,} positions of that item, drawn at random over the deck, "
+            "each on the highest top below it; in one compiled call.",
             [Table(rows, columns)],
         )
     ]
