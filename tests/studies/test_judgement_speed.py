@@ -221,6 +221,10 @@ def test_times_are_compared_on_the_same_processor_and_layouts_alone():
     section = speed_page(RUN, [earlier("other", 900)], {}).sections[-2]
     assert [c.title for t in section.tables for c in t.columns][-2:] == ["then, us", "processor"]
     assert "not compared" in section.tables[0].caption
+    many = [replace(earlier("this", 900), source=f"git {k}") for k in range(9)]
+    section = speed_page(RUN, [earlier("this", 30), *many], {}).sections[-2]
+    shown = [row[0].source for row in section.tables[0].rows]
+    assert shown == ["git 0", "git 6", "git 7", "git 8"]  # the first and the latest
     titles = [s.title for s in speed_page(RUN, [earlier("this", 30)], {}).sections]
     assert "Earlier versions" not in titles
 

@@ -21,8 +21,8 @@ from steadyload.studies.speed.measuring import ENOUGH, POSITIONS
 from steadyload.studies.speed.records import CaseSet, Cost, EarlierRun, Kind, SpeedRun
 from steadyload.studies.speed.scenes import LABELLED
 
-_MOST_EARLIER = 4
-"""Earlier runs that are shown, the latest ones."""
+_LATEST = 3
+"""Earlier runs that are shown, the latest ones, beside the very first."""
 
 
 def speed_page(run: SpeedRun, earlier: Sequence[EarlierRun], manifest: Mapping[str, str]) -> Page:
@@ -185,13 +185,8 @@ def _microseconds_of(cost: Cost) -> str:
 
 
 def _earlier(run: SpeedRun, earlier: Sequence[EarlierRun]) -> list[Section]:
-    rows = [
-        (before, cost, *before.costs[cost.cases, cost.kind, cost.method])
-        for before in earlier[-_MOST_EARLIER:]
-        for cost in run.costs
-        if cost.kind is Kind.JUDGE and (cost.cases, cost.kind, cost.method) in before.costs
-    ]
-    alike = [row for row in rows if row[3] == row[1].count]
+    compared = [rows for rows in (_compared(run, before) for before in earlier) if rows]
+    alike = [row for rows in [*compared[:1], *compared[1:][-_LATEST:]] for row in rows]
     here = [row for row in alike if row[0].machine == run.machine]
     elsewhere = [row for row in alike if row[0].machine != run.machine]
     columns = [
@@ -200,14 +195,14 @@ def _earlier(run: SpeedRun, earlier: Sequence[EarlierRun]) -> list[Section]:
         words("method", lambda row: title(row[1].method)),
         Column("then, us", 2, significant),
     ]
-    compared = [
+    ratios = [
         Column("now, us", lambda row: milliseconds(row[1].microseconds)),
         Column("then / now", lambda row: significant(row[2] / row[1].microseconds.value)),
     ]
     machine = words("processor", lambda row: row[0].machine)
     tables: list[Table | str] = []
     if here:
-        tables.append(Table(here, [*columns, *compared]))
+        tables.append(Table(here, [*columns, *ratios]))
     if elsewhere:
         caption = "On processors of another kind, which are not compared:"
         tables.append(Table(elsewhere, [*columns, machine], caption))
@@ -222,6 +217,16 @@ def _earlier(run: SpeedRun, earlier: Sequence[EarlierRun]) -> list[Section]:
             tables,
         )
     ]
+
+
+def _compared(run: SpeedRun, before: EarlierRun) -> list[tuple[EarlierRun, Cost, float]]:
+    """The costs of judgements on the same layouts, with what they were before [us]."""
+    rows = []
+    for cost in run.costs:
+        then, count = before.costs.get((cost.cases, cost.kind, cost.method), (0.0, 0))
+        if cost.kind is Kind.JUDGE and count == cost.count:
+            rows.append((before, cost, then))
+    return rows
 
 
 def _method(run: SpeedRun) -> Section:
