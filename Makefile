@@ -62,11 +62,13 @@ lock: $(READY) ## lock what is installed anew (see docs/installing.md)
 	$(COMPILE) --output-file locks/judging-$(VERSION).txt
 	$(COMPILE) --all-extras --output-file locks/all-$(VERSION).txt
 
-bench: $(READY) ## measure what a judgement costs
-	$(BIN)/steadyload compare-engines --output runs/bench
+PALLETS ?= $(wildcard ../shared/data/pallets/pallets.json)
+
+bench: $(READY) ## measure what a judgement costs, beside earlier versions (minutes); PALLETS=FILE for other layouts
+	$(BIN)/steadyload bench $(if $(PALLETS),--layouts $(PALLETS)) --output runs/bench
 
 engines: $(READY) ## remake the published comparison of engines (a quarter of an hour)
-	$(BIN)/steadyload pages remake engines speed
+	$(BIN)/steadyload pages remake engines
 
 verify: $(READY) ## hold engines against mechanics and the reference against itself (half an hour)
 	$(BIN)/steadyload pages remake closed_forms convergence

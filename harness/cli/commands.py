@@ -101,6 +101,7 @@ _OWN = (
 _OF_STUDIES = {
     "comparison": "study:Report",
     "table5": "table5:Table5",
+    "speed": "bench:Bench",
     "tuning": "tune:ComparePresets",
     "extremes": "extremes:Extremes",
     "properties": "properties:Properties",
@@ -117,7 +118,7 @@ TOPICS: Mapping[str, tuple[str, Group]] = {
 }
 """First word of commands of two words -> summary, and group of the help."""
 
-RENAMED: Mapping[str, str] = {"bench": "compare-engines", "tuned": "compare-presets"}
+RENAMED: Mapping[str, str] = {"tuned": "compare-presets"}
 """Earlier names of commands -> their present names; both work."""
 
 

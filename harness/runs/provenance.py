@@ -12,6 +12,7 @@ import hashlib
 import inspect
 import json
 import platform
+import re
 import subprocess
 from collections.abc import Mapping, Sequence
 from importlib import metadata
@@ -103,6 +104,16 @@ def provenance() -> dict[str, Any]:
         },
         "machine": f"{platform.system()} {platform.machine()}",
     }
+
+
+def machine_kind() -> str:
+    """Kind of processor: times are comparable on the same kind alone."""
+    from llvmlite.binding import get_host_cpu_name
+
+    told = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
+    named = re.search(r"^model name\s*:\s*(.+)$", told, re.MULTILINE)
+    name = named[1].strip() if named else platform.processor() or platform.machine()
+    return f"{name} {get_host_cpu_name()}"
 
 
 def provenance_lines(made: Mapping[str, Any] | None = None) -> dict[str, str]:

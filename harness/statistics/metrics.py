@@ -57,6 +57,28 @@ def mean(values: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
     return Estimate(float(array.mean()), float(low), float(high), len(array))
 
 
+def median(values: ArrayLike) -> Estimate:
+    """A median with the interval of order statistics that holds it in at least 95 % of samples.
+
+    Of fewer than six values there is no such interval: it is their range.
+
+    Args:
+        values: independent ones.
+    """
+    ordered = np.sort(np.asarray(values, dtype=float))
+    n = len(ordered)
+    if n == 0:
+        return NOTHING
+    outside, left_out = 0.0, 0
+    while left_out < n // 2:
+        outside += 2.0 * math.comb(n, left_out) * 0.5**n
+        if outside > 0.05:
+            break
+        left_out += 1
+    end = max(left_out - 1, 0)
+    return Estimate(float(np.median(ordered)), float(ordered[end]), float(ordered[-1 - end]), n)
+
+
 def ratio(above: ArrayLike, below: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
     """The ratio of two means over the same cases, with a 95 % percentile-bootstrap interval.
 

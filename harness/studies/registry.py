@@ -22,6 +22,7 @@ STUDIES: dict[str, str] = {
     "learned": "steadyload.studies.learned.config:STUDY",
     "uncertain": "steadyload.studies.uncertain.config:STUDY",
     "session": "steadyload.studies.session.config:STUDY",
+    "speed": "steadyload.studies.speed.config:STUDY",
     "engines": "steadyload.studies.engines.config:STUDY",
     "closed_forms": "steadyload.studies.closed_forms.config:STUDY",
     "convergence": "steadyload.studies.convergence.config:STUDY",

@@ -230,7 +230,7 @@ def test_a_timeout_is_a_record(steadyload, layout_file):
 
 
 def test_the_benchmark_writes_its_page(steadyload, tmp_path):
-    arguments = ("bench", "-o", "out", "--layouts", "1", "--most-items", "20")
+    arguments = ("compare-engines", "-o", "out", "--layouts", "1", "--most-items", "20")
     parts = ("--part", "agreement", "--part", "options")
     done = steadyload(*arguments, *parts, cwd=tmp_path)
     assert done.stdout.strip() == "out/report.md"

@@ -71,7 +71,7 @@ def test_the_help_lists_commands_in_groups(capsys):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["scroe"], "unknown command 'scroe'; did you mean 'score'? allowed: benchmark, "),
+        (["scroe"], "unknown command 'scroe'; did you mean 'score'? allowed: bench, "),
         (["verify", "convergense"], "unknown action 'convergense' of verify; did you mean"),
         (
             ["score", "x", "--metod", "sme"],
@@ -81,7 +81,7 @@ def test_the_help_lists_commands_in_groups(capsys):
         (["score", "x", "-q"], "score: unknown flag '-q'; allowed: --profile, "),
         (["score", "x", "--limit", "0"], "--limit: '0'; allowed: a whole number, 1 or more"),
         (["score", "x", "--timeout", "no"], "--timeout: 'no'; allowed: a number above 0"),
-        (["bench", "--part", "sped"], "--part: 'sped'; did you mean 'speed'? allowed: "),
+        (["compare-engines", "--part", "sped"], "--part: 'sped'; did you mean 'speed'? allowed: "),
         (["verify", "closed-forms", "--engine"], "--engine"),
     ],
 )

@@ -9,6 +9,7 @@ import pytest
 from steadyload.statistics.metrics import (
     agreement,
     mean,
+    median,
     outcomes,
     share,
     weighted_share,
@@ -39,6 +40,18 @@ def test_the_bootstrap_covers_like_the_normal_law():
     assert estimate.low == pytest.approx(values.mean() - half, abs=0.1 * half)
     assert estimate.high == pytest.approx(values.mean() + half, abs=0.1 * half)
     assert mean(values) == estimate
+
+
+@pytest.mark.parametrize(
+    ("n", "low", "high"),
+    # Order statistics of the sign test: ranks of scipy.stats.binom.ppf(0.025, n, 0.5)
+    [(1, 1, 1), (5, 1, 5), (6, 1, 6), (8, 1, 8), (9, 2, 8), (12, 3, 10), (20, 6, 15)],
+)
+def test_a_median_has_the_interval_of_order_statistics(n, low, high):
+    estimate = median(np.random.default_rng(3).permutation(np.arange(1, n + 1)))
+    assert (estimate.value, estimate.n) == ((n + 1) / 2, n)
+    assert (estimate.low, estimate.high) == (low, high)
+    assert math.isnan(median([]).value)
 
 
 def test_cases_of_one_layout_count_once():

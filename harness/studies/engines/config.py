@@ -33,24 +33,14 @@ class EngineStudy(Study[EnginesConfig, Any]):
     """One loading algorithm, equal values, every engine."""
 
     name = "engines"
-    question = "Do engines agree, what does each option change, and what does a judgement cost?"
+    question = "Do engines agree, what does each option change, and what does a simulation cost?"
     about = "compare engines: agreement, options, speed"
     command = "compare-engines"
-    folder = "bench"
     Config = EnginesConfig
     resumable = False
     workers = None
     published = (
-        PublishedPage(
-            "engines",
-            "--part agreement --part options",
-            question="Do engines agree, and what does each option change?",
-        ),
-        PublishedPage(
-            "speed",
-            "--part speed --part throughput",
-            question="What does a judgement cost on every engine, from 5 to 200 items?",
-        ),
+        PublishedPage("engines", "--part agreement --part options --part speed --part throughput"),
     )
 
     def run(

@@ -5,7 +5,6 @@ Everything here is measured in one process, alternatives in turn, in CPU time; c
 
 from __future__ import annotations
 
-import math
 import multiprocessing
 import time
 from collections.abc import Callable, Sequence
@@ -23,6 +22,7 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.scene import boxes
 from steadyload.methods.simulation_parameters import SimulationParameters
 from steadyload.runs.worker import worker_environment
+from steadyload.statistics.growth import slope
 
 ITEM_COUNTS = (5, 10, 20, 50, 100, 200)
 TUNING = "t_max=0.3,frequency=90,between_steps=reseat,samples=1"
@@ -236,9 +236,4 @@ def _floor(engine: str, layout: Layout) -> tuple[float, float]:
 def _exponent(points: Sequence[SpeedPoint]) -> float:
     """Growth exponent of the total from 10 items on, by least squares in log-log."""
     large = [p for p in points if p.item_count >= 10]
-    if len(large) < 2:
-        return math.nan
-    slope, _ = np.polyfit(
-        np.log([p.item_count for p in large]), np.log([p.total for p in large]), 1
-    )
-    return float(slope)
+    return slope([p.item_count for p in large], [p.total for p in large])

@@ -14,6 +14,7 @@ from steadyload.methods.method import Method
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.session import LoadingSession
+from steadyload.statistics.growth import slope
 from steadyload.studies.engines.speed import random_boxes
 
 Progress = Callable[[str], None]
@@ -241,5 +242,4 @@ def _exponent(points: Sequence[PlacementCost]) -> float | None:
     late = [p for p in points if p.items >= 100]
     if len(late) < 4:
         return None
-    slope, _ = np.polyfit(np.log([p.items for p in late]), np.log([p.placement for p in late]), 1)
-    return float(slope)
+    return slope([p.items for p in late], [p.placement for p in late])

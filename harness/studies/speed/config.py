@@ -1,0 +1,68 @@
+"""Configuration of the benchmark."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from steadyload.studies.options import methods_option, option
+from steadyload.studies.study import Progress, PublishedPage, Study, silent
+
+_FEW = 10
+
+
+@dataclass(frozen=True)
+class SpeedConfig:
+    """Methods, layouts, and how much is measured."""
+
+    methods: tuple[str, ...] = methods_option(
+        "measure only this; may be repeated (default: fbs, pbs0.7, sme, equilibrium, "
+        "equilibrium:time=0.3)"
+    )
+    layouts: tuple[Path, ...] = option(
+        (), "measure on the layouts of this file, too; may be repeated", metavar="FILE"
+    )
+    quick: bool = option(False, "few layouts and repeats, up to 50 items: seconds")
+
+
+class Speed(Study[SpeedConfig, Any]):
+    """Cost of a judgement: one by one, in batches, in sessions, and by number of items."""
+
+    name = "speed"
+    question = "What does a judgement cost, and how does that grow with the number of items?"
+    about = "measure what judgements cost, beside earlier versions, and keep the figures"
+    command = "bench"
+    folder = "bench"
+    Config = SpeedConfig
+    resumable = False
+    workers = None
+    published = (PublishedPage("speed", "--layouts ../shared/data/pallets/pallets.json"),)
+
+    def run(
+        self, config: SpeedConfig, work: Path, *, workers: int = 1, progress: Progress = silent
+    ) -> Any:
+        """The run, which is added to the history in ``work``, those before it, and provenance."""
+        from steadyload.runs.provenance import provenance_lines
+        from steadyload.studies.speed.history import earlier_runs, former_runs, keep
+        from steadyload.studies.speed.scenes import cases_of, check_names, labelled_cases
+        from steadyload.studies.speed.study import FULL, METHODS, QUICK, speed_run
+
+        earlier = [*former_runs(), *earlier_runs(work)]
+        made_with = provenance_lines()  # of the code that measures
+        limit = _FEW if config.quick else None
+        sets = [labelled_cases(limit), *(cases_of(path, limit) for path in config.layouts)]
+        check_names(sets)
+        extent = QUICK if config.quick else FULL
+        found = speed_run(config.methods or METHODS, sets, extent, progress)
+        keep(found, work)
+        return found, earlier, made_with
+
+    def page(self, result: Any) -> Any:
+        """The page of costs and growth."""
+        from steadyload.studies.speed.page import speed_page
+
+        return speed_page(*result)
+
+
+STUDY = Speed()

@@ -1,0 +1,174 @@
+"""Measurement of CPU times in turns: all work is repeated side by side, in one process."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from steadyload.layouts.batch import LayoutBatch
+from steadyload.layouts.model import Item, Layout
+from steadyload.methods.method import Method, NotBatchedError, verdict_by
+from steadyload.methods.session import LoadingSession
+from steadyload.methods.verdict import STABLE
+
+_LEAST = 2e-3
+"""CPU time of a repeat at least [s]; shorter work is done several times."""
+
+ENOUGH = 6.0
+"""CPU time of all repeats of one work after which it is not repeated again [s]."""
+
+POSITIONS = 1000
+"""Positions that are judged at once."""
+
+_SEED = 0
+
+Work = Callable[[], float]
+"""Does something, and says how many CPU seconds it took of what is measured."""
+
+
+@dataclass(slots=True)
+class Job:
+    """Work that is measured: ``count`` equal parts; ``seconds`` of one part in every repeat."""
+
+    key: Hashable
+    count: int
+    work: Work
+    seconds: list[float] = field(default_factory=list)
+
+
+def measure(
+    jobs: Sequence[Job],
+    repeats: int,
+    progress: Callable[[str], None],
+    *,
+    enough: float = ENOUGH,
+) -> None:
+    """Repeat all jobs in turns, the first one changing.
+
+    Every job is done once before, which is not counted.
+
+    Args:
+        jobs: that are measured.
+        repeats: of every job.
+        progress: called with a description of the current repeat.
+        enough: CPU seconds of a job after which it is not repeated again.
+    """
+    loops, spent = [], [0.0] * len(jobs)
+    for job in jobs:
+        first = max(job.work(), 1e-7)
+        loops.append(math.ceil(_LEAST / first))
+    for repeat in range(repeats):
+        progress(f"repeat {repeat + 1} of {repeats}")
+        start = repeat * len(jobs) // max(repeats, 1)
+        for place in [*range(start, len(jobs)), *range(start)]:
+            if spent[place] > enough:
+                continue
+            job = jobs[place]
+            taken = sum(job.work() for _ in range(loops[place]))
+            spent[place] += taken
+            job.seconds.append(taken / loops[place] / job.count)
+
+
+def _timed(call: Callable[[], object]) -> Work:
+    def work() -> float:
+        start = time.process_time()
+        call()
+        return time.process_time() - start
+
+    return work
+
+
+def looping(layouts: Sequence[Layout]) -> Work:
+    """A Python loop over layouts that does nothing."""
+
+    def loop() -> None:
+        for _ in layouts:
+            pass
+
+    return _timed(loop)
+
+
+def empty_verdicts(layouts: Sequence[Layout]) -> Work:
+    """A verdict on every layout, with its times, by a method that does nothing."""
+
+    def loop() -> None:
+        for layout in layouts:
+            verdict_by(lambda watch: STABLE, len(layout), None)
+
+    return _timed(loop)
+
+
+def judging(method: Method, layouts: Sequence[Layout]) -> Work:
+    """Judgements of layouts one by one."""
+
+    def loop() -> None:
+        judge = method.judge
+        for layout in layouts:
+            judge(layout)
+
+    return _timed(loop)
+
+
+def judging_together(method: Method, layouts: Sequence[Layout]) -> Work | None:
+    """Judgements of all layouts at once; None for a method that judges one layout at a time.
+
+    The batch is made before.
+    """
+    batch = LayoutBatch.of(layouts)
+    try:
+        method.evaluate(LayoutBatch.of(layouts[:1]))
+    except NotBatchedError:
+        return None
+    return _timed(lambda: method.evaluate(batch))
+
+
+def placing(method: Method, layouts: Sequence[Layout]) -> tuple[int, Work]:
+    """Number of placements, and the placements: of every layout up to the first that fails."""
+
+    def placements(layout: Layout) -> tuple[int, float]:
+        with LoadingSession(layout.pallet, method) as session:
+            start, placed = time.process_time(), 0
+            for item in layout.items:
+                placed += 1
+                if not session.try_place(item).stable:
+                    break
+            return placed, time.process_time() - start
+
+    def work() -> float:
+        return sum(placements(layout)[1] for layout in layouts)
+
+    return sum(placements(layout)[0] for layout in layouts), work
+
+
+def judging_positions(method: Method, layout: Layout) -> Work | None:
+    """Judgements of positions of the last item on all others; None where sessions have none.
+
+    Args:
+        method: that judges.
+        layout: stable by the method.
+    """
+    feasible = getattr(LoadingSession, "feasible", None)
+    if feasible is None:
+        return None
+    session = LoadingSession(layout.pallet, method)
+    for item in layout.items[:-1]:
+        session.try_place(item)
+    item = layout.items[-1]
+    positions = _positions(item, layout)
+    return _timed(lambda: feasible(session, item, positions))
+
+
+def _positions(item: Item, layout: Layout) -> np.ndarray:
+    """Positions of an item drawn over the deck, each on the highest top below it."""
+    random = np.random.default_rng(_SEED)
+    deck, base = np.array(layout.pallet.size)[::2], np.array(item.size)[::2]
+    low = random.uniform(0.0, np.maximum(deck - base, 0.0), (POSITIONS, 2))
+    high = low + base
+    others, tops = layout.lower[:-1, ::2], layout.upper[:-1, 1]
+    beneath = (low[:, None] < layout.upper[:-1, ::2]) & (high[:, None] > others)
+    height = np.where(beneath.all(axis=2), tops, 0.0).max(axis=1, initial=0.0)
+    return np.column_stack((low[:, 0], height, low[:, 1]))
