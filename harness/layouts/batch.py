@@ -167,7 +167,7 @@ class LayoutBatch:
             name=self.names[k],
             pallet=pallet,
             floor=pallet.floor_under(overhung=True) if self.floors[k, 4] > 0.0 else INFINITE,
-            ids=self.ids[own],
+            ids=_stated(self.ids[own]),
         )
 
     def _part(self, layouts: range) -> LayoutBatch:
@@ -182,7 +182,7 @@ class LayoutBatch:
             floors=self.floors[each],
             names=self.names[each],
             pallets=self.pallets[each],
-            ids=self.ids[own],
+            ids=_stated(self.ids[own]),
         )
 
 
@@ -285,6 +285,11 @@ def _pallets(given: Pallet | Sequence[Pallet] | FloatArray, count: int) -> Palle
             raise LayoutError(f"pallets has {len(given)} entries; allowed: one, or {count}")
         return Pallets.of(given)
     return Pallets.sized(checked_array("pallets", given, (count, 3)))
+
+
+def _stated(ids: tuple[str, ...]) -> tuple[str, ...]:
+    """Ids of some boxes; none where all are empty."""
+    return ids if any(ids) else ()
 
 
 def _numbered(count: int) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -49,18 +50,22 @@ class Pallets:
         return cls(tuple(kinds[k] for k in range(len(kinds))), np.array(which, dtype=np.int64))
 
     @classmethod
-    def sized(cls, sizes: FloatArray) -> Pallets:
-        """Those of given widths, heights and depths [cm], shape (L, 3).
+    def sized(cls, sizes: FloatArray, **deck: Any) -> Pallets:
+        """Those of given widths, heights and depths.
+
+        Args:
+            sizes: [cm], shape (L, 3).
+            deck: further arguments of all of them; see :class:`Pallet`.
 
         Raises:
-            LayoutError: one is not allowed; it names the first layout that has it.
+            LayoutError: one is not allowed; it states the number of the first layout that has it.
         """
         places: dict[tuple[float, ...], int] = {}
         which = [places.setdefault(tuple(size), len(places)) for size in sizes.tolist()]
         kinds = []
         for k, size in enumerate(places):
             try:
-                kinds.append(Pallet(*size))
+                kinds.append(Pallet(*size, **deck))
             except LayoutError as error:
                 raise error.located(layout=str(which.index(k))) from None
         return cls(tuple(kinds), np.array(which, dtype=np.int64))

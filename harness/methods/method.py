@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from enum import StrEnum
 from typing import Any, ClassVar
 
@@ -260,11 +261,38 @@ class Method(ABC):
     def judge_many(
         self, layouts: Iterable[Layout], *, timeout: float | None = None
     ) -> list[Verdict]:
-        """Judge layouts, in order; a method that gains from batches overrides this."""
-        return [self.judge(layout, timeout=timeout) for layout in layouts]
+        """Judge layouts, in order, as :meth:`judge` does.
+
+        Where the method judges batches, all are judged at once. What stands has its verdict then,
+        and what does not is looked at again for the item and the reason. Each verdict has its share
+        of the time of the batch.
+
+        Args:
+            layouts: any valid layouts; a batch is one.
+            timeout: of :meth:`judge`, for every layout; not looked at while a batch is judged.
+        """
+        given = layouts if isinstance(layouts, LayoutBatch) else list(layouts)
+        watch = Stopwatch()
+        try:
+            batch = given if isinstance(given, LayoutBatch) else LayoutBatch.of(given)
+            found = self.evaluate(batch)
+        except NotBatchedError:
+            return [self.judge(layout, timeout=timeout) for layout in given]
+        shares = tuple(spent.shared(len(batch)) for spent in watch.stop())
+        stands = (found.status == Status.DONE) & (found.failing_step < 0)
+        return [
+            Verdict(count, cpu=shares[0], wall=shares[1])
+            if stable
+            else _with_time(self.judge(given[k], timeout=timeout), *shares)
+            for k, (count, stable) in enumerate(
+                zip(batch.item_counts.tolist(), stands.tolist(), strict=True)
+            )
+        ]
 
     def evaluate(self, batch: LayoutBatch) -> BatchVerdicts:
         """Judge all layouts of a batch at once, in compiled code that any thread may run.
+
+        A class that judges batches defines this beside its :meth:`_judge`.
 
         Args:
             batch: the layouts.
@@ -273,6 +301,12 @@ class Method(ABC):
             NotBatchedError: the method judges one layout at a time.
         """
         raise NotBatchedError(f"{self.spec}: judges one layout at a time, not batches")
+
+    def __init_subclass__(cls, **arguments: Any) -> None:
+        """A class that judges in a way of its own does not judge batches as its base does."""
+        super().__init_subclass__(**arguments)
+        if "_judge" in vars(cls) and "evaluate" not in vars(cls):
+            cls.evaluate = Method.evaluate  # type: ignore[method-assign]
 
     def begin(self, layout: GrowingLayout) -> Loader:
         """A loader that judges placements on a layout while it grows.
@@ -301,6 +335,11 @@ class Method(ABC):
     @abstractmethod
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         """The judgement itself; may raise :class:`RefusedError`."""
+
+
+def _with_time(verdict: Verdict, cpu: Seconds, wall: Seconds) -> Verdict:
+    """A verdict that took some more time."""
+    return replace(verdict, cpu=verdict.cpu + cpu, wall=verdict.wall + wall)
 
 
 def judge(method: Method, layout: Layout, timeout: float | None = None) -> Verdict:

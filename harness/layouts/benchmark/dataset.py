@@ -149,8 +149,8 @@ class Benchmark:
             raise BenchmarkError(f"no case of layout {name!r} in scenario {scenario!r}") from None
         try:
             return _layout_of(name, row, offsets)
-        except LayoutError:
-            raise
+        except LayoutError as error:
+            raise error.located(layout=name) from None
         except (TypeError, ValueError):
             raise BenchmarkError(
                 f"layout {shown(name)} in scenario {shown(scenario)}: its lists of numbers do not "
@@ -170,7 +170,7 @@ class Benchmark:
         names, scenarios = cases["layout"].tolist(), cases["scenario"].tolist()
         try:
             return self._batch(names, scenarios)
-        except (KeyError, TypeError, ValueError):
+        except (KeyError, LayoutError, TypeError, ValueError):
             for case in zip(names, scenarios, strict=True):
                 self.layout(*case)
             raise
