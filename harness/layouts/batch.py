@@ -280,11 +280,14 @@ def _pallets(given: Pallet | Sequence[Pallet] | FloatArray, count: int) -> Palle
     """The pallets of so many layouts, as :meth:`LayoutBatch.from_arrays` takes them."""
     if isinstance(given, Pallet):
         return Pallets((given,), np.zeros(count, dtype=np.int64))
-    if not isinstance(given, np.ndarray) and all(isinstance(one, Pallet) for one in given):
-        if len(given) != count:
-            raise LayoutError(f"pallets has {len(given)} entries; allowed: one, or {count}")
-        return Pallets.of(given)
-    return Pallets.sized(checked_array("pallets", given, (count, 3)))
+    if isinstance(given, np.ndarray):
+        return Pallets.sized(checked_array("pallets", given, (count, 3)))
+    if len(given) != count or not all(isinstance(one, Pallet) for one in given):
+        raise LayoutError(
+            f"pallets has {len(given)} entries; allowed: one pallet, {count} of them, or an array "
+            f"of numbers of shape {(count, 3)}"
+        )
+    return Pallets.of(given)
 
 
 def _stated(ids: tuple[str, ...]) -> tuple[str, ...]:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
 from enum import StrEnum
+from functools import partial
 from typing import Any, ClassVar
+
+import numpy as np
 
 from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.growing import GrowingLayout
@@ -64,13 +66,23 @@ def verdict_by(
         timeout: of :meth:`Method.judge`.
     """
     watch = Stopwatch(timeout)
-    try:
-        finding = find(watch)
-    except RefusedError as error:
-        finding = Finding(status=Status.REFUSED, reason=str(error))
-    except TimeoutExpiredError as error:
-        finding = Finding(status=Status.TIMEOUT, reason=str(error))
+    finding = _found(find, watch)
     cpu, wall = watch.stop()
+    return _verdict(finding, item_count, cpu, wall)
+
+
+def _found(find: Callable[[Stopwatch], Finding], watch: Stopwatch) -> Finding:
+    """The finding of a judgement, also of one that ends without."""
+    try:
+        return find(watch)
+    except RefusedError as error:
+        return Finding(status=Status.REFUSED, reason=str(error))
+    except TimeoutExpiredError as error:
+        return Finding(status=Status.TIMEOUT, reason=str(error))
+
+
+def _verdict(finding: Finding, item_count: int, cpu: Seconds, wall: Seconds) -> Verdict:
+    """A finding with what is kept beside it."""
     return Verdict(
         item_count,
         finding.status,
@@ -263,13 +275,12 @@ class Method(ABC):
     ) -> list[Verdict]:
         """Judge layouts, in order, as :meth:`judge` does.
 
-        Where the method judges batches, all are judged at once. What stands has its verdict then,
-        and what does not is looked at again for the item and the reason. Each verdict has its share
-        of the time of the batch.
+        Where the method judges batches, all are judged at once; what does not stand is then looked
+        at by itself, for the item and the reason. Each verdict has its share of the time.
 
         Args:
             layouts: any valid layouts; a batch is one.
-            timeout: of :meth:`judge`, for every layout; not looked at while a batch is judged.
+            timeout: of :meth:`judge`, for each layout that is judged by itself.
         """
         given = layouts if isinstance(layouts, LayoutBatch) else list(layouts)
         watch = Stopwatch()
@@ -278,15 +289,13 @@ class Method(ABC):
             found = self.evaluate(batch)
         except NotBatchedError:
             return [self.judge(layout, timeout=timeout) for layout in given]
-        shares = tuple(spent.shared(len(batch)) for spent in watch.stop())
-        stands = (found.status == Status.DONE) & (found.failing_step < 0)
+        findings = [STABLE] * len(batch)
+        for k in np.flatnonzero((found.status != Status.DONE) | (found.failing_step >= 0)).tolist():
+            findings[k] = _found(partial(self._judge, given[k]), Stopwatch(timeout))
+        cpu, wall = (spent.shared(len(batch)) for spent in watch.stop())
         return [
-            Verdict(count, cpu=shares[0], wall=shares[1])
-            if stable
-            else _with_time(self.judge(given[k], timeout=timeout), *shares)
-            for k, (count, stable) in enumerate(
-                zip(batch.item_counts.tolist(), stands.tolist(), strict=True)
-            )
+            _verdict(finding, count, cpu, wall)
+            for finding, count in zip(findings, batch.item_counts.tolist(), strict=True)
         ]
 
     def evaluate(self, batch: LayoutBatch) -> BatchVerdicts:
@@ -335,11 +344,6 @@ class Method(ABC):
     @abstractmethod
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         """The judgement itself; may raise :class:`RefusedError`."""
-
-
-def _with_time(verdict: Verdict, cpu: Seconds, wall: Seconds) -> Verdict:
-    """A verdict that took some more time."""
-    return replace(verdict, cpu=verdict.cpu + cpu, wall=verdict.wall + wall)
 
 
 def judge(method: Method, layout: Layout, timeout: float | None = None) -> Verdict:

@@ -24,14 +24,6 @@ class Seconds:
     read: float = 0.0
     total: float = 0.0
 
-    def __add__(self, other: Seconds) -> Seconds:
-        return Seconds(
-            self.build + other.build,
-            self.step + other.step,
-            self.read + other.read,
-            self.total + other.total,
-        )
-
     def shared(self, count: int) -> Seconds:
         """The share of each of some; of none nothing."""
         parts = max(count, 1)

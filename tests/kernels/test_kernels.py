@@ -109,11 +109,10 @@ def test_many_are_judged_at_once_as_one_by_one(name, layouts, monkeypatch):
     batch = LayoutBatch.of(layouts)
     assert _judged(method.judge_many(batch)) == expected
     assert all(verdict.cpu.total > 0.0 for verdict in method.judge_many(batch))
-    looked_at = []
-    judge = method.judge
-    monkeypatch.setattr(method, "judge", lambda one, **_: looked_at.append(one) or judge(one))
+    looked_at, judge = [], method._judge
+    monkeypatch.setattr(method, "_judge", lambda *of: looked_at.append(of[0]) or judge(*of))
     assert _judged(method.judge_many(iter(layouts))) == expected
-    assert len(looked_at) == sum(not verdict.stable for verdict in expected)
+    assert looked_at == [x for x, v in zip(layouts, expected, strict=True) if not v.stable]
     assert method.judge_many([]) == []
 
 
