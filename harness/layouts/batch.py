@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from operator import index
-from typing import overload
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,10 +20,7 @@ from steadyload.layouts.batch_checks import (
     refuse_unnamed,
 )
 from steadyload.layouts.floor import INFINITE
-from steadyload.layouts.model import FloatArray, Layout, LayoutError, Pallet, view_on
-
-_OF_ITEMS = ("lower", "upper", "sizes", "weights", "mass_offsets")
-"""Arrays that a layout has, too."""
+from steadyload.layouts.model import ARRAYS, FloatArray, Layout, LayoutError, Pallet, view_on
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +59,11 @@ class LayoutBatch:
         for array in vars(self).values():
             if isinstance(array, np.ndarray):
                 array.setflags(write=False)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """See :class:`Layout`."""
+        vars(self).update(state)
+        self.__post_init__()
 
     @classmethod
     def of(cls, layouts: Iterable[Layout]) -> LayoutBatch:
@@ -163,7 +165,7 @@ class LayoutBatch:
         own = slice(self.starts[k], self.starts[k + 1])
         pallet = self.pallets[k]
         return view_on(
-            {key: getattr(self, key)[own] for key in _OF_ITEMS},
+            {key: getattr(self, key)[own] for key in ARRAYS},
             name=self.names[k],
             pallet=pallet,
             floor=pallet.floor_under(overhung=True) if self.floors[k, 4] > 0.0 else INFINITE,
@@ -178,7 +180,7 @@ class LayoutBatch:
         own, each = slice(self.starts[start], self.starts[stop]), slice(start, stop)
         return LayoutBatch(
             self.starts[start : stop + 1] - self.starts[start],
-            **{key: getattr(self, key)[own] for key in _OF_ITEMS},
+            **{key: getattr(self, key)[own] for key in ARRAYS},
             floors=self.floors[each],
             names=self.names[each],
             pallets=self.pallets[each],

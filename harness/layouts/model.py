@@ -26,6 +26,9 @@ from steadyload.layouts.item import Vector as Vector
 from steadyload.layouts.overlaps import deepest_overlap
 from steadyload.layouts.pallet import Pallet as Pallet
 
+ARRAYS = ("lower", "upper", "sizes", "weights", "mass_offsets")
+"""Names of the arrays of a layout."""
+
 
 class Arrangement(Protocol):
     """Items at their places: a :class:`Layout`, or one that still grows."""
@@ -113,6 +116,12 @@ class Layout:
             self._check_overlaps()
         except LayoutError as error:
             raise error.located(layout=self.name) from None
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Arrays that come from another process are read-only as they were there."""
+        vars(self).update(state)
+        for key in ARRAYS:
+            state[key].setflags(write=False)
 
     def _in_order(self) -> tuple[Item, ...]:
         if not self.items:

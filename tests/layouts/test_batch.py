@@ -13,12 +13,11 @@ import steadyload as sl
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
-from steadyload.layouts.model import TOLERANCE
+from steadyload.layouts.model import ARRAYS, TOLERANCE
 from steadyload.layouts.packing import random_layouts
 from steadyload.properties.strategies import layouts as any_layouts
 
 PALLET = Pallet(100.0, 50.0, 100.0)
-OF_ITEMS = ("lower", "upper", "sizes", "weights", "mass_offsets")
 
 
 def box(k, x=0.0, y=0.0, z=0.0, **values):
@@ -75,7 +74,7 @@ def test_a_layout_of_a_batch_is_a_view_with_the_items_of_the_original():
     given_layouts = layouts()
     batch = LayoutBatch.of(given_layouts)
     for view, layout in zip(batch, given_layouts, strict=True):
-        for key in OF_ITEMS:
+        for key in ARRAYS:
             assert np.shares_memory(getattr(view, key), getattr(batch, key))
             assert not getattr(view, key).flags.writeable
         assert (view.name, view.pallet, view.floor) == (layout.name, layout.pallet, layout.floor)
@@ -101,6 +100,15 @@ def test_a_view_travels_to_another_process_without_the_batch():
     assert "items" not in vars(received)
     assert received.items == batch[7].items
     assert received.content_hash() == batch[7].content_hash()
+
+
+@pytest.mark.parametrize("protocol", [4, 5])
+def test_what_travels_stays_read_only(protocol):
+    batch = LayoutBatch.of(layouts())
+    assert_equal_batches(pickle.loads(pickle.dumps(batch, protocol)), batch)
+    for layout in (batch[0], layouts()[0]):
+        received = pickle.loads(pickle.dumps(layout, protocol))
+        assert not any(getattr(received, key).flags.writeable for key in ARRAYS)
 
 
 def test_a_part_of_a_batch_is_a_batch_of_these_layouts():
