@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from steadyload.layouts.batch import LayoutBatch as LayoutBatch
+    from steadyload.layouts.batch_files import read_batch as read_batch
     from steadyload.layouts.benchmark import load_benchmark as load_benchmark
     from steadyload.layouts.dialect import Dialect as Dialect
     from steadyload.layouts.dialect import load_profile as load_profile
@@ -57,6 +58,7 @@ _PUBLIC = {
     "load_results": "steadyload.runs.results:load_results",
     "make_method": "steadyload.methods.registry:make_method",
     "read": "steadyload.layouts.formats:read_layouts",
+    "read_batch": "steadyload.layouts.batch_files:read_batch",
     "score": "steadyload.runs.scoring:score_layouts",
     "view": "steadyload.studies.viewing:write_view",
 }
@@ -78,6 +80,7 @@ __all__ = [
     "load_results",
     "make_method",
     "read",
+    "read_batch",
     "score",
     "view",
 ]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -27,7 +26,6 @@ from steadyload.methods.method import (
     Loader,
     Method,
     RefusedError,
-    Seconds,
     Status,
     StepScorer,
     Stopwatch,
@@ -177,8 +175,7 @@ class LearnedMethod(Method):
             layouts: any.
             timeout: not looked at: a layout takes some microseconds.
         """
-        clocks = time.process_time, time.perf_counter
-        start = [clock() for clock in clocks]
+        watch = Stopwatch()
         given = list(layouts)
         findings = [self._outside(layout) for layout in given]
         known = [k for k, finding in enumerate(findings) if finding.status is Status.DONE]
@@ -186,10 +183,7 @@ class LearnedMethod(Method):
             known, self.probabilities_of_many(given[k] for k in known), strict=True
         ):
             findings[k] = self._finding(found, findings[k].reason)
-        cpu, wall = (
-            Seconds(total=(clock() - begun) / max(len(given), 1))
-            for clock, begun in zip(clocks, start, strict=True)
-        )
+        cpu, wall = (spent.shared(len(given)) for spent in watch.stop())
         return [
             Verdict(
                 item_count=len(layout),

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.kernels.balance import spread
 from steadyload.kernels.compiled import compiled
 from steadyload.kernels.constants import EDGE, FLOOR
 from steadyload.kernels.contacts import Contacts
 from steadyload.kernels.least_squares import nonnegative_least_squares
+from steadyload.kernels.spreading import spread
 
 _LEVEL = 1e-12
 """Share of a load: horizontal forces and twists below it are rounding."""
@@ -61,7 +61,7 @@ def first_overloaded(
         load[1] -= weight
         load[3] += weight * z
         load[5] -= weight * x
-        for k in range(contacts.above_starts[item], contacts.above_starts[item + 1]):
+        for k in range(contacts.above_starts[item], contacts.above_ends[item]):
             other, patch = contacts.above[k], meets[k]
             if other > step or role[other] == FREE:
                 continue
@@ -74,7 +74,7 @@ def first_overloaded(
                 load[5] -= presses[patch, 1]
         if not _handed(item, step, load, role, contacts, lower, changed, friction):
             return item
-        for k in range(contacts.starts[item], contacts.starts[item + 1]):
+        for k in range(contacts.starts[item], contacts.ends[item]):
             carrier = contacts.below[k]
             if carrier == FLOOR or carrier > step or contacts.on_floor[carrier]:
                 continue
@@ -91,7 +91,7 @@ def _handed(
     down = -load[1]
     if not down > 0.0:
         return False
-    first, end = contacts.starts[item], contacts.starts[item + 1]
+    first, end = contacts.starts[item], contacts.ends[item]
     patches, below = np.empty((end - first, 4)), np.empty(end - first, dtype=np.int64)
     count = 0
     for k in range(first, end):

@@ -33,9 +33,7 @@ def nonnegative_least_squares(columns: Any, target: Any) -> Any:
 
 
 @compiled
-def least_squares_of_blocks(
-    columns: Any, target: Any, blocks: Any, width: int, likely: Any
-) -> Any:
+def least_squares_of_blocks(columns: Any, target: Any, blocks: Any, width: int, likely: Any) -> Any:
     """See :func:`nonnegative_least_squares`; of columns that are zero but for one or two blocks.
 
     Args:
@@ -177,9 +175,7 @@ def _subtract(share: float, one: Any, rest: Any) -> None:
 
 
 @compiled
-def _remove(
-    column: int, chosen: Any, basis: Any, factor: Any, aims: Any, size: int
-) -> None:
+def _remove(column: int, chosen: Any, basis: Any, factor: Any, aims: Any, size: int) -> None:
     """Take a column out of the factors: rotations make them triangular again."""
     for k in range(column, size - 1):
         chosen[k] = chosen[k + 1]

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.kernels.balance import fastest_corner
 from steadyload.kernels.carrying import FREE, HANDED, WAITING, first_overloaded
 from steadyload.kernels.compiled import compiled
 from steadyload.kernels.constants import (
@@ -21,6 +20,7 @@ from steadyload.kernels.constants import (
     FLOOR,
     NOISE,
     RESIDUE,
+    TIE,
     UNBALANCED,
     UNRESOLVED,
 )
@@ -31,8 +31,8 @@ from steadyload.kernels.least_squares import nonnegative_least_squares
 @compiled
 def balance_group(
     step: int, group: Any, contacts: Contacts, meets: Any, centres: Any, weights: Any, lower: Any,
-    upper: Any, presses: Any, moves: Any, changed: Any,
-) -> int:  # fmt: skip
+    upper: Any, presses: Any, replaced: Any, moves: Any, changed: Any,
+) -> Any:  # fmt: skip
     """Balance the group of a new item as well as can be.
 
     Args:
@@ -44,12 +44,13 @@ def balance_group(
         weights: [kg], (J,).
         lower: corners [cm], (J, 3).
         upper: likewise.
-        presses: the forces before, which are replaced, (P, 3).
+        presses: force [kg] and its moments [kg cm] at every patch before, (P, 3).
+        replaced: those of the group are put there, whether they change or not; may be the same.
         moves: which items were out of balance before, which is replaced, (J,).
         changed: room, (P, 6).
 
     Returns:
-        How it ended.
+        How it ended, and the item that starts fastest, -1 where none does.
     """
     count = len(weights)
     role, loads = np.zeros(count, dtype=np.int64), np.zeros((count, 6))
@@ -65,12 +66,11 @@ def balance_group(
         used = patches_of(free, step, contacts, meets, role)
         forces, left, ended = _solved(free, used, contacts, centres, weights, lower, upper, mean)
         if not ended:
-            return UNRESOLVED
+            return UNRESOLVED, -1
         loads[:] = 0.0
         for n in range(len(used)):
-            k = used[n]
-            _press(k, forces[n], contacts, mean, changed)
-            _load_other(k, step, contacts, role, presses, changed, loads)
+            _press(used[n, 0], forces[n], contacts, mean, changed)
+            _load_other(used[n], contacts, role, presses, changed, loads)
         failed = first_overloaded(
             step, role, loads, contacts, meets, centres, weights, lower, presses, changed, 0.0
         )
@@ -78,22 +78,24 @@ def balance_group(
             break
         forget(role)
         free_with_those_above(failed, step, contacts, role)
-    ended = _judged(free, used, forces, left, contacts, centres, weights, lower, upper, mean,
-                    heaviest, moves)  # fmt: skip
-    for item in range(step + 1):
-        if role[item] == HANDED:
-            for k in range(contacts.starts[item], contacts.starts[item + 1]):
-                _keep(k, changed, presses)
-    for k in used:
-        _keep(k, changed, presses)
-    return ended
+    verdict = _judged(free, used, forces, left, contacts, centres, weights, lower, upper, mean,
+                      heaviest, moves)  # fmt: skip
+    for item in group:
+        for k in range(contacts.starts[item], contacts.ends[item]):
+            if role[item] == HANDED:
+                _keep(k, changed, replaced)
+            else:
+                replaced[k] = presses[k]
+    for k in used[:, 0]:
+        _keep(k, changed, replaced)
+    return verdict
 
 
 @compiled
 def free_with_those_above(item: int, step: int, contacts: Contacts, role: Any) -> None:
     """Free an item and what stands on it."""
     role[item] = FREE
-    for k in range(contacts.above_starts[item], contacts.above_starts[item + 1]):
+    for k in range(contacts.above_starts[item], contacts.above_ends[item]):
         other = contacts.above[k]
         if other <= step and not contacts.on_floor[other]:
             role[other] = FREE
@@ -109,24 +111,24 @@ def forget(role: Any) -> None:
 
 @compiled
 def patches_of(free: Any, step: int, contacts: Contacts, meets: Any, role: Any) -> Any:
-    """The patches at which free items touch anything."""
-    found = [0]
-    found.pop()
+    """Patches at which free items touch anything, and what is above and below each, (k, 3)."""
+    count = 0
     for item in free:
-        for k in range(contacts.starts[item], contacts.starts[item + 1]):
+        count += contacts.ends[item] - contacts.starts[item]
+        count += contacts.above_ends[item] - contacts.above_starts[item]
+    found = np.empty((count, 3), dtype=np.int64)
+    count = 0
+    for item in free:
+        for k in range(contacts.starts[item], contacts.ends[item]):
             if contacts.below[k] <= step:
-                found.append(k)
-        for k in range(contacts.above_starts[item], contacts.above_starts[item + 1]):
+                found[count, 0], found[count, 1], found[count, 2] = k, item, contacts.below[k]
+                count += 1
+        for k in range(contacts.above_starts[item], contacts.above_ends[item]):
             other = contacts.above[k]
-            if other <= step and role[other] != FREE:
-                found.append(meets[k])
-    return np.array(found, dtype=np.int64)
-
-
-@compiled
-def owner_of(patch: int, contacts: Contacts) -> int:
-    """The item that stands on a patch."""
-    return np.searchsorted(contacts.starts, patch, side="right") - 1
+            if other <= step and role[other] != FREE and not contacts.on_floor[other]:
+                found[count, 0], found[count, 1], found[count, 2] = meets[k], other, item
+                count += 1
+    return found[:count]
 
 
 @compiled
@@ -144,12 +146,12 @@ def _solved(
         row[free[n]] = n
         target[3 * n] = np.sqrt(weights[free[n]] / mean)
     for column in range(4 * len(used)):
-        k, corner = used[column // 4], column % 4
-        x0, z0, x1, z1 = contacts.patches[k]
+        corner = column % 4
+        x0, z0, x1, z1 = contacts.patches[used[column // 4, 0]]
         x = x0 - EDGE if corner < 2 else x1 + EDGE
         z = z0 - EDGE if corner % 2 == 0 else z1 + EDGE
         for side in range(2):
-            felt = owner_of(k, contacts) if side == 0 else contacts.below[k]
+            felt = used[column // 4, 1 + side]
             n = row[felt] if felt >= 0 else -1
             if n >= 0:
                 sign = (1.0 if side == 0 else -1.0) / target[3 * n]
@@ -185,10 +187,10 @@ def _keep(k: int, changed: Any, presses: Any) -> None:
 
 @compiled
 def _load_other(
-    k: int, step: int, contacts: Contacts, role: Any, presses: Any, changed: Any, loads: Any
+    patch: Any, contacts: Contacts, role: Any, presses: Any, changed: Any, loads: Any
 ) -> None:
     """Where one of the two items of a patch is at rest: what it gets from the other."""
-    above, below = owner_of(k, contacts), contacts.below[k]
+    k, above, below = patch
     if role[above] == FREE and (below == FLOOR or role[below] == FREE or contacts.on_floor[below]):
         return
     item, sign = (below, 1.0) if role[above] == FREE else (above, -1.0)
@@ -202,8 +204,8 @@ def _load_other(
 def _judged(
     free: Any, used: Any, forces: Any, left: Any, contacts: Contacts, centres: Any, weights: Any,
     lower: Any, upper: Any, mean: float, heaviest: float, moves: Any,
-) -> int:  # fmt: skip
-    """Whether free items are balanced; which of them move."""
+) -> Any:  # fmt: skip
+    """Whether free items are balanced, and the one that starts fastest; which of them move."""
     count = len(free)
     root, half, radii = np.empty(count), np.empty((count, 2)), np.empty((count, 2))
     pressed = np.zeros(3 * count)
@@ -215,10 +217,9 @@ def _judged(
         half[n, 1] = 0.5 * (upper[item, 2] - lower[item, 2])
         pressed[3 * n] = root[n]
         for m in range(len(used)):
-            k = used[m]
-            if contacts.below[k] != item and owner_of(k, contacts) != item:
+            if used[m, 1] != item and used[m, 2] != item:
                 continue
-            x0, z0, x1, z1 = contacts.patches[k]
+            x0, z0, x1, z1 = contacts.patches[used[m, 0]]
             for corner in range(4):
                 x = x0 - EDGE if corner < 2 else x1 + EDGE
                 z = z0 - EDGE if corner % 2 == 0 else z1 + EDGE
@@ -227,13 +228,26 @@ def _judged(
                 pressed[3 * n + 1] += abs(x - centres[item, 0]) / radii[n, 0] * force
                 pressed[3 * n + 2] += abs(z - centres[item, 2]) / radii[n, 1] * force
     beyond, proven = False, False
+    motions = np.empty(count)
     for n in range(count):
-        motion = fastest_corner(left, n, root, radii, half)
-        moves[free[n]] = motion > RESIDUE * fastest_corner(pressed, n, root, radii, half)
+        motions[n] = _fastest_corner(left, n, root, radii, half)
+        moves[free[n]] = motions[n] > RESIDUE * _fastest_corner(pressed, n, root, radii, half)
         if moves[free[n]]:
             beyond = True
-            if motion > NOISE * np.sqrt(heaviest / weights[free[n]]):
+            if motions[n] > NOISE * np.sqrt(heaviest / weights[free[n]]):
                 proven = True
     if not beyond:
-        return BALANCED
-    return UNBALANCED if proven else UNRESOLVED
+        return BALANCED, -1
+    # Of items that start equally fast the first is named.
+    return (UNBALANCED if proven else UNRESOLVED), free[
+        np.argmax(motions >= (1.0 - TIE) * motions.max())
+    ]
+
+
+@compiled
+def _fastest_corner(left: Any, n: int, root: Any, radii: Any, half: Any) -> float:
+    """How fast the corner of an item that starts fastest accelerates [g]."""
+    along = abs(left[3 * n])
+    turned = abs(left[3 * n + 1]) / radii[n, 0] * half[n, 0]
+    turned += abs(left[3 * n + 2]) / radii[n, 1] * half[n, 1]
+    return (along + turned) / root[n]

@@ -51,8 +51,8 @@ class Motion(NamedTuple):
 @compiled
 def motion_of(
     step: int, group: Any, reach: float, friction: float, gravity: float, seconds: float,
-    contacts: Contacts, meets: Any, centres: Any, weights: Any, lower: Any, upper: Any, floor: Any, presses: Any,
-    guess: Any, changed: Any,
+    contacts: Contacts, meets: Any, centres: Any, weights: Any, lower: Any, upper: Any,
+    floor: Any, presses: Any, guess: Any, changed: Any,
 ) -> Motion:  # fmt: skip
     """Follow the items of a group that are out of balance, from rest.
 
@@ -169,9 +169,12 @@ def _wrenches(
     points: Any, known: int, at: Any, place: Any, centres: Any, way: Any, mass: Any,
     friction: float,
 ) -> Any:  # fmt: skip
-    """Forces that closed points can exert: four times the point plus the edge of its friction
-    pyramid, the direction on the second body, the places of the two free bodies that feel it, -1 for none, and what it does to them, scaled by
-    the roots of their masses, (m, 2, 6).
+    """Forces that closed points can exert.
+
+    Returns:
+        Four times the point plus the edge of its friction pyramid, (m,); the direction on the
+        second body, (m, 3); the places of the two free bodies that feel it, -1 for none, (m, 2);
+        and what it does to them, scaled by the roots of their masses, (m, 2, 6).
     """
     count = 0
     for k in range(known):
@@ -215,7 +218,7 @@ def _solved(bodies: Any, wrenches: Any, mass: Any, sources: Any, pushed: Any) ->
     cluster = np.arange(count)
     for k in range(len(bodies)):
         a, b = bodies[k]
-        if a >= 0 and b >= 0 and cluster[a] != cluster[b]:
+        if a >= 0 and b >= 0:
             _merge(cluster, a, b)
     row, column_of = np.empty(count, dtype=np.int64), np.empty(len(bodies), dtype=np.int64)
     for name in range(count):
@@ -259,6 +262,8 @@ def _solved(bodies: Any, wrenches: Any, mass: Any, sources: Any, pushed: Any) ->
 def _merge(cluster: Any, a: int, b: int) -> None:
     """Give all bodies of the cluster of one body the name of that of another."""
     new, old = cluster[a], cluster[b]
+    if new == old:
+        return
     for n in range(len(cluster)):
         if cluster[n] == old:
             cluster[n] = new
@@ -306,13 +311,13 @@ def _wake(
         if within[item] and role[item] == 0 and np.any(loads[item] != 0.0):
             role[item] = WAITING
     for item in free:
-        for k in range(contacts.starts[item], contacts.starts[item + 1]):
+        for k in range(contacts.starts[item], contacts.ends[item]):
             carrier = contacts.below[k]
             if carrier == FLOOR or carrier > step or not within[carrier]:
                 continue
             if role[carrier] == 0 and presses[k, 0] != 0.0:
                 role[carrier] = WAITING
-        for k in range(contacts.above_starts[item], contacts.above_starts[item + 1]):
+        for k in range(contacts.above_starts[item], contacts.above_ends[item]):
             other = contacts.above[k]
             if other <= step and role[other] == 0 and presses[meets[k], 0] != 0.0:
                 role[other] = WAITING
@@ -335,8 +340,7 @@ def _growth(
         first, second = points.pairs[sources[column] // 4]
         a, b = place[first], place[second]
         if parts[column] > 0.0 and a >= 0 and b >= 0 and min(energy[a], energy[b]) > least:
-            if part[a] != part[b]:
-                _merge(part, a, b)
+            _merge(part, a, b)
     growth = np.empty(count)
     for n in range(count):
         gains, energies = 0.0, 0.0

@@ -109,7 +109,7 @@ def place(
     loading.changed[:] = 0.0
     first = contacts.above_starts[step]
     passed = (
-        first == contacts.above_starts[step + 1] or contacts.above[first] > step
+        first == contacts.above_ends[step] or contacts.above[first] > step
     ) and passed_down(
         step, contacts, loading.meets, loading.centres, loading.weights, loading.lower,
         loading.moves, loading.presses, loading.changed,
@@ -128,11 +128,11 @@ def place(
             return (BALANCED, *nothing)
     else:
         loading.counts[3] += 1
-        ended = balance_group(
+        ended, _ = balance_group(
             step, group, contacts, loading.meets, loading.centres, loading.weights, loading.lower,
-            loading.upper, loading.presses, loading.moves, loading.loads,
+            loading.upper, loading.presses, loading.presses, loading.moves, loading.loads,
         )  # fmt: skip
-        if ended == UNRESOLVED or ended == BALANCED:
+        if ended != UNBALANCED:
             return (ended, *nothing)
     return _moved(step, group, loading, friction, gravity, seconds, eps_t, eps_r)
 
@@ -196,8 +196,9 @@ def _is_kept(step: int, group: Any, loading: Loading) -> bool:
 @compiled
 def _is_loaded(item: int, loading: Loading) -> bool:
     """Whether the new weight is passed down by an item."""
-    starts = loading.contacts.starts
-    return bool((loading.changed[starts[item] : starts[item + 1], 0] != 0.0).any())
+    contacts = loading.contacts
+    own = loading.changed[contacts.starts[item] : contacts.ends[item], 0]
+    return bool((own != 0.0).any())
 
 
 @compiled

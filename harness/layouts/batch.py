@@ -2,50 +2,140 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from operator import index
+from typing import Any, overload
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from steadyload.layouts.model import FloatArray, Layout
+from steadyload.layouts.batch_checks import (
+    Pallets,
+    checked_array,
+    checked_names,
+    checked_starts,
+    first_invalid,
+    is_valid,
+    refuse_unnamed,
+)
+from steadyload.layouts.floor import INFINITE
+from steadyload.layouts.model import ARRAYS, FloatArray, Layout, LayoutError, Pallet, view_on
 
 
 @dataclass(frozen=True, eq=False)
 class LayoutBatch:
     """Layouts one after the other, as read-only arrays.
 
+    It is made by :meth:`of`, :meth:`from_arrays`, :func:`steadyload.read_batch` or
+    :meth:`Benchmark.batch <steadyload.layouts.benchmark.Benchmark.batch>`, and holds what a
+    :class:`Layout` would: nothing is checked here. ``batch[k]`` is a :class:`Layout` that is a view
+    on these arrays, ``batch[j:k]`` a batch that is one.
+
     Attributes:
         starts: the items of layout k are ``starts[k]`` to ``starts[k + 1]``, shape (L + 1,).
         lower, upper: corners of all items [cm], shape (N, 3).
+        sizes: their width, height, depth [cm], shape (N, 3).
         weights: [kg], shape (N,). mass_offsets: [cm], shape (N, 3).
         floors: of every layout: x0, z0, x1, z1 of what carries, infinite for a plane, and its
             height above the ground, 0 for a plane [cm], shape (L, 5).
+        names: of the layouts.
+        pallets: of the layouts.
+        ids: of all boxes; none where no box has one.
     """
 
     starts: NDArray[np.int64]
     lower: FloatArray
     upper: FloatArray
+    sizes: FloatArray
     weights: FloatArray
     mass_offsets: FloatArray
     floors: FloatArray
+    names: tuple[str, ...]
+    pallets: tuple[Pallet, ...]
+    ids: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for array in vars(self).values():
-            array.setflags(write=False)
+            if isinstance(array, np.ndarray):
+                array.setflags(write=False)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """See :class:`Layout`."""
+        vars(self).update(state)
+        self.__post_init__()
 
     @classmethod
     def of(cls, layouts: Iterable[Layout]) -> LayoutBatch:
         """The batch of some layouts; there may be none."""
         each = list(layouts)
         empty = np.empty((0, 3))
+        ids = [layout.ids for layout in each]
         return cls(
             np.cumsum([0, *map(len, each)], dtype=np.int64),
             np.concatenate([empty, *(layout.lower for layout in each)]),
             np.concatenate([empty, *(layout.upper for layout in each)]),
+            np.concatenate([empty, *(layout.sizes for layout in each)]),
             np.concatenate([empty[:, 0], *(layout.weights for layout in each)]),
             np.concatenate([empty, *(layout.mass_offsets for layout in each)]),
             np.array([layout.floor.corners for layout in each]).reshape(-1, 5),
+            tuple(layout.name for layout in each),
+            tuple(layout.pallet for layout in each),
+            tuple(
+                name
+                for own, layout in zip(ids, each, strict=True)
+                for name in own or [""] * len(layout)
+            )
+            if any(ids)
+            else (),
+        )
+
+    @classmethod
+    def from_arrays(
+        cls,
+        starts: ArrayLike,
+        positions: ArrayLike,
+        sizes: ArrayLike,
+        weights: ArrayLike,
+        mass_offsets: ArrayLike | None = None,
+        *,
+        pallets: Pallet | Sequence[Pallet] | FloatArray,
+        names: Sequence[str] | None = None,
+        ids: Sequence[str] = (),
+    ) -> LayoutBatch:
+        """The batch of layouts that some arrays describe; they are copied.
+
+        Items are in loading order, those of one layout after those of another. What is allowed is
+        what a :class:`Layout` allows; all layouts are checked at once.
+
+        Args:
+            starts: the items of layout k are ``starts[k]`` to ``starts[k + 1]``: whole numbers from
+                0 to the number of all items, shape (L + 1,).
+            positions: left-bottom-back corners (x, y, z) [cm], shape (N, 3).
+            sizes: width, height, depth as placed [cm], shape (N, 3).
+            weights: [kg], shape (N,).
+            mass_offsets: centres of mass minus geometric centres [cm], shape (N, 3); None for 0.
+            pallets: one for all layouts, or one for each, or width, height, depth [cm] of each,
+                shape (L, 3).
+            names: of the layouts; None for "0", "1", ...
+            ids: of all boxes, shape (N,); none where boxes have none.
+
+        Raises:
+            LayoutError: the arrays do not fit together, or a layout is not valid: that of the first
+                such layout, as :class:`Layout` itself would raise it.
+        """
+        bounds = checked_starts(starts)
+        layouts, items = len(bounds) - 1, int(bounds[-1])
+        offsets = np.zeros((items, 3)) if mass_offsets is None else mass_offsets
+        return checked_batch(
+            bounds,
+            checked_array("positions", positions, (items, 3)),
+            checked_array("sizes", sizes, (items, 3)),
+            checked_array("weights", weights, (items,)),
+            checked_array("mass_offsets", offsets, (items, 3)),
+            pallets=_pallets(pallets, layouts),
+            names=checked_names("names", _numbered(layouts) if names is None else names, layouts),
+            ids=checked_names("ids", ids, items if len(ids) else 0),
         )
 
     def __len__(self) -> int:
@@ -56,3 +146,156 @@ class LayoutBatch:
     def item_counts(self) -> NDArray[np.int64]:
         """Number of items of every layout, shape (L,)."""
         return np.diff(self.starts)
+
+    def __iter__(self) -> Iterator[Layout]:
+        return map(self._layout, range(len(self)))
+
+    @overload
+    def __getitem__(self, which: int) -> Layout: ...
+
+    @overload
+    def __getitem__(self, which: slice) -> LayoutBatch: ...
+
+    def __getitem__(self, which: int | slice) -> Layout | LayoutBatch:
+        if isinstance(which, slice):
+            return self._part(range(len(self))[which])
+        return self._layout(range(len(self))[index(which)])
+
+    def _layout(self, k: int) -> Layout:
+        own = slice(self.starts[k], self.starts[k + 1])
+        pallet = self.pallets[k]
+        return view_on(
+            {key: getattr(self, key)[own] for key in ARRAYS},
+            name=self.names[k],
+            pallet=pallet,
+            floor=pallet.floor_under(overhung=True) if self.floors[k, 4] > 0.0 else INFINITE,
+            ids=_stated(self.ids[own]),
+        )
+
+    def _part(self, layouts: range) -> LayoutBatch:
+        """Some layouts, one after the other."""
+        if layouts.step != 1:
+            raise ValueError(f"step of a slice is {layouts.step}; allowed: 1")
+        start, stop = layouts.start, max(layouts.start, layouts.stop)
+        own, each = slice(self.starts[start], self.starts[stop]), slice(start, stop)
+        return LayoutBatch(
+            self.starts[start : stop + 1] - self.starts[start],
+            **{key: getattr(self, key)[own] for key in ARRAYS},
+            floors=self.floors[each],
+            names=self.names[each],
+            pallets=self.pallets[each],
+            ids=_stated(self.ids[own]),
+        )
+
+
+def checked_batch(
+    starts: NDArray[np.int64],
+    lower: FloatArray,
+    sizes: FloatArray,
+    weights: FloatArray,
+    mass_offsets: FloatArray,
+    *,
+    pallets: Pallets,
+    names: tuple[str, ...],
+    ids: tuple[str, ...] = (),
+) -> LayoutBatch:
+    """The batch on some arrays of the right types and shapes, if all of its layouts are valid.
+
+    The arrays are not copied, and read-only from then on; they are those of
+    :meth:`LayoutBatch.from_arrays`.
+
+    Raises:
+        LayoutError: that of the first layout that is not valid.
+    """
+    refuse_unnamed(names)
+    arrays = _arrays(lower, sizes, weights, mass_offsets)
+    with np.errstate(invalid="ignore"):
+        invalid = first_invalid(starts, arrays, pallets, ids)
+    if invalid is not None:
+        own = slice(starts[invalid], starts[invalid + 1])
+        raise _error_of(
+            view_on(
+                {key: array[own] for key, array in arrays.items()},
+                name=names[invalid],
+                pallet=pallets.each[invalid],
+                ids=ids[own],
+            )
+        )
+    return LayoutBatch(
+        starts,
+        **arrays,
+        floors=pallets.floors(starts, arrays),
+        names=names,
+        pallets=pallets.each,
+        ids=ids,
+    )
+
+
+def checked_view(
+    name: str,
+    pallet: Pallet,
+    lower: FloatArray,
+    sizes: FloatArray,
+    weights: FloatArray,
+    mass_offsets: FloatArray,
+) -> Layout:
+    """The layout on some arrays of the right shapes, which are read-only from then on.
+
+    Raises:
+        LayoutError: it is not valid.
+    """
+    arrays = _arrays(lower, sizes, weights, mass_offsets)
+    for array in arrays.values():
+        array.setflags(write=False)
+    view = view_on(arrays, name=name, pallet=pallet)
+    with np.errstate(invalid="ignore"):
+        if not (name and name.isprintable() and is_valid(arrays, pallet)):
+            raise _error_of(view)
+    return view
+
+
+def _arrays(
+    lower: FloatArray, sizes: FloatArray, weights: FloatArray, mass_offsets: FloatArray
+) -> dict[str, FloatArray]:
+    """The arrays of items, by name."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        upper = lower + sizes
+    return {
+        "lower": lower,
+        "upper": upper,
+        "sizes": sizes,
+        "weights": weights,
+        "mass_offsets": mass_offsets,
+    }
+
+
+def _error_of(view: Layout) -> LayoutError:
+    """The error of making a layout of values that are not valid."""
+    try:
+        Layout(view.name, view.pallet, view.items)
+    except LayoutError as error:
+        return error.located(layout=view.name)
+    raise AssertionError(f"layout {view.name!r} is valid by itself, and was refused among others")
+
+
+def _pallets(given: Pallet | Sequence[Pallet] | FloatArray, count: int) -> Pallets:
+    """The pallets of so many layouts, as :meth:`LayoutBatch.from_arrays` takes them."""
+    if isinstance(given, Pallet):
+        return Pallets((given,), np.zeros(count, dtype=np.int64))
+    if isinstance(given, np.ndarray):
+        return Pallets.sized(checked_array("pallets", given, (count, 3)))
+    if len(given) != count or not all(isinstance(one, Pallet) for one in given):
+        raise LayoutError(
+            f"pallets has {len(given)} entries; allowed: one pallet, {count} of them, or an array "
+            f"of numbers of shape {(count, 3)}"
+        )
+    return Pallets.of(given)
+
+
+def _stated(ids: tuple[str, ...]) -> tuple[str, ...]:
+    """Ids of some boxes; none where all are empty."""
+    return ids if any(ids) else ()
+
+
+def _numbered(count: int) -> tuple[str, ...]:
+    return tuple(map(str, range(count)))

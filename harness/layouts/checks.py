@@ -7,11 +7,13 @@ import hashlib
 import numpy as np
 from numpy.typing import NDArray
 
+FloatArray = NDArray[np.float64]
+
 SHOWN = 200
 """Characters of a name in a message."""
 
 
-def digest_of(*arrays: NDArray[np.float64]) -> str:
+def digest_of(*arrays: FloatArray) -> str:
     """SHA-256 of arrays of numbers, as hex digits."""
     digest = hashlib.sha256()
     for array in arrays:

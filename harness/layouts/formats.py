@@ -28,7 +28,9 @@ from steadyload.layouts.sources import decoded, opened, read_rest, source_name
 from steadyload.layouts.writers import as_csv, as_job, as_native
 
 _TWICE = "name stands there twice; allowed: one layout a name"
-_HEAD_BYTES = 64 * 1024
+HEAD_BYTES = 64 * 1024
+"""Bytes of a file by which its format is told."""
+
 _CHUNK_BYTES = 256 * 1024
 
 
@@ -126,7 +128,7 @@ def detect_format(head: str, dialect: Dialect | None = None) -> Format | None:
 
 def _records(path: str | Path, dialect: Dialect) -> Iterator[Record | Refused]:
     with opened(path) as file:
-        head = file.read(_HEAD_BYTES)
+        head = file.read(HEAD_BYTES)
         text = head.decode("utf-8", errors="replace")
         kind = detect_format(text, dialect) if b"\0" not in head else None
         if not head:

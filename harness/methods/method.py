@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from enum import StrEnum
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -317,11 +318,35 @@ class Method(ABC):
     def judge_many(
         self, layouts: Iterable[Layout], *, timeout: float | None = None
     ) -> list[Verdict]:
-        """Judge layouts, in order; a method that gains from batches overrides this."""
-        return [self.judge(layout, timeout=timeout) for layout in layouts]
+        """Judge layouts, in order, as :meth:`judge` does.
+
+        Where the method judges batches, all are judged at once; what does not stand is then looked
+        at by itself, for the item and the reason. Each verdict has its share of the time.
+
+        Args:
+            layouts: any valid layouts; a batch is one.
+            timeout: of :meth:`judge`, for each layout that is judged by itself.
+        """
+        given = layouts if isinstance(layouts, LayoutBatch) else list(layouts)
+        watch = Stopwatch()
+        try:
+            batch = given if isinstance(given, LayoutBatch) else LayoutBatch.of(given)
+            found = self.evaluate(batch)
+        except NotBatchedError:
+            return [self.judge(layout, timeout=timeout) for layout in given]
+        findings = [STABLE] * len(batch)
+        for k in np.flatnonzero((found.status != Status.DONE) | (found.failing_step >= 0)).tolist():
+            findings[k] = finding_by(partial(self._judge, given[k]), Stopwatch(timeout))
+        cpu, wall = (spent.shared(len(batch)) for spent in watch.stop())
+        return [
+            verdict_of(finding, count, cpu, wall)
+            for finding, count in zip(findings, batch.item_counts.tolist(), strict=True)
+        ]
 
     def evaluate(self, batch: LayoutBatch) -> BatchVerdicts:
         """Judge all layouts of a batch at once, in compiled code that any thread may run.
+
+        A class that judges batches defines this beside its :meth:`_judge`.
 
         Args:
             batch: the layouts.
@@ -330,6 +355,12 @@ class Method(ABC):
             NotBatchedError: the method judges one layout at a time.
         """
         raise NotBatchedError(f"{self.spec}: judges one layout at a time, not batches")
+
+    def __init_subclass__(cls, **arguments: Any) -> None:
+        """A class that judges in a way of its own does not judge batches as its base does."""
+        super().__init_subclass__(**arguments)
+        if "_judge" in vars(cls) and "evaluate" not in vars(cls):
+            cls.evaluate = Method.evaluate  # type: ignore[method-assign]
 
     def begin(self, layout: GrowingLayout) -> Loader:
         """A loader that judges placements on a layout while it grows.

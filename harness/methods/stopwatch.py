@@ -24,6 +24,11 @@ class Seconds:
     read: float = 0.0
     total: float = 0.0
 
+    def shared(self, count: int) -> Seconds:
+        """The share of each of some; of none nothing."""
+        parts = max(count, 1)
+        return Seconds(self.build / parts, self.step / parts, self.read / parts, self.total / parts)
+
 
 class TimeoutExpiredError(Exception):
     """A judgement took longer than it may; becomes a verdict with status ``timeout``."""

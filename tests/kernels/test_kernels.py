@@ -1,6 +1,8 @@
 """Compiled functions against NumPy, SciPy, other code paths, and themselves in many threads."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -16,8 +18,10 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.contacts import FLOOR, find_contacts
 from steadyload.methods import make_method
 from steadyload.methods.balance import VerticalBalance
-from steadyload.methods.method import NotBatchedError
+from steadyload.methods.base_support import FullBaseSupport
+from steadyload.methods.method import Finding, NotBatchedError, Seconds
 from steadyload.methods.resolution import fastest
+from steadyload.methods.spec import parse_spec
 
 BATCHED = ("fbs", "pbs0.7", "sme", "equilibrium")
 
@@ -92,6 +96,58 @@ def test_threads_that_judge_one_batch_get_equal_answers(name, layouts):
     with ThreadPoolExecutor(8) as pool:
         found = list(pool.map(method.evaluate, [batch] * 8))
     assert all((each.failing_step == alone).all() for each in found)
+
+
+def _judged(verdicts):
+    return [replace(verdict, cpu=Seconds(), wall=Seconds()) for verdict in verdicts]
+
+
+@pytest.mark.parametrize("name", BATCHED)
+def test_many_are_judged_at_once_as_one_by_one(name, layouts, monkeypatch):
+    method = make_method(name)
+    expected = _judged(map(method.judge, layouts))
+    batch = LayoutBatch.of(layouts)
+    assert _judged(method.judge_many(batch)) == expected
+    assert all(verdict.cpu.total > 0.0 for verdict in method.judge_many(batch))
+    looked_at, judge = [], method._judge
+    monkeypatch.setattr(method, "_judge", lambda *of: looked_at.append(of[0]) or judge(*of))
+    assert _judged(method.judge_many(iter(layouts))) == expected
+    assert looked_at == [x for x, v in zip(layouts, expected, strict=True) if not v.stable]
+    assert method.judge_many([]) == []
+
+
+@pytest.mark.parametrize("name", BATCHED)
+def test_threads_that_judge_parts_of_one_batch_get_the_verdicts_of_the_whole(name, layouts):
+    batch, method = LayoutBatch.of(layouts * 8), make_method(name)
+    bounds = np.linspace(0, len(batch), 9).astype(int)
+    parts = [batch[i:j] for i, j in pairwise(bounds.tolist())]
+    expected = _judged(method.judge_many(layouts)) * 8
+    with ThreadPoolExecutor(8) as pool:
+        verdicts = pool.map(method.judge_many, parts)
+        steps = pool.map(method.evaluate, parts)
+        assert [v for part in verdicts for v in _judged(part)] == expected
+        found = np.concatenate([part.failing_step for part in steps])
+    assert found.tolist() == list(map(_step, expected))
+
+
+def test_what_judges_one_at_a_time_judges_a_batch_one_by_one(layouts):
+    method = make_method("equilibrium:time=0.3")
+    expected = _judged(map(method.judge, layouts[:9]))
+    assert _judged(method.judge_many(LayoutBatch.of(layouts[:9]))) == expected
+
+
+class StandsAlone(FullBaseSupport):
+    """Judges layouts in another way than the class that judges batches."""
+
+    def _judge(self, layout, watch):
+        return Finding(failing_step=0)
+
+
+def test_a_class_that_judges_in_its_own_way_does_not_judge_batches_as_its_base(layouts):
+    method = StandsAlone(parse_spec("fbs"), FullBaseSupport.Parameters())
+    assert [v.failing_step for v in method.judge_many(layouts)] == [0] * len(layouts)
+    with pytest.raises(NotBatchedError):
+        method.evaluate(LayoutBatch.of(layouts))
 
 
 def test_a_batch_of_nothing_has_no_verdicts():

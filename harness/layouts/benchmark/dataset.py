@@ -5,17 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cached_property
+from functools import cached_property, lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
+from steadyload.layouts.batch import LayoutBatch, checked_batch, checked_view
+from steadyload.layouts.batch_checks import Pallets
 from steadyload.layouts.benchmark.confidence import confidence
 from steadyload.layouts.benchmark.tables import BenchmarkError, read_tables
-from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
+from steadyload.layouts.model import FloatArray, Layout, LayoutError, Pallet
 from steadyload.layouts.record import shown
 from steadyload.layouts.scenarios import Scenario
 
@@ -141,18 +144,65 @@ class Benchmark:
             LayoutError: its row is no valid layout.
         """
         try:
-            row, offsets = self.layouts.loc[name], self._offsets[name, scenario]
+            row, offsets = self._rows[name], self._offsets[name, scenario]
         except KeyError:
             raise BenchmarkError(f"no case of layout {name!r} in scenario {scenario!r}") from None
         try:
-            return layout_of(name, row, offsets)
-        except LayoutError:
-            raise
+            return _layout_of(name, row, offsets)
+        except LayoutError as error:
+            raise error.located(layout=name) from None
         except (TypeError, ValueError):
             raise BenchmarkError(
                 f"layout {shown(name)} in scenario {shown(scenario)}: its lists of numbers do not "
                 "fit together, the labelled set is damaged"
             ) from None
+
+    def batch(self, cases: pd.DataFrame) -> LayoutBatch:
+        """The layouts of some cases, with their centres of mass, as arrays.
+
+        Args:
+            cases: rows of :meth:`select`; layout k of the batch is that of row k.
+
+        Raises:
+            BenchmarkError: no such case, or a row is damaged.
+            LayoutError: a row is no valid layout.
+        """
+        names, scenarios = cases["layout"].tolist(), cases["scenario"].tolist()
+        try:
+            return self._batch(names, scenarios)
+        except (KeyError, LayoutError, TypeError, ValueError):
+            for case in zip(names, scenarios, strict=True):
+                self.layout(*case)
+            raise
+
+    def _batch(self, names: list[str], scenarios: list[str]) -> LayoutBatch:
+        """Raises KeyError, TypeError and ValueError where cases are missing or damaged."""
+        rows = [self._rows[name] for name in names]
+        offsets = [self._offsets[case] for case in zip(names, scenarios, strict=True)]
+        weights = [row["weights"] for row in rows]
+        starts = np.cumsum([0, *map(len, weights)], dtype=np.int64)
+        shifts = [
+            np.zeros(3 * len(own)) if given is None else given
+            for own, given in zip(weights, offsets, strict=True)
+        ]
+        return checked_batch(
+            starts,
+            _vectors([row["positions"] for row in rows], starts),
+            _vectors([row["sizes"] for row in rows], starts),
+            np.concatenate([np.empty(0), *weights]),
+            _vectors(shifts, starts),
+            pallets=Pallets.sized(np.array([row["pallet"] for row in rows]).reshape(-1, 3)),
+            names=tuple(names),
+        )
+
+    @cached_property
+    def _rows(self) -> dict[str, dict[str, Any]]:
+        """Rows of the table of layouts, by name."""
+        keys = ("pallet", "positions", "sizes", "weights")
+        columns = [self.layouts[key] for key in keys]
+        cells = zip(*columns, strict=True)
+        names = self.layouts.index
+        return {n: dict(zip(keys, row, strict=True)) for n, row in zip(names, cells, strict=True)}
 
     @cached_property
     def _offsets(self) -> dict[tuple[str, str], Any]:
@@ -195,29 +245,45 @@ def load_benchmark(directory: str | Path | None = None) -> Benchmark:
     return Benchmark(layouts, cases, opinions, manifest, notes)
 
 
-def layout_of(name: str, row: Any, offsets: Any) -> Layout:
+def _layout_of(name: str, row: Mapping[str, Any], offsets: Any) -> Layout:
     """A layout from a row of the table of layouts and a list of offsets (None: all zero).
 
     Raises:
         LayoutError: the values are no valid layout.
     """
-    positions = np.reshape(row["positions"], (-1, 3)).tolist()
-    sizes = np.reshape(row["sizes"], (-1, 3)).tolist()
-    weights = np.asarray(row["weights"]).tolist()
-    shifts = np.zeros((len(sizes), 3)) if offsets is None else np.reshape(offsets, (-1, 3))
-    items = tuple(
-        Item(k, tuple(position), tuple(size), weight, tuple(shift))
-        for k, (position, size, weight, shift) in enumerate(
-            zip(positions, sizes, weights, shifts.tolist(), strict=True)
-        )
+    weights = np.array(row["weights"], dtype=float)
+    shape = (len(weights), 3)
+    return checked_view(
+        name,
+        _pallet(*np.asarray(row["pallet"]).tolist()),
+        np.array(row["positions"], dtype=float).reshape(shape),
+        np.array(row["sizes"], dtype=float).reshape(shape),
+        weights,
+        np.zeros(shape) if offsets is None else np.array(offsets, dtype=float).reshape(shape),
     )
-    return Layout(name, Pallet(*np.asarray(row["pallet"]).tolist()), items)
+
+
+@lru_cache(maxsize=1024)
+def _pallet(width: float, height: float, depth: float) -> Pallet:
+    return Pallet(width, height, depth)
+
+
+def _vectors(cells: list[Any], starts: NDArray[np.int64]) -> FloatArray:
+    """Lists of numbers, three an item, as one array of vectors.
+
+    Raises:
+        ValueError: a layout has more or fewer.
+    """
+    counts = np.diff(starts)
+    if list(map(len, cells)) != (3 * counts).tolist():
+        raise ValueError("three numbers an item")
+    return np.concatenate([np.empty(0), *cells]).reshape(-1, 3)
 
 
 def row_of(
     layout: Layout, instance: str, item_class: int, sources: tuple[str, ...]
 ) -> dict[str, Any]:
-    """The row of the table of layouts for a layout; the inverse of :func:`layout_of`."""
+    """The row of the table of layouts for a layout; as :meth:`Benchmark.layout` reads it."""
     return {
         "layout": layout.name,
         "instance": instance,

@@ -1,0 +1,223 @@
+"""Checks of many layouts at once, on arrays: the first layout that is not valid, and not why.
+
+Why it is not is said by the objects themselves (:class:`Item`, :class:`Layout`), which are made of
+that layout alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from steadyload.layouts.checks import unprintable
+from steadyload.layouts.model import (
+    SIDES,
+    TOLERANCE,
+    WEIGHTS,
+    FloatArray,
+    LayoutError,
+    Pallet,
+)
+from steadyload.layouts.overlaps import deepest_overlap, with_overlaps
+
+_PLAN = (0, 2)
+"""The horizontal axes."""
+
+
+@dataclass(frozen=True)
+class Pallets:
+    """Pallets of many layouts, most of which are the same.
+
+    Attributes:
+        kinds: the different ones.
+        which: of every layout, its place among them, shape (L,).
+    """
+
+    kinds: tuple[Pallet, ...]
+    which: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, pallets: Sequence[Pallet]) -> Pallets:
+        """Those of layouts that have one each."""
+        places: dict[int, int] = {}
+        which = [places.setdefault(id(pallet), len(places)) for pallet in pallets]
+        kinds = dict(zip(which, pallets, strict=True))
+        return cls(tuple(kinds[k] for k in range(len(kinds))), np.array(which, dtype=np.int64))
+
+    @classmethod
+    def sized(cls, sizes: FloatArray, **deck: Any) -> Pallets:
+        """Those of given widths, heights and depths.
+
+        Args:
+            sizes: [cm], shape (L, 3).
+            deck: further arguments of all of them; see :class:`Pallet`.
+
+        Raises:
+            LayoutError: one is not allowed; it states the number of the first layout that has it.
+        """
+        places: dict[tuple[float, ...], int] = {}
+        which = [places.setdefault(tuple(size), len(places)) for size in sizes.tolist()]
+        kinds = []
+        for k, size in enumerate(places):
+            try:
+                kinds.append(Pallet(*size, **deck))
+            except LayoutError as error:
+                raise error.located(layout=str(which.index(k))) from None
+        return cls(tuple(kinds), np.array(which, dtype=np.int64))
+
+    @cached_property
+    def each(self) -> tuple[Pallet, ...]:
+        """The pallet of every layout."""
+        return tuple(map(self.kinds.__getitem__, self.which.tolist()))
+
+    def stand_out(self, starts: NDArray[np.int64], arrays: Mapping[str, FloatArray]) -> FloatArray:
+        """How far every item stands out of its contour [cm], negative inside, shape (N,)."""
+        contours = np.array([kind.contour for kind in self.kinds]).reshape(-1, 2, 3)
+        low, high = self._of_items(contours, starts).swapaxes(0, 1)
+        out: FloatArray = np.maximum(low - arrays["lower"], arrays["upper"] - high).max(axis=1)
+        return out
+
+    def floors(self, starts: NDArray[np.int64], arrays: Mapping[str, FloatArray]) -> FloatArray:
+        """The floor of every layout, as a batch has it, shape (L, 5)."""
+        if not len(self.which):
+            return np.empty((0, 5))
+        sizes = np.array([(kind.width, kind.depth) for kind in self.kinds])
+        low = arrays["lower"][:, _PLAN]
+        high = arrays["upper"][:, _PLAN] - self._of_items(sizes, starts)
+        out = np.maximum.reduceat(np.maximum(-low, high).max(axis=1), starts[:-1])
+        floors = np.array(
+            [[kind.floor_under(overhung=over).corners for over in (False, True)]
+             for kind in self.kinds]
+        )  # fmt: skip
+        found: FloatArray = floors[self.which, (out > TOLERANCE).astype(int)]
+        return found
+
+    def _of_items(self, values: FloatArray, starts: NDArray[np.int64]) -> FloatArray:
+        """Values of pallets, by item; a single row where all layouts have the same pallet."""
+        if len(self.kinds) == 1:
+            return values
+        return np.repeat(values[self.which], np.diff(starts), axis=0)
+
+
+def first_invalid(
+    starts: NDArray[np.int64],
+    arrays: Mapping[str, FloatArray],
+    pallets: Pallets,
+    ids: Sequence[str],
+) -> int | None:
+    """The first layout that a :class:`Layout` would refuse for its items; None if there is none.
+
+    Args:
+        starts: as a batch has it.
+        arrays: the arrays of all items, by name, of shapes that fit together.
+        pallets: of the layouts.
+        ids: of all boxes, or none.
+    """
+    counts = np.diff(starts)
+    valid = _valid_items(arrays) & (pallets.stand_out(starts, arrays) <= TOLERANCE)
+    if ids and not "".join(ids).isprintable():
+        valid &= np.fromiter(map(str.isprintable, ids), dtype=bool, count=len(ids))
+    found = len(counts)
+    if not valid.all():
+        found = int(np.searchsorted(starts, valid.argmin(), "right")) - 1
+    if not counts.all():
+        found = min(found, int(counts.argmin()))
+    overlapping = with_overlaps(starts[: found + 1], arrays["lower"], arrays["upper"])
+    if overlapping.any():
+        return int(overlapping.argmax())
+    return found if found < len(counts) else None
+
+
+def is_valid(arrays: Mapping[str, FloatArray], pallet: Pallet) -> bool:
+    """True if a :class:`Layout` would refuse none of these items, of which there may be none."""
+    if not len(arrays["weights"]) or not _valid_items(arrays).all():
+        return False
+    lower, upper = arrays["lower"], arrays["upper"]
+    inside = pallet.stand_out(lower, upper).max() <= TOLERANCE
+    return bool(inside) and deepest_overlap(lower, upper) is None
+
+
+def _valid_items(arrays: Mapping[str, FloatArray]) -> NDArray[np.bool_]:
+    """True for each item whose numbers an :class:`Item` may have."""
+    sizes, weights = arrays["sizes"], arrays["weights"]
+    each = (
+        np.isfinite(arrays["lower"])
+        & (sizes >= SIDES[0])
+        & (sizes <= SIDES[1])
+        & (np.abs(arrays["mass_offsets"]) <= sizes / 2.0)
+    )
+    found: NDArray[np.bool_] = each.all(axis=1) & (weights >= WEIGHTS[0]) & (weights <= WEIGHTS[1])
+    return found
+
+
+def checked_starts(starts: ArrayLike) -> NDArray[np.int64]:
+    """Where layouts begin among the items of all, as an array of its own.
+
+    Raises:
+        LayoutError: they are no whole numbers, do not begin with 0, or fall.
+    """
+    found = np.array(starts)
+    if found.ndim != 1 or not len(found) or found.dtype.kind not in "iu" or found[0] != 0:
+        raise LayoutError(
+            f"starts is {_described(found)}; allowed: whole numbers that begin with 0, one more "
+            "than there are layouts"
+        )
+    bounds = found.astype(np.int64)
+    fewer = np.diff(bounds) < 0
+    if fewer.any():
+        k = int(fewer.argmax())
+        raise LayoutError(
+            f"starts falls from {bounds[k]} to {bounds[k + 1]}; allowed: numbers that do not fall",
+            layout=str(k),
+        )
+    return bounds
+
+
+def checked_array(key: str, values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
+    """Numbers of this shape, as an array of its own.
+
+    Raises:
+        LayoutError: they are none, or of another shape.
+    """
+    try:
+        found = np.array(values)
+        if found.dtype.kind in "iuf" and found.shape == shape:
+            return found.astype(float)
+        described = _described(found)
+    except ValueError:
+        described = "of rows of different lengths"
+    raise LayoutError(f"{key} is {described}; allowed: numbers of shape {shape}")
+
+
+def checked_names(key: str, names: Sequence[str], count: int) -> tuple[str, ...]:
+    """So many texts.
+
+    Raises:
+        LayoutError: there are more or fewer, or others among them.
+    """
+    found = tuple(names)
+    if len(found) != count or not all(isinstance(name, str) for name in found):
+        raise LayoutError(f"{key} has {len(found)} entries; allowed: {count} texts")
+    return found
+
+
+def refuse_unnamed(names: Sequence[str]) -> None:
+    """Raise the error of a layout's name that is not allowed.
+
+    Raises:
+        LayoutError: there is one; it states the number of the layout.
+    """
+    if "".join(names).isprintable() and all(names):
+        return
+    for k, name in enumerate(names):
+        if not name or not name.isprintable():
+            raise LayoutError(unprintable(name), layout=str(k))
+
+
+def _described(found: NDArray[np.generic]) -> str:
+    return f"an array of {found.dtype} and shape {found.shape}"

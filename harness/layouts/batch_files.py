@@ -1,0 +1,60 @@
+"""Layout files as batches."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Unpack
+
+from steadyload.layouts.batch import LayoutBatch
+from steadyload.layouts.csv_batch import batch_of_csv
+from steadyload.layouts.dialect import Dialect
+from steadyload.layouts.floor import FloorKind
+from steadyload.layouts.formats import (
+    HEAD_BYTES,
+    Format,
+    Reading,
+    detect_format,
+    read_layouts,
+)
+from steadyload.layouts.limits import MAX_FILE_BYTES
+from steadyload.layouts.record import FormatError
+from steadyload.layouts.sources import STANDARD_INPUT, opened, read_rest
+
+
+def read_batch(path: str | Path, **reading: Unpack[Reading]) -> LayoutBatch:
+    """All layouts of a file as arrays: those of :func:`read_layouts`, to the last bit.
+
+    A CSV file in centimetres and kilograms, with y up, corners as positions, a decimal point and no
+    quotes becomes arrays without an object an item. Every other file, one that is not valid, and
+    one of which gaps are to be closed, is read by :func:`read_layouts` and costs what that costs.
+
+    Args:
+        path: see :func:`read_layouts`.
+        reading: see :class:`Reading`.
+
+    Raises:
+        LayoutError: as :func:`read_layouts` does.
+        FloorError: likewise.
+        OSError: the file cannot be read.
+    """
+    found = None if reading.get("snap_gap") else _read_plain(path, reading)
+    return LayoutBatch.of(read_layouts(path, **reading)) if found is None else found
+
+
+def _read_plain(path: str | Path, reading: Reading) -> LayoutBatch | None:
+    """The batch of a plain CSV file; None for all others, and for one that is not valid."""
+    if str(path) == STANDARD_INPUT:  # it can be read only once
+        return None
+    dialect = reading.get("dialect") or Dialect()
+    with opened(path) as file:
+        head = file.read(HEAD_BYTES)
+        if detect_format(head.decode("utf-8", errors="replace"), dialect) is not Format.CSV:
+            return None
+        try:
+            content = read_rest(file, head, MAX_FILE_BYTES)
+        except FormatError:
+            return None
+    overhang, floor = reading.get("overhang"), reading.get("floor")
+    stated = {"overhang": overhang, "floor": None if floor is None else FloorKind.named(floor)}
+    deck = {key: value for key, value in stated.items() if value is not None}
+    return batch_of_csv(content, dialect, deck)

@@ -1,0 +1,150 @@
+"""Plain CSV files as a batch: columns become arrays, and no item an object.
+
+Only what is read here exactly as :mod:`steadyload.layouts.csv_reader` reads it is read here. Where
+a file may be wrong, or has what is rare, there is no batch: that reader then says what is wrong.
+"""
+
+from __future__ import annotations
+
+import re
+from codecs import BOM_UTF8
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.csv
+from numpy.typing import NDArray
+
+from steadyload.layouts.batch import LayoutBatch, checked_batch
+from steadyload.layouts.batch_checks import Pallets
+from steadyload.layouts.csv_cells import unguarded
+from steadyload.layouts.csv_columns import Columns, find_columns, separator_of
+from steadyload.layouts.dialect import Dialect
+from steadyload.layouts.limits import MAX_ITEMS, MAX_LAYOUTS, MAX_NUMBER_LENGTH, MAX_TEXT_LENGTH
+from steadyload.layouts.model import FloatArray, LayoutError
+
+_PLAIN_KEYS = {"columns", "other_columns"}
+"""Keys of a dialect that change no number."""
+
+_LINES_APART = re.compile(rb'["\0]|\r(?!\n)')
+"""What parts lines and cells in another way than line ends and separators do, or may not be."""
+
+_NUMBER = r"^[+-]?(?:[0-9]+(?:[.][0-9]*)?|[.][0-9]+)(?:[eE][+-]?[0-9]{1,6})?$"
+"""Finite numbers with a decimal point: a part of those of :mod:`steadyload.layouts.csv_cells`."""
+
+
+def batch_of_csv(
+    content: bytes | bytearray, dialect: Dialect, deck: dict[str, Any]
+) -> LayoutBatch | None:
+    """The batch of a CSV file; None where the other reader has to look at it.
+
+    Args:
+        content: all of the file.
+        dialect: of the file.
+        deck: what is stated of all pallets beside their sizes, as fields of a pallet.
+    """
+    if dialect.stated().keys() - _PLAIN_KEYS or _LINES_APART.search(content):
+        return None
+    start = len(BOM_UTF8) if content.startswith(BOM_UTF8) else 0
+    end = content.find(b"\n", start) + 1 or len(content)
+    try:
+        header = content[start:end].decode().removesuffix("\n").removesuffix("\r")
+        separator = separator_of(header, dialect)
+        if separator is None:
+            return None
+        columns = find_columns(header.split(separator), dialect)
+        cells = _cells(memoryview(content)[end:], separator, columns.count)
+        return _batch(cells, columns, deck)
+    except (pa.ArrowException, LayoutError, ValueError):
+        return None
+
+
+def _cells(content: memoryview, separator: str, count: int) -> list[pa.Array]:
+    """The columns of the rows as texts.
+
+    Raises:
+        pa.ArrowException: the rows are no such table.
+        ValueError: a cell is too long.
+    """
+    names = [str(k) for k in range(count)]
+    table = pyarrow.csv.read_csv(
+        pa.BufferReader(pa.py_buffer(content)),
+        read_options=pyarrow.csv.ReadOptions(column_names=names),
+        parse_options=pyarrow.csv.ParseOptions(delimiter=separator, quote_char=False),
+        convert_options=pyarrow.csv.ConvertOptions(
+            column_types=dict.fromkeys(names, pa.string()), strings_can_be_null=False
+        ),
+    )
+    cells = [column.combine_chunks() for column in table.columns]
+    for column in cells:
+        _check_length(column, MAX_TEXT_LENGTH)
+    return cells
+
+
+def _check_length(column: pa.Array, most: int) -> None:
+    """Raise ValueError where a text has more bytes."""
+    if (pc.max(pc.binary_length(column)).as_py() or 0) > most:
+        raise ValueError(f"a cell of more than {most} bytes")
+
+
+def _batch(cells: list[pa.Array], columns: Columns, deck: dict[str, Any]) -> LayoutBatch:
+    """The batch of the columns of a file.
+
+    Raises:
+        ValueError: it may have none; likewise LayoutError and pa.ArrowException.
+    """
+    coded = cells[columns.layout].dictionary_encode()
+    names = tuple(map(unguarded, coded.dictionary.to_pylist()))
+    layouts = coded.indices.to_numpy()
+    sequence = _numbers(cells[columns.sequence])
+    order = np.lexsort((sequence, layouts))
+    counts = np.bincount(layouts, minlength=len(names))
+    starts = np.concatenate(([0], np.cumsum(counts)))
+    if not names or len({*names}) < len(names):
+        raise ValueError("no layouts, or one that stands there twice")
+    if len(names) > MAX_LAYOUTS or counts.max() > MAX_ITEMS:
+        raise ValueError("too many layouts or items")
+    if (sequence[order] != np.arange(len(order)) - np.repeat(starts[:-1], counts)).any():
+        raise ValueError("sequence numbers with gaps")
+    sizes = _vectors(cells, columns.pallet)[order]
+    if (sizes != np.repeat(sizes[starts[:-1]], counts, axis=0)).any():
+        raise ValueError("two pallets of one layout")
+    return checked_batch(
+        starts,
+        _vectors(cells, columns.position)[order],
+        _vectors(cells, columns.size)[order],
+        _numbers(cells[columns.weight])[order],
+        _vectors(cells, columns.offset)[order],
+        pallets=Pallets.sized(sizes[starts[:-1]], **deck),
+        names=names,
+        ids=() if columns.identity is None else _ids(cells[columns.identity], order),
+    )
+
+
+def _vectors(cells: list[pa.Array], places: Iterable[int | None]) -> FloatArray:
+    """Three columns as vectors; zero along an axis that has no column."""
+    rows = len(cells[0])
+    return np.stack([np.zeros(rows) if k is None else _numbers(cells[k]) for k in places], axis=1)
+
+
+def _numbers(column: pa.Array) -> FloatArray:
+    """The numbers that cells state.
+
+    Raises:
+        ValueError: a cell states none, or in another way.
+    """
+    _check_length(column, MAX_NUMBER_LENGTH)
+    if not pc.all(pc.match_substring_regex(column, _NUMBER)).as_py():
+        raise ValueError("a cell that is no plain number")
+    found: FloatArray = pc.cast(column, pa.float64()).to_numpy()
+    return found
+
+
+def _ids(column: pa.Array, order: NDArray[np.int64]) -> tuple[str, ...]:
+    """Ids of boxes in another order; none where all are empty."""
+    coded = column.dictionary_encode()
+    ids = [unguarded(text) for text in coded.dictionary.to_pylist()]
+    places = coded.indices.to_numpy()[order]
+    return tuple(map(ids.__getitem__, places.tolist())) if any(ids) else ()

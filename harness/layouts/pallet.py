@@ -1,0 +1,91 @@
+"""Pallets: the deck that carries a layout, and the contour that its items must stay in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from steadyload.kernels.constants import TOLERANCE
+from steadyload.layouts.checks import FloatArray, allowed_range, is_number
+from steadyload.layouts.floor import DECK_HEIGHT, INFINITE, OVERHANG, Floor, FloorError, FloorKind
+from steadyload.layouts.item import SIDE_NAMES, SIDES, LayoutError, Vector
+
+
+@dataclass(frozen=True, slots=True)
+class Pallet:
+    """A deck that carries, and the contour that items must stay in.
+
+    Args:
+        width: of the deck, along x [cm], positive.
+        height: up to which items may be, along y [cm], positive.
+        depth: of the deck, along z [cm], positive.
+        overhang: how far items may stand out over the edges of the deck [cm], 0 or more.
+        deck_height: of the deck above the ground [cm], positive.
+        floor: what the items stand on; see :class:`steadyload.layouts.floor.FloorKind`.
+
+    Raises:
+        LayoutError: a side is outside :data:`SIDES`, or another value is not allowed.
+    """
+
+    width: float
+    height: float
+    depth: float
+    overhang: float = field(default=OVERHANG, kw_only=True)
+    deck_height: float = field(default=DECK_HEIGHT, kw_only=True)
+    floor: FloorKind = field(default=FloorKind.AUTO, kw_only=True)
+
+    def __post_init__(self) -> None:
+        sides = (*zip(SIDE_NAMES, self.size, strict=True), ("deck_height", self.deck_height))
+        for side, value in sides:
+            if not is_number(value):
+                raise LayoutError(f"pallet {side} is {value!r}; allowed: a number [cm]")
+            if not SIDES[0] <= value <= SIDES[1]:
+                raise LayoutError(f"pallet {side} is {value:g} cm; {allowed_range(SIDES)}")
+        if not is_number(self.overhang):
+            raise LayoutError(f"pallet overhang is {self.overhang!r}; allowed: a number [cm]")
+        if not 0.0 <= self.overhang <= SIDES[1]:
+            raise LayoutError(
+                f"pallet overhang is {self.overhang:g} cm; allowed: a number, 0 to {SIDES[1]:g}"
+            )
+        try:
+            object.__setattr__(self, "floor", FloorKind.named(self.floor))
+        except FloorError as error:
+            raise LayoutError(f"pallet {error}") from None
+
+    @property
+    def size(self) -> Vector:
+        """Width, height, depth [cm]."""
+        return (self.width, self.height, self.depth)
+
+    @property
+    def contour(self) -> tuple[Vector, Vector]:
+        """Opposite corners of the space that items must stay in [cm]."""
+        width, height, depth = self.size
+        out = self.overhang
+        return (0.0 - out, 0.0, 0.0 - out), (width + out, height, depth + out)
+
+    def stand_out(self, lower: FloatArray, upper: FloatArray) -> FloatArray:
+        """How far items with these corners stand out of the contour along every axis [cm].
+
+        Negative inside; shape (J, 3).
+        """
+        low, high = np.array(self.contour)
+        found: FloatArray = np.maximum(low - lower, upper - high)
+        return found
+
+    def floor_under(self, *, overhung: bool) -> Floor:
+        """The floor of items on this pallet.
+
+        Args:
+            overhung: an item stands out over an edge of the deck.
+        """
+        kind = self.floor
+        if kind is FloorKind.INFINITE or (kind is FloorKind.AUTO and not overhung):
+            return INFINITE
+        return Floor((0.0, 0.0), (self.width, self.depth), self.deck_height)
+
+    def is_overhung(self, low: Vector, high: Vector) -> bool:
+        """True if an item with these corners stands out over an edge by over :data:`TOLERANCE`."""
+        out = max(-low[0], -low[2], high[0] - self.width, high[2] - self.depth)
+        return out > TOLERANCE
