@@ -250,3 +250,33 @@ def first_moved(
         if ended == UNRESOLVED or beyond > 1.0:
             return ended, step, item, shift, turn
     return BALANCED, end, -1, 0.0, 0.0
+
+
+@compiled
+def first_moved_of(
+    lower: Any, upper: Any, weights: Any, offsets: Any, floor: Any, friction: float,
+    gravity: float, seconds: float, eps_t: float, eps_r: float,
+) -> Any:  # fmt: skip
+    """:func:`first_moved` of a whole layout, whose arrays :func:`begin` describes."""
+    loading = begin(lower, upper, weights, offsets, floor)
+    return first_moved(loading, 0, len(lower), friction, gravity, seconds, eps_t, eps_r)
+
+
+@compiled
+def first_moved_of_many(
+    lower: Any, upper: Any, weights: Any, offsets: Any, floors: Any, starts: Any, friction: float,
+    gravity: float, seconds: float, eps_t: float, eps_r: float,
+) -> Any:  # fmt: skip
+    """How :func:`first_moved` ended for every layout of a batch, the step, the displacement [cm]
+    and the angle [degrees], (L,) each.
+    """
+    count = len(starts) - 1
+    ended, steps = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
+    shifts, turns = np.empty(count), np.empty(count)
+    for k in range(count):
+        part = slice(starts[k], starts[k + 1])
+        ended[k], steps[k], _, shifts[k], turns[k] = first_moved_of(
+            lower[part], upper[part], weights[part], offsets[part], floors[k], friction, gravity,
+            seconds, eps_t, eps_r,
+        )  # fmt: skip
+    return ended, steps, shifts, turns

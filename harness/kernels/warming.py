@@ -15,6 +15,7 @@ from steadyload.kernels.base_support import (
 from steadyload.kernels.cells import items_near
 from steadyload.kernels.contacts import contacts_of
 from steadyload.kernels.growing import BOX, first_arrays, put, take_off
+from steadyload.kernels.least_squares import nonnegative_least_squares
 from steadyload.kernels.placing import (
     place_balanced,
     place_sme,
@@ -24,6 +25,12 @@ from steadyload.kernels.placing import (
     stands_supported,
 )
 from steadyload.kernels.sme import first_unsupported, first_unsupported_of_many
+from steadyload.kernels.timed_balance import (
+    begin,
+    first_moved,
+    first_moved_of,
+    first_moved_of_many,
+)
 
 
 def warm_up() -> None:
@@ -44,6 +51,11 @@ def warm_up() -> None:
     ):
         one(lower, upper, weights, offsets, floor)
         many(lower, upper, weights, offsets, floors, starts)
+    arrays, how = (lower, upper, weights, offsets), (0.5, 980.0, 0.3, 10.0, 10.0)
+    first_moved(begin(*arrays, floor), 0, 2, *how)
+    first_moved_of(*arrays, floor, *how)
+    first_moved_of_many(*arrays, floors, starts, *how)
+    nonnegative_least_squares(np.eye(2), np.ones(2))
     _place_two()
 
 

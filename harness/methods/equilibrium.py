@@ -13,11 +13,13 @@ import numpy as np
 from steadyload import kernels
 from steadyload.engines.attitudes import cross
 from steadyload.engines.quantities import quantity
+from steadyload.engines.world import GRAVITY
 from steadyload.kernels.constants import BALANCED, UNBALANCED, UNRESOLVED
 from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.contacts import VERSION as CONTACTS
+from steadyload.layouts.contacts import find_supports
 from steadyload.layouts.growing import GrowingLayout
-from steadyload.layouts.model import Arrangement, Layout
+from steadyload.layouts.model import Arrangement, FloatArray, Layout
 from steadyload.methods.balance import VERSION as BALANCE
 from steadyload.methods.balance import VerticalBalance
 from steadyload.methods.criteria import Movement
@@ -35,7 +37,7 @@ from steadyload.methods.method import (
 )
 from steadyload.methods.motion import VERSION as MOTION
 from steadyload.methods.motion import Bodies, displacements_after
-from steadyload.methods.resolution import fastest
+from steadyload.methods.resolution import fastest, unresolved
 from steadyload.methods.rule_loading import BalancedLoader
 from steadyload.methods.touching import touching_points
 from steadyload.methods.warming import judge_one_item
@@ -68,6 +70,9 @@ class EquilibriumParameters:
                             least=0)  # fmt: skip
     eps_r: float = quantity(10, "with time: angle that counts as unstable", unit="deg", least=0)
 
+
+_AT_ONCE = 32
+"""Steps between two looks at the time limit."""
 
 _Near = Callable[[Sequence[int], float], Sequence[int]]
 """Of some items and a reach [cm]: at least those that they can meet within it."""
@@ -115,23 +120,58 @@ class Equilibrium(Method):
         """Vertical forces alone decide."""
         return self.parameters.time is None and self.parameters.sides is Sides.NONE
 
+    @property
+    def _is_timed(self) -> bool:
+        """Vertical forces decide, and items that lost their balance are followed."""
+        return self.parameters.time is not None and self.parameters.sides is Sides.NONE
+
     def evaluate(self, batch: LayoutBatch) -> BatchVerdicts:
-        """See :meth:`Method.evaluate`; neither with ``sides`` nor with ``time``."""
+        """See :meth:`Method.evaluate`; not with ``sides``."""
+        arrays = (
+            batch.lower, batch.upper, batch.weights, batch.mass_offsets, batch.floors, batch.starts
+        )  # fmt: skip
+        if self._is_timed:
+            ended, steps, shifts, turns = kernels.timed_balance.first_moved_of_many(
+                *arrays, *self._motion
+            )
+            found = BatchVerdicts.of_steps(batch, steps, unresolved=ended == UNRESOLVED)
+            fails = found.failing_step >= 0
+            found.displacement[fails], found.rotation[fails] = shifts[fails], turns[fails]
+            return found
         if not self._is_vertical:
             return super().evaluate(batch)
-        ended, steps = kernels.balance.first_unbalanced_of_many(
-            batch.lower, batch.upper, batch.weights, batch.mass_offsets, batch.floors, batch.starts
-        )
+        ended, steps = kernels.balance.first_unbalanced_of_many(*arrays)
         return BatchVerdicts.of_steps(batch, steps, unresolved=ended == UNRESOLVED)
+
+    @property
+    def _motion(self) -> tuple[float, ...]:
+        """What the kernels of motion are told: friction, gravity [cm/s2], time, thresholds."""
+        p = self.parameters
+        return (
+            float(p.friction),
+            100.0 * GRAVITY,
+            float(p.time or 0.0),
+            float(p.eps_t),
+            float(p.eps_r),
+        )
+
+    def step_counts(self, layout: Layout) -> tuple[int, int, int]:
+        """Number of steps judged, and of those whose motion was kept or asked for.
+
+        Only for ``time`` without ``sides``.
+        """
+        loading = kernels.timed_balance.begin(*_arrays(layout))
+        step = kernels.timed_balance.first_moved(loading, 0, len(layout), *self._motion)[1]
+        return min(step + 1, len(layout)), int(loading.counts[1]), int(loading.counts[2])
 
     def prepare(self, item_count: int = 0) -> None:
         """See :meth:`Method.prepare`: compile."""
         judge_one_item(self)
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
-        ended, step, item = kernels.balance.first_unbalanced(
-            layout.lower, layout.upper, layout.weights, layout.mass_offsets, layout.floor.corners
-        )
+        if self._is_timed:
+            return self._judge_motion(layout, watch)
+        ended, step, item = kernels.balance.first_unbalanced(*_arrays(layout))
         if ended == BALANCED:
             return STABLE
         if ended == UNBALANCED and self._is_vertical:
@@ -143,6 +183,31 @@ class Equilibrium(Method):
             if finding is not None:
                 return finding
         return STABLE
+
+    def _judge_motion(self, layout: Layout, watch: Stopwatch) -> Finding:
+        if len(layout) <= _AT_ONCE:
+            found = kernels.timed_balance.first_moved_of(*_arrays(layout), *self._motion)
+        else:
+            loading = kernels.timed_balance.begin(*_arrays(layout))
+            for first in range(0, len(layout), _AT_ONCE):
+                watch.check()
+                end = min(first + _AT_ONCE, len(layout))
+                found = kernels.timed_balance.first_moved(loading, first, end, *self._motion)
+                if found[0] != BALANCED:
+                    break
+        ended, step, item, displacement, rotation = found
+        if ended == BALANCED:
+            return STABLE
+        if ended == UNRESOLVED:
+            group = find_supports(layout.first(step + 1)).joined(step, floor=False)
+            reason = f"step {step}: {unresolved(layout.weights[group])}"
+            return Finding(status=Status.ERROR, reason=reason)
+        return self._moved(step, item, displacement, rotation)
+
+    def _moved(self, step: int, item: int, displacement: float, rotation: float) -> Finding:
+        within = f"{self.parameters.time:g} s"
+        reason = f"item {item} loses its balance and tips or falls too far in {within}"
+        return Finding(step, item, displacement, rotation, reason)
 
     def begin(self, layout: GrowingLayout) -> Loader:
         """A loader that passes the new weight down, and solves for forces only where that fails."""
@@ -173,9 +238,7 @@ class Equilibrium(Method):
             return Finding(status=Status.ERROR, reason=f"step {step}: {error}")
         if not far.beyond > 1.0:
             return None
-        within = f"{self.parameters.time:g} s"
-        reason = f"item {far.item} loses its balance and tips or falls too far in {within}"
-        return Finding(step, far.item, far.displacement, far.rotation, reason)
+        return self._moved(step, far.item, far.displacement, far.rotation)
 
     @staticmethod
     def _unbalanced(step: int, item: int) -> Finding:
@@ -230,6 +293,12 @@ class Equilibrium(Method):
         worst = fastest(beyond)
         turn = min(float(turns[worst]), 180.0)
         return Movement(items[worst], float(shifts[worst]), turn, float(beyond[worst]))
+
+
+def _arrays(layout: Layout) -> tuple[FloatArray, ...]:
+    """The layout as kernels take it."""
+    floor = layout.floor.corners
+    return layout.lower, layout.upper, layout.weights, layout.mass_offsets, floor
 
 
 class _BalancedSteps(StepScorer):

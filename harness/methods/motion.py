@@ -27,7 +27,7 @@ from steadyload.layouts.model import TOLERANCE, FloatArray
 from steadyload.methods.least_squares import nonnegative_least_squares
 from steadyload.methods.touching import FIRM, Indices, Points, directions, wrenches
 
-VERSION = 1
+VERSION = 2
 """Of how far items get: raised when it comes to other verdicts."""
 
 _G = 100.0 * GRAVITY

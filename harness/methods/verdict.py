@@ -150,8 +150,7 @@ class BatchVerdicts:
             steps: the failing step of each, its number of items where it is stable, shape (L,).
             unresolved: where there is no verdict, shape (L,): the status is ``error``.
         """
-        nothing = np.full(len(batch), math.nan)
         status = np.full(len(batch), Status.DONE, dtype=object)
         status[unresolved] = Status.ERROR
         failing = np.where((steps == batch.item_counts) | unresolved, -1, steps)
-        return cls(status, failing, nothing, nothing)
+        return cls(status, failing, np.full(len(batch), math.nan), np.full(len(batch), math.nan))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from steadyload.layouts.model import Layout
-from steadyload.methods.method import Method
+from steadyload.methods.method import Method, Trait
 from steadyload.statistics.metrics import ratio
 from steadyload.studies.speed.records import StepShares
 
@@ -21,7 +21,7 @@ def step_shares(
     for how many the forces found before were kept, and for how many the model of motion was asked.
     """
     counts = getattr(method, "step_counts", None)
-    if counts is None or not layouts:
+    if counts is None or not layouts or Trait.MOVEMENT not in method.traits:
         return None
     steps, kept, asked = np.array([counts(layout) for layout in layouts]).T
     return StepShares(cases, spec, int(steps.sum()), ratio(kept, steps), ratio(asked, steps))
