@@ -12,22 +12,14 @@ import numpy as np
 
 from steadyload.kernels.carrying import FREE, WAITING, first_overloaded
 from steadyload.kernels.compiled import compiled
-from steadyload.kernels.constants import FLOOR, TOLERANCE
+from steadyload.kernels.constants import FLOOR
 from steadyload.kernels.contacts import Contacts
-from steadyload.kernels.least_squares import least_squares_of_blocks
+from steadyload.kernels.group_forces import least_forces, wrenches_of
 from steadyload.kernels.local_balance import forget, free_with_those_above
+from steadyload.kernels.pendulums import coast, growth_of
 from steadyload.kernels.touching import room_for_points, with_points_of
 
 _EVENTS = 40
-_SAMPLES = 60
-_TOUCH = 2.0 * TOLERANCE
-"""[cm]: a gap below this is closed."""
-
-_FAR = 25.0
-"""Keeps a light pendulum watched for long from overflowing; it has tipped anyway."""
-
-_AT_REST = 1e-12
-"""Share of the largest energy of motion below which an item counts as at rest."""
 
 
 class Motion(NamedTuple):
@@ -107,10 +99,10 @@ def motion_of(
                 place[free[n]] = n
                 _put_mass(mass[n], weights[free[n]] / mean, lower[free[n]], upper[free[n]])
             at = _positions(points.planned[:known], points.pairs, place, centres, way)
-            sources, forces, bodies, wrenches = _wrenches(
+            sources, forces, bodies, wrenches = wrenches_of(
                 points, known, at, place, centres, way, mass, friction
             )
-            parts, rest, ended = _solved(bodies, wrenches, mass, sources, pushed)
+            parts, rest, ended = least_forces(bodies, wrenches, mass, sources, pushed)
             pushed = np.zeros(4 * len(points.axes), dtype=np.bool_)
             pushed[sources[parts > 0.0]] = True
             if not ended:
@@ -130,8 +122,8 @@ def motion_of(
             leans[item] |= role[item] != 0 and role[item] != FREE
         forget(role)
         rates = -gravity * rest / np.sqrt(mass)
-        growth = _growth(rates, mass, points, sources, parts, place, gravity)
-        left -= _coast(rates, growth, points, known, at, place, free, centres, way, left)
+        growth = growth_of(rates, mass, points, sources, parts, place, gravity)
+        left -= coast(rates, growth, points, known, at, place, free, centres, way, left)
         for item in free:
             _farthest_corners(most[item], way[item], centres[item], lower[item], upper[item])
         if left <= 0.0:
@@ -165,126 +157,11 @@ def _positions(planned: Any, pairs: Any, place: Any, centres: Any, way: Any) -> 
 
 
 @compiled
-def _wrenches(
-    points: Any, known: int, at: Any, place: Any, centres: Any, way: Any, mass: Any,
-    friction: float,
-) -> Any:  # fmt: skip
-    """Forces that closed points can exert.
-
-    Returns:
-        Four times the point plus the edge of its friction pyramid, (m,); the direction on the
-        second body, (m, 3); the places of the two free bodies that feel it, -1 for none, (m, 2);
-        and what it does to them, scaled by the roots of their masses, (m, 2, 6).
-    """
-    count = 0
-    for k in range(known):
-        if points.gaps[k] <= _TOUCH:
-            count += 4 if points.axes[k] == 1 and friction > 0.0 else 1
-    sources, forces = np.empty(count, dtype=np.int64), np.zeros((count, 3))
-    bodies, wrenches = np.empty((count, 2), dtype=np.int64), np.zeros((count, 2, 6))
-    column = 0
-    for k in range(known):
-        if points.gaps[k] > _TOUCH:
-            continue
-        edges = 4 if points.axes[k] == 1 and friction > 0.0 else 1
-        for edge in range(edges):
-            sources[column] = 4 * k + edge
-            force = forces[column]
-            force[points.axes[k]] = 1.0
-            if edges == 4:
-                force[2 if edge % 2 == 0 else 0] = friction if edge < 2 else -friction
-            for side in range(2):
-                body = points.pairs[k, side]
-                n = place[body]
-                bodies[column, side] = n
-                if n >= 0:
-                    row = wrenches[column, side]
-                    sign = 1.0 if side == 1 else -1.0
-                    _put_wrench(row, force, at[k], centres[body], way[body], sign)
-                    for c in range(6):
-                        row[c] /= np.sqrt(mass[n, c])
-            column += 1
-    return sources, forces, bodies, wrenches
-
-
-@compiled
-def _solved(bodies: Any, wrenches: Any, mass: Any, sources: Any, pushed: Any) -> Any:
-    """Forces (m,) that leave the least of the weights of free bodies, what they leave (n, 6), both
-    in units of a weight of mass 1, and whether the search ended. Bodies that touch no others that
-    are free are solved for on their own; sources that ``pushed`` before are tried first.
-    """
-    count = len(mass)
-    parts, rest = np.zeros(len(bodies)), np.zeros((count, 6))
-    cluster = np.arange(count)
-    for k in range(len(bodies)):
-        a, b = bodies[k]
-        if a >= 0 and b >= 0:
-            _merge(cluster, a, b)
-    row, column_of = np.empty(count, dtype=np.int64), np.empty(len(bodies), dtype=np.int64)
-    for name in range(count):
-        size = 0
-        for n in range(count):
-            if cluster[n] == name:
-                row[n] = 6 * size
-                size += 1
-        if size == 0:
-            continue
-        width = 0
-        for k in range(len(bodies)):
-            if cluster[max(bodies[k, 0], bodies[k, 1])] == name:
-                column_of[width] = k
-                width += 1
-        columns, target = np.zeros((width, 6 * size)), np.zeros(6 * size)
-        blocks = np.full((width, 2), -1, dtype=np.int64)
-        for n in range(count):
-            if cluster[n] == name:
-                target[row[n] + 1] = np.sqrt(mass[n, 0])
-        for at in range(width):
-            k = column_of[at]
-            for side in range(2):
-                n = bodies[k, side]
-                if n >= 0:
-                    blocks[at, side] = row[n]
-                    columns[at, row[n] : row[n] + 6] = wrenches[k, side]
-        likely = np.flatnonzero(pushed[sources[column_of[:width]]])
-        found, left, ended = least_squares_of_blocks(columns, target, blocks, 6, likely)
-        if not ended:
-            return parts, rest, False
-        for at in range(width):
-            parts[column_of[at]] = found[at]
-        for n in range(count):
-            if cluster[n] == name:
-                rest[n] = left[row[n] : row[n] + 6]
-    return parts, rest, True
-
-
-@compiled
-def _merge(cluster: Any, a: int, b: int) -> None:
-    """Give all bodies of the cluster of one body the name of that of another."""
-    new, old = cluster[a], cluster[b]
-    if new == old:
-        return
-    for n in range(len(cluster)):
-        if cluster[n] == old:
-            cluster[n] = new
-
-
-@compiled
-def _put_wrench(row: Any, force: Any, at: Any, centre: Any, way: Any, sign: float) -> None:
-    """A force and its moment about the centre of mass of a body, where that is now."""
-    x, y, z = at[0] - centre[0] - way[0], at[1] - centre[1] - way[1], at[2] - centre[2] - way[2]
-    row[0], row[1], row[2] = sign * force[0], sign * force[1], sign * force[2]
-    row[3] = sign * (y * force[2] - z * force[1])
-    row[4] = sign * (z * force[0] - x * force[2])
-    row[5] = sign * (x * force[1] - y * force[0])
-
-
-@compiled
 def _load_others(
     points: Any, sources: Any, forces: Any, parts: Any, at: Any, place: Any, within: Any,
     unit: float, loads: Any,
 ) -> None:  # fmt: skip
-    """What free bodies press on those of the group that are at rest."""
+    """Add up the loads of free bodies on those of the group that are at rest."""
     load = np.empty(6)
     for column in range(len(sources)):
         if parts[column] > 0.0:
@@ -321,91 +198,6 @@ def _wake(
             other = contacts.above[k]
             if other <= step and role[other] == 0 and presses[meets[k], 0] != 0.0:
                 role[other] = WAITING
-
-
-@compiled
-def _growth(
-    rates: Any, mass: Any, points: Any, sources: Any, parts: Any, place: Any,
-    gravity: float,
-) -> Any:  # fmt: skip
-    """k2 of every free body [1/s2]: that of the bodies that move and push each other."""
-    count = len(rates)
-    gain, energy, part = np.empty(count), np.empty(count), np.arange(count)
-    for n in range(count):
-        u, w = rates[n, :3], rates[n, 3:]
-        gain[n] = gravity * mass[n, 0] * (w[0] * u[2] - w[2] * u[0])
-        energy[n] = (mass[n] * rates[n] ** 2).sum()
-    least = _AT_REST * max(energy.max(), 1e-300)
-    for column in range(len(sources)):
-        first, second = points.pairs[sources[column] // 4]
-        a, b = place[first], place[second]
-        if parts[column] > 0.0 and a >= 0 and b >= 0 and min(energy[a], energy[b]) > least:
-            _merge(part, a, b)
-    growth = np.empty(count)
-    for n in range(count):
-        gains, energies = 0.0, 0.0
-        for m in range(count):
-            if part[m] == part[n]:
-                gains += gain[m]
-                energies += energy[m]
-        growth[n] = gains / (energies if energies > 0.0 else 1.0)
-    return growth
-
-
-@compiled
-def _coast(
-    rates: Any, growth: Any, points: Any, known: int, at: Any, place: Any, free: Any, centres: Any,
-    way: Any, left: float,
-) -> float:  # fmt: skip
-    """Move until a gap closes, or through the time that is left; the time passed [s]."""
-    count = len(free)
-    # How gaps change: the relative motion of the two bodies along the normal.
-    along = np.zeros((known, 2))
-    row, normal = np.empty(6), np.zeros(3)
-    for k in range(known):
-        normal[:] = 0.0
-        normal[points.axes[k]] = 1.0
-        for side in range(2):
-            body = points.pairs[k, side]
-            n = place[body]
-            if n >= 0:
-                _put_wrench(row, normal, at[k], centres[body], way[body], 1.0 if side else -1.0)
-                along[k, side] = (row * rates[n]).sum()
-    gone = np.empty(count + 1)
-    gone[count] = 0.0
-    time = left
-    for sample in range(1, _SAMPLES + 1):
-        time = left * sample / _SAMPLES
-        for n in range(count):
-            gone[n] = _pendulum(growth[n], time)
-        closes = False
-        for k in range(known):
-            if points.gaps[k] > _TOUCH and (
-                points.gaps[k] + _change(along[k], points.pairs[k], place, gone) <= _TOUCH
-            ):
-                closes = True
-                break
-        if closes:
-            break
-    for k in range(known):
-        points.gaps[k] += _change(along[k], points.pairs[k], place, gone)
-    for n in range(count):
-        for c in range(6):
-            way[free[n], c] += rates[n, c] * gone[n]
-    return time
-
-
-@compiled
-def _change(along: Any, pair: Any, place: Any, gone: Any) -> float:
-    """How much a gap changes; bodies at rest stand last in ``gone``, at place -1."""
-    return along[0] * gone[place[pair[0]]] + along[1] * gone[place[pair[1]]]
-
-
-@compiled
-def _pendulum(growth: float, t: float) -> float:
-    """The way of s'' = 1 + k2 s from rest at s = 0; near k2 = 0 it is t2 / 2."""
-    half = min(max(0.5 * np.sqrt(abs(growth)) * t, 1e-6), _FAR)
-    return 0.5 * t * t * ((np.sinh(half) if growth > 0.0 else np.sin(half)) / half) ** 2
 
 
 @compiled

@@ -145,7 +145,7 @@ class Equilibrium(Method):
 
     @property
     def _motion(self) -> tuple[float, ...]:
-        """What the kernels of motion are told: friction, gravity [cm/s2], time, thresholds."""
+        """Friction, gravity [cm/s2], time and thresholds, as the kernels of motion take them."""
         p = self.parameters
         return (
             float(p.friction),

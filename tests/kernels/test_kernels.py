@@ -23,7 +23,7 @@ from steadyload.methods.method import Finding, NotBatchedError, Seconds
 from steadyload.methods.resolution import fastest
 from steadyload.methods.spec import parse_spec
 
-BATCHED = ("fbs", "pbs0.7", "sme", "equilibrium")
+BATCHED = ("fbs", "pbs0.7", "sme", "equilibrium", "equilibrium:time=0.3")
 
 
 @pytest.fixture(scope="module")
@@ -77,12 +77,13 @@ def test_contacts_are_those_of_all_pairs(layouts):
 def test_a_batch_is_judged_as_one_by_one(name, layouts):
     method = make_method(name)
     found = method.evaluate(LayoutBatch.of(layouts))
-    for layout, status, step in zip(layouts, found.status, found.failing_step, strict=True):
+    arrays = found.status, found.failing_step, found.displacement, found.rotation
+    for layout, status, step, shift, turn in zip(layouts, *arrays, strict=True):
         verdict = method.judge(layout)
         assert (status, step) == (verdict.status, _step(verdict))
+        assert (None if np.isnan(shift) else shift) == verdict.displacement
+        assert (None if np.isnan(turn) else turn) == verdict.rotation
     assert 0.1 < (found.failing_step >= 0).mean() < 0.9
-    assert np.isnan(found.displacement).all()
-    assert np.isnan(found.rotation).all()
 
 
 def _step(verdict):
@@ -156,7 +157,7 @@ def test_a_batch_of_nothing_has_no_verdicts():
 
 
 def test_what_judges_one_at_a_time_says_so(layouts):
-    for name in ("equilibrium:time=0.3", "equilibrium:sides=frictionless"):
+    for name in ("equilibrium:time=0.3,sides=frictionless", "equilibrium:sides=frictionless"):
         with pytest.raises(NotBatchedError, match="judges one layout at a time"):
             make_method(name).evaluate(LayoutBatch.of(layouts))
 

@@ -9,7 +9,7 @@ from steadyload.cli import main
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model import Layout, LayoutError
 from steadyload.layouts.packing import random_layouts
-from steadyload.methods.method import Status, Verdict
+from steadyload.methods.method import Status, Trait, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.methods.session import LoadingSession
 from steadyload.statistics.estimate import Estimate
@@ -51,7 +51,7 @@ def strictly(text):
 
 def test_the_command_writes_page_and_history(tiny, layout_file, capsys, assert_drawn):
     out = layout_file.parent / "out"
-    words = ["bench", "--quick", "-m", "sme", "-m", "equilibrium:time=0.3"]
+    words = ["bench", "--quick", "-m", "sme", "-m", "equilibrium:sides=frictionless"]
     assert main([*words, "--layouts", str(layout_file), "-o", str(out)]) == 0
     assert capsys.readouterr().out == f"{out / 'report.md'}\n"
     text = (out / "report.md").read_text()
@@ -71,13 +71,15 @@ def test_the_command_writes_page_and_history(tiny, layout_file, capsys, assert_d
     measured = {(c["cases"], c["kind"], c["method"]) for c in printed["costs"]}
     for cases in ("validation", "mine"):
         assert {(cases, "loop", ""), (cases, "empty", ""), (cases, "batch", "sme")} <= measured
-        for spec in ("sme", "equilibrium:time=0.3"):
+        for spec in ("sme", "equilibrium:sides=frictionless"):
             assert {(cases, "judge", spec), (cases, "place", spec)} <= measured
-        assert (cases, "batch", "equilibrium:time=0.3") not in measured
+        assert (cases, "batch", "equilibrium:sides=frictionless") not in measured
     assert all(c["microseconds"]["value"] > 0.0 for c in printed["costs"])
     assert all(c["microseconds"]["n"] == 2 for c in printed["costs"])
     assert {(c["scene"], c["method"]) for c in printed["growth"]} == {
-        (scene, spec) for scene in ("piles", "mine") for spec in ("sme", "equilibrium:time=0.3")
+        (scene, spec)
+        for scene in ("piles", "mine")
+        for spec in ("sme", "equilibrium:sides=frictionless")
     }
     on_piles = next(c for c in printed["growth"] if (c["scene"], c["method"]) == ("piles", "sme"))
     assert [(p["items"], p["microseconds"]["n"]) for p in on_piles["points"]] == [(10, 2), (20, 2)]
@@ -231,6 +233,8 @@ def test_times_are_compared_on_the_same_processor_and_layouts_alone():
 
 def test_steps_are_shown_of_methods_that_count_them():
     class Counting:
+        traits = frozenset((Trait.MOVEMENT,))
+
         def step_counts(self, layout):
             return (10, 9, 1) if layout == "flat" else (10, 6, 2)
 

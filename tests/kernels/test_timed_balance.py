@@ -1,0 +1,153 @@
+"""Equilibrium over time in compiled code, against the same model in NumPy for whole groups."""
+
+import numpy as np
+import pytest
+
+from steadyload import kernels
+from steadyload.engines.world import GRAVITY
+from steadyload.kernels.constants import UNBALANCED
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.methods import make_method
+from steadyload.methods.balance import VerticalBalance
+
+HOW = (0.5, 100.0 * GRAVITY, 0.3, 10.0, 10.0)
+"""Friction, gravity [cm/s2], time [s] and thresholds of ``equilibrium:time=0.3``."""
+
+
+def begun(layout):
+    arrays = layout.lower, layout.upper, layout.weights, layout.mass_offsets
+    return kernels.timed_balance.begin(*arrays, layout.floor.corners)
+
+
+def by_whole_groups(method, layout):
+    """The finding of the model in which all items of a group are solved for at every step."""
+    balance = VerticalBalance(layout)
+    for step in range(len(layout)):
+        found = method.judge_step(layout, balance, step)
+        if found is not None:
+            return found
+    return None
+
+
+@pytest.fixture(scope="module")
+def cases():
+    """Labelled cases with twelve items or more, most of which fail."""
+    labelled = load_benchmark()
+    rows = labelled.select("test")
+    rows = rows[(rows["item_count"] >= 12) & (rows["failing_step"].fillna(-1) != 0)][:240]
+    return [labelled.layout(*case) for case in rows[["layout", "scenario"]].to_numpy()]
+
+
+def test_solving_where_something_changes_says_what_solving_for_all_says(cases):
+    method, failing = make_method("equilibrium:time=0.3"), 0
+    for layout in cases:
+        verdict, expected = method.judge(layout), by_whole_groups(method, layout)
+        if expected is None:
+            assert verdict.stable
+            continue
+        failing += 1
+        assert verdict.failing_step == expected.failing_step
+        assert verdict.moved_item == expected.moved_item
+        assert verdict.displacement == pytest.approx(expected.displacement, rel=1e-6, abs=1e-9)
+        assert verdict.rotation == pytest.approx(expected.rotation, rel=1e-6, abs=1e-9)
+    assert 60 < failing < 220
+
+
+def stack(*boxes):
+    """Boxes (x, y, z, width, height, depth) of 5 kg on an infinite floor."""
+    items = [Item(k, tuple(b[:3]), tuple(b[3:]), 5.0) for k, b in enumerate(boxes)]
+    return Layout("stack", Pallet(300.0, 500.0, 100.0), tuple(items))
+
+
+LEANING = (
+    (0.0, 0.0, 0.0, 40.0, 20.0, 40.0),
+    (30.0, 0.0, 60.0, 10.0, 5.0, 10.0),
+    (0.0, 20.0, 0.0, 200.0, 10.0, 40.0),  # far out over the first box, with props under it
+    (150.0, 0.0, 0.0, 20.0, 19.0, 40.0),
+)
+
+
+def pile(*more):
+    """A plank on a box whose far end comes down 1 cm onto a prop; then more."""
+    box, _, plank, prop = LEANING
+    return stack(box, prop, plank, *more)
+
+
+def test_a_plank_that_comes_down_onto_a_prop_is_stable_within_the_time():
+    layout = pile()
+    assert make_method("equilibrium").judge(layout).failing_step == 2
+    assert make_method("equilibrium:time=0.3").judge(layout).stable
+
+
+def bridged(*more):
+    """Two plates joined by a bridge; a bar on one of them comes down 1 cm onto a prop."""
+    return stack(
+        (0.0, 0.0, 0.0, 40.0, 20.0, 40.0),
+        (100.0, 0.0, 0.0, 40.0, 20.0, 40.0),
+        (0.0, 20.0, 0.0, 40.0, 10.0, 40.0),
+        (100.0, 20.0, 0.0, 40.0, 10.0, 40.0),
+        (30.0, 30.0, 0.0, 80.0, 5.0, 10.0),
+        (0.0, 0.0, 90.0, 10.0, 29.0, 10.0),
+        (0.0, 30.0, 20.0, 10.0, 5.0, 80.0),
+        *more,
+    )
+
+
+@pytest.mark.parametrize(
+    ("new", "kept", "asked"),
+    [
+        ((120.0, 30.0, 20.0, 10.0, 5.0, 10.0), 1, 1),  # on the other plate
+        ((20.0, 30.0, 20.0, 10.0, 5.0, 10.0), 0, 2),  # on the plate that carries the bar
+        ((0.0, 35.0, 90.0, 10.0, 5.0, 10.0), 0, 2),  # on the bar
+        ((10.0, 30.0, 20.0, 10.0, 5.0, 10.0), 0, 2),  # beside it
+    ],
+)
+def test_a_motion_is_kept_until_something_of_it_changes(new, kept, asked):
+    method, layout = make_method("equilibrium:time=0.3"), bridged(new)
+    assert method.judge(layout).stable
+    assert by_whole_groups(method, layout) is None
+    assert method.step_counts(layout) == (8, kept, asked)
+
+
+def test_a_kept_motion_is_asked_for_again_where_the_new_item_stands_on_what_moves():
+    loaded = pile((190.0, 30.0, 0.0, 10.0, 10.0, 40.0))
+    steps, kept, asked = make_method("equilibrium:time=0.3").step_counts(loaded)
+    assert (steps, kept, asked) == (4, 0, 2)
+
+
+def heap_on_boxes(seed, count=30):
+    """Boxes let down at random places: many lose their balance a little and lean on each other."""
+    draw = np.random.default_rng(seed)
+    boxes = []
+    for k in range(count):
+        size = draw.choice([18.0, 20.0, 22.0, 25.0], 3)
+        x, z = draw.uniform(0.0, 80.0 - size[0]), draw.uniform(0.0, 60.0 - size[2])
+        under = [
+            b.position[1] + b.size[1] for b in boxes
+            if b.position[0] < x + size[0] and x < b.position[0] + b.size[0]
+            and b.position[2] < z + size[2] and z < b.position[2] + b.size[2]
+        ]  # fmt: skip
+        at = (float(x), float(max(under, default=0.0)), float(z))
+        boxes.append(Item(k, at, tuple(size.tolist()), float(draw.uniform(1.0, 20.0))))
+    return Layout(f"heap {seed}", Pallet(80.0, 500.0, 60.0), tuple(boxes))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_every_step_of_a_heap_is_judged_as_if_nothing_had_been_kept(seed):
+    """Steps go on after one that fails, as if items had stayed where they were planned."""
+    layout = heap_on_boxes(seed)
+    method, balance = make_method("equilibrium:time=0.3"), VerticalBalance(layout)
+    loading = begun(layout)
+    ends = set()
+    for step in range(len(layout)):
+        expected = method.judge_step(layout, balance, step)
+        ended, item, shift, turn, beyond = kernels.timed_balance.place(step, loading, *HOW)
+        ends.add(ended)
+        asked_and_far = ended == UNBALANCED and beyond > 1.0
+        assert asked_and_far == (expected is not None), step
+        if expected is not None:
+            assert item == expected.moved_item
+            assert shift == pytest.approx(expected.displacement, rel=1e-6, abs=1e-9)
+            assert turn == pytest.approx(expected.rotation, rel=1e-6, abs=1e-9)
+    assert UNBALANCED in ends
