@@ -68,7 +68,7 @@ _OWN = (
     ),
     Command("engines", "listings:Engines", "which engine honours which setting", Group.USE),
     Command("warm-up", "warm_up:WarmUp",
-            "compile now what first judgements would wait for, two minutes, once", Group.USE),
+            "compile now what first judgements would wait for, three minutes, once", Group.USE),
     Command("study run", "study:Run", "run or resume a study", Group.COMPARE),
     Command("tune", "tune:Tune",
             "search the parameters of a simulation on an engine, against labels", Group.BUILD),

@@ -143,8 +143,7 @@ class OnlinePacking(gymnasium.Env[Observation, np.int64]):
             OnlinePackingError: there is no such action.
             gymnasium.error.ResetNeeded: the episode has ended.
         """
-        if not self.action_space.contains(action):
-            raise OnlinePackingError(f"action is {action!r}; allowed: 0 to {len(self._mask) - 1}")
+        self._check(action)
         if self._over:
             raise gymnasium.error.ResetNeeded("the episode has ended; allowed: reset()")
         number = int(action)
@@ -164,6 +163,10 @@ class OnlinePacking(gymnasium.Env[Observation, np.int64]):
         self._over = bool(reason)
         return self._observation(), self._share((item,)), self._over, False, self._info(reason)
 
+    def _check(self, action: np.int64 | int) -> None:
+        if not self.action_space.contains(action):
+            raise OnlinePackingError(f"action is {action!r}; allowed: 0 to {len(self._mask) - 1}")
+
     def action_masks(self) -> NDArray[np.bool_]:
         """Which actions the next box stands by, in the form that sb3-contrib asks for."""
         return self._mask.copy()
@@ -177,7 +180,13 @@ class OnlinePacking(gymnasium.Env[Observation, np.int64]):
 
         Args:
             action: see the class.
+
+        Raises:
+            OnlinePackingError: there is no such action, or no next box.
         """
+        self._check(action)
+        if not self._next < len(self._boxes):
+            raise OnlinePackingError("no box is left to place; allowed: reset()")
         turn, cell = divmod(action, len(self._mask) // 2)
         x, z = self._corners.reshape(-1, 2)[cell].tolist()
         box = self._boxes[self._next]
@@ -208,6 +217,7 @@ class OnlinePacking(gymnasium.Env[Observation, np.int64]):
     def _look(self) -> None:
         """Find where the next box would come to rest, and whether it would stand there."""
         self._mask[:] = False
+        self._heights[:] = 0.0
         if self._next == len(self._boxes):
             return
         corners = self._corners.reshape(-1, 2)

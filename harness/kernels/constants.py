@@ -33,3 +33,18 @@ OUTSIDE, OVERLAPS, FULL = 3, 4, 5
 """How a placement on a growing layout ended: as those of balance, or the item cannot be there, or
 the arrays have no more room.
 """
+
+TOUCH = 2.0 * TOLERANCE
+"""[cm]: a gap below this is closed while items move."""
+
+EVENTS = 40
+"""Gaps that close, after which a motion is not followed any more."""
+
+SAMPLES = 60
+"""Times between two events at which it is looked whether a gap has closed."""
+
+FAR = 25.0
+"""Keeps a light pendulum watched for long from overflowing; it has tipped anyway."""
+
+AT_REST = 1e-12
+"""Share of the largest energy of motion below which an item counts as at rest."""

@@ -7,11 +7,8 @@ from typing import Any
 import numpy as np
 
 from steadyload.kernels.compiled import compiled
-from steadyload.kernels.constants import TOLERANCE
+from steadyload.kernels.constants import TOUCH
 from steadyload.kernels.least_squares import least_squares_of_blocks
-
-TOUCH = 2.0 * TOLERANCE
-"""[cm]: a gap below this is closed."""
 
 
 @compiled

@@ -12,14 +12,12 @@ import numpy as np
 
 from steadyload.kernels.carrying import FREE, WAITING, first_overloaded
 from steadyload.kernels.compiled import compiled
-from steadyload.kernels.constants import FLOOR
+from steadyload.kernels.constants import EVENTS, FLOOR
 from steadyload.kernels.contacts import Contacts
 from steadyload.kernels.group_forces import least_forces, wrenches_of
 from steadyload.kernels.local_balance import forget, free_with_those_above
 from steadyload.kernels.pendulums import coast, growth_of
 from steadyload.kernels.touching import room_for_points, with_points_of
-
-_EVENTS = 40
 
 
 class Motion(NamedTuple):
@@ -78,7 +76,7 @@ def motion_of(
     points, known = room_for_points(64 * len(group)), 0
     pushed = np.zeros(4 * len(points.axes), dtype=np.bool_)
     left = seconds
-    for _ in range(_EVENTS):
+    for _ in range(EVENTS):
         while True:
             for item in group:
                 if role[item] == FREE and not listed[item]:

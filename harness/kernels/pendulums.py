@@ -7,15 +7,8 @@ from typing import Any
 import numpy as np
 
 from steadyload.kernels.compiled import compiled
-from steadyload.kernels.group_forces import TOUCH, merge, put_wrench
-
-_SAMPLES = 60
-
-_FAR = 25.0
-"""Keeps a light pendulum watched for long from overflowing; it has tipped anyway."""
-
-_AT_REST = 1e-12
-"""Share of the largest energy of motion below which an item counts as at rest."""
+from steadyload.kernels.constants import AT_REST, FAR, SAMPLES, TOUCH
+from steadyload.kernels.group_forces import merge, put_wrench
 
 
 @compiled
@@ -30,7 +23,7 @@ def growth_of(
         u, w = rates[n, :3], rates[n, 3:]
         gain[n] = gravity * mass[n, 0] * (w[0] * u[2] - w[2] * u[0])
         energy[n] = (mass[n] * rates[n] ** 2).sum()
-    least = _AT_REST * max(energy.max(), 1e-300)
+    least = AT_REST * max(energy.max(), 1e-300)
     for column in range(len(sources)):
         first, second = points.pairs[sources[column] // 4]
         a, b = place[first], place[second]
@@ -69,8 +62,8 @@ def coast(
     gone = np.empty(count + 1)
     gone[count] = 0.0
     time = left
-    for sample in range(1, _SAMPLES + 1):
-        time = left * sample / _SAMPLES
+    for sample in range(1, SAMPLES + 1):
+        time = left * sample / SAMPLES
         for n in range(count):
             gone[n] = _pendulum(growth[n], time)
         closes = False
@@ -99,5 +92,5 @@ def _change(along: Any, pair: Any, place: Any, gone: Any) -> float:
 @compiled
 def _pendulum(growth: float, t: float) -> float:
     """The way of s'' = 1 + k2 s from rest at s = 0; near k2 = 0 it is t2 / 2."""
-    half = min(max(0.5 * np.sqrt(abs(growth)) * t, 1e-6), _FAR)
+    half = min(max(0.5 * np.sqrt(abs(growth)) * t, 1e-6), FAR)
     return 0.5 * t * t * ((np.sinh(half) if growth > 0.0 else np.sin(half)) / half) ** 2

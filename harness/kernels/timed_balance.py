@@ -2,9 +2,9 @@
 
 A step is looked at only as far as it changes something. Where the new weight is passed down to
 items at rest, and nothing of the group is out of balance, the step is stable. Where something of
-the group is, its motion is asked for; the answer is kept until an item joins or leaves that group
-in another way, until a new weight is passed down to something that the moving items lean on, or
-until a new item stands where they came along.
+the group is, its motion is asked for; the answer is kept until another group joins it, until a new
+weight is passed down to what moves or to what that leans on, or until a new item touches what moves
+or stands where it came along.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ from steadyload.kernels.contacts import Contacts, contacts_of
 from steadyload.kernels.local_balance import balance_group
 from steadyload.kernels.motion import motion_of
 
+_KEPT, _ASKED = 0, 1
+
 
 class Loading(NamedTuple):
     """A loading, and what is known of it so far.
@@ -30,14 +32,14 @@ class Loading(NamedTuple):
         contacts: of the whole layout.
         meets: of :func:`~steadyload.kernels.balance.patches_above`.
         presses: vertical forces and their moments at patches, (P, 3).
-        changed: room, (P, 3) and (P, 6).
+        changed, room: for forces and loads at patches, (P, 3) and (P, 6).
         moves: items that vertical forces do not balance, (J,).
-        answers: number of the last motion asked for of the item's group, 0 for none, (J,).
+        answers: number of the last motion asked for of the item's group, 0 where there is none or
+            something has come in its way, (J,).
         solved: items that moved then, or were solved for, (J,).
         leans: items at rest that carried something of those, (J,).
         most: how far corners of those came along every axis [cm], (J, 3, 2).
-        counts: steps whose weight was passed down with nothing out of balance; where the last
-            motion was kept; where it was asked for; solved problems of balance, (4,).
+        counts: steps at which the last motion was kept, and at which it was asked for, (2,).
     """
 
     lower: Any
@@ -49,7 +51,7 @@ class Loading(NamedTuple):
     meets: Any
     presses: Any
     changed: Any
-    loads: Any
+    room: Any
     moves: Any
     answers: Any
     solved: Any
@@ -77,7 +79,7 @@ def begin(lower: Any, upper: Any, weights: Any, offsets: Any, floor: Any) -> Loa
         patches_above(contacts), np.zeros((patches, 3)), np.zeros((patches, 3)),
         np.zeros((patches, 6)), np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.int64),
         np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_), np.zeros((count, 3, 2)),
-        np.zeros(4, dtype=np.int64),
+        np.zeros(2, dtype=np.int64),
     )  # fmt: skip
 
 
@@ -104,6 +106,10 @@ def place(
     """
     nothing = -1, 0.0, 0.0, 0.0
     contacts = loading.contacts
+    for item in range(step):
+        # Whatever stands in the way of what moved, on the floor or in another group, too.
+        if loading.solved[item] and _meets(item, step, loading):
+            loading.answers[item] = 0
     if contacts.on_floor[step]:
         return (BALANCED, *nothing)
     loading.changed[:] = 0.0
@@ -115,22 +121,19 @@ def place(
         loading.moves, loading.presses, loading.changed,
     )  # fmt: skip
     if passed and not loading.moves[: step + 1].any():
-        loading.counts[0] += 1
         return (BALANCED, *nothing)
     group = joined(step, contacts)
     if passed:
         if not loading.moves[group].any():
-            loading.counts[0] += 1
             return (BALANCED, *nothing)
         if _is_kept(step, group, loading):
             loading.answers[step] = loading.answers[group].max()
-            loading.counts[1] += 1
+            loading.counts[_KEPT] += 1
             return (BALANCED, *nothing)
     else:
-        loading.counts[3] += 1
         ended, _ = balance_group(
             step, group, contacts, loading.meets, loading.centres, loading.weights, loading.lower,
-            loading.upper, loading.presses, loading.presses, loading.moves, loading.loads,
+            loading.upper, loading.presses, loading.presses, loading.moves, loading.room,
         )  # fmt: skip
         if ended != UNBALANCED:
             return (ended, *nothing)
@@ -152,9 +155,9 @@ def _moved(
     motion = motion_of(
         step, group, eps_t + turned * np.sqrt(widest), friction, gravity, seconds,
         loading.contacts, loading.meets, centres, loading.weights, lower, upper, loading.floor,
-        loading.presses, loading.moves, loading.loads,
+        loading.presses, loading.moves, loading.room,
     )  # fmt: skip
-    loading.counts[2] += 1
+    loading.counts[_ASKED] += 1
     if not motion.ended:
         return UNRESOLVED, -1, 0.0, 0.0, 0.0
     worst, shift, turn, most = -1, 0.0, 0.0, -1.0
@@ -186,9 +189,7 @@ def _is_kept(step: int, group: Any, loading: Loading) -> bool:
                 answer = loading.answers[item]
             if loading.answers[item] != answer or answer == 0:
                 return False  # groups that were not joined then
-        if loading.leans[item] and _is_loaded(item, loading):
-            return False
-        if loading.solved[item] and (_is_loaded(item, loading) or _meets(item, step, loading)):
+        if (loading.leans[item] or loading.solved[item]) and _is_loaded(item, loading):
             return False
     return True
 

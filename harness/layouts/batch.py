@@ -126,16 +126,18 @@ class LayoutBatch:
         """
         bounds = checked_starts(starts)
         layouts, items = len(bounds) - 1, int(bounds[-1])
-        offsets = np.zeros((items, 3)) if mass_offsets is None else mass_offsets
+        lower = checked_array("positions", positions, (items, 3))
+        offsets = np.zeros_like(lower) if mass_offsets is None else mass_offsets
+        boxes = () if ids is None else ids
         return checked_batch(
             bounds,
-            checked_array("positions", positions, (items, 3)),
+            lower,
             checked_array("sizes", sizes, (items, 3)),
             checked_array("weights", weights, (items,)),
             checked_array("mass_offsets", offsets, (items, 3)),
             pallets=_pallets(pallets, layouts),
             names=checked_names("names", _numbered(layouts) if names is None else names, layouts),
-            ids=checked_names("ids", ids, items if len(ids) else 0),
+            ids=checked_names("ids", boxes, items if len(boxes) else 0),
         )
 
     def __len__(self) -> int:
@@ -284,12 +286,13 @@ def _pallets(given: Pallet | Sequence[Pallet] | FloatArray, count: int) -> Palle
         return Pallets((given,), np.zeros(count, dtype=np.int64))
     if isinstance(given, np.ndarray):
         return Pallets.sized(checked_array("pallets", given, (count, 3)))
-    if len(given) != count or not all(isinstance(one, Pallet) for one in given):
+    entries = list(given) if isinstance(given, Sequence) else []
+    if len(entries) != count or not all(isinstance(one, Pallet) for one in entries):
         raise LayoutError(
-            f"pallets has {len(given)} entries; allowed: one pallet, {count} of them, or an array "
-            f"of numbers of shape {(count, 3)}"
+            f"pallets has {len(entries)} entries; allowed: one pallet, {count} of them, or an "
+            f"array of numbers of shape {(count, 3)}"
         )
-    return Pallets.of(given)
+    return Pallets.of(entries)
 
 
 def _stated(ids: tuple[str, ...]) -> tuple[str, ...]:

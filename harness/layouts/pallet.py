@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from steadyload.kernels.constants import TOLERANCE
 from steadyload.layouts.checks import FloatArray, allowed_range, is_number
 from steadyload.layouts.floor import DECK_HEIGHT, INFINITE, OVERHANG, Floor, FloorError, FloorKind
 from steadyload.layouts.item import SIDE_NAMES, SIDES, LayoutError, Vector
@@ -84,8 +83,3 @@ class Pallet:
         if kind is FloorKind.INFINITE or (kind is FloorKind.AUTO and not overhung):
             return INFINITE
         return Floor((0.0, 0.0), (self.width, self.depth), self.deck_height)
-
-    def is_overhung(self, low: Vector, high: Vector) -> bool:
-        """True if an item with these corners stands out over an edge by over :data:`TOLERANCE`."""
-        out = max(-low[0], -low[2], high[0] - self.width, high[2] - self.depth)
-        return out > TOLERANCE

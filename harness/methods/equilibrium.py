@@ -126,7 +126,11 @@ class Equilibrium(Method):
         return self.parameters.time is not None and self.parameters.sides is Sides.NONE
 
     def evaluate(self, batch: LayoutBatch) -> BatchVerdicts:
-        """See :meth:`Method.evaluate`; not with ``sides``."""
+        """See :meth:`Method.evaluate`; not with ``sides``.
+
+        Where rounding hides whether forces balance the status is ``error``; :meth:`judge` then
+        looks again, for the items of the whole group.
+        """
         arrays = (
             batch.lower, batch.upper, batch.weights, batch.mass_offsets, batch.floors, batch.starts
         )  # fmt: skip
@@ -162,7 +166,7 @@ class Equilibrium(Method):
         """
         loading = kernels.timed_balance.begin(*_arrays(layout))
         step = kernels.timed_balance.first_moved(loading, 0, len(layout), *self._motion)[1]
-        return min(step + 1, len(layout)), int(loading.counts[1]), int(loading.counts[2])
+        return min(step + 1, len(layout)), int(loading.counts[0]), int(loading.counts[1])
 
     def prepare(self, item_count: int = 0) -> None:
         """See :meth:`Method.prepare`: compile."""
@@ -200,7 +204,9 @@ class Equilibrium(Method):
             return STABLE
         if ended == UNRESOLVED:
             group = find_supports(layout.first(step + 1)).joined(step, floor=False)
-            reason = f"step {step}: {unresolved(layout.weights[group])}"
+            reason = (
+                f"step {step}: {unresolved(layout.weights[group])}, or no search for them ended"
+            )
             return Finding(status=Status.ERROR, reason=reason)
         return self._moved(step, item, displacement, rotation)
 

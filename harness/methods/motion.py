@@ -23,7 +23,8 @@ import numpy as np
 
 from steadyload.engines.attitudes import cross
 from steadyload.engines.world import GRAVITY
-from steadyload.layouts.model import TOLERANCE, FloatArray
+from steadyload.kernels.constants import AT_REST, EVENTS, FAR, SAMPLES, TOUCH
+from steadyload.layouts.model import FloatArray
 from steadyload.methods.least_squares import nonnegative_least_squares
 from steadyload.methods.touching import FIRM, Indices, Points, directions, wrenches
 
@@ -31,14 +32,7 @@ VERSION = 2
 """Of how far items get: raised when it comes to other verdicts."""
 
 _G = 100.0 * GRAVITY
-_EVENTS = 40
-_SAMPLES = 60
 _FACETS = 4
-_TOUCH = 2.0 * TOLERANCE
-"""[cm]: a gap below this is closed."""
-
-_FAR = 25.0
-"""Keeps a light pendulum watched for long from overflowing; it has tipped anyway."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +65,7 @@ def displacements_after(
     """
     run = _Run(bodies, points, friction)
     left = seconds
-    for _ in range(_EVENTS):
+    for _ in range(EVENTS):
         left -= run.advance(left)
         if left <= 0.0:
             break
@@ -99,7 +93,7 @@ class _Run:
             The time passed [s].
         """
         n = len(self.mass)
-        used = np.flatnonzero((self.gaps <= _TOUCH)[self.point])
+        used = np.flatnonzero((self.gaps <= TOUCH)[self.point])
         positions = self._positions()
         rate = np.zeros((n, 6))
         rate[:, 1] = -_G
@@ -126,7 +120,7 @@ class _Run:
         u, w = rate[:, :3], rate[:, 3:]
         gain = _G * self.mass[:, 0] * (w[:, 0] * u[:, 2] - w[:, 2] * u[:, 0])
         energy = (self.mass * rate**2).sum(axis=1)
-        moving = energy > 1e-12 * max(energy.max(), 1e-300)
+        moving = energy > AT_REST * max(energy.max(), 1e-300)
         a, b = self.points.first[pushing], self.points.second[pushing]
         inner = (a != FIRM) & (b != FIRM)
         inner[inner] &= moving[a[inner]] & moving[b[inner]]
@@ -139,15 +133,15 @@ class _Run:
         self, rate: FloatArray, growth: FloatArray, positions: FloatArray, left: float
     ) -> float:
         """Move until a gap closes, or through the time that is left."""
-        times = left * np.arange(1, _SAMPLES + 1) / _SAMPLES
+        times = left * np.arange(1, SAMPLES + 1) / SAMPLES
         steps = rate[:, :, None] * _pendulum(growth[:, None], times[None])[:, None]
         # How gaps change: the relative motion of the two bodies along the normal.
         every = np.arange(len(self.points))
         along = wrenches(self.points, positions, self._centres(), every, self.normals)
         change = np.einsum("nck,ncs->ks", along, steps)
-        closing = (self.gaps > _TOUCH)[:, None] & (self.gaps[:, None] + change <= _TOUCH)
+        closing = (self.gaps > TOUCH)[:, None] & (self.gaps[:, None] + change <= TOUCH)
         hits = np.flatnonzero(closing.any(axis=0))
-        at = int(hits[0]) if len(hits) else _SAMPLES - 1
+        at = int(hits[0]) if len(hits) else SAMPLES - 1
         self.way += steps[:, :, at]
         self.gaps += change[:, at]
         return float(times[at])
@@ -178,5 +172,5 @@ def _parts(count: int, joined: Iterable[tuple[int, int]]) -> list[int]:
 def _pendulum(growth: FloatArray, t: FloatArray) -> FloatArray:
     """The way of s'' = 1 + k2 s from rest at s = 0; near k2 = 0 it is t2 / 2."""
     half = 0.5 * np.sqrt(np.abs(growth)) * t
-    half = np.clip(half, 1e-6, _FAR)
+    half = np.clip(half, 1e-6, FAR)
     return 0.5 * t * t * (np.where(growth > 0.0, np.sinh(half), np.sin(half)) / half) ** 2

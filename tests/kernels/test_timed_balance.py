@@ -116,6 +116,12 @@ def test_a_kept_motion_is_asked_for_again_where_the_new_item_stands_on_what_move
     assert (steps, kept, asked) == (4, 0, 2)
 
 
+def test_what_was_put_in_the_way_of_a_motion_is_noticed_at_the_next_step():
+    in_the_way = (0.0, 0.0, 72.0, 10.0, 29.7, 8.0)  # on the floor, below the bar that comes down
+    layout = bridged(in_the_way, (120.0, 30.0, 20.0, 10.0, 5.0, 10.0))
+    assert make_method("equilibrium:time=0.3").step_counts(layout) == (9, 0, 2)
+
+
 def heap_on_boxes(seed, count=30):
     """Boxes let down at random places: many lose their balance a little and lean on each other."""
     draw = np.random.default_rng(seed)

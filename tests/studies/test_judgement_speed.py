@@ -180,8 +180,6 @@ def test_layouts_without_a_verdict_are_left_out_and_counted(monkeypatch):
 
 def test_positions_are_measured_where_sessions_judge_them(monkeypatch):
     layout = next(x for x in random_layouts(20, seed=4) if make_method("sme").judge(x).stable)
-    monkeypatch.delattr(LoadingSession, "feasible", raising=False)
-    assert measuring.judging_positions(make_method("sme"), layout) is None
     asked = []
 
     def feasible(session, item, positions):

@@ -144,22 +144,19 @@ def placing(method: Method, layouts: Sequence[Layout]) -> tuple[int, Work]:
     return sum(placements(layout)[0] for layout in layouts), work
 
 
-def judging_positions(method: Method, layout: Layout) -> Work | None:
-    """Judgements of positions of the last item on all others; None where sessions have none.
+def judging_positions(method: Method, layout: Layout) -> Work:
+    """Judgements of positions of the last item on all others.
 
     Args:
         method: that judges.
         layout: stable by the method.
     """
-    feasible = getattr(LoadingSession, "feasible", None)
-    if feasible is None:
-        return None
     session = LoadingSession(layout.pallet, method)
     for item in layout.items[:-1]:
         session.try_place(item)
     item = layout.items[-1]
     positions = _positions(item, layout)
-    return _timed(lambda: feasible(session, item, positions))
+    return _timed(lambda: session.feasible(item, positions))
 
 
 def _positions(item: Item, layout: Layout) -> np.ndarray:

@@ -156,8 +156,8 @@ def _jobs(spec: str, method: Method, layouts: Sequence[Layout]) -> list[Job]:
     if together is not None:
         jobs.append(Job((Kind.BATCH, spec), len(layouts), together))
         stable = [x for x in layouts if len(x) > 1 and method.judge(x).stable]
-        positions = judging_positions(method, max(stable, key=len)) if stable else None
-        if positions is not None:
+        if stable:
+            positions = judging_positions(method, max(stable, key=len))
             jobs.append(Job((Kind.FEASIBLE, spec), POSITIONS, positions))
     placements, work = placing(method, layouts)
     jobs.append(Job((Kind.PLACE, spec), placements, work))
