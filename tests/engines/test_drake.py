@@ -1,5 +1,7 @@
 """Drake's process: it may die, wear out or be missing, and nobody else does."""
 
+import signal
+
 import numpy as np
 import pytest
 
@@ -77,6 +79,7 @@ def test_silence_is_an_error(drake, monkeypatch):
         world.add_box(CUBE)
         world.prepare()
         monkeypatch.setattr(drake, "_PATIENCE", 0.0)
+        drake._worker()._process.send_signal(signal.SIGSTOP)  # else it may be quick enough
         with pytest.raises(EngineError, match="no answer"):
             world.stepSimulation(0.1, 100, 0.01)
         monkeypatch.undo()
