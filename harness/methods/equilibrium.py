@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -72,7 +73,13 @@ class EquilibriumParameters:
 
 
 _AT_ONCE = 32
-"""Steps between two looks at the time limit."""
+"""Steps before the first look at the time limit."""
+
+_LATER = 4
+"""Steps between two more, while they take less than :data:`_LONG`."""
+
+_LONG = 0.05
+"""[s]"""
 
 _Near = Callable[[Sequence[int], float], Sequence[int]]
 """Of some items and a reach [cm]: at least those that they can meet within it."""
@@ -193,12 +200,16 @@ class Equilibrium(Method):
             found = kernels.timed_balance.first_moved_of(*_arrays(layout), *self._motion)
         else:
             loading = kernels.timed_balance.begin(*_arrays(layout))
-            for first in range(0, len(layout), _AT_ONCE):
-                watch.check()
-                end = min(first + _AT_ONCE, len(layout))
+            first, at_once = 0, _AT_ONCE
+            while first < len(layout):
+                begun = time.perf_counter()
+                end = min(first + at_once, len(layout))
                 found = kernels.timed_balance.first_moved(loading, first, end, *self._motion)
                 if found[0] != BALANCED:
                     break
+                watch.check()
+                # Steps that take long are judged one by one, so that a limit is kept.
+                first, at_once = end, 1 if time.perf_counter() - begun > _LONG else _LATER
         ended, step, item, displacement, rotation = found
         if ended == BALANCED:
             return STABLE
