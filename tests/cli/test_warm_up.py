@@ -75,7 +75,7 @@ def test_the_library_by_itself_and_its_workers_compile_without_a_word(tiny, tmp_
     assert (done.stdout, done.stderr) == ("done\n", "")
 
 
-@pytest.mark.deep("compiles everything in a folder of its own: two minutes")
+@pytest.mark.deep("compiles everything in a folder of its own: three minutes")
 def test_nothing_is_left_to_compile_after_a_warm_up(stack, tmp_path):
     write_layouts(tmp_path / "layouts.json", [stack(0.0, 3.0, 0.0)], Format.NATIVE)
     cache = tmp_path / "cache"
