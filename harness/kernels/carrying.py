@@ -23,7 +23,7 @@ _LEVEL = 1e-12
 """Share of a load: horizontal forces and twists below it are rounding."""
 
 FREE, HANDED, WAITING = 1, 2, 3
-"""What is known of an item while loads are handed down: it is solved for, its load has been handed
+"""State of an item while loads are handed down: it is solved for, its load has been handed
 down, or will be; 0 for all others."""
 
 

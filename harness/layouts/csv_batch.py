@@ -29,7 +29,7 @@ _PLAIN_KEYS = {"columns", "other_columns"}
 """Keys of a dialect that change no number."""
 
 _LINES_APART = re.compile(rb'["\0]|\r(?!\n)')
-"""What parts lines and cells in another way than line ends and separators do, or may not be."""
+"""Texts that part lines and cells as line ends and separators do not, or that may not be."""
 
 _NUMBER = r"^[+-]?(?:[0-9]+(?:[.][0-9]*)?|[.][0-9]+)(?:[eE][+-]?[0-9]{1,6})?$"
 """Finite numbers with a decimal point: a part of those of :mod:`steadyload.layouts.csv_cells`."""

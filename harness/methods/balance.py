@@ -24,12 +24,14 @@ from steadyload.kernels.constants import EDGE as EDGE
 from steadyload.kernels.constants import RESIDUE
 from steadyload.layouts.contacts import FLOOR, Patch, Supports, find_supports
 from steadyload.layouts.model import Arrangement, FloatArray
-from steadyload.methods.convex_hull import Point
 from steadyload.methods.least_squares import nonnegative_least_squares
 from steadyload.methods.resolution import fastest, is_balanced, unresolved
 
 VERSION = 1
 """Of balance, friction and who touches: raised when they come to other verdicts."""
+
+Point = tuple[float, float]
+"""(x, z) [cm]."""
 
 _Press = tuple[float, float, float]
 """A force [kg] and its moments about the axes, that is: force times x, force times z [kg cm]."""

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from convex_hulls import strictly_inside_hull
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -17,7 +18,6 @@ from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.contacts import find_supports
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods import Status, equilibrium
-from steadyload.methods.convex_hull import strictly_inside_hull
 from steadyload.methods.method import STABLE, Finding, Method, Seconds, WholeLoader
 from steadyload.methods.placements import Placements
 from steadyload.methods.session import LoadingSession, SessionError
