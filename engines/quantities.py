@@ -16,12 +16,22 @@ def quantity(
     least: float = -math.inf,
     most: float = math.inf,
     choices: Collection[str] = (),
+    later: bool = False,
 ) -> Any:
     """A field of a dataclass of parameters: its default, meaning, unit and inclusive range.
 
-    ``choices`` are the names that a field of type ``frozenset[str]`` may hold.
+    ``choices`` are the names that a field of type ``frozenset[str]`` may hold. ``later``: the
+    parameter was added when there were stored verdicts, and its default changes none of them: they
+    stay valid.
     """
-    metadata = {"about": about, "unit": unit, "least": least, "most": most, "choices": choices}
+    metadata = {
+        "about": about,
+        "unit": unit,
+        "least": least,
+        "most": most,
+        "choices": choices,
+        "later": later,
+    }
     if isinstance(default, frozenset):
         return dataclasses.field(default_factory=lambda: default, metadata=metadata)
     return dataclasses.field(default=default, metadata=metadata)

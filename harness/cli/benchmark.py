@@ -203,10 +203,37 @@ class Label:
         "all", "further judges of validation and test; `robust` says less with few (default: all)",
         choices=("all", "few", "none"),
     )  # fmt: skip
+    question: str = option(
+        "within", "stands: whether a load stands once everything rests; of a set that has its "
+        "labels and splits (default: within)", choices="steadyload.layouts.question:Question",
+    )  # fmt: skip
+    train: int = option(
+        5000, "with --question stands: this many training cases, too (default: 5000)", least=0
+    )
     workers: int = workers_option(0)
 
     def run(self) -> None:
         """Label the missing cases."""
+        from steadyload.layouts.question import Question
+
+        if self.question == Question.STANDS:
+            self._stands()
+        else:
+            self._within()
+
+    def _stands(self) -> None:
+        from steadyload.studies.benchmark.label_stands import label_stands
+
+        with resumable(self.directory), progress_bar("labelling") as advance:
+            count = label_stands(
+                self.directory,
+                training_cases=self.train,
+                workers=self.workers,
+                progress=lambda _, done, total: advance(done, total),
+            )
+        print(f"{count} labels of the question stands -> {self.directory / 'stands.parquet'}")
+
+    def _within(self) -> None:
         from steadyload.layouts.benchmark.tables import read_tables
         from steadyload.studies.benchmark.labelling import PANELS, label_set, split_sizes
 

@@ -69,7 +69,7 @@ def _ordered(points: Any) -> Any:
         if at and ordered[at - 1, 0] == x and ordered[at - 1, 1] == z:
             continue
         for later in range(size, at, -1):
-            ordered[later] = ordered[later - 1]
+            ordered[later, 0], ordered[later, 1] = ordered[later - 1, 0], ordered[later - 1, 1]
         ordered[at, 0], ordered[at, 1] = x, z
         size += 1
     return ordered[:size]

@@ -269,6 +269,15 @@ class Method(ABC):
         """The ``Parameters`` to be bound when the method runs on the named engine."""
         return cls.Parameters
 
+    @classmethod
+    def implied_by(cls, values: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Values of parameters that come with others, unless they are stated, too.
+
+        Args:
+            values: as a spec states them, as texts.
+        """
+        return {}
+
     @property
     def trained(self) -> str:
         """Hash of the weights that were trained; empty where there are none."""

@@ -8,12 +8,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from steadyload.engines.registry import open_world
-from steadyload.engines.world import Box, FixedStepWorld, Poses, WorldSettings
-from steadyload.methods.criteria import Criterion, Examiner, Indices
-from steadyload.methods.method import Effort, Finding, Phase, Stopwatch
+from steadyload.engines.world import Box, FixedStepWorld, FloatArray, Poses, WorldSettings
+from steadyload.layouts.question import Question
+from steadyload.methods.criteria import Examiner, Indices
+from steadyload.methods.method import Effort, Finding, Phase, Status, Stopwatch
 from steadyload.methods.scene import Neighbourhood
 from steadyload.methods.scene import fixed as as_fixed
-from steadyload.methods.simulation_parameters import BetweenSteps, SimulationParameters
+from steadyload.methods.simulation_parameters import STILL, BetweenSteps, SimulationParameters
 
 _SUBSTEPS_BETWEEN_LOOKS_AT_THE_CLOCK = 10
 
@@ -151,7 +152,7 @@ class Placements:
         world = self._hold(items, fixed)
         items = np.concatenate((items, fixed))
         self._looked_at = world, items
-        any_sample = p.criterion is Criterion.PAPER
+        any_sample = p.any_sample
         calm = False
         start = self._substeps
         for sample in range(1, p.samples + 1):
@@ -169,7 +170,21 @@ class Placements:
                 finding = self._examine(step, world, items, excess)
                 if finding is not None:
                     return finding
-        return None
+        return self._unsettled(step, world, items) if p.question is Question.STANDS else None
+
+    def _unsettled(self, step: int, world: FixedStepWorld, items: Indices) -> Finding | None:
+        """A finding where something still moves at the end of a placement."""
+        speeds = self._speeds(world)
+        if speeds.max() < (self.parameters.rest_speed or STILL):
+            return None
+        worst = int(speeds.argmax())
+        item = int(items[worst])
+        return Finding(
+            status=Status.UNSETTLED,
+            moved_item=item,
+            reason=f"item {item} still moves, by {1e3 * speeds[worst]:.1f} mm/s, "
+            f"{self.parameters.t_max:g} s after item {step} was placed",
+        )
 
     def _hold(self, items: Indices, fixed: Indices = NOTHING) -> FixedStepWorld:
         self.watch.enter(Phase.BUILD)
@@ -201,11 +216,16 @@ class Placements:
         return self.examiner.examine(step, self.poses(world), items, excess)
 
     def _fastest(self, world: FixedStepWorld) -> float:
-        """The largest speed of any item [m/s]: of its centre of mass, or a point 10 cm from it."""
+        """The largest speed of any item [m/s]; see :meth:`_speeds`."""
+        return float(self._speeds(world).max())
+
+    def _speeds(self, world: FixedStepWorld) -> FloatArray:
+        """Speeds of items [m/s], shape (n,): of the centre of mass plus a turn's, 10 cm from it."""
         self.watch.enter(Phase.READ)
         self._looks += 1
-        linear, angular = world.speeds().T
-        return float((linear + 0.1 * angular).max())
+        linear, angular = world.speeds()[len(self._stage.surroundings) :].T
+        found: FloatArray = linear + 0.1 * angular
+        return found
 
 
 class _Stage:

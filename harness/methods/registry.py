@@ -132,12 +132,12 @@ def make_method(spec: str | MethodSpec) -> Method:
         raise SpecError(f"unknown method {shown(parsed.name)}; {nearest(parsed.name, known)}")
     preset = presets().get(parsed.name)
     _check_engine(parsed, method)
+    stated = dict(parsed.values)
     stored = dict(preset.parameters_on(parsed.engine)) if preset else {}
-    parameters = bind(
-        method.parameters_on(parsed.engine), stored | dict(parsed.values), where=str(parsed)
-    )
-    values = canonical(parameters, [key for key, _ in parsed.values])
-    return method(MethodSpec(parsed.name, parsed.engine, values), parameters)
+    values = {**stored, **method.implied_by(stated), **stated}
+    parameters = bind(method.parameters_on(parsed.engine), values, where=str(parsed))
+    named = canonical(parameters, stated)
+    return method(MethodSpec(parsed.name, parsed.engine, named), parameters)
 
 
 def method_class(name: str) -> type[Method] | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from steadyload.engines.registry import numerics, world_class
 from steadyload.engines.world import VERSION as WORLD
@@ -13,6 +13,7 @@ from steadyload.engines.world import EngineError
 from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Layout
+from steadyload.layouts.question import Question
 from steadyload.methods.loading import VERSION as LOADING
 from steadyload.methods.loading import GrowingLoading, Loading
 from steadyload.methods.method import (
@@ -31,6 +32,7 @@ from steadyload.methods.method import (
 from steadyload.methods.placements import Placements
 from steadyload.methods.scene import VERSION as SCENE
 from steadyload.methods.simulation_parameters import (
+    OF_STANDS,
     BetweenSteps,
     SimulationParameters,
     parameters_on,
@@ -57,6 +59,11 @@ class Simulation(Method):
     def parameters_on(cls, engine: str | None) -> type[SimulationParameters]:
         """See :meth:`Method.parameters_on`: an engine's own options are parameters, too."""
         return SimulationParameters if engine is None else parameters_on(engine)
+
+    @classmethod
+    def implied_by(cls, values: Mapping[str, Any]) -> Mapping[str, Any]:
+        """See :meth:`Method.implied_by`: whether a load stands is seen later than a label."""
+        return OF_STANDS if values.get("question") == Question.STANDS else {}
 
     @property
     def traits(self) -> frozenset[Trait]:

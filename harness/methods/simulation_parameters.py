@@ -7,11 +7,20 @@ import typing
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cache
+from types import MappingProxyType
 
 from steadyload.engines.quantities import quantity
 from steadyload.engines.registry import engine_options
 from steadyload.engines.world import SETTINGS, BroadPhase, WorldSettings
+from steadyload.layouts.question import Question
 from steadyload.methods.criteria import Criterion
+
+STILL = 1e-2
+"""Items slower than this are at rest at the end of a placement [m/s]; see :class:`Question`."""
+
+OF_STANDS = MappingProxyType({"t_max": 3.0, "samples": 100, "early_exit": 0.0})
+"""Values of parameters that come with the question ``stands`` unless others are stated: a look
+every 0.03 s, as for a label."""
 
 
 class BetweenSteps(StrEnum):
@@ -51,7 +60,7 @@ class SimulationParameters:
     Raises:
         ValueError: ``t_max`` is shorter than one substep, the scope is not ``all`` without
             reseating, or ``widening`` without a speed of rest, or there is an early exit below the
-            threshold or with the criterion ``paper``.
+            threshold, with the criterion ``paper`` or with the question ``stands``.
     """
 
     t_max: float = quantity(0.3, "simulated time a placement", unit="s", least=1e-6, most=1000)
@@ -93,6 +102,7 @@ class SimulationParameters:
         0, "criterion adams: end at a sample beyond this multiple of a threshold; 0: never", least=0
     )
     scope: Scope = quantity(Scope.ALL, "which items are simulated when one is placed")
+    question: Question = quantity(Question.WITHIN, "what is asked of a placement", later=True)
     emulate: frozenset[str] = quantity(
         frozenset(),
         "settings to imitate where an engine can do so only at a price",
@@ -113,6 +123,13 @@ class SimulationParameters:
             raise ValueError(f"early_exit is {self.early_exit:g}; allowed: 0, or 1 or more")
         if self.early_exit and self.criterion is Criterion.PAPER:
             raise ValueError("early_exit needs criterion=adams: with paper every sample may end it")
+        if self.early_exit and self.question is Question.STANDS:
+            raise ValueError("early_exit needs question=within: every sample may end the other")
+
+    @property
+    def any_sample(self) -> bool:
+        """Whether what moved too far at any sample ends the loading, not at the last one alone."""
+        return self.criterion is Criterion.PAPER or self.question is Question.STANDS
 
     def world_settings(self) -> WorldSettings:
         """The part of the parameters that a world is made with."""

@@ -131,8 +131,13 @@ def canonical(parameters: Any, keys: Collection[str]) -> tuple[tuple[str, str], 
 
 
 def as_plain(parameters: Any) -> dict[str, Any]:
-    """All parameters as values that JSON can hold."""
-    return {f.name: _plain(getattr(parameters, f.name)) for f in dataclasses.fields(parameters)}
+    """All parameters as values that JSON can hold; those added later only where they are stated."""
+    values = {f: getattr(parameters, f.name) for f in dataclasses.fields(parameters)}
+    return {
+        f.name: _plain(value)
+        for f, value in values.items()
+        if not f.metadata.get("later") or value != f.default
+    }
 
 
 def allowed_values(parameters: type[Any], name: str) -> str:

@@ -14,9 +14,13 @@ from steadyload.methods.stopwatch import Seconds
 
 
 class Status(StrEnum):
-    """Status of a verdict: how the judgement ended. Only ``done`` has a score."""
+    """Status of a verdict: how the judgement ended. Only ``done`` has a score.
+
+    ``unsettled``: a method that was asked whether the load stands saw it still move at the end.
+    """
 
     DONE = "done"
+    UNSETTLED = "unsettled"
     DIVERGED = "diverged"
     TIMEOUT = "timeout"
     CRASHED = "crashed"

@@ -18,7 +18,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from steadyload.methods.naming import MethodKey
-from steadyload.runs.accuracy import accuracy, at_natural_prevalence, verdicts_against_labels
+from steadyload.runs.accuracy import (
+    accuracy,
+    accuracy_of,
+    at_natural_prevalence,
+    verdicts_against_labels,
+)
 from steadyload.runs.costs import CPU, PHASES, WALL, CostKind, Costs, CostSource, judging_costs
 from steadyload.runs.judged import JudgedCases, load_judged
 from steadyload.statistics.estimate import NOTHING, Estimate
@@ -55,6 +60,7 @@ class MethodEvaluation:
         within_one: share of cases whose numbers of items placed safely differ by at most one.
         robust, fragile: accuracy on cases whose label is so.
         natural: accuracy at the natural share of stable layouts.
+        stands: accuracy on the labels of the question ``stands``, of cases that have one.
         behind: accuracy minus that of the most accurate method of the group, on the same cases;
             None for that method itself, and without labels.
         score: mean score of the cases with a verdict.
@@ -78,6 +84,7 @@ class MethodEvaluation:
     robust: Estimate = NOTHING
     fragile: Estimate = NOTHING
     natural: Estimate = NOTHING
+    stands: Estimate = NOTHING
     behind: Estimate | None = None
     score: Estimate = NOTHING
     fully_stable: Estimate = NOTHING
@@ -96,7 +103,8 @@ class LabelledPart:
 
     ``stable``, ``robust``, ``fragile``: cases whose label is so; labels that are neither robust nor
     fragile have no ensemble. ``natural_stable``: share of stable layouts by scenario in the whole
-    set.
+    set. ``stands``: cases that were labelled for the question ``stands``, too, by status of that
+    label; empty where none was.
     """
 
     part: str
@@ -106,6 +114,7 @@ class LabelledPart:
     robust: int
     fragile: int
     natural_stable: Mapping[str, float]
+    stands: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -224,6 +233,7 @@ def _labelled(judged: JudgedCases) -> LabelledPart | None:
         robust=int(labels["robust"].fillna(False).sum()),
         fragile=int((~labels["robust"].fillna(True)).sum()),
         natural_stable=_natural_stable(judged),
+        stands={str(k): int(v) for k, v in labels["stands"].value_counts().items()},
     )
 
 
@@ -264,6 +274,8 @@ def _accuracies(judged: JudgedCases, here: BoolArray) -> dict[str, dict[str, Any
     compared = {
         spec: verdicts_against_labels(judged.said[spec][here], labels) for spec in judged.keys
     }
+    asked = (labels["stands"] == "done").fillna(False).to_numpy(bool)
+    other = labels[asked].assign(failing_step=labels["failing_step_stands"][asked])
     best = max(compared, key=lambda spec: compared[spec]["right"].mean())
     found = {}
     for spec, verdicts in compared.items():
@@ -276,6 +288,7 @@ def _accuracies(judged: JudgedCases, here: BoolArray) -> dict[str, dict[str, Any
             "robust": accuracy(mine[robust], lists[robust]),
             "fragile": accuracy(mine[fragile], lists[fragile]),
             "natural": at_natural_prevalence(mine, labels, natural),
+            "stands": accuracy_of(judged.said[spec][here][asked], other),
             "behind": None if spec == best else mean(mine - top, lists),
         }
     return found

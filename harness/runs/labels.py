@@ -18,7 +18,7 @@ import pyarrow as pa
 
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
-from steadyload.layouts.benchmark.tables import as_parquet, from_parquet
+from steadyload.layouts.benchmark.tables import as_parquet, from_parquet, later
 from steadyload.layouts.formats import read_written
 from steadyload.layouts.model import Layout, LayoutError
 from steadyload.layouts.record import Refused
@@ -36,13 +36,17 @@ LABELS = pa.schema(
         pa.field("confidence", pa.float64()),
         pa.field("robust", pa.bool_()),
         pa.field("offsets", pa.list_(pa.float64())),
+        later(pa.field("stands", pa.string())),
+        later(pa.field("failing_step_stands", pa.int16())),
     ]
 )
 """A row a case. ``instance``: the item list that the layout was packed from. ``failing_step``: the
 label, counted from 0, null for a stable layout. ``confidence``, ``robust``: see
 :func:`steadyload.layouts.benchmark.confidence.confidence`; null where there is no ensemble.
 ``offsets``: centre of mass minus geometric centre [cm], x, y, z of item 0, then of item 1, ...;
-null when all are zero."""
+null when all are zero. ``stands``: how labelling for the question ``stands`` ended, ``done``,
+``unsettled`` or otherwise; null where it was not asked. ``failing_step_stands``: that label, where
+it is ``done``."""
 
 LABELS_FILE = "labels.parquet"
 
@@ -121,7 +125,10 @@ def labelled_material(study: StudyDefinition) -> Material:
 
 def _labels(benchmark: Benchmark, chosen: pd.DataFrame) -> pd.DataFrame:
     sure = benchmark.confidence[["confidence", "robust"]]
-    return chosen.join(sure, on=KEYS).astype({"robust": "boolean"})[LABELS.names]
+    stands = benchmark.stands.set_index(KEYS)[["status", "failing_step"]]
+    stands.columns = pd.Index(["stands", "failing_step_stands"])
+    joined = chosen.join(sure, on=KEYS).join(stands, on=KEYS)
+    return joined.astype({"robust": "boolean"})[LABELS.names]
 
 
 def as_labels(labels: pd.DataFrame) -> bytes:

@@ -30,6 +30,7 @@ N = Column("n", "accuracy.n")
 N_SCORED = Column("n", "fully_stable.n")
 N_TIMED = Column("n", "cpu.n")
 ACCURACY = Column("accuracy %", "accuracy", percent)
+STANDS = Column("stands %", "stands", percent)
 OVER = Column("overestimated %", "over", percent)
 UNDER = Column("underestimated %", "under", percent)
 STABLE_OR_NOT = Column("stable or not %", "stable_or_not", percent)
@@ -59,6 +60,24 @@ def robust_and_fragile(rows: Sequence[MethodEvaluation]) -> list[Column]:
         Column(f"robust % (n {rows[0].robust.n})", "robust", percent),
         Column(f"fragile % (n {rows[0].fragile.n})", "fragile", percent),
     ]
+
+
+def of_stands(about: LabelledPart) -> list[Column]:
+    """Accuracy on labels of the question ``stands``, where there are any."""
+    return [STANDS] if about.stands else []
+
+
+def stands_explained(about: LabelledPart) -> str:
+    """Sentences on the column of the question ``stands``; empty where there is no such column."""
+    if not about.stands:
+        return ""
+    done = about.stands.get("done", 0)
+    rest = ", ".join(f"{n} {status}" for status, n in about.stands.items() if status != "done")
+    return (
+        f" *Stands*: accuracy when the same cases are labelled for another question: does anything "
+        f"move too far until everything rests, within 3 s, instead of within 0.3 s? n = {done}; "
+        f"{rest or 'none'} without such a label are not counted."
+    )
 
 
 def by_spec(title: str, found: Mapping[str, Any], form: Callable[[Any], str] = cell) -> Column:

@@ -134,7 +134,7 @@ def spec_of(engine: str, parameters: SimulationParameters, keys: list[str] | Non
     """
     if keys is None:
         default = as_plain(parameters_on(engine)())
-        keys = [k for k, value in as_plain(parameters).items() if value != default[k]]
+        keys = [k for k, value in as_plain(parameters).items() if value != default.get(k)]
     values = ",".join(f"{key}={value}" for key, value in canonical(parameters, keys))
     return str(make_method(f"simulation@{engine}:{values}").spec)
 

@@ -17,11 +17,13 @@ from steadyload.layouts.benchmark.dataset import row_of
 from steadyload.layouts.benchmark.splits import SplitSizes
 from steadyload.layouts.benchmark.tables import (
     UNLABELLED,
+    DamagedSetError,
     as_parquet,
     read_parquet,
     write_tables,
 )
 from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.question import Question
 from steadyload.layouts.scenarios import Scenario
 from steadyload.methods.registry import make_method
 from steadyload.studies.benchmark import labelling
@@ -31,6 +33,7 @@ from steadyload.studies.benchmark.label_rows import (
     TraceUnit,
     crashed_row,
 )
+from steadyload.studies.benchmark.label_stands import SPEC, label_stands
 from steadyload.studies.benchmark.labelling import (
     FurtherMethod,
     build_set,
@@ -67,9 +70,17 @@ def folder(unlabelled, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def labelled(unlabelled, tmp_path_factory):
+def labelled_folder(unlabelled, tmp_path_factory):
     """The set with labels by the reference and its limits alone, to be read."""
-    return label(shutil.copytree(unlabelled, tmp_path_factory.mktemp("labelled") / "set"), ())
+    folder = shutil.copytree(unlabelled, tmp_path_factory.mktemp("labelled") / "set")
+    label_set(folder, judges=())
+    return folder
+
+
+@pytest.fixture(scope="module")
+def labelled(labelled_folder):
+    """That set, read."""
+    return load_benchmark(labelled_folder)
 
 
 def label(folder, judges=JUDGES, **options):
@@ -234,3 +245,42 @@ def test_labels_follow_the_criterion(labelled):
         step = method.judge(found.layout(row.layout, row.scenario)).failing_step
         said = row.failing_step_paper
         assert (step is None) if pd.isna(said) else step == said, row.layout
+
+
+def test_labels_of_the_other_question_are_those_of_an_ordinary_judgement(
+    labelled, labelled_folder, tmp_path
+):
+    folder, said = shutil.copytree(labelled_folder, tmp_path / "set"), []
+    count = label_stands(folder, training_cases=6, progress=lambda *where: said.append(where))
+    found, method = load_benchmark(folder), make_method(SPEC)
+    held_out = found.cases["split"].isin(("validation", "test")).sum()
+    training = (found.cases["split"] == "train").sum()
+    assert count == len(found.stands) == held_out + min(2, training)
+    assert said[-1][0] == "train"
+    for row in found.stands.itertuples():
+        verdict = method.judge(found.layout(row.layout, row.scenario))
+        step = None if pd.isna(row.failing_step) else int(row.failing_step)
+        assert (str(verdict.status), verdict.failing_step) == (row.status, step)
+    chosen = found.select("test", question=Question.STANDS).set_index(["layout", "scenario"])
+    known = found.stands.set_index(["layout", "scenario"])["failing_step"]
+    pd.testing.assert_series_equal(chosen["failing_step"], known.loc[chosen.index])
+    pd.testing.assert_frame_equal(found.select("test"), labelled.select("test"))
+    with pytest.raises(BenchmarkError, match="of test for the question stands"):
+        labelled.select("test", question=Question.STANDS)
+
+
+def test_labels_of_the_other_question_go_with_the_cases_that_they_are_of(labelled_folder, tmp_path):
+    folder = shutil.copytree(labelled_folder, tmp_path / "set")
+    label_stands(folder, training_cases=0)
+    label_set(folder, judges=())
+    assert load_benchmark(folder).stands.empty
+    label_stands(folder, training_cases=0)
+    damaged = folder / "stands.parquet"
+    damaged.write_bytes(damaged.read_bytes()[:-8] + b"01234567")
+    with pytest.raises(DamagedSetError, match=r"stands\.parquet"):
+        load_benchmark(folder)
+
+
+def test_a_set_without_splits_has_no_labels_of_the_other_question(folder):
+    with pytest.raises(BenchmarkError, match="no case is in a split"):
+        label_stands(folder)

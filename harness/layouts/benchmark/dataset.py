@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property, lru_cache
 from importlib import resources
@@ -17,8 +17,14 @@ from numpy.typing import NDArray
 from steadyload.layouts.batch import LayoutBatch, checked_batch, checked_view
 from steadyload.layouts.batch_checks import Pallets
 from steadyload.layouts.benchmark.confidence import confidence
-from steadyload.layouts.benchmark.tables import BenchmarkError, read_tables
+from steadyload.layouts.benchmark.tables import (
+    STANDS,
+    BenchmarkError,
+    read_stands,
+    read_tables,
+)
 from steadyload.layouts.model import FloatArray, Layout, LayoutError, Pallet
+from steadyload.layouts.question import Question
 from steadyload.layouts.record import shown
 from steadyload.layouts.scenarios import Scenario
 
@@ -73,6 +79,8 @@ class Benchmark:
         manifest: what it was made with.
         notes: what people found when they looked at its disputed labels, as Markdown; its folder
             may hold them as ``notes.md``.
+        stands: labels of the question ``stands`` of some cases,
+            :data:`steadyload.layouts.benchmark.tables.STANDS`.
     """
 
     layouts: pd.DataFrame
@@ -80,6 +88,7 @@ class Benchmark:
     opinions: pd.DataFrame
     manifest: dict[str, Any]
     notes: str = ""
+    stands: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=STANDS.names))
 
     @cached_property
     def confidence(self) -> pd.DataFrame:
@@ -99,6 +108,7 @@ class Benchmark:
         *,
         scenarios: tuple[str, ...] = (),
         limit: int | None = None,
+        question: Question = Question.WITHIN,
     ) -> pd.DataFrame:
         """The labelled cases of a part, in order of scenario and rank.
 
@@ -107,6 +117,9 @@ class Benchmark:
             scenarios: only these; empty for all.
             limit: at most this many a scenario, those of the first ranks. In ``validation`` and
                 ``test`` any even number of first ranks is half stable, half unstable.
+            question: whose labels ``failing_step`` holds. For ``stands`` there are only the cases
+                that have such a label; ``failing_step_paper`` and what was stored of a simulation
+                are of the other question.
 
         Raises:
             BenchmarkError: no such part or scenario, or no such case.
@@ -118,6 +131,8 @@ class Benchmark:
             if scenario not in known:
                 raise BenchmarkError(f"scenario is {scenario!r}; allowed: {', '.join(known)}")
         cases = self.cases[self.cases["status"] == "done"]
+        if question is Question.STANDS:
+            cases = self._of_stands(cases)
         if part != Part.ALL:
             split = Part.TEST if part == Part.TEST_300 else part
             cases = cases[cases["split"] == str(split)]
@@ -131,10 +146,17 @@ class Benchmark:
         if limit is not None:
             cases = cases[cases.groupby("scenario").cumcount() < limit]
         if cases.empty:
-            raise BenchmarkError(
-                f"holds no labelled case of {part!s} {' '.join(scenarios)}".strip()
-            )
+            of = "" if question is Question.WITHIN else f"for the question {question}"
+            words = ("holds no labelled case of", str(part), *scenarios, of)
+            raise BenchmarkError(" ".join(filter(None, words)))
         return cases.reset_index(drop=True)
+
+    def _of_stands(self, cases: pd.DataFrame) -> pd.DataFrame:
+        """The cases that have a label of the question ``stands``, with that as failing step."""
+        own = self.stands[self.stands["status"] == "done"].set_index(KEYS)["failing_step"]
+        keys = pd.MultiIndex.from_frame(cases[KEYS])
+        cases, keys = cases[keys.isin(own.index)], keys[keys.isin(own.index)]
+        return cases.assign(failing_step=own.loc[keys].array)
 
     def layout(self, name: str, scenario: str) -> Layout:
         """A case's layout with its centres of mass.
@@ -242,7 +264,7 @@ def load_benchmark(directory: str | Path | None = None) -> Benchmark:
     cases = cases.assign(instance=instance.to_numpy())
     written = folder / "notes.md"
     notes = written.read_text() if written.exists() else ""
-    return Benchmark(layouts, cases, opinions, manifest, notes)
+    return Benchmark(layouts, cases, opinions, manifest, notes, read_stands(folder))
 
 
 def _layout_of(name: str, row: Mapping[str, Any], offsets: Any) -> Layout:

@@ -32,6 +32,12 @@ UNLABELLED = "unlabelled"
 
 _TEXT, _NUMBERS = pa.string(), pa.list_(pa.float64())
 
+
+def later(field: pa.Field) -> pa.Field:
+    """A column that was added to a schema later: files without it are read as if it were null."""
+    return field.with_metadata({"later": "yes"})
+
+
 LAYOUTS = pa.schema(
     [
         pa.field("layout", _TEXT, nullable=False),
@@ -97,9 +103,26 @@ OPINIONS = pa.schema(
 :class:`steadyload.layouts.benchmark.confidence.Reason`; ``judge``: what was changed, or a
 method."""
 
-_TABLES = {"layouts": LAYOUTS, "cases": CASES, "opinions": OPINIONS}
+STANDS = pa.schema(
+    [
+        pa.field("layout", _TEXT, nullable=False),
+        pa.field("scenario", _TEXT, nullable=False),
+        pa.field("status", _TEXT, nullable=False),
+        pa.field("failing_step", pa.int16()),
+        pa.field("moved_item", pa.int16()),
+        pa.field("displacement", pa.float32()),
+        pa.field("rotation", pa.float32()),
+    ]
+)
+"""A row a case that was labelled for the question ``stands``, too; only some are. ``status``:
+``done``, ``unsettled``, or how labelling ended without a label. ``failing_step``: the label,
+counted from 0, null for a stable layout. ``moved_item``: the item that moved too far, or moves
+most; ``displacement`` [cm] and ``rotation`` [degrees] of it when that was seen."""
 
-SET_FILES = ("manifest.json", "notes.md", *(f"{name}.parquet" for name in _TABLES))
+_TABLES = {"layouts": LAYOUTS, "cases": CASES, "opinions": OPINIONS}
+_STANDS = "stands"
+
+SET_FILES = ("manifest.json", "notes.md", *(f"{name}.parquet" for name in (*_TABLES, _STANDS)))
 """Files of the folder of a labelled set."""
 
 _CHECKSUMS = "checksums"
@@ -143,7 +166,42 @@ def write_tables(
     sums = {name: checksum(content) for name, content in contents.items()}
     own = {"version": VERSION, **counts, _CHECKSUMS: sums}
     about = own | manifest | own  # those of an earlier manifest give way
+    about.pop(_STANDS, None)  # labels of the other question are of the cases before
     write_atomically(path, manifest_text(about))
+
+
+def write_stands(directory: Path, stands: pd.DataFrame, made_with: dict[str, Any]) -> None:
+    """Write the labels of the question ``stands`` into a labelled set.
+
+    Args:
+        directory: of the set; its other tables stay as they are.
+        stands: a row a case, :data:`STANDS`; those that are there give way.
+        made_with: of these labels, for the manifest.
+
+    Raises:
+        BenchmarkError: no labelled set.
+    """
+    path = directory / "manifest.json"
+    manifest = _load_manifest(path)
+    content = as_parquet(stands, STANDS)
+    sums = dict(manifest.get(_CHECKSUMS, {}))
+    sums.pop(_STANDS, None)
+    write_atomically(path, manifest_text({**manifest, _CHECKSUMS: sums}))
+    write_atomically(directory / f"{_STANDS}.parquet", content)
+    about = {_STANDS: made_with, _CHECKSUMS: {**sums, _STANDS: checksum(content)}}
+    write_atomically(path, manifest_text({**manifest, **about}))
+
+
+def read_stands(directory: Path) -> pd.DataFrame:
+    """The labels of the question ``stands``, :data:`STANDS`; empty where there are none.
+
+    Raises:
+        BenchmarkError: not a labelled set, or a damaged one.
+    """
+    expected = _load_manifest(directory / "manifest.json").get(_CHECKSUMS, {}).get(_STANDS)
+    if expected is None:  # of another labelling, or half written
+        return from_parquet(as_parquet(pd.DataFrame(columns=STANDS.names), STANDS), STANDS)
+    return read_parquet(directory / f"{_STANDS}.parquet", STANDS, expected)
 
 
 def refuse_foreign(directory: Path) -> None:
@@ -242,6 +300,9 @@ def from_parquet(content: bytes, schema: pa.Schema) -> pd.DataFrame:
     nullable = {pa.int16(): pd.Int16Dtype(), pa.int32(): pd.Int32Dtype()}
     try:
         table = pq.read_table(pa.BufferReader(content))
+        for field in schema:
+            if field.metadata and field.name not in table.schema.names:
+                table = table.append_column(field, pa.nulls(len(table), field.type))
         found = table.schema
         if found.names == schema.names and found.types == schema.types:
             return table.to_pandas(types_mapper=nullable.get)

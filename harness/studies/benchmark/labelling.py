@@ -45,6 +45,7 @@ from steadyload.runs.store import Store, locked, parquet
 from steadyload.runs.units import timed_out_row as timed_out_verdict
 from steadyload.studies.benchmark import label_rows
 from steadyload.studies.benchmark.label_rows import (
+    CASE_SECONDS,
     LABEL,
     LIMITS,
     TRACES,
@@ -53,9 +54,6 @@ from steadyload.studies.benchmark.label_rows import (
     timed_out_row,
     trace_unit,
 )
-
-CASE_SECONDS = 3600.0
-"""Hard limit on the wall time of a case, far beyond that of any: for a call that hangs."""
 
 _SHARD = 48
 

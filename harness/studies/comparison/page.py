@@ -115,7 +115,8 @@ def _accuracy(found: Evaluation, about: LabelledPart) -> Section:
 
     def table(group: str) -> Table:
         rows = found.rows[group]
-        return Table(rows, [*columns, *column.robust_and_fragile(rows), *more])
+        asked = column.of_stands(about)
+        return Table(rows, [*columns, *asked, *column.robust_and_fragile(rows), *more])
 
     return Section(
         "Accuracy and cost",
@@ -125,7 +126,8 @@ def _accuracy(found: Evaluation, about: LabelledPart) -> Section:
         "not*: both say that the whole layout is stable, or both that it is not. *Within one*: the "
         "numbers of items placed safely differ by at most one. A case without a verdict counts as "
         "wrong in every accuracy, and as neither over- nor underestimated. Intervals stand on the "
-        f"{about.item_lists} item lists. {found.cost_source.explained()}",
+        f"{about.item_lists} item lists.{column.stands_explained(about)} "
+        f"{found.cost_source.explained()}",
         by_group(found.groups, table),
         [
             Picture(

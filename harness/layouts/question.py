@@ -1,0 +1,18 @@
+"""Questions that labels and methods answer about a loading."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class Question(StrEnum):
+    """Question about a placement.
+
+    ``within``: has anything moved too far within the time of the label, 0.3 s? It is the question
+    of the paper. ``stands``: does anything move too far until everything rests? Displacement and
+    angle are measured as in the label, at every look; what still moves after 3 s is unsettled, and
+    neither stands nor falls.
+    """
+
+    WITHIN = "within"
+    STANDS = "stands"

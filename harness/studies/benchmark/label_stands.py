@@ -1,0 +1,94 @@
+"""Labels of some cases of a set for the question whether a load stands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pandas as pd
+
+from steadyload.layouts.benchmark.dataset import Part, load_benchmark
+from steadyload.layouts.benchmark.tables import STANDS, BenchmarkError, write_stands
+from steadyload.layouts.question import Question
+from steadyload.layouts.scenarios import Scenario
+from steadyload.methods.registry import make_method
+from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit
+from steadyload.runs.provenance import provenance
+from steadyload.runs.results import load_results
+from steadyload.runs.runner import run_study
+from steadyload.runs.units import timed_out_row
+from steadyload.studies.benchmark.label_rows import CASE_SECONDS, LABEL
+
+SPEC = f"{LABEL}:question={Question.STANDS}"
+"""The method whose verdicts are the labels."""
+
+TRAINING_CASES = 5000
+"""Cases of the training part that are labelled, those of the first ranks of every scenario."""
+
+
+def label_stands(
+    directory: Path,
+    *,
+    training_cases: int = TRAINING_CASES,
+    workers: int = IN_THIS_PROCESS,
+    progress: Callable[[str, int, int], None] = lambda part, done, total: None,
+) -> int:
+    """Label validation, test and some training cases of a labelled set; returns their number.
+
+    What was labelled before is not labelled again.
+
+    Args:
+        directory: of the set; the labels are written beside its tables.
+        training_cases: at least so many, the same number of every scenario; 0 for none.
+        workers: see :func:`steadyload.runs.runner.run_study`.
+        progress: called with the current part, cases done and cases in all.
+
+    Raises:
+        BenchmarkError: no labelled set, or it has no splits.
+        ResultsError: another run is at work in the folder.
+        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
+    """
+    benchmark = load_benchmark(directory)
+    known = benchmark.cases["split"].dropna().unique()
+    parts = [part for part in (Part.VALIDATION, Part.TEST, Part.TRAIN) if part in known]
+    if not parts:
+        raise BenchmarkError(f"{directory}: no case is in a split; label the set first")
+    make_method(SPEC).prepare()
+    limits = {Part.TRAIN: -(-training_cases // len(Scenario))}
+    found = [
+        _labels_of(directory, part, limits.get(part), workers, progress)
+        for part in parts
+        if limits.get(part) != 0
+    ]
+    stands = pd.concat(found, ignore_index=True)
+    write_stands(directory, stands, {"label": SPEC, "labelled_with": provenance()})
+    return len(stands)
+
+
+def _labels_of(
+    directory: Path,
+    part: Part,
+    limit: int | None,
+    workers: int,
+    progress: Callable[[str, int, int], None],
+) -> pd.DataFrame:
+    """Labels of the first cases of a part."""
+    study = StudyDefinition(
+        name=f"whether {part} stands",
+        methods=(SPEC,),
+        benchmark=part,
+        benchmark_directory=directory,
+        limit=limit,
+        shard_size=50,
+    )
+    (directory / "stands").mkdir(exist_ok=True)
+    folder = directory / "stands" / part
+    run_study(
+        study,
+        folder,
+        workers=workers,
+        limit=PartLimit(CASE_SECONDS, timed_out_row),
+        progress=lambda done, total: progress(str(part), done, total),
+    )
+    return load_results(folder)[STANDS.names]
