@@ -134,7 +134,7 @@ class Placements:
         p = self.parameters
         world = self._hold(items)
         self._looked_at = world, items
-        start, speed = self._substeps, math.inf
+        start, speed, calm = self._substeps, math.inf, 0
         for _ in range(p.samples):
             executed = self._step(world, p.t_max / p.samples)
             if not executed or self._substeps - start < self._patience:
@@ -142,7 +142,8 @@ class Placements:
             before, speed = speed, self._fastest(world)
             if speed >= p.rest_speed and speed > before:
                 return False
-            if speed < p.rest_speed and before < p.rest_speed:
+            calm = calm + 1 if speed < p.rest_speed else 0
+            if calm == p.rest_samples:
                 return self._examine(step, world, items) is None
         return False
 
@@ -153,7 +154,7 @@ class Placements:
         items = np.concatenate((items, fixed))
         self._looked_at = world, items
         any_sample = p.any_sample
-        calm = False
+        calm = 0
         start = self._substeps
         for sample in range(1, p.samples + 1):
             last = sample == p.samples
@@ -161,8 +162,8 @@ class Placements:
             if not executed and not last:
                 continue
             if p.rest_speed and not last and self._substeps - start >= self._patience:
-                was_calm, calm = calm, self._fastest(world) < p.rest_speed
-                if was_calm and calm:
+                calm = calm + 1 if self._fastest(world) < p.rest_speed else 0
+                if calm == p.rest_samples:
                     return self._examine(step, world, items)
             # Items at rest give no reason to end early.
             excess = 1.0 if last or any_sample else 0.0 if calm else p.early_exit

@@ -12,7 +12,7 @@ import importlib
 import importlib.metadata
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -20,6 +20,7 @@ from typing import Any
 from steadyload.engines.registry import capabilities, engines
 from steadyload.errors import nearest
 from steadyload.escaping import shown
+from steadyload.layouts.question import Question
 from steadyload.methods.method import Method
 from steadyload.methods.spec import (
     MethodSpec,
@@ -29,7 +30,7 @@ from steadyload.methods.spec import (
     canonical,
     parse_spec,
 )
-from steadyload.methods.tuned import tuned
+from steadyload.methods.tuned import TUNED, tuned, tuned_name
 
 METHODS: dict[str, str] = {
     "fbs": "steadyload.methods.base_support:FullBaseSupport",
@@ -47,7 +48,8 @@ METHODS: dict[str, str] = {
 class Preset:
     """A method with stored parameters: ``title`` for tables, ``source`` for where they are from.
 
-    One that is tuned has other parameters on every engine, ``by_engine``, and exists on no other.
+    One that is tuned has other parameters on every engine, ``by_engine``, and exists on no other;
+    ``of_question`` holds those that were tuned for another question, by question.
     """
 
     name: str
@@ -56,13 +58,17 @@ class Preset:
     source: str
     parameters: Mapping[str, Any]
     by_engine: Mapping[str, Mapping[str, Any]] | None = None
+    of_question: Mapping[str, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
 
-    def parameters_on(self, engine: str | None) -> Mapping[str, Any]:
-        """The stored parameters on an engine.
+    def parameters_on(self, engine: str | None, question: str | None = None) -> Mapping[str, Any]:
+        """The stored parameters on an engine, tuned for a question where they were.
 
         Raises:
             SpecError: the preset is tuned, and was not on this engine.
         """
+        own = self.of_question.get(question or "", {})
+        if engine in own:
+            return own[engine]
         if self.by_engine is None:
             return self.parameters
         if engine is None or engine not in self.by_engine:
@@ -92,17 +98,13 @@ def _stated() -> dict[str, Preset]:
 
 
 def _tuned() -> dict[str, Preset]:
-    return {
-        name: Preset(
-            name,
-            "simulation",
-            "PS_opt",
-            "searches on labelled layouts, an engine each",
-            {},
-            {engine: entry.parameters for engine, entry in entries.items()},
-        )
+    found = {
+        name: {engine: entry.parameters for engine, entry in entries.items()}
         for name, entries in tuned().items()
     }
+    source = "searches on labelled layouts, an engine each"
+    others = {str(q): found.get(tuned_name(q), {}) for q in Question if tuned_name(q) != TUNED}
+    return {TUNED: Preset(TUNED, "simulation", "PS_opt", source, {}, found[TUNED], others)}
 
 
 def method_classes() -> dict[str, str]:
@@ -133,8 +135,10 @@ def make_method(spec: str | MethodSpec) -> Method:
     preset = presets().get(parsed.name)
     _check_engine(parsed, method)
     stated = dict(parsed.values)
-    stored = dict(preset.parameters_on(parsed.engine)) if preset else {}
-    values = {**stored, **method.implied_by(stated), **stated}
+    question = stated.get("question")
+    stored = preset.parameters_on(parsed.engine, question) if preset else {}
+    implied = {} if "question" in stored else method.implied_by(stated)
+    values = {**stored, **implied, **stated}
     parameters = bind(method.parameters_on(parsed.engine), values, where=str(parsed))
     named = canonical(parameters, stated)
     return method(MethodSpec(parsed.name, parsed.engine, named), parameters)

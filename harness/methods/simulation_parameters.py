@@ -95,9 +95,12 @@ class SimulationParameters:
     )  # fmt: skip
     seed: int = quantity(0, "seed of the jitter", least=0, most=2**31)
     rest_speed: float = quantity(
-        0, "end a placement when nothing is faster at two samples in a row; 0: never",
+        0, "end a placement when nothing is faster at some samples in a row; 0: never",
         unit="m/s", least=0, most=1000,
     )  # fmt: skip
+    rest_samples: int = quantity(
+        2, "at so many samples in a row", least=1, most=100_000, later=True
+    )
     early_exit: float = quantity(
         0, "criterion adams: end at a sample beyond this multiple of a threshold; 0: never", least=0
     )

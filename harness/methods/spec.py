@@ -131,13 +131,20 @@ def canonical(parameters: Any, keys: Collection[str]) -> tuple[tuple[str, str], 
 
 
 def as_plain(parameters: Any) -> dict[str, Any]:
-    """All parameters as values that JSON can hold; those added later only where they are stated."""
-    values = {f: getattr(parameters, f.name) for f in dataclasses.fields(parameters)}
-    return {
-        f.name: _plain(value)
-        for f, value in values.items()
-        if not f.metadata.get("later") or value != f.default
-    }
+    """All parameters as values that JSON can hold."""
+    return {f.name: _plain(getattr(parameters, f.name)) for f in dataclasses.fields(parameters)}
+
+
+def stored_values(parameters: Any) -> dict[str, Any]:
+    """The parameters that verdicts are stored under, as :func:`as_plain`.
+
+    Those that were added later are left out where they have their default: it changes no verdict.
+    """
+    plain = as_plain(parameters)
+    for f in dataclasses.fields(parameters):
+        if f.metadata.get("later") and getattr(parameters, f.name) == f.default:
+            del plain[f.name]
+    return plain
 
 
 def allowed_values(parameters: type[Any], name: str) -> str:

@@ -22,7 +22,7 @@ from steadyload.atomic import (
 )
 from steadyload.escaping import printable
 from steadyload.methods.method import Method
-from steadyload.methods.spec import SpecError, as_plain
+from steadyload.methods.spec import SpecError, stored_values
 
 FILE = Path(str(resources.files("steadyload.methods"))) / "cascades.json"
 """The thresholds that come with the package."""
@@ -97,7 +97,7 @@ class Thresholds:
 
 def fingerprint(method: Method) -> str:
     """Hash of everything that determines a method's scores: its parameters, and trained weights."""
-    values = json.dumps(as_plain(method.parameters), sort_keys=True)
+    values = json.dumps(stored_values(method.parameters), sort_keys=True)
     return hashlib.sha256(f"{values} {method.trained}".encode()).hexdigest()[:16]
 
 

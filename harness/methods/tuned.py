@@ -1,6 +1,7 @@
 """Parameters that searches found, with their provenance: ``tuned.json``.
 
-``{name: {engine: {"parameters": ..., "made_by": ...}}}``. Searches write it
+``{name: {engine: {"parameters": ..., "made_by": ...}}}``; for another question than that of the
+label the name is ``ps_opt:question=...``. Searches write it
 (``steadyload tune --write-preset``); nobody edits it.
 """
 
@@ -15,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.atomic import write_atomically
+from steadyload.layouts.question import Question
 from steadyload.stored import REMEDY, StoredFileError, stored_object
 
 TUNED = "ps_opt"
@@ -35,6 +37,11 @@ class Tuned:
 
     parameters: Mapping[str, Any]
     made_by: Mapping[str, Any]
+
+
+def tuned_name(question: str) -> str:
+    """Name of the tuned preset's entry for a question: that of the label has the plain name."""
+    return TUNED if question == Question.WITHIN else f"{TUNED}:question={question}"
 
 
 def tuned() -> Mapping[str, Mapping[str, Tuned]]:

@@ -27,7 +27,7 @@ from steadyload.engines.registry import (
 )
 from steadyload.engines.world import VERSION as WORLD
 from steadyload.methods.method import Method
-from steadyload.methods.spec import as_plain
+from steadyload.methods.spec import stored_values
 
 OWN = "steadyload"
 """The package whose classes have versions of parts."""
@@ -52,7 +52,7 @@ def made_by(method: Method) -> dict[str, str]:
     parts and of the packages that they declare, digests of weights and thresholds, and, where a
     class is from another distribution, the version of that and a hash of the source of the class.
     """
-    made = {"parameters": key_of(as_plain(method.parameters))}
+    made = {"parameters": key_of(stored_values(method.parameters))}
     made |= {f"version of {part}": str(number) for part, number in method.parts().items()}
     made |= package_versions(sorted(method.numerics()))
     if method.made_of():

@@ -22,7 +22,7 @@ from steadyload.atomic import ChecksumError, verified_manifest
 from steadyload.layouts.model import Layout
 from steadyload.layouts.record import shown
 from steadyload.methods.method import Method, Verdict
-from steadyload.methods.spec import as_plain
+from steadyload.methods.spec import stored_values
 from steadyload.runs.store import Codec, DamagedError, Store, checksum_of
 from steadyload.runs.store import ResultsError as ResultsError
 
@@ -82,7 +82,7 @@ def result_row(
         "method": str(method.spec),
         "method_name": method.spec.name,
         "engine": method.spec.engine,
-        "parameters": json.dumps(as_plain(method.parameters), sort_keys=True),
+        "parameters": json.dumps(stored_values(method.parameters), sort_keys=True),
         "repetition": repetition,
         "status": str(verdict.status),
         "failing_step": verdict.failing_step,

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
+from typing import Any
 
 import pandas as pd
 
 from steadyload.layouts.benchmark import Part, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.model import Layout
+from steadyload.layouts.question import Question
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,12 +39,20 @@ class Case:
 class CaseSource:
     """Source of cases: a part of a labelled set, and the set's folder, None for the shipped one.
 
-    ``limit``: only so many a scenario, those of the first ranks.
+    ``limit``: only so many a scenario, those of the first ranks. ``question``: whose labels count.
     """
 
     part: str = str(Part.VALIDATION)
     directory: str | None = None
     limit: int | None = None
+    question: str = str(Question.WITHIN)
+
+    def stored(self) -> dict[str, Any]:
+        """The fields as they are stored; the question only where it is not the usual one."""
+        found = asdict(self)
+        if found["question"] == Question.WITHIN:
+            del found["question"]
+        return found
 
 
 @cache
@@ -56,7 +66,8 @@ def load_cases(source: CaseSource) -> tuple[Case, ...]:
         BenchmarkError: not a labelled set, or it holds no such case.
     """
     benchmark = load_benchmark(source.directory)
-    chosen = benchmark.select(source.part, limit=source.limit)
+    question = Question(source.question)
+    chosen = benchmark.select(source.part, limit=source.limit, question=question)
     chosen = chosen.join(benchmark.confidence["robust"], on=KEYS)
     fragile = ~chosen["robust"].astype("boolean").fillna(True)
     turn = chosen.groupby(["scenario", fragile]).cumcount()

@@ -32,12 +32,12 @@ from steadyload.methods.method import Effort
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation_parameters import SimulationParameters
 from steadyload.methods.spec import SpecError
-from steadyload.methods.tuned import TUNED, tuned
+from steadyload.methods.tuned import TUNED, tuned, tuned_name
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.runs.provenance import made_by
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource, load_cases
-from steadyload.tuning.space import Space
+from steadyload.tuning.space import Space, question_of
 
 FloatArray = NDArray[np.float64]
 
@@ -153,9 +153,10 @@ def calibrate(
         kept = random.random(len(sizes)) >= (_REDRAWN if number % 2 else 1.0)
         genotypes.append(tuple(np.where(kept, space.start, drawn).tolist()))
     anchors = [GOAL.format(engine=space.engine), space.spec(space.start)]
-    before = tuned().get(TUNED, {}).get(space.engine)
+    name = tuned_name(question_of(space.name))
+    before = tuned().get(name, {}).get(space.engine)
     if before is not None and before.made_by["space"] == space.name:
-        anchors.append(f"{TUNED}@{space.engine}")
+        anchors.append(f"{TUNED}@{space.engine}{name.removeprefix(TUNED)}")
     specs = list(anchors)
     for genotype in genotypes:
         with suppress(SpecError):

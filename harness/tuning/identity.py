@@ -37,7 +37,7 @@ def identity(options: SearchOptions, space: Space) -> dict[str, Any]:
         "seed": options.seed,
         "population": options.population,
         "begin_with": list(options.begin_with),
-        "source": dataclasses.asdict(options.source),
+        "source": options.source.stored(),
         "made_by": made_by(method),
         "search": {
             "proposals": proposers.VERSION,

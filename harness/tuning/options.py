@@ -12,7 +12,7 @@ from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import CostModel
 from steadyload.tuning.proposers import ALGORITHMS
-from steadyload.tuning.space import DEFAULT
+from steadyload.tuning.space import DEFAULT, question_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +66,8 @@ class SearchOptions:
 
     @classmethod
     def on(cls, engine: str, *, benchmark: str | None = None, **others: Any) -> SearchOptions:
-        """Options with the labelled set that suits an engine, unless one is named.
+        """Options with the labelled set that suits an engine, unless one is named, and the labels
+        of the question that the space is for.
 
         Raises:
             TuningError: see :class:`SearchOptions`; no such engine.
@@ -75,4 +76,5 @@ class SearchOptions:
             raise TuningError(f"unknown engine {engine!r}; {nearest(engine, engines())}")
         planar = world_class(engine).capabilities.dimensions == 2
         directory = benchmark or (PLANAR if planar else None)
-        return cls(engine, source=CaseSource(directory=directory), **others)
+        question = question_of(others.get("space", DEFAULT))
+        return cls(engine, source=CaseSource(directory=directory, question=question), **others)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from steadyload.layouts.question import Question
 from steadyload.methods.spec import as_plain, parse_spec
-from steadyload.methods.tuned import TUNED, Tuned, tuned, write_tuned
+from steadyload.methods.tuned import TUNED, Tuned, tuned, tuned_name, write_tuned
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import CostModel
@@ -25,7 +25,8 @@ def write_preset(search: Search) -> Path:
         TuningError: see :func:`check_remakable`.
     """
     check_remakable(search.made_by)
-    return write_tuned(TUNED, search.options.engine, preset(search))
+    name = tuned_name(search.options.source.question)
+    return write_tuned(name, search.options.engine, preset(search))
 
 
 def by_worth(searches: Iterable[Search]) -> dict[str, list[Search]]:
@@ -96,9 +97,14 @@ def differences(spec: str, found: Tuned) -> list[str]:
 
 def _entry(spec: str) -> Tuned:
     parsed = parse_spec(spec)
-    found = tuned().get(parsed.name, {})
+    question = dict(parsed.values).get("question", Question.WITHIN)
+    found = tuned().get(tuned_name(question), {}) if parsed.name == TUNED else {}
     if parsed.engine is None or parsed.engine not in found:
-        known = [f"{name}@{engine}" for name, engines in tuned().items() for engine in engines]
+        known = [
+            "@".join((TUNED, engine)) + name.removeprefix(TUNED)
+            for name, engines in tuned().items()
+            for engine in engines
+        ]
         raise TuningError(f"{spec}: no search found it; allowed: {', '.join(known) or 'none yet'}")
     return found[parsed.engine]
 
@@ -119,7 +125,7 @@ def preset(search: Search) -> Tuned:
             "population": options.population,
             "generations": len(search.ledger.ends),
             "begin_with": list(options.begin_with),
-            "source": dataclasses.asdict(options.source),
+            "source": options.source.stored(),
             "model": search.ledger.facts["model"],
             "found": {
                 "fitness": round(fitness, 6),

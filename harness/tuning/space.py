@@ -15,6 +15,7 @@ import numpy as np
 from steadyload.engines.registry import engines, world_class
 from steadyload.engines.world import SETTINGS, Support
 from steadyload.errors import nearest
+from steadyload.layouts.question import Question
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation_parameters import (
     SimulationParameters,
@@ -134,7 +135,7 @@ def spec_of(engine: str, parameters: SimulationParameters, keys: list[str] | Non
     """
     if keys is None:
         default = as_plain(parameters_on(engine)())
-        keys = [k for k, value in as_plain(parameters).items() if value != default.get(k)]
+        keys = [k for k, value in as_plain(parameters).items() if value != default[k]]
     values = ",".join(f"{key}={value}" for key, value in canonical(parameters, keys))
     return str(make_method(f"simulation@{engine}:{values}").spec)
 
@@ -142,6 +143,11 @@ def spec_of(engine: str, parameters: SimulationParameters, keys: list[str] | Non
 def space_names() -> tuple[str, ...]:
     """Names of all spaces."""
     return tuple(_spaces())
+
+
+def question_of(name: str) -> str:
+    """The question that the genotypes of a space are asked; the usual one where there is none."""
+    return str(_spaces().get(name, {}).get("fixed", {}).get("question", Question.WITHIN))
 
 
 def gene_groups() -> dict[str, tuple[str, ...]]:
@@ -212,8 +218,22 @@ def _listed(given: Any) -> tuple[Any, ...]:
     return tuple(round(least + k * step, 10) for k in range(count))
 
 
+@cache
 def _spaces() -> dict[str, Any]:
-    return {name: table for name, table in _data().items() if "genes" in table}
+    data = _data()
+    return {name: _whole(table) for name, table in data.items() if "genes" in table}
+
+
+def _whole(table: Mapping[str, Any]) -> Mapping[str, Any]:
+    """A space with what it has in common with the one that it is like."""
+    if "like" not in table:
+        return table
+    base = _data()[table["like"]]
+    merged = {key: {**base[key], **table[key]} for key in ("fixed", "start", "genes")}
+    for gone in table["without"]:
+        merged["genes"].pop(gone)
+        merged["start"].pop(gone)
+    return {**table, **merged}
 
 
 @cache

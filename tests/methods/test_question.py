@@ -7,7 +7,7 @@ import pytest
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import Status, make_method
 from steadyload.methods.simulation_parameters import STILL
-from steadyload.methods.spec import SpecError, as_plain
+from steadyload.methods.spec import SpecError, stored_values
 from steadyload.methods.thresholds import fingerprint
 
 GRAVITY = 9.8
@@ -96,9 +96,9 @@ def test_the_question_brings_its_times_unless_others_are_stated():
 
 
 def test_what_was_stored_before_there_was_a_question_stays_valid():
-    assert "question" not in as_plain(make_method("label@reference").parameters)
+    assert "question" not in stored_values(make_method("label@reference").parameters)
     asked = make_method("label@reference:question=stands")
-    assert as_plain(asked.parameters)["question"] == "stands"
+    assert stored_values(asked.parameters)["question"] == "stands"
     assert fingerprint(make_method("label@reference:question=within")) == (
         fingerprint(make_method("label@reference"))
     )
