@@ -26,7 +26,8 @@ class Fit:
     )
     candidates: tuple[str, ...] = option(
         (), "a method that may become a stage, in order; may be repeated (default: fbs, "
-        "equilibrium, lstm_1, lstm_e, equilibrium:time=0.3, the last one with scope=local)",
+        "equilibrium, lstm_1, lstm_e, equilibrium:time=0.3, the last one with scope=local; for "
+        "stands fbs, equilibrium:margin=0.01, equilibrium, sme, the last one with scope=local)",
         names=("--candidate",), metavar="SPEC",
     )  # fmt: skip
     benchmark: str | None = option(
@@ -38,23 +39,28 @@ class Fit:
         "has learnt from; may be repeated", metavar="DIR",
     )  # fmt: skip
     limit: int | None = option(None, "only the first N cases a scenario", least=2)
+    question: str = option(
+        "within", "whose labels count (default: within)",
+        choices="steadyload.layouts.question:Question",
+    )  # fmt: skip
     output: Path | None = option(
         None, "file of thresholds (default: the one of the package)", names=("--output", "-o")
     )
 
     def run(self) -> None:
         """Fit, write the thresholds, and print them."""
+        from steadyload.layouts.question import Question
         from steadyload.methods.thresholds import FILE, write_thresholds
         from steadyload.runs.provenance import provenance
         from steadyload.tuning.cascade.fitted import (
             BUDGETS,
-            CANDIDATES,
             CONFIDENCE,
             FitOptions,
             check_remakable,
             fit_cascade,
         )
 
+        question = Question(self.question)
         if self.output is None:  # reported before minutes of work
             check_remakable(provenance())
         asked = [
@@ -62,10 +68,11 @@ class Fit:
                 engine,
                 self.error_budget or BUDGETS,
                 CONFIDENCE if self.confidence is None else self.confidence,
-                self.candidates or CANDIDATES,
+                self.candidates,
                 self.benchmark,
                 self.data,
                 self.limit,
+                question,
             )
             for engine in self.engines or ("mujoco",)
         ]
@@ -74,7 +81,7 @@ class Fit:
             with progress_bar(f"asking for {one.engine}") as advance:
                 fitted[one.engine] = fit_cascade(one, progress=advance)
         for engine, thresholds in fitted.items():
-            file = write_thresholds(engine, thresholds, self.output or FILE)
+            file = write_thresholds(engine, thresholds, self.output or FILE, question)
             print_table(
                 ("cascade", "budget", "stages", "lost", "of", "left out", "accuracy %", "alone %",
                  "ms", "alone"),

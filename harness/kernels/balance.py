@@ -13,13 +13,15 @@ import numpy as np
 
 from steadyload.kernels.compiled import compiled
 from steadyload.kernels.constants import BALANCED, FLOOR, UNBALANCED
-from steadyload.kernels.contacts import contacts_of
+from steadyload.kernels.contacts import contacts_of, draw_in
 from steadyload.kernels.local_balance import balance_group
 from steadyload.kernels.spreading import spread
 
 
 @compiled
-def first_unbalanced(lower: Any, upper: Any, weights: Any, offsets: Any, floor: Any) -> Any:
+def first_unbalanced(
+    lower: Any, upper: Any, weights: Any, offsets: Any, floor: Any, margin: float
+) -> Any:
     """The first step after which vertical forces at contacts cannot balance every item.
 
     Args:
@@ -28,6 +30,7 @@ def first_unbalanced(lower: Any, upper: Any, weights: Any, offsets: Any, floor: 
         weights: likewise.
         offsets: likewise.
         floor: likewise, shape (5,).
+        margin: by which contact patches are drawn in on every side [cm].
 
     Returns:
         How the search ended, the step at which it did (the number of items where all are balanced),
@@ -35,6 +38,7 @@ def first_unbalanced(lower: Any, upper: Any, weights: Any, offsets: Any, floor: 
     """
     count = len(lower)
     contacts = contacts_of(lower, upper, floor)
+    draw_in(contacts.patches, margin)
     centres = np.empty((count, 3))
     for j in range(count):
         for c in range(3):
@@ -110,14 +114,16 @@ def replace_presses(items: Any, step: int, contacts: Any, presses: Any, changed:
 
 @compiled
 def first_unbalanced_of_many(
-    lower: Any, upper: Any, weights: Any, offsets: Any, floors: Any, starts: Any
+    lower: Any, upper: Any, weights: Any, offsets: Any, floors: Any, starts: Any, margin: float
 ) -> Any:
     """How :func:`first_unbalanced` ended for every layout of a batch, and the step, (L,) each."""
     count = len(starts) - 1
     ended, steps = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
     for k in range(count):
         part = slice(starts[k], starts[k + 1])
-        found = first_unbalanced(lower[part], upper[part], weights[part], offsets[part], floors[k])
+        found = first_unbalanced(
+            lower[part], upper[part], weights[part], offsets[part], floors[k], margin
+        )
         ended[k], steps[k] = found[0], found[1]
     return ended, steps
 

@@ -45,16 +45,16 @@ def warm_up() -> None:
     covered(0.0, 0.0, 1.0, 1.0, np.zeros((1, 6))[:, 2:])
     first_with_little_support(lower, upper, floor, 1.0)
     first_with_little_support_of_many(lower, upper, floors, starts, 1.0)
-    for one, many in (
-        (first_unsupported, first_unsupported_of_many),
-        (first_unbalanced, first_unbalanced_of_many),
+    for one, many, how in (
+        (first_unsupported, first_unsupported_of_many, ()),
+        (first_unbalanced, first_unbalanced_of_many, (0.0,)),
     ):
-        one(lower, upper, weights, offsets, floor)
-        many(lower, upper, weights, offsets, floors, starts)
-    arrays, how = (lower, upper, weights, offsets), (0.5, 980.0, 0.3, 10.0, 10.0)
-    first_moved(begin(*arrays, floor), 0, 2, *how)
-    first_moved_of(*arrays, floor, *how)
-    first_moved_of_many(*arrays, floors, starts, *how)
+        one(lower, upper, weights, offsets, floor, *how)
+        many(lower, upper, weights, offsets, floors, starts, *how)
+    arrays, motion = (lower, upper, weights, offsets), (0.5, 980.0, 0.3, 10.0, 10.0)
+    first_moved(begin(*arrays, floor), 0, 2, *motion)
+    first_moved_of(*arrays, floor, *motion)
+    first_moved_of_many(*arrays, floors, starts, *motion)
     nonnegative_least_squares(np.eye(2), np.ones(2))
     _place_two()
 

@@ -21,6 +21,7 @@ from pathlib import Path
 
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.model import Layout
+from steadyload.layouts.question import Question
 from steadyload.methods.method import (
     STABLE,
     Effort,
@@ -40,19 +41,24 @@ from steadyload.methods.thresholds import (
     Thresholds,
     ThresholdsError,
     fingerprint,
+    fit_command,
     load_thresholds,
 )
 
 
 @dataclass(frozen=True)
 class CascadeParameters:
-    """Parameters of a cascade: its error budget, and the file of its thresholds."""
+    """Parameters of a cascade: its error budget, its thresholds' file, and its question."""
 
     budget: float | None = quantity(
         None, "points of accuracy that thresholds may cost; none: the one they come with",
         least=0, most=100,
     )  # fmt: skip
     thresholds: str = quantity("", "file of thresholds; empty: those that come with the package")
+    question: Question = quantity(
+        Question.WITHIN, "what is asked of a placement, and what thresholds were fitted for",
+        later=True,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +106,8 @@ class Cascade(Method):
         """
         assert self.spec.engine is not None, "make_method asks for an engine"
         file = self.parameters.thresholds
-        return load_thresholds(self.spec.engine, Path(file) if file else FILE)
+        question = self.parameters.question
+        return load_thresholds(self.spec.engine, Path(file) if file else FILE, question)
 
     @cached_property
     def ladder(self) -> Ladder:
@@ -129,8 +136,8 @@ class Cascade(Method):
             if fingerprint(method) != self.thresholds.made_of.get(spec):
                 raise ThresholdsError(
                     f"{self.spec}: its thresholds were fitted with another {spec}, whose weights "
-                    "or parameters have changed since; to fit them anew run steadyload cascade fit "
-                    f"--engine {self.spec.engine}"
+                    "or parameters have changed since; to fit them anew run "
+                    f"{fit_command(self.spec.engine or '', self.parameters.question)}"
                 )
         return methods
 

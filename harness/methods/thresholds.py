@@ -1,7 +1,8 @@
 """Accept and reject thresholds of cascades: ``cascades.json``, written by a command, never by hand.
 
 ``{engine: {"default": budget, "budgets": {budget: {"stages": ..., "last": ..., "found": ...}},
-"made_of": ..., "made_by": ...}}``; ``steadyload cascade fit`` writes it.
+"made_of": ..., "made_by": ...}}``; for another question than that of the label the key is
+``ENGINE:question=...``. ``steadyload cascade fit`` writes it.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from steadyload.atomic import (
     write_atomically,
 )
 from steadyload.escaping import printable
+from steadyload.layouts.question import Question
 from steadyload.methods.method import Method
 from steadyload.methods.spec import SpecError, stored_values
 
@@ -101,34 +103,48 @@ def fingerprint(method: Method) -> str:
     return hashlib.sha256(f"{values} {method.trained}".encode()).hexdigest()[:16]
 
 
-def load_thresholds(engine: str, file: Path = FILE) -> Thresholds:
-    """Thresholds that were fitted for an engine.
+def _key(engine: str, question: Question) -> str:
+    return engine if question is Question.WITHIN else f"{engine}:question={question}"
+
+
+def load_thresholds(
+    engine: str, file: Path = FILE, question: Question = Question.WITHIN
+) -> Thresholds:
+    """Thresholds that were fitted for an engine and a question.
 
     Raises:
         ThresholdsError: nothing was, there is no such file, or it is none of thresholds.
     """
     if not file.is_file():
         raise ThresholdsError(
-            f"{file}: no such file of thresholds; to make it run steadyload cascade fit "
-            f"--engine {engine} -o {file}"
+            f"{file}: no such file of thresholds; to make it run {fit_command(engine, question)} "
+            f"-o {file}"
         )
-    entries = _read(file)
-    if engine not in entries:
+    entries, key = _read(file), _key(engine, question)
+    if key not in entries:
         known = printable(", ".join(entries), _LONGEST) or "no engine yet"
         fitted = f"thresholds were fitted for {known}"
         raise ThresholdsError(
-            f"cascade@{engine}: {fitted}; to fit them run steadyload cascade fit --engine {engine}"
+            f"cascade@{key}: {fitted}; to fit them run {fit_command(engine, question)}"
         )
     try:
-        return _thresholds(entries[engine])
+        return _thresholds(entries[key])
     except (KeyError, TypeError, ValueError, AttributeError):
-        raise ThresholdsError(f"{file}: holds no thresholds for {engine}") from None
+        raise ThresholdsError(f"{file}: holds no thresholds for {key}") from None
 
 
-def write_thresholds(engine: str, fitted: Thresholds, file: Path = FILE) -> Path:
-    """Replace the thresholds of an engine by newly fitted ones; returns the file."""
+def fit_command(engine: str, question: Question) -> str:
+    """The command that fits thresholds."""
+    more = "" if question is Question.WITHIN else f" --question {question}"
+    return f"steadyload cascade fit --engine {engine}{more}"
+
+
+def write_thresholds(
+    engine: str, fitted: Thresholds, file: Path = FILE, question: Question = Question.WITHIN
+) -> Path:
+    """Replace the thresholds of an engine and question by newly fitted ones; returns the file."""
     entries = _read(file)
-    entries[engine] = {
+    entries[_key(engine, question)] = {
         "default": fitted.default,
         "budgets": {f"{budget:g}": asdict(ladder) for budget, ladder in fitted.ladders.items()},
         "made_of": dict(fitted.made_of),

@@ -9,10 +9,13 @@ from scipy.optimize import linprog
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.contacts import find_contacts
 from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.scenarios import Scenario
 from steadyload.methods import make_method
 from steadyload.methods.balance import VerticalBalance
 from steadyload.methods.margins import margins
+from steadyload.methods.session import LoadingSession
 from steadyload.methods.spec import SpecError
+from steadyload.methods.stopwatch import Stopwatch
 
 PALLET = Pallet(200.0, 200.0, 200.0)
 SIDES = ("none", "frictionless", "friction")
@@ -441,3 +444,35 @@ def test_options_are_checked():
     for wrong in ("sides=rough", "facets=2", "time=0", "cones=round", "friction=-1"):
         with pytest.raises(SpecError):
             make_method(f"equilibrium:{wrong}")
+
+
+@pytest.mark.parametrize("margin", [0.01, 0.3])
+def test_a_margin_is_what_every_patch_can_lose(margin):
+    method, ways = make_method(f"equilibrium:margin={margin}"), set()
+    layouts = random_layouts(60, seed=11, scenario=Scenario.S1)
+    verdicts = method.judge_many(layouts)
+    for layout, verdict in zip(layouts, verdicts, strict=True):
+        lost = [m.step for m in margins(layout, centres=False) if m.patches < margin]
+        assert verdict.failing_step == (lost[0] if lost else None), layout.name
+        assert method.judge(layout).failing_step == verdict.failing_step
+        ways.add((verdict.stable, make_method("equilibrium").judge(layout).stable))
+    assert {(False, True), (True, True)} <= ways
+
+
+def test_a_margin_of_a_session_and_of_single_steps_is_that_of_the_verdict():
+    method = make_method("equilibrium:margin=0.2")
+    for layout in random_layouts(20, seed=3, scenario=Scenario.S1):
+        step = method.judge(layout).failing_step
+        scorer = method.steps(layout, Stopwatch())
+        end = len(layout) if step is None else step
+        assert all(scorer.step_score(k) == 0.0 for k in range(end))
+        assert step is None or scorer.step_score(step) == 1.0
+        with LoadingSession(layout.pallet, method) as session:
+            said = [session.try_place(item).stable for item in layout.items[: end + 1]]
+        assert said == [True] * end + [False] * (step is not None)
+
+
+def test_a_margin_is_for_vertical_forces_alone():
+    for more in ("time=0.3", "sides=frictionless"):
+        with pytest.raises(SpecError, match="without time and sides"):
+            make_method(f"equilibrium:margin=0.1,{more}")

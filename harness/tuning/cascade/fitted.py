@@ -12,6 +12,7 @@ import numpy as np
 from steadyload.engines.registry import capabilities, engines
 from steadyload.errors import nearest
 from steadyload.layouts.benchmark import PLANAR, Part
+from steadyload.layouts.question import Question
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import SpecError
 from steadyload.methods.thresholds import Ladder, Stage, Thresholds, fingerprint
@@ -32,6 +33,15 @@ CANDIDATES = (
     "ps_opt@{engine}:scope=local",
 )
 """Methods that may become stages, in order."""
+
+OF_STANDS = (
+    "fbs",
+    "equilibrium:margin=0.01",
+    "equilibrium",
+    "sme",
+    "ps_opt@{engine}:scope=local,question=stands",
+)
+"""The same where it is asked whether a load stands."""
 
 LAST = "ps_opt@{engine}"
 """The method that decides the steps that no stage decides."""
@@ -59,11 +69,13 @@ class FitOptions:
         engine: that the last method runs on.
         budgets: points of accuracy, one or more; see :data:`BUDGETS`.
         confidence: see :data:`CONFIDENCE`.
-        candidates: specs; ``{engine}`` stands for the engine.
+        candidates: specs; ``{engine}`` stands for the engine. Empty for :data:`CANDIDATES` or
+            :data:`OF_STANDS`.
         directory: the labelled set whose validation part is fitted on, as a study names it; None
             for the large one of the package.
         data: folders of further sets, of whose training parts no method may have learnt anything.
         limit: only so many cases a scenario of every set.
+        question: whose labels count.
 
     Raises:
         TuningError: no budget, or a number that is out of its range.
@@ -73,10 +85,11 @@ class FitOptions:
     engine: str
     budgets: tuple[float, ...] = BUDGETS
     confidence: float = CONFIDENCE
-    candidates: tuple[str, ...] = CANDIDATES
+    candidates: tuple[str, ...] = ()
     directory: str | None = None
     data: tuple[str, ...] = ()
     limit: int | None = None
+    question: Question = Question.WITHIN
 
     def __post_init__(self) -> None:
         if self.engine not in engines():
@@ -90,7 +103,9 @@ class FitOptions:
             raise TuningError(f"confidence is {self.confidence:g}; allowed: between 0 and 1")
         if self.directory is None and capabilities(self.engine).dimensions == 2:
             object.__setattr__(self, "directory", PLANAR)
-        named = (str(make_method(self.of_engine(spec)).spec) for spec in self.candidates)
+        usual = CANDIDATES if self.question is Question.WITHIN else OF_STANDS
+        asked = self.candidates or usual
+        named = (str(make_method(self.of_engine(spec)).spec) for spec in asked)
         object.__setattr__(self, "candidates", tuple(named))
 
     def of_engine(self, spec: str) -> str:
@@ -100,12 +115,15 @@ class FitOptions:
     @property
     def last(self) -> str:
         """The method that decides the rest."""
-        return self.of_engine(LAST)
+        more = "" if self.question is Question.WITHIN else f":question={self.question}"
+        return self.of_engine(LAST) + more
 
     def sources(self) -> tuple[CaseSource, ...]:
         """Sources of the cases that thresholds are fitted on."""
-        own = CaseSource(str(Part.VALIDATION), self.directory, self.limit)
-        return (own, *(CaseSource(str(Part.TRAIN), path, self.limit) for path in self.data))
+        limit, question = self.limit, str(self.question)
+        own = CaseSource(str(Part.VALIDATION), self.directory, limit, question)
+        train = str(Part.TRAIN)
+        return (own, *(CaseSource(train, path, limit, question) for path in self.data))
 
 
 def fit_cascade(
@@ -185,7 +203,9 @@ def _elsewhere(table: Table, specs: Sequence[str], options: FitOptions) -> Table
     asked = [spec for spec in specs if not table.step_scores[spec].trained]
     if not asked:
         return None
-    source = CaseSource(str(Part.TRAIN), options.directory, options.limit or ELSEWHERE)
+    source = CaseSource(
+        str(Part.TRAIN), options.directory, options.limit or ELSEWHERE, str(options.question)
+    )
     return score_steps(asked, load_cases(source))
 
 
