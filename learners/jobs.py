@@ -17,6 +17,7 @@ import torch
 
 from steadyload.layouts.benchmark import Part
 from steadyload.layouts.benchmark.tables import read_tables
+from steadyload.layouts.question import Question
 from steadyload.learners import LearnerError
 from steadyload.learners.features import names
 from steadyload.learners.inference import Network
@@ -60,6 +61,7 @@ class TrainingJob:
             fewer; features, network and sizes are theirs. Empty: none.
         leaky: learn from the item lists of validation and test, too, though not from their cases;
             for a study of what that is worth, never shipped.
+        question: whose labels are learnt.
     """
 
     options: TrainingOptions
@@ -71,6 +73,7 @@ class TrainingJob:
     lists: int | None = None
     start: str = ""
     leaky: bool = False
+    question: Question = Question.WITHIN
 
     @classmethod
     def of(cls, preset: TrainingPreset, changes: Mapping[str, Any], **others: Any) -> TrainingJob:
@@ -117,6 +120,7 @@ class TrainingJob:
         words += ["--lists", str(self.lists)] if self.lists else []
         words += ["--start", self.start] if self.start else []
         words += ["--leaky"] if self.leaky else []
+        words += ["--question", self.question] if self.question is not Question.WITHIN else []
         return shlex.join(words)
 
 
@@ -185,6 +189,7 @@ def train_weights(
             "network": str(job.options.network),
             "hidden": job.options.hidden,
             "command": job.command,
+            "question": str(job.question),
             "threshold": THRESHOLD,
             "ranges": data.ranges,
             "data": material.sources,
@@ -286,6 +291,7 @@ def _material(job: TrainingJob, loading: Callable[[int, int], None]) -> _Materia
             limit=job.limit,
             lists=job.lists,
             leaky=job.leaky,
+            question=job.question,
             progress=loading,
         )
         parts.append(found)
@@ -305,7 +311,8 @@ def _material(job: TrainingJob, loading: Callable[[int, int], None]) -> _Materia
                 f"{whole} of {whole} layouts are geometries of held-out layouts; nothing is left "
                 "to learn from"
             )
-    return _Material(data, load_sequences(kind, Part.VALIDATION), held_out, sources)
+    validation = load_sequences(kind, Part.VALIDATION, question=job.question)
+    return _Material(data, validation, held_out, sources)
 
 
 def _check_device(device: str) -> None:

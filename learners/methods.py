@@ -14,6 +14,8 @@ import numpy as np
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Arrangement, Item, Layout, Pallet
+from steadyload.layouts.question import Question
+from steadyload.learners import LearnerError
 from steadyload.learners.features import VERSION as FEATURES
 from steadyload.learners.features import Array32, features
 from steadyload.learners.inference import VERSION as INFERENCE
@@ -54,6 +56,10 @@ class LearnedParameters:
     )
     outside: Outside = quantity(Outside.REFUSE, "a layout outside what was trained on")
     batch: int = quantity(64, "layouts at once where many are judged", least=1, most=65536)
+    question: Question = quantity(
+        Question.WITHIN, "what is asked of a placement, and what networks were trained for",
+        later=True,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -78,6 +84,13 @@ class LearnedMethod(Method):
     members: ClassVar[int | None] = 1
     """Number of networks of the weights that judge, the first ones; None for all."""
 
+    @classmethod
+    def implied_by(cls, values: Mapping[str, Any]) -> Mapping[str, Any]:
+        """See :meth:`Method.implied_by`: every question has networks of its own."""
+        question = values.get("question", Question.WITHIN)
+        usual = cls.Parameters().weights
+        return {} if question == Question.WITHIN else {"weights": f"{usual}-{question}"}
+
     @property
     def traits(self) -> frozenset[Trait]:
         """See :attr:`Method.traits`."""
@@ -88,9 +101,16 @@ class LearnedMethod(Method):
         """The trained weights.
 
         Raises:
-            LearnerError: there are no such weights; says which command makes some.
+            LearnerError: there are no such weights, or they were trained for another question; says
+                which command makes some.
         """
         loaded = load_weights(self.parameters.weights)
+        learnt = loaded.manifest.get("question", str(Question.WITHIN))
+        if learnt != self.parameters.question:
+            raise LearnerError(
+                f"weights {self.parameters.weights!r} were trained for the question {learnt}, not "
+                f"{self.parameters.question}; state question={learnt}, or other weights"
+            )
         return replace(loaded, networks=loaded.networks[: self.members])
 
     @property

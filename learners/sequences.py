@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark import Benchmark, Part, load_benchmark
 from steadyload.layouts.model import FloatArray, Vector
+from steadyload.layouts.question import Question
 from steadyload.learners import LeakError
 from steadyload.learners.features import Array32, FeatureKind, features_of
 from steadyload.learners.ranges import extent_of, trained_ranges, widest
@@ -117,6 +118,7 @@ def load_sequences(
     limit: int | None = None,
     lists: int | None = None,
     leaky: bool = False,
+    question: Question = Question.WITHIN,
     progress: Progress = lambda done, total: None,
 ) -> Sequences:
     """The labelled cases of a part of a set.
@@ -130,6 +132,7 @@ def load_sequences(
         lists: only the cases of this many item lists, drawn once for all: fewer are among more.
         leaky: with the training part, cases of held-out item lists that are in no split, too: the
             geometries of validation and test in other scenarios, and their sisters.
+        question: whose labels are learnt; few cases of a set have those of ``stands``.
         progress: called with layouts done and layouts in all.
 
     Raises:
@@ -137,9 +140,10 @@ def load_sequences(
     """
     benchmark = load_benchmark(directory)
     if leaky:
-        chosen = _leaky(benchmark.select(Part.ALL, scenarios=scenarios), limit)
+        every = benchmark.select(Part.ALL, scenarios=scenarios, question=question)
+        chosen = _leaky(every, limit)
     else:
-        chosen = benchmark.select(part, scenarios=scenarios, limit=limit)
+        chosen = benchmark.select(part, scenarios=scenarios, limit=limit, question=question)
     if lists is not None:
         chosen = chosen[chosen["instance"].isin(_drawn_lists(chosen["instance"], lists))]
     rows, extents, geometries = [], [], []

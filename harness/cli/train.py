@@ -45,6 +45,10 @@ class Train:
         None, "first search learning rate, hidden size and optimiser (Table 4) in N trials", least=1
     )
     start: str = option("", "train on from shipped weights, or a folder", metavar="WEIGHTS")
+    question: str = option(
+        "within", "whose labels are learnt (default: within)",
+        choices="steadyload.layouts.question:Question",
+    )  # fmt: skip
     device: str = option("cpu", "cpu or cuda (default: cpu)")
     threads: int = option(os.cpu_count() or 1, "default: all cores", least=1)
     leaky: bool = option(
@@ -70,10 +74,12 @@ class Train:
             return
         preset = training_preset(self.preset)
         require_training()
+        from steadyload.layouts.question import Question
         from steadyload.learners.jobs import TrainingJob, search_options, train_weights
         from steadyload.learners.shipping import check_before, ship
         from steadyload.learners.weights import load_weights
 
+        question = Question(self.question)
         named = {key: getattr(self, key) for key in ("features", "network", "seed")}
         job = TrainingJob.of(
             preset,
@@ -86,10 +92,12 @@ class Train:
             lists=self.lists,
             start=self.start,
             leaky=self.leaky,
+            question=question,
         )
         name = "lstm_1" if job.members == 1 else "lstm_e"
+        of = "" if question is Question.WITHIN else f"-{question}"
         if self.ship is not None:
-            check_before(self.ship or name, leaky=job.leaky)
+            check_before(self.ship or name + of, leaky=job.leaky)
         directory = self.output or Path("runs") / "train" / f"{preset.name}-{job.options.seed}"
         threads, device = self.threads, self.device
         with resumable(directory):
@@ -111,12 +119,13 @@ class Train:
                 )
         made = load_weights(weights).manifest
         found = made["validation"]["mean"]
-        of = ", ".join(f"{k} {100.0 * v:.1f} %" for k, v in found.items() if k != "all")
+        by = ", ".join(f"{k} {100.0 * v:.1f} %" for k, v in found.items() if k != "all")
         print(weights)
         if self.ship is not None:
-            print(ship(weights, self.ship or name))
-        say(f"accuracy on validation: {100.0 * found['all']:.1f} % ({of}); {made['seconds']:.0f} s")
-        say(f"to judge by it: steadyload score FILE -m {name}:weights={weights}")
+            print(ship(weights, self.ship or name + of))
+        say(f"accuracy on validation: {100.0 * found['all']:.1f} % ({by}); {made['seconds']:.0f} s")
+        more = "" if question is Question.WITHIN else f",question={question}"
+        say(f"to judge by it: steadyload score FILE -m {name}:weights={weights}{more}")
 
 
 @dataclass(frozen=True, kw_only=True)
