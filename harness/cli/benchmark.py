@@ -48,6 +48,9 @@ class Info(BenchmarkConfig):
                 for row in found["splits"]
             ],
         )
+        if found["stands"]:
+            stands = (f"{count} {name}" for name, count in found["stands"].items())
+            print("\nlabels of the question stands: " + ", ".join(stands))
         sure = found["confidence"]
         if sure["cases"]:
             print(

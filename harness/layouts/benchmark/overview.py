@@ -22,6 +22,7 @@ def overview(benchmark: Benchmark) -> dict[str, Any]:
         ``splits``: a row a split (``none``: in no split) and scenario, with ``cases``, ``stable``,
         ``unstable``, ``layouts``, ``instances`` and ``items_mean`` of its labelled cases;
         ``natural_stable``: share of stable cases by scenario over all labelled ones;
+        ``stands``: cases by status of their label of the question ``stands``;
         ``confidence``: ``cases`` that were judged again, how many of their labels are ``robust``
         and ``fragile`` (somebody of the ensemble disagrees), and the ``mean`` confidence, null
         where there are none; ``judges``: a row a further method with ``reason``, ``cases`` and
@@ -43,6 +44,7 @@ def overview(benchmark: Benchmark) -> dict[str, Any]:
         "status": {str(k): int(n) for k, n in cases["status"].value_counts().items()},
         "splits": [_counts(name, which, part) for name, which, part in parts if len(part)],
         "natural_stable": benchmark.natural_stable,
+        "stands": {str(k): int(n) for k, n in benchmark.stands["status"].value_counts().items()},
         "confidence": _confidence(benchmark),
         "judges": _further_methods(benchmark),
     }

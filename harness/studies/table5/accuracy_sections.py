@@ -57,7 +57,8 @@ def accuracy_and_cost(found: Table5) -> Section:
         "Accuracy and cost",
         "All scenarios first, then each by itself. *Paper*: what the paper's Table 5 has; it does "
         "not part over- and underestimation. *Letters*: two methods share one just where their "
-        f"accuracies are not told apart (next section). {terms_explained(own.about)} "
+        f"accuracies are not told apart (next section). {terms_explained(own.about)}"
+        f"{column.stands_explained(own.about)} "
         f"{own.evaluation.cost_source.explained()}{share}{what_rows_are(own)}",
         by_group(own.groups, partial(_methods, found)),
         [
@@ -105,6 +106,7 @@ def _methods(found: Table5, group: str) -> Table:
             column.OVER,
             column.UNDER,
             column.STABLE_OR_NOT,
+            *column.of_stands(own.about),
             *column.robust_and_fragile(rows),
             column.NATURAL,
             column.CPU,

@@ -1,0 +1,81 @@
+"""Labels of both questions beside each other: where they differ, and which way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import pandas as pd
+
+from steadyload.layouts.benchmark.dataset import KEYS, Benchmark
+from steadyload.layouts.scenarios import Scenario
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.metrics import share
+
+_ALL = "all"
+
+
+@dataclass(frozen=True, slots=True)
+class QuestionShares:
+    """Cases of a split and scenario that have labels of both questions.
+
+    Attributes:
+        split: of the cases.
+        scenario: of them, or all.
+        cases: that were labelled for ``stands``.
+        unsettled: cases in which something still moves after 3 s.
+        failed: cases without a label for another reason.
+        within, stands: share of stable layouts by each question, of the cases with both labels.
+        same: share of cases with the same failing step.
+        earlier, later: share of cases that ``stands`` lets fail earlier, or later, than the label.
+    """
+
+    split: str
+    scenario: str
+    cases: int
+    unsettled: int
+    failed: int
+    within: Estimate
+    stands: Estimate
+    same: Estimate
+    earlier: Estimate
+    later: Estimate
+
+
+def question_shares(benchmark: Benchmark) -> list[QuestionShares]:
+    """A row a split and scenario of the cases that have labels of both questions."""
+    if benchmark.stands.empty:
+        return []
+    columns = ["split", "instance", "item_count", "failing_step"]
+    cases = benchmark.cases.set_index(KEYS)[columns]
+    stands = benchmark.stands.set_index(KEYS)[["status", "failing_step"]]
+    both = stands.join(cases, rsuffix="_within")
+    found = []
+    for split in ("train", "validation", "test"):
+        own = both[both["split"] == split]
+        scenarios = own.index.get_level_values("scenario")
+        for scenario in [_ALL, *map(str, Scenario)]:
+            part = own if scenario == _ALL else own[scenarios == scenario]
+            if len(part):
+                found.append(_shares(split, scenario, part))
+    return found
+
+
+def _shares(split: str, scenario: str, part: pd.DataFrame) -> QuestionShares:
+    statuses = part["status"].value_counts()
+    unsettled = int(statuses.get("unsettled", 0))
+    done = part[part["status"] == "done"]
+    count, lists = done["item_count"].astype(int), done["instance"]
+    within = done["failing_step_within"].fillna(done["item_count"]).astype(int)
+    stands = done["failing_step"].fillna(done["item_count"]).astype(int)
+    return QuestionShares(
+        split=split,
+        scenario=scenario,
+        cases=len(part),
+        unsettled=unsettled,
+        failed=len(part) - len(done) - unsettled,
+        within=share(within == count, lists),
+        stands=share(stands == count, lists),
+        same=share(within == stands, lists),
+        earlier=share(stands < within, lists),
+        later=share(stands > within, lists),
+    )
