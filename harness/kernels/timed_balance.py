@@ -105,13 +105,35 @@ def place(
         threshold; -1 and zeros where nothing moves or the last motion was kept.
     """
     nothing = -1, 0.0, 0.0, 0.0
+    ended, kept, group = moving_group(step, loading)
+    if ended != UNBALANCED:
+        return (ended, *nothing)
+    if kept:
+        loading.counts[_KEPT] += 1
+        return (BALANCED, *nothing)
+    return _moved(step, group, loading, friction, gravity, seconds, eps_t, eps_r)
+
+
+@compiled
+def moving_group(step: int, loading: Loading) -> Any:
+    """Place an item, and tell whether anything of its group is out of balance then.
+
+    Args:
+        step: the item; all before it must have been placed.
+        loading: what is known so far; its forces, and the items that move, are brought up to date.
+
+    Returns:
+        How it ended; whether the last motion of the group is that with the new item, too; and the
+        group, empty where nothing of it moves.
+    """
+    nobody = np.empty(0, dtype=np.int64)
     contacts = loading.contacts
     for item in range(step):
         # Whatever stands in the way of what moved, on the floor or in another group, too.
         if loading.solved[item] and _meets(item, step, loading):
             loading.answers[item] = 0
     if contacts.on_floor[step]:
-        return (BALANCED, *nothing)
+        return BALANCED, False, nobody
     loading.changed[:] = 0.0
     first = contacts.above_starts[step]
     passed = (
@@ -121,23 +143,23 @@ def place(
         loading.moves, loading.presses, loading.changed,
     )  # fmt: skip
     if passed and not loading.moves[: step + 1].any():
-        return (BALANCED, *nothing)
+        return BALANCED, False, nobody
     group = joined(step, contacts)
+    kept = False
     if passed:
         if not loading.moves[group].any():
-            return (BALANCED, *nothing)
-        if _is_kept(step, group, loading):
+            return BALANCED, False, nobody
+        kept = _is_kept(step, group, loading)
+        if kept:
             loading.answers[step] = loading.answers[group].max()
-            loading.counts[_KEPT] += 1
-            return (BALANCED, *nothing)
     else:
         ended, _ = balance_group(
             step, group, contacts, loading.meets, loading.centres, loading.weights, loading.lower,
             loading.upper, loading.presses, loading.presses, loading.moves, loading.room,
         )  # fmt: skip
         if ended != UNBALANCED:
-            return (ended, *nothing)
-    return _moved(step, group, loading, friction, gravity, seconds, eps_t, eps_r)
+            return ended, False, nobody
+    return UNBALANCED, kept, group
 
 
 @compiled

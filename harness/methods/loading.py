@@ -15,6 +15,7 @@ from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Arrangement, Layout
 from steadyload.methods.criteria import Examiner, Indices
 from steadyload.methods.method import STABLE, Finding, RefusedError, Stopwatch
+from steadyload.methods.moving import MovingItems
 from steadyload.methods.placements import Placements
 from steadyload.methods.scene import (
     Across,
@@ -90,6 +91,8 @@ class Loading(Placements):
             scope = self.parameters.scope
             if scope is Scope.ALL:
                 return self.among_all(step)
+            if scope is Scope.MOVING:
+                return self._moving.place(step, self)
             group = self._groups[step]
             if scope is Scope.LOCAL:
                 reach = _reach(self.layout, group, self.parameters)
@@ -99,6 +102,12 @@ class Loading(Placements):
             carried = bool((floor[group] | found.carries[: step + 1, group].any(axis=0)).all())
             alone = bool(found.on_floor[step])
             return self.widening(step, group, on_floor=alone, carried=carried)
+
+    @cached_property
+    def _moving(self) -> MovingItems:
+        everything = np.arange(len(self.layout))
+        reach = _reach(self.layout, everything, self.parameters)
+        return MovingItems(self.layout, reach, self.parameters.balance_margin, self.across)
 
     @cached_property
     def _contacts(self) -> Contacts:

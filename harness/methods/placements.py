@@ -77,6 +77,16 @@ class Placements:
         """The same in ``scope=local``, among what the placement can affect."""
         return self._settle(step, part.free, part.fixed)
 
+    def among(self, step: int, free: Indices, fixed: Indices) -> Finding | None:
+        """The same in ``scope=moving``.
+
+        Args:
+            step: the item, which may be neither.
+            free: items that may move.
+            fixed: items beside them that are frozen.
+        """
+        return self._settle(step, free, fixed)
+
     def widening(
         self, step: int, group: Indices, *, on_floor: bool, carried: bool
     ) -> Finding | None:
@@ -102,6 +112,11 @@ class Placements:
             return 0.0
         world, items = self._looked_at
         return self.examiner.most_moved(self.poses(world), items).beyond
+
+    def looked_at(self) -> Poses:
+        """Poses of the items of the last placement that was simulated, free ones first."""
+        assert self._looked_at is not None, "something was simulated"
+        return self.poses(self._looked_at[0])
 
     def surround(self, boxes: Sequence[Box]) -> None:
         """Have these fixed boxes in every world from now on."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from steadyload.engines.world import Box, Poses
 from steadyload.layouts.contacts import Contacts
-from steadyload.layouts.model import TOLERANCE, Arrangement
+from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray
 
 VERSION = 1
 """Of boxes, groups and neighbourhoods: raised when engines are given others."""
@@ -227,7 +227,23 @@ def neighbourhood(layout: Arrangement, group: NDArray[np.intp], reach: float) ->
     """
     count = int(group[-1]) + 1
     lower, upper = layout.lower[:count], layout.upper[:count]
-    gaps = np.maximum(lower[:, None] - upper[None, group], lower[None, group] - upper[:, None])
-    beside = (gaps.max(axis=2) <= reach).any(axis=1)
+    beside = (gaps(lower, upper, lower[group], upper[group]) <= reach).any(axis=1)
     beside[group] = False
     return Neighbourhood(group, np.flatnonzero(beside))
+
+
+def gaps(lower: FloatArray, upper: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Distances between boxes along the axis that parts them most; negative where they overlap.
+
+    Args:
+        lower: corners of some boxes, shape (n, 3).
+        upper: likewise.
+        low: corners of others, shape (m, 3).
+        high: likewise.
+
+    Returns:
+        Shape (n, m), in the unit of the corners.
+    """
+    apart = np.maximum(lower[:, None] - high[None], low[None] - upper[:, None])
+    found: FloatArray = apart.max(axis=2)
+    return found

@@ -34,6 +34,7 @@ from steadyload.methods.scene import VERSION as SCENE
 from steadyload.methods.simulation_parameters import (
     OF_STANDS,
     BetweenSteps,
+    Scope,
     SimulationParameters,
     parameters_on,
 )
@@ -107,7 +108,12 @@ class Simulation(Method):
         return _SimulatedSteps(self, layout, watch)
 
     def begin(self, layout: GrowingLayout) -> Loader:
-        """A loader that simulates nothing but the new placement; see :class:`GrowingLoading`."""
+        """A loader that simulates nothing but the new placement; see :class:`GrowingLoading`.
+
+        With ``scope=moving`` all of the layout is judged at every placement.
+        """
+        if self.parameters.scope is Scope.MOVING:
+            return super().begin(layout)
         return _SimulationLoader(self, layout)
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:

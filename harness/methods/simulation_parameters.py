@@ -44,13 +44,16 @@ class Scope(StrEnum):
     new one and nothing else; a placement at which these come to rest by themselves is stable, and
     any other is simulated again with all items. It needs a ``rest_speed``. What it cannot see is a
     push of neighbours that move themselves while all stay within the thresholds: such a step may
-    pass here and fail under ``all``, never the other way round. Both need
+    pass here and fail under ``all``, never the other way round. ``moving``: what is out of balance,
+    with contact patches drawn in by a ``balance_margin``, and what stands on it; the rest is frozen
+    until it is pushed, see :class:`steadyload.methods.moving.MovingItems`. All but ``all`` need
     ``between_steps=reseat``.
     """
 
     ALL = "all"
     LOCAL = "local"
     WIDENING = "widening"
+    MOVING = "moving"
 
 
 @dataclass(frozen=True)
@@ -105,6 +108,10 @@ class SimulationParameters:
         0, "criterion adams: end at a sample beyond this multiple of a threshold; 0: never", least=0
     )
     scope: Scope = quantity(Scope.ALL, "which items are simulated when one is placed")
+    balance_margin: float = quantity(
+        0.01, "scope moving: contact patches are drawn in by this on every side where balance is "
+        "looked at", unit="cm", least=0, most=10, later=True,
+    )  # fmt: skip
     question: Question = quantity(Question.WITHIN, "what is asked of a placement", later=True)
     emulate: frozenset[str] = quantity(
         frozenset(),

@@ -1,0 +1,159 @@
+"""Simulation of a placement among what moves: everything that balances is frozen until pushed."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from steadyload import kernels
+from steadyload.engines.attitudes import rotate
+from steadyload.kernels.constants import UNBALANCED, UNRESOLVED
+from steadyload.layouts.model import FloatArray, Layout
+from steadyload.methods.criteria import Indices
+from steadyload.methods.method import Finding
+from steadyload.methods.placements import Placements
+from steadyload.methods.scene import Across, gaps, in_layout
+
+BoolArray = NDArray[np.bool_]
+
+VERSION = 1
+"""Of what is simulated in this scope: raised when that comes to other verdicts."""
+
+STIRRED = 0.05
+"""An item of which a corner has moved by more pushes what it touches at its sides [cm]."""
+
+_TOUCH = 0.1
+"""What is closer touches [cm]: engines let boxes overlap a bit, or keep them apart."""
+
+
+class MovingItems:
+    """Loading of a layout on which only what moves is simulated.
+
+    A step at which every item of the new one's group balances, with contact patches drawn in by a
+    margin, is stable. Otherwise the items out of balance are simulated, with what stands on them
+    and what carries them, among the others, which are frozen. A frozen item that is touched by one
+    that is out of balance, or that has moved, is freed, with what stands on it and carries it, and
+    the step is simulated once more. The answer is kept until another weight is passed down to what
+    was free, or a new item comes in its way.
+
+    Args:
+        layout: what is loaded.
+        reach: how far around free items others are in their way [cm].
+        margin: see above [cm].
+        across: as the boxes of the items are made.
+    """
+
+    def __init__(self, layout: Layout, reach: float, margin: float, across: Across) -> None:
+        self._layout, self._reach, self._across = layout, reach, across
+        arrays = layout.lower, layout.upper, layout.weights, layout.mass_offsets
+        self._loading = kernels.timed_balance.begin(*arrays, layout.floor.corners)
+        kernels.contacts.draw_in(self._loading.contacts.patches, margin)
+        self._placed = 0
+        self._answer = 0
+
+    def place(self, step: int, run: Placements) -> Finding | None:
+        """Place an item; a finding when something moves too far.
+
+        Args:
+            step: above that of the placement before; the items left out are placed without being
+                asked about.
+            run: simulates.
+        """
+        for earlier in range(self._placed, step):
+            kernels.timed_balance.moving_group(earlier, self._loading)
+        ended, kept, group = kernels.timed_balance.moving_group(step, self._loading)
+        self._placed = step + 1
+        if ended == UNRESOLVED:
+            return run.among_all(step)
+        loading = self._loading
+        # What moves in other groups, too, where the new item is in its way.
+        asked = loading.solved & (loading.answers == 0)
+        if ended == UNBALANCED and not kept:
+            asked[group] = True
+        moves = np.flatnonzero((asked & loading.moves)[: step + 1])
+        return self._simulated(step, moves, run) if len(moves) else None
+
+    def _simulated(self, step: int, moves: Indices, run: Placements) -> Finding | None:
+        free = self._with_those_below(self._with_those_above(moves, step), step)
+        while True:
+            fixed = self._beside(free, step)
+            finding = run.among(step, free, fixed)
+            low, high = self._reached(free, run)
+            if not (np.isfinite(low).all() and np.isfinite(high).all()):
+                return finding
+            pushed = self._touched(free, fixed, low, high, np.isin(free, moves))
+            if not len(pushed):
+                break
+            freed = self._with_those_above(np.union1d(free, pushed), step)
+            free = self._with_those_below(freed, step)
+        self._keep(free, low, high)
+        return finding
+
+    def _with_those_above(self, items: Indices, step: int) -> Indices:
+        """Some items and what stands on them, directly or over others, in order."""
+        contacts = self._loading.contacts
+        starts, ends = contacts.above_starts, contacts.above_ends
+        return _closure(items, starts, ends, contacts.above, step)
+
+    def _with_those_below(self, items: Indices, step: int) -> Indices:
+        """Some items and what carries them, directly or under others, in order."""
+        contacts = self._loading.contacts
+        return _closure(items, contacts.starts, contacts.ends, contacts.below, step)
+
+    def _beside(self, free: Indices, step: int) -> Indices:
+        """Items that are not free and that free ones may come upon."""
+        lower, upper = self._layout.lower[: step + 1], self._layout.upper[: step + 1]
+        near = gaps(lower, upper, lower[free], upper[free]).min(axis=1) <= self._reach
+        near[free] = False
+        return np.flatnonzero(near)
+
+    def _reached(self, free: Indices, run: Placements) -> tuple[FloatArray, FloatArray]:
+        """Corners of the free items' bounding boxes by now [cm], shape (n, 3) each."""
+        poses = in_layout(run.looked_at(), self._layout, across=self._across)
+        centres, quaternions = (part[: len(free)] for part in poses)
+        half = 0.5 * (self._layout.upper[free] - self._layout.lower[free])
+        turned = [rotate(quaternions, half[:, k, None] * np.eye(3)[k]) for k in range(3)]
+        extent = np.abs(turned).sum(axis=0)
+        return centres - extent, centres + extent
+
+    def _touched(
+        self, free: Indices, fixed: Indices, low: FloatArray, high: FloatArray, moves: BoolArray
+    ) -> Indices:
+        """Frozen items that are touched by what has moved, or moves.
+
+        What is out of balance pushes though it may not have moved: between firm walls it is jammed.
+        """
+        layout = self._layout
+        moved = np.maximum(np.abs(low - layout.lower[free]), np.abs(high - layout.upper[free]))
+        stirred = (moved.max(axis=1) > STIRRED) | moves
+        lower, upper = layout.lower[fixed], layout.upper[fixed]
+        touches = gaps(lower, upper, low[stirred], high[stirred]) <= _TOUCH
+        return fixed[touches.any(axis=1)]
+
+    def _keep(self, free: Indices, low: FloatArray, high: FloatArray) -> None:
+        """Keep the answer for what comes later; see :class:`steadyload.kernels.timed_balance`."""
+        loading, layout = self._loading, self._layout
+        self._answer += 1
+        loading.answers[free] = self._answer
+        loading.solved[free] = True
+        loading.most[free, :, 0] = np.maximum(high - layout.upper[free], 0.0)
+        loading.most[free, :, 1] = np.maximum(layout.lower[free] - low, 0.0)
+
+
+def _closure(items: Indices, starts: Indices, ends: Indices, others: Indices, last: int) -> Indices:
+    """Some items, and all that a relation leads to from them, in order.
+
+    Args:
+        items: to begin with.
+        starts: of every item, where those that it is related to begin among ``others``.
+        ends: where they end.
+        others: items; the floor is none.
+        last: the last item that is there.
+    """
+    seen, todo = set(items.tolist()), items.tolist()
+    while todo:
+        at = todo.pop()
+        new = [i for i in others[starts[at] : ends[at]].tolist() if 0 <= i <= last]
+        todo += [i for i in new if i not in seen]
+        seen.update(new)
+    return np.array(sorted(seen), dtype=np.intp)
