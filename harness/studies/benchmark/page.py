@@ -57,8 +57,8 @@ def benchmark_page(found: BenchmarkSummary, manifest: Mapping[str, str], notes: 
         notes: results of an inspection of the robust disputes one by one, as Markdown.
     """
     sections = [_contents(found), _natural(found), _failures(found)]
-    if found.questions:
-        sections.insert(2, _questions(found))
+    if found.both_labels:
+        sections.insert(2, _both_labels(found))
     if found.firmness:
         sections.append(_firmness(found))
     if found.judges:
@@ -105,7 +105,7 @@ def _natural(found: BenchmarkSummary) -> Section:
     )
 
 
-def _questions(found: BenchmarkSummary) -> Section:
+def _both_labels(found: BenchmarkSummary) -> Section:
     columns = [
         words("split"),
         words("scenario"),
@@ -125,7 +125,7 @@ def _questions(found: BenchmarkSummary) -> Section:
         "loads a pallet asks whether it *stands*: the same thresholds at every look (each 0.03 s) "
         "until 3 s after the placement. What then still moves faster than 1 cm/s is *unsettled*: "
         "it has no label of this question. Validation, test and some training cases have both.",
-        [Table(found.questions, columns)],
+        [Table(found.both_labels, columns)],
     )
 
 

@@ -16,7 +16,7 @@ from steadyload.layouts.scenarios import Scenario
 from steadyload.runs.provenance import provenance_lines
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
-from steadyload.studies.benchmark.questions import QuestionShares, question_shares
+from steadyload.studies.benchmark.both_labels import QuestionShares, question_shares
 
 PUBLISHED_STABLE: Mapping[str, float] = {"S1": 0.790, "S2a": 0.760, "S2b": 0.708}
 """Share of stable layouts in the paper's sub-dataset 2, before balancing."""
@@ -142,7 +142,7 @@ class BenchmarkSummary:
     natural: tuple[NaturalStable, ...]
     item_counts: Mapping[int, int]
     scores: Mapping[str, tuple[int, ...]]
-    questions: tuple[QuestionShares, ...]
+    both_labels: tuple[QuestionShares, ...]
     reasons: tuple[FailureReason, ...]
     firmness: tuple[Firmness, ...]
     judges: tuple[MethodAgreement, ...]
@@ -191,7 +191,7 @@ def summarise(benchmark: Benchmark) -> BenchmarkSummary:
         natural=tuple(_natural(done[done["scenario"] == s], s) for s in scenarios),
         item_counts={int(k): int(v) for k, v in sizes.items()},
         scores={s: _scores(done[done["scenario"] == s]) for s in scenarios},
-        questions=tuple(question_shares(benchmark)),
+        both_labels=tuple(question_shares(benchmark)),
         reasons=tuple(_reasons(done, scenarios)),
         firmness=tuple(_firmness(benchmark, done, scenarios)),
         judges=tuple(_agreement(said, scenarios)),

@@ -1,0 +1,103 @@
+"""Simulation of what moves alone, beside simulation of everything."""
+
+import pytest
+
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.methods import make_method
+from steadyload.methods.spec import SpecError
+from steadyload.methods.stopwatch import Stopwatch
+
+PALLET = Pallet(100.0, 100.0, 100.0)
+MOVING = "label@mujoco:frequency=240,scope=moving"
+ALL = "label@mujoco:frequency=240"
+
+
+def stack(*boxes):
+    """A layout of boxes, each (x, y, z, width, height, depth), of 1 kg a litre."""
+    return Layout(
+        "stack",
+        PALLET,
+        tuple(
+            Item(k, b[:3], b[3:], b[3] * b[4] * b[5] / 1000.0) for k, b in enumerate(boxes)
+        ),
+    )  # fmt: skip
+
+
+def said(spec, layout):
+    verdict = make_method(spec).judge(layout)
+    assert verdict.status == "done", verdict.reason
+    return verdict
+
+
+BALANCED = stack((0, 0, 0, 20, 10, 20), (40, 0, 0, 20, 10, 20), (5, 10, 0, 20, 10, 20))
+
+
+def test_what_balances_is_not_simulated_at_all():
+    verdict = said(MOVING, BALANCED)
+    assert verdict.stable
+    assert verdict.effort.substeps == 0
+    assert said(ALL, BALANCED).effort.substeps > 0
+
+
+def test_what_balances_within_the_margin_alone_is_simulated():
+    edge = stack((40, 0, 40, 10, 10, 10), (44.995, 10, 40, 10, 10, 10))
+    assert said(f"{MOVING},balance_margin=0", edge).effort.substeps == 0
+    assert said(MOVING, edge).effort.substeps > 0
+
+
+def test_an_answer_is_kept_while_nothing_touches_what_moved():
+    # A box that tips by some millimetres on another, lower one, and rests there.
+    tips = ((0, 0, 0, 10, 10, 20), (12, 0, 0, 10, 9.7, 20), (4, 10, 0, 14, 10, 20))
+    apart = ((60, 0, 0, 10, 10, 10), (60, 10, 0, 10, 10, 10))
+    few, more = said(MOVING, stack(*tips)), said(MOVING, stack(*tips, *apart))
+    assert few.stable
+    assert more.stable
+    assert more.effort.substeps == few.effort.substeps > 0
+    on_top = said(MOVING, stack(*tips, (6, 20, 5, 10, 5, 10)))
+    assert on_top.effort.substeps > few.effort.substeps
+
+
+def test_thin_walls_that_are_pushed_aside_hold_nothing():
+    # As firm walls they would jam the box between them.
+    jam = stack((0, 0, 0, 20, 60, 20), (37, 0, 0, 1, 60, 20), (34, 0, 0, 3, 30, 20),
+                (20, 30, 0, 17, 17, 20))  # fmt: skip
+    assert said(ALL, jam).failing_step == 3
+    assert said(MOVING, jam).failing_step == 3
+
+
+def test_what_something_falls_on_gives_way():
+    falls = stack((50, 0, 0, 10, 10, 10), (52, 10, 0, 14, 2, 10), (61, 12, 0, 12, 10, 10),
+                  (66, 0, 0, 2, 6, 4))  # fmt: skip
+    whole, part = said(ALL, falls), said(MOVING, falls)
+    assert (whole.failing_step, whole.moved_item) == (part.failing_step, part.moved_item)
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "bullet"])
+def test_verdicts_are_those_of_simulating_everything(engine):
+    benchmark = load_benchmark()
+    chosen = benchmark.select("validation", limit=12)
+    whole, part = make_method(f"label@{engine}"), make_method(f"label@{engine}:scope=moving")
+    work, other = [0, 0], []
+    for name, scenario in zip(chosen["layout"], chosen["scenario"], strict=True):
+        layout = benchmark.layout(name, scenario)
+        verdicts = [method.judge(layout) for method in (whole, part)]
+        for k, verdict in enumerate(verdicts):
+            work[k] += verdict.effort.body_substeps
+        if len({(v.status, v.failing_step) for v in verdicts}) > 1:
+            other.append(name)
+    assert len(other) <= 1, other
+    assert work[1] < 0.6 * work[0]
+
+
+def test_single_steps_are_scored_whatever_was_left_out():
+    layout = stack((40, 0, 40, 10, 10, 10), (40, 10, 40, 10, 10, 10), (46, 20, 40, 10, 10, 10))
+    method = make_method(MOVING)
+    scorer = method.steps(layout, Stopwatch())
+    assert scorer.step_score(2) > 1.0
+    assert method.judge(layout).failing_step == 2
+
+
+def test_the_scope_needs_items_that_are_put_back():
+    with pytest.raises(SpecError, match="scope=moving needs between_steps=reseat"):
+        make_method("simulation@mujoco:scope=moving,between_steps=carry")
