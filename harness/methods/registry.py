@@ -67,7 +67,7 @@ class Preset:
             SpecError: the preset is tuned, and was not on this engine.
         """
         own = self.of_question.get(question or "", {})
-        if engine in own:
+        if engine is not None and engine in own:
             return own[engine]
         if self.by_engine is None:
             return self.parameters

@@ -227,7 +227,7 @@ def neighbourhood(layout: Arrangement, group: NDArray[np.intp], reach: float) ->
     """
     count = int(group[-1]) + 1
     lower, upper = layout.lower[:count], layout.upper[:count]
-    beside = (gaps(lower, upper, lower[group], upper[group]) <= reach).any(axis=1)
+    beside = gaps(lower, upper, lower[group], upper[group]).min(axis=1) <= reach
     beside[group] = False
     return Neighbourhood(group, np.flatnonzero(beside))
 
