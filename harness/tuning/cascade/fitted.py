@@ -38,7 +38,8 @@ OF_STANDS = (
     "fbs",
     "equilibrium:margin=0.01",
     "equilibrium",
-    "sme",
+    "lstm_1:question=stands",
+    "lstm_e:question=stands",
     "ps_opt@{engine}:scope=local,question=stands",
 )
 """The same where it is asked whether a load stands."""
