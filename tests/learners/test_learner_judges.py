@@ -430,3 +430,15 @@ assert not {{"torch", "safetensors", "optuna"}} & set(sys.modules)
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("name", ["lstm_1", "lstm_e"])
+def test_every_question_has_networks_of_its_own(name):
+    stands = make_method(f"{name}:question=stands")
+    assert stands.parameters.weights == f"{name}-stands"
+    assert stands.weights.manifest["question"] == "stands"
+    assert stands.trained != make_method(name).trained
+    with pytest.raises(LearnerError, match=f"{name}-stands' were trained for the question stands"):
+        _ = make_method(f"{name}:weights={name}-stands").weights
+    with pytest.raises(LearnerError, match="were trained for the question within, not stands"):
+        _ = make_method(f"{name}:question=stands,weights={name}").weights

@@ -12,6 +12,7 @@ import pytest
 
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.question import Question
 from steadyload.methods import registry
 from steadyload.methods.base_support import FullBaseSupport
 from steadyload.methods.cascade import Cascade
@@ -368,3 +369,34 @@ def test_the_shipped_thresholds_are_those_of_the_shipped_judges(layouts):
     assert shipped.thresholds.default in shipped.thresholds.ladders
     verdicts = shipped.judge_many(layouts[:4])
     assert all(verdict.status is Status.DONE for verdict in verdicts)
+
+
+def test_every_question_has_thresholds_of_its_own(tmp_path):
+    ladder = Ladder((Stage("fbs", 0.1, None),), LAST, {"lost": 1})
+    within = Thresholds(1.0, {1.0: ladder}, {"fbs": "x"}, {"git": "y"})
+    stands = dataclasses.replace(within, default=2.0, ladders={2.0: ladder})
+    file = tmp_path / "t.json"
+    write_thresholds("mujoco", within, file)
+    with pytest.raises(ThresholdsError, match="fit --engine mujoco --question stands"):
+        make_method(f"cascade@mujoco:question=stands,thresholds={file}").prepare()
+    write_thresholds("mujoco", stands, file, Question.STANDS)
+    assert load_thresholds("mujoco", file) == within
+    assert load_thresholds("mujoco", file, Question.STANDS) == stands
+    asked = make_method(f"cascade@mujoco:question=stands,thresholds={file}")
+    assert asked.thresholds.default == 2.0
+
+
+def test_the_cascade_that_is_asked_whether_a_load_stands_simulates_until_it_rests():
+    method = make_method("cascade@mujoco:question=stands")
+    assert method.ladder.last == "ps_opt@mujoco:question=stands"
+    # The cube on top tips over its edge, too slowly for the time of a label.
+    edge = Layout(
+        "edge",
+        Pallet(100.0, 100.0, 100.0),
+        (
+            Item(0, (40.0, 0.0, 40.0), (10.0, 10.0, 10.0), 1.0),
+            Item(1, (45.02, 10.0, 40.0), (10.0, 10.0, 10.0), 1.0),
+        ),
+    )
+    assert make_method("cascade@mujoco").judge(edge).failing_step in (None, 1)
+    assert method.judge(edge).failing_step == 1

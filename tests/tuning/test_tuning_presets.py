@@ -5,18 +5,21 @@ import json
 
 import pytest
 
+from steadyload.layouts.question import Question
 from steadyload.methods import registry, tuned
 from steadyload.methods.registry import make_method, method_listing
+from steadyload.methods.simulation_parameters import OF_STANDS
 from steadyload.methods.spec import SpecError, as_plain
-from steadyload.methods.tuned import Tuned, write_tuned
+from steadyload.methods.tuned import Tuned, tuned_name, write_tuned
 from steadyload.studies.tuning.study import tuning_study
 from steadyload.studies.tuning.summary import tuning_of
 from steadyload.tuning import TuningError
-from steadyload.tuning.cases import CaseSource
+from steadyload.tuning.cases import CaseSource, load_cases
 from steadyload.tuning.cost import TERMS, CostModel
 from steadyload.tuning.options import SearchOptions
 from steadyload.tuning.presets import differences, options_of, preset, write_preset
 from steadyload.tuning.search import Search
+from steadyload.tuning.space import space_on
 from steadyload.tuning.trial import fitness
 
 MODEL = CostModel(dict.fromkeys(TERMS, 0.0) | {"layout": 500.0, "substep": 20.0}, 24, 0.9, 0.1)
@@ -147,3 +150,32 @@ def test_what_nobody_could_make_again_is_no_preset(search, presets_file):
     with pytest.raises(TuningError, match="0123456789ab-dirty, which is in no commit"):
         write_preset(search)
     assert not presets_file.exists()
+
+
+def test_a_preset_of_another_question_has_a_place_of_its_own(search, presets_file):
+    write_preset(search)
+    own = make_method("ps_opt@mujoco").parameters
+    assert make_method("ps_opt@mujoco:question=stands").parameters == dataclasses.replace(
+        own, question=Question.STANDS, **OF_STANDS
+    )
+    found = Tuned({"eps_t": 12, "t_max": 2.0, "question": "stands"}, {})
+    write_tuned(tuned_name(Question.STANDS), "mujoco", found)
+    stands = make_method("ps_opt@mujoco:question=stands").parameters
+    assert (stands.eps_t, stands.t_max, stands.question) == (12.0, 2.0, Question.STANDS)
+    assert make_method("ps_opt@mujoco").parameters == own
+    with pytest.raises(TuningError, match=r"allowed: ps_opt@mujoco, ps_opt@mujoco:question=stands"):
+        options_of("ps_opt@dart:question=stands")
+
+
+def test_the_space_of_a_question_is_judged_on_its_labels():
+    options = SearchOptions.on("mujoco", space="stands", generations=1)
+    assert options.source.question == "stands"
+    start = space_on("mujoco", "stands")
+    parameters = start.parameters(start.start)
+    assert (parameters.question, parameters.t_max) == (Question.STANDS, 3.0)
+    assert parameters.early_exit == 0.0
+    usual = load_cases(SearchOptions.on("mujoco", generations=1).source)
+    asked = load_cases(options.source)
+    safe = {(c.layout.name, c.scenario): c.safe for c in usual}
+    earlier = [c for c in asked if c.safe < safe[c.layout.name, c.scenario]]
+    assert 0.05 < len(earlier) / len(asked) < 0.1
