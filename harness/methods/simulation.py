@@ -29,6 +29,7 @@ from steadyload.methods.method import (
     TimeoutExpiredError,
     Trait,
 )
+from steadyload.methods.moving import VERSION as MOVING
 from steadyload.methods.placements import Placements
 from steadyload.methods.scene import VERSION as SCENE
 from steadyload.methods.simulation_parameters import (
@@ -72,8 +73,11 @@ class Simulation(Method):
         return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS, Trait.BALANCE, Trait.MOVEMENT))
 
     def parts(self) -> Mapping[str, int]:
-        """See :meth:`Method.parts`: the engine's adapter is one, too."""
-        return {**super().parts(), "engine": world_class(self.engine).capabilities.version}
+        """See :meth:`Method.parts`: the engine's adapter is one, too, and a scope with code of its
+        own.
+        """
+        own = {"moving": MOVING} if self.parameters.scope is Scope.MOVING else {}
+        return {**super().parts(), "engine": world_class(self.engine).capabilities.version, **own}
 
     def numerics(self) -> frozenset[str]:
         """See :meth:`Method.numerics`."""

@@ -16,6 +16,7 @@ import numpy as np
 
 from steadyload.engines.world import Box, EngineError, FloatArray, Poses
 from steadyload.layouts.model import Layout
+from steadyload.layouts.question import Question
 from steadyload.methods.criteria import Criterion, Examiner, Indices, euler_angles
 from steadyload.methods.loading import Loading
 from steadyload.methods.method import Finding, Status, Stopwatch
@@ -119,11 +120,13 @@ def trace_loading(
     if parameters.between_steps is not BetweenSteps.RESEAT:
         raise ValueError(f"{method.spec}: carries the state over; allowed: between_steps=reseat")
     assert method.spec.engine is not None, "a simulation has an engine"
-    # What widens its scope does so by what rests; a trace follows everything to the end.
-    scope = Scope.ALL if parameters.scope is Scope.WIDENING else parameters.scope
+    # What chooses its scope simulates a step more than once, or stops at rest; a trace follows
+    # everything to the end.
+    own_choice = parameters.scope in (Scope.WIDENING, Scope.MOVING)
+    scope = Scope.ALL if own_choice else parameters.scope
     own = dataclasses.replace(
         parameters, t_max=t_max, samples=samples, criterion=Criterion.PAPER, early_exit=0.0,
-        rest_speed=0.0, scope=scope,
+        rest_speed=0.0, scope=scope, question=Question.WITHIN,
     )  # fmt: skip
     loading = Loading(layout, method.spec.engine, own, Stopwatch(), _Recorder)
     recorder = loading.examiner

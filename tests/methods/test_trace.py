@@ -128,3 +128,14 @@ def test_what_a_trace_cannot_answer_is_refused():
         seen.failing_step(Criterion.ADAMS, 21.0, 10.0, 10)
     with pytest.raises(ValueError, match="allowed: 1 to 10"):
         seen.failing_step(Criterion.ADAMS, 10.0, 10.0, 11)
+
+
+def test_a_trace_follows_everything_whatever_the_scope(stack):
+    layout = stack(0.0, 4.0, 0.0)
+    traces = [
+        trace_loading(layout, make_method(f"label@mujoco{more}"), t_max=0.3, samples=10)
+        for more in ("", ":scope=moving", ":question=stands")
+    ]
+    for other in traces[1:]:
+        np.testing.assert_array_equal(other.corner, traces[0].corner)
+        np.testing.assert_array_equal(other.angle, traces[0].angle)
