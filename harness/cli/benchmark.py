@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from steadyload.cli.convert import WRITABLE, output_format
+from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import working
 from steadyload.cli.studies import configuration, output_option, workers_option, write
 from steadyload.cli.terminal import print_table, progress_bar, resumable
@@ -202,18 +203,25 @@ class Label:
     validation: int | None = option(
         None, _IN_SPLIT.format("validation", "as built or labelled last"), least=2
     )
-    judges: str = option(
-        "all", "further judges of validation and test; `robust` says less with few (default: all)",
+    judges: str | None = option(
+        None, "further judges of validation and test; `robust` says less with few (default: all)",
         choices=("all", "few", "none"),
     )  # fmt: skip
     question: str = option(
         "within", "stands: whether a load stands once everything rests; of a set that has its "
         "labels and splits (default: within)", choices="steadyload.layouts.question:Question",
     )  # fmt: skip
-    train: int = option(
-        5000, "with --question stands: this many training cases, too (default: 5000)", least=0
+    train: int | None = option(
+        None, "with --question stands: this many training cases, too (default: 5000)", least=0
     )
     workers: int = workers_option(0)
+
+    def __post_init__(self) -> None:
+        of_within = {"--test": self.test, "--validation": self.validation, "--judges": self.judges}
+        of_other = {"--train": self.train} if self.question == "within" else of_within
+        for flag, value in of_other.items():
+            if value is not None:
+                raise UsageError(f"{flag}: not allowed with --question {self.question}")
 
     def run(self) -> None:
         """Label the missing cases."""
@@ -225,12 +233,12 @@ class Label:
             self._within()
 
     def _stands(self) -> None:
-        from steadyload.studies.benchmark.label_stands import label_stands
+        from steadyload.studies.benchmark.label_stands import TRAINING_CASES, label_stands
 
         with resumable(self.directory), progress_bar("labelling") as advance:
             count = label_stands(
                 self.directory,
-                training_cases=self.train,
+                training_cases=TRAINING_CASES if self.train is None else self.train,
                 workers=self.workers,
                 progress=lambda _, done, total: advance(done, total),
             )
@@ -247,7 +255,7 @@ class Label:
             label_set(
                 self.directory,
                 sizes=sizes,
-                judges=PANELS[self.judges],
+                judges=PANELS[self.judges or "all"],
                 workers=self.workers,
                 progress=lambda _, done, total: advance(done, total),
             )

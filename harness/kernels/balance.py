@@ -48,6 +48,8 @@ def first_unbalanced(
     changed = np.empty_like(presses)
     moves = np.zeros(count, dtype=np.bool_)
     for step in range(count):
+        if margin > 0.0 and is_near_its_edge(step, contacts, lower, upper, offsets, margin):
+            return UNBALANCED, step, step
         ended, item, items = balance_after(
             step, contacts, meets, centres, weights, lower, upper, moves, presses, changed
         )
@@ -55,6 +57,29 @@ def first_unbalanced(
             return ended, step, item
         replace_presses(items, step, contacts, presses, changed)
     return BALANCED, count, -1
+
+
+@compiled
+def is_near_its_edge(
+    item: int, contacts: Any, lower: Any, upper: Any, offsets: Any, margin: float
+) -> bool:
+    """Whether an item on the floor has its centre of mass outside its base, drawn in by a margin.
+
+    Nothing else keeps such an item from standing: what it carries presses on its top.
+
+    Args:
+        item: any.
+        contacts: of the layout.
+        lower: corners [cm], shape (J, 3).
+        upper: likewise.
+        offsets: of centres of mass [cm], shape (J, 3).
+        margin: above 0 [cm].
+    """
+    if not contacts.on_floor[item]:
+        return False
+    across = 0.5 * (upper[item, 0] - lower[item, 0]) - abs(offsets[item, 0])
+    along = 0.5 * (upper[item, 2] - lower[item, 2]) - abs(offsets[item, 2])
+    return bool(min(across, along) < margin)
 
 
 @compiled

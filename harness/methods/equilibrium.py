@@ -20,7 +20,7 @@ from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.contacts import find_supports
 from steadyload.layouts.growing import GrowingLayout
-from steadyload.layouts.model import Arrangement, FloatArray, Layout
+from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray, Layout
 from steadyload.methods.balance import VERSION as BALANCE
 from steadyload.methods.balance import VerticalBalance
 from steadyload.methods.criteria import Movement
@@ -258,6 +258,16 @@ class Equilibrium(Method):
         margin = self.parameters.margin
         return VerticalBalance(layout, find_supports(layout).drawn_in(margin) if margin else None)
 
+    def is_near_its_edge(self, layout: Arrangement, step: int) -> bool:
+        """Whether an item on the floor has its centre of mass outside its base, drawn in by the
+        margin.
+        """
+        margin = self.parameters.margin
+        if not margin or layout.lower[step, 1] > TOLERANCE:
+            return False
+        half = 0.5 * (layout.upper[step] - layout.lower[step])[::2]
+        return bool((half - np.abs(layout.mass_offsets[step, ::2]) < margin).any())
+
     def judge_step(
         self, layout: Arrangement, balance: VerticalBalance, step: int, near: _Near | None = None
     ) -> Finding | None:
@@ -270,7 +280,7 @@ class Equilibrium(Method):
             near: which items may be in the way; None for all that have been placed.
         """
         try:
-            item = balance.place(step)
+            item = step if self.is_near_its_edge(layout, step) else balance.place(step)
             among = None if item is None else self.braced(layout, step, item)
             if among is None:
                 return None
@@ -365,6 +375,8 @@ class _BalancedSteps(StepScorer):
             for placed in range(self._placed, step + 1):
                 disturbed = self._disturbed
                 item = self._balance.place(placed)
+                if self._method.is_near_its_edge(self._layout, placed):
+                    item = placed
                 self._placed = placed + 1
                 self._disturbed = disturbed or item is not None
             if item is None:

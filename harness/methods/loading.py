@@ -105,8 +105,9 @@ class Loading(Placements):
 
     @cached_property
     def _moving(self) -> MovingItems:
-        everything = np.arange(len(self.layout))
-        reach = _reach(self.layout, everything, self.parameters)
+        def reach(items: Indices) -> float:
+            return _reach(self.layout, items, self.parameters)
+
         return MovingItems(self.layout, reach, self.parameters.balance_margin, self.across)
 
     @cached_property

@@ -59,6 +59,7 @@ class Placements:
         )
         self._substeps = self._body_substeps = self._looks = 0
         self._looked_at: tuple[FixedStepWorld, Indices] | None = None
+        self._beyond = 0.0
         # Whatever is going to move needs some time to become faster than the speed of rest.
         fall = _PATIENCE * parameters.rest_speed / parameters.gravity if parameters.gravity else 0.0
         self._patience = max(1, math.ceil(fall * parameters.frequency))
@@ -98,7 +99,7 @@ class Placements:
             on_floor: the item stands on the floor with all of its base.
             carried: every item of the group stands on the floor or on another.
         """
-        self._looked_at = None
+        self.forget()
         alone = len(group) == 1 and on_floor
         # An item over a gap would fall past the items below it, and might rest on the floor.
         apart = len(group) <= step and carried
@@ -109,7 +110,7 @@ class Placements:
     def beyond(self) -> float:
         """Largest movement of an item after the last placement, in units of its threshold."""
         if self._looked_at is None:
-            return 0.0
+            return self._beyond
         world, items = self._looked_at
         return self.examiner.most_moved(self.poses(world), items).beyond
 
@@ -117,6 +118,14 @@ class Placements:
         """Poses of the items of the last placement that was simulated, free ones first."""
         assert self._looked_at is not None, "something was simulated"
         return self.poses(self._looked_at[0])
+
+    def forget(self, beyond: float = 0.0) -> None:
+        """Forget the last placement that was simulated.
+
+        Args:
+            beyond: what :meth:`beyond` says until the next one is.
+        """
+        self._looked_at, self._beyond = None, beyond
 
     def surround(self, boxes: Sequence[Box]) -> None:
         """Have these fixed boxes in every world from now on."""
@@ -191,6 +200,9 @@ class Placements:
     def _unsettled(self, step: int, world: FixedStepWorld, items: Indices) -> Finding | None:
         """A finding where something still moves at the end of a placement."""
         speeds = self._speeds(world)
+        if not np.isfinite(speeds).all():
+            reason = f"speeds became non-finite when item {step} was placed"
+            return Finding(status=Status.DIVERGED, reason=reason)
         if speeds.max() < (self.parameters.rest_speed or STILL):
             return None
         worst = int(speeds.argmax())

@@ -135,6 +135,7 @@ class _RecordedLoading(Loading):
     ) -> None:
         super().__init__(layout, engine, parameters, watch)
         self._takes: dict[int, _Take] = {}
+        self._placing = 0
         least, most = _FRAMES
         wanted = min(max(parameters.t_max * _FRAMES_A_SECOND, least), most)
         self._looks_a_sample = math.ceil(wanted / parameters.samples)
@@ -143,10 +144,15 @@ class _RecordedLoading(Loading):
         self.planned = in_layout(Poses(centres, upright), layout, across=self.across)
         self.reseats = parameters.between_steps is BetweenSteps.RESEAT
 
+    def place(self, step: int) -> Finding | None:
+        """See :meth:`Loading.place`."""
+        self._placing = step
+        return super().place(step)
+
     def _hold(self, items: Indices, fixed: Indices = NOTHING) -> FixedStepWorld:
         # A step that is simulated again, with more items, is shown as it was simulated last.
         self._take = _Take(np.concatenate((items, fixed)))
-        self._takes[int(items[-1])] = self._take
+        self._takes[self._placing] = self._take
         self._world = super()._hold(items, fixed)
         return self._world
 

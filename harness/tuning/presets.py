@@ -29,12 +29,13 @@ def write_preset(search: Search) -> Path:
     return write_tuned(name, search.options.engine, preset(search))
 
 
-def by_worth(searches: Iterable[Search]) -> dict[str, list[Search]]:
-    """Searches by engine, the one that found the fittest genotype first."""
-    found: dict[str, list[Search]] = {}
+def by_worth(searches: Iterable[Search]) -> dict[tuple[str, str], list[Search]]:
+    """Searches by engine and question, the one that found the fittest genotype first."""
+    found: dict[tuple[str, str], list[Search]] = {}
     for search in searches:
-        found.setdefault(search.options.engine, []).append(search)
-    return {engine: sorted(own, key=_worth, reverse=True) for engine, own in found.items()}
+        key = search.options.engine, search.options.source.question
+        found.setdefault(key, []).append(search)
+    return {key: sorted(own, key=_worth, reverse=True) for key, own in found.items()}
 
 
 def _worth(search: Search) -> float:

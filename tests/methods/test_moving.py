@@ -5,6 +5,7 @@ import pytest
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.methods import make_method
+from steadyload.methods.recording import record_loading
 from steadyload.methods.spec import SpecError
 from steadyload.methods.stopwatch import Stopwatch
 
@@ -13,15 +14,16 @@ MOVING = "label@mujoco:frequency=240,scope=moving"
 ALL = "label@mujoco:frequency=240"
 
 
-def stack(*boxes):
-    """A layout of boxes, each (x, y, z, width, height, depth), of 1 kg a litre."""
-    return Layout(
-        "stack",
-        PALLET,
-        tuple(
-            Item(k, b[:3], b[3:], b[3] * b[4] * b[5] / 1000.0) for k, b in enumerate(boxes)
-        ),
-    )  # fmt: skip
+def stack(*boxes, weights=None, offset=0.0):
+    """A layout of boxes, each (x, y, z, width, height, depth), of 1 kg a litre unless stated; the
+    centre of mass of the first is off the middle by ``offset``.
+    """
+    own = weights or [b[3] * b[4] * b[5] / 1000.0 for b in boxes]
+    offsets = [(0.0, 0.0, 0.0)] * len(boxes)
+    offsets[0] = (offset, 0.0, 0.0)
+    items = enumerate(zip(boxes, own, offsets, strict=True))
+    placed = tuple(Item(k, b[:3], b[3:], kg, by) for k, (b, kg, by) in items)
+    return Layout("stack", PALLET, placed)
 
 
 def said(spec, layout):
@@ -101,3 +103,40 @@ def test_single_steps_are_scored_whatever_was_left_out():
 def test_the_scope_needs_items_that_are_put_back():
     with pytest.raises(SpecError, match="scope=moving needs between_steps=reseat"):
         make_method("simulation@mujoco:scope=moving,between_steps=carry")
+
+
+def test_a_step_that_is_not_simulated_has_a_score_of_its_own():
+    # A plank tips; a counterweight holds it down again, and then nothing is simulated.
+    tips = stack((40, 0, 40, 10, 10, 10), (42, 10, 40, 20, 2, 10), (40, 12, 40, 8, 10, 10),
+                 weights=[1.0, 1.0, 20.0])  # fmt: skip
+    scorer = make_method(MOVING).steps(tips, Stopwatch())
+    assert scorer.step_score(1) > 1.0
+    assert scorer.step_score(2) < 1.0
+
+
+def test_what_is_in_the_way_of_one_item_is_in_the_way_of_all_that_moved_with_it():
+    # The box on top tips on its lower carrier and pushes the tall one, which balances by itself.
+    boxes = ((10, 0, 0, 10, 20, 20), (22, 0, 0, 10, 19, 20), (32, 0, 4, 8, 50, 10),
+             (14, 20, 0, 18, 30, 20))  # fmt: skip
+    weights = [1.0, 1.0, 0.5, 5.0]
+    before = said(MOVING, stack(*boxes, weights=weights))
+    beside = stack(*boxes, (40, 0, 4, 1, 50, 10), weights=[*weights, 0.05])
+    assert before.effort.substeps > 0
+    assert said(MOVING, beside).effort.substeps > before.effort.substeps
+
+
+def test_a_box_on_the_floor_that_stands_on_its_edge_is_simulated():
+    one = stack((40, 0, 40, 10, 10, 10), offset=4.995)
+    assert said(f"{MOVING},balance_margin=0", one).effort.substeps == 0
+    asked = said(f"{MOVING},question=stands", one)
+    assert asked.failing_step == said(f"{ALL},question=stands", one).failing_step == 0
+    assert said("equilibrium:margin=0.01", one).failing_step == 0
+    assert said("equilibrium", one).stable
+
+
+def test_a_recording_shows_a_step_at_which_others_than_the_new_item_move():
+    boxes = ((0, 0, 0, 10, 10, 20), (12, 0, 0, 6, 9.7, 20), (4, 10, 0, 14, 10, 20),
+             (18.02, 0, 0, 10, 30, 20))  # fmt: skip
+    recording = record_loading(stack(*boxes), make_method(MOVING))
+    assert recording.verdict.stable
+    assert [step.poses.centres.shape[1] for step in recording.steps] == [1, 2, 3, 4]

@@ -116,10 +116,11 @@ class Benchmark:
             part: which; see :class:`Part`.
             scenarios: only these; empty for all.
             limit: at most this many a scenario, those of the first ranks. In ``validation`` and
-                ``test`` any even number of first ranks is half stable, half unstable.
-            question: whose labels ``failing_step`` holds. For ``stands`` there are only the cases
-                that have such a label; ``failing_step_paper`` and what was stored of a simulation
-                are of the other question.
+                ``test`` any even number of first ranks is half stable, half unstable, by the label
+                of the question ``within``.
+            question: whose labels ``failing_step`` holds. For ``stands`` there are only those of
+                these cases that have such a label; ``failing_step_paper`` and what was stored of a
+                simulation are of the other question.
 
         Raises:
             BenchmarkError: no such part or scenario, or no such case.
@@ -131,8 +132,6 @@ class Benchmark:
             if scenario not in known:
                 raise BenchmarkError(f"scenario is {scenario!r}; allowed: {', '.join(known)}")
         cases = self.cases[self.cases["status"] == "done"]
-        if question is Question.STANDS:
-            cases = self._of_stands(cases)
         if part != Part.ALL:
             split = Part.TEST if part == Part.TEST_300 else part
             cases = cases[cases["split"] == str(split)]
@@ -145,6 +144,8 @@ class Benchmark:
         cases = cases.drop(columns="_order")
         if limit is not None:
             cases = cases[cases.groupby("scenario").cumcount() < limit]
+        if question is Question.STANDS:
+            cases = self._of_stands(cases)
         if cases.empty:
             of = "" if question is Question.WITHIN else f"for the question {question}"
             words = ("holds no labelled case of", str(part), *scenarios, of)

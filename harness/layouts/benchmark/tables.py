@@ -186,6 +186,7 @@ def write_stands(directory: Path, stands: pd.DataFrame, made_with: dict[str, Any
     content = as_parquet(stands, STANDS)
     sums = dict(manifest.get(_CHECKSUMS, {}))
     sums.pop(_STANDS, None)
+    manifest.pop(_STANDS, None)
     write_atomically(path, manifest_text({**manifest, _CHECKSUMS: sums}))
     write_atomically(directory / f"{_STANDS}.parquet", content)
     about = {_STANDS: made_with, _CHECKSUMS: {**sums, _STANDS: checksum(content)}}

@@ -17,6 +17,7 @@ from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit
 from steadyload.runs.provenance import provenance
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
+from steadyload.runs.store import locked
 from steadyload.runs.units import timed_out_row
 from steadyload.studies.benchmark.label_rows import CASE_SECONDS, LABEL
 
@@ -56,13 +57,14 @@ def label_stands(
         raise BenchmarkError(f"{directory}: no case is in a split; label the set first")
     make_method(SPEC).prepare()
     limits = {Part.TRAIN: -(-training_cases // len(Scenario))}
-    found = [
-        _labels_of(directory, part, limits.get(part), workers, progress)
-        for part in parts
-        if limits.get(part) != 0
-    ]
-    stands = pd.concat(found, ignore_index=True)
-    write_stands(directory, stands, {"label": SPEC, "labelled_with": provenance()})
+    with locked(directory):
+        found = [
+            _labels_of(directory, part, limits.get(part), workers, progress)
+            for part in parts
+            if limits.get(part) != 0
+        ]
+        stands = pd.concat(found, ignore_index=True)
+        write_stands(directory, stands, {"label": SPEC, "labelled_with": provenance()})
     return len(stands)
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from steadyload.engines.registry import capabilities
 from steadyload.layouts.benchmark import PLANAR, Part
+from steadyload.layouts.question import Question
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED, tuned
@@ -106,9 +107,16 @@ def tuning_study(
         progress: called with rows done and rows in all, for each labelled set.
 
     Raises:
-        TuningError: none of the searched engines has a preset, or none of its searches found it.
+        TuningError: a search is for another question than that of the label, none of the searched
+            engines has a preset, or none of its searches found it.
         as :func:`steadyload.runs.runner.run_study`.
     """
+    for search in searches:
+        if (question := search.options.source.question) != Question.WITHIN:
+            raise TuningError(
+                f"a search in space {search.space.name!r} is for the question {question}; the page "
+                f"compares presets by labels of the question {Question.WITHIN}"
+            )
     searches = [search for own in by_worth(searches).values() for search in own]
     names = [e for e in dict.fromkeys(s.options.engine for s in searches) if e in tuned()[TUNED]]
     if not names:
