@@ -13,13 +13,11 @@ from steadyload.layouts.question import Question
 from steadyload.layouts.scenarios import Scenario
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit
+from steadyload.runs.pool import IN_THIS_PROCESS
 from steadyload.runs.provenance import provenance
-from steadyload.runs.results import load_results
-from steadyload.runs.runner import run_study
 from steadyload.runs.store import locked
-from steadyload.runs.units import timed_out_row
-from steadyload.studies.benchmark.label_rows import CASE_SECONDS, LABEL
+from steadyload.studies.benchmark.label_rows import LABEL
+from steadyload.studies.benchmark.labelling import judged
 
 SPEC = f"{LABEL}:question={Question.STANDS}"
 """The method whose verdicts are the labels."""
@@ -84,13 +82,6 @@ def _labels_of(
         limit=limit,
         shard_size=50,
     )
-    (directory / "stands").mkdir(exist_ok=True)
     folder = directory / "stands" / part
-    run_study(
-        study,
-        folder,
-        workers=workers,
-        limit=PartLimit(CASE_SECONDS, timed_out_row),
-        progress=lambda done, total: progress(str(part), done, total),
-    )
-    return load_results(folder)[STANDS.names]
+    rows = judged(study, folder, workers, lambda done, total: progress(str(part), done, total))
+    return rows[STANDS.names]

@@ -296,16 +296,8 @@ def _asked(
         benchmark_directory=directory,
         shard_size=50,
     )
-    (directory / "opinions").mkdir(exist_ok=True)
     folder = directory / "opinions" / part
-    run_study(
-        study,
-        folder,
-        workers=workers,
-        limit=PartLimit(CASE_SECONDS, timed_out_verdict),
-        progress=lambda done, total: progress(part, done, total),
-    )
-    rows = load_results(folder)
+    rows = judged(study, folder, workers, lambda done, total: progress(part, done, total))
     return pd.DataFrame(
         {
             "layout": rows["layout"],
@@ -316,6 +308,16 @@ def _asked(
             "failing_step": rows["failing_step"].astype("Int16"),
         }
     )
+
+
+def judged(
+    study: StudyDefinition, folder: Path, workers: int, progress: Callable[[int, int], None]
+) -> pd.DataFrame:
+    """Rows of a study on cases that are labelled; what is there is not judged again."""
+    folder.parent.mkdir(exist_ok=True)
+    limit = PartLimit(CASE_SECONDS, timed_out_verdict)
+    run_study(study, folder, workers=workers, limit=limit, progress=progress)
+    return load_results(folder)
 
 
 def _no_verdicts() -> pd.DataFrame:

@@ -134,9 +134,22 @@ def _accuracy(found: Evaluation, about: LabelledPart) -> Section:
                 "accuracy",
                 plot_cost_accuracy([CostPoint(m.method, m.accuracy, m.cpu) for m in found.methods]),
                 f"Accuracy against CPU time; {_MARKS_EXPLAINED}",
-            )
+            ),
+            *_stands(found, about),
         ],
     )
+
+
+def _stands(found: Evaluation, about: LabelledPart) -> list[Picture]:
+    """The same by the labels of the question ``stands``, where there are any."""
+    if not about.stands:
+        return []
+    points = [CostPoint(m.method, m.stands, m.cpu) for m in found.methods]
+    figure = plot_cost_accuracy(points, y_label="stands (% of cases with that label's step)")
+    caption = (
+        f"Accuracy where it is asked whether a load stands, against CPU time; {_MARKS_EXPLAINED}"
+    )
+    return [Picture("stands", figure, caption)]
 
 
 def _behind(found: Evaluation) -> Section:
