@@ -175,21 +175,16 @@ class Equilibrium(Method):
     def _motion(self) -> tuple[float, ...]:
         """Friction, gravity [cm/s2], time and thresholds, as the kernels of motion take them."""
         p = self.parameters
-        return (
-            float(p.friction),
-            100.0 * GRAVITY,
-            float(p.time or 0.0),
-            float(p.eps_t),
-            float(p.eps_r),
-        )
+        return tuple(map(float, (p.friction, 100.0 * GRAVITY, p.time or 0.0, p.eps_t, p.eps_r)))
 
     def step_counts(self, layout: Layout) -> tuple[int, int, int]:
         """Number of steps judged, and of those whose motion was kept or asked for.
 
         Only for ``time`` without ``sides``.
         """
-        loading = kernels.timed_balance.begin(*_arrays(layout))
-        step = kernels.timed_balance.first_moved(loading, 0, len(layout), *self._motion)[1]
+        timed = kernels.timed_balance
+        loading = timed.begin(*_arrays(layout))
+        step = timed.first_moved(loading, 0, len(layout), *self._motion)[1]
         return min(step + 1, len(layout)), int(loading.counts[0]), int(loading.counts[1])
 
     def prepare(self, item_count: int = 0) -> None:
@@ -199,9 +194,8 @@ class Equilibrium(Method):
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         if self._is_timed:
             return self._judge_motion(layout, watch)
-        ended, step, item = kernels.balance.first_unbalanced(
-            *_arrays(layout), float(self.parameters.margin)
-        )
+        margin = float(self.parameters.margin)
+        ended, step, item = kernels.balance.first_unbalanced(*_arrays(layout), margin)
         if ended == BALANCED:
             return STABLE
         if ended == UNBALANCED and self._is_vertical:
@@ -259,9 +253,7 @@ class Equilibrium(Method):
         return VerticalBalance(layout, find_supports(layout).drawn_in(margin) if margin else None)
 
     def is_near_its_edge(self, layout: Arrangement, step: int) -> bool:
-        """Whether an item on the floor has its centre of mass outside its base, drawn in by the
-        margin.
-        """
+        """Whether an item on the floor has its centre of mass outside its base, with the margin."""
         margin = self.parameters.margin
         if not margin or layout.lower[step, 1] > TOLERANCE:
             return False
