@@ -14,7 +14,7 @@ from steadyload.layouts.model import FloatArray, Layout
 from steadyload.methods.criteria import Indices
 from steadyload.methods.method import Finding
 from steadyload.methods.placements import Placements
-from steadyload.methods.scene import Across, gaps, in_layout
+from steadyload.methods.scene import Across, gaps, in_layout, neighbourhood
 
 BoolArray = NDArray[np.bool_]
 
@@ -108,12 +108,12 @@ class MovingItems:
     def _simulated(self, step: int, moves: Indices, run: Placements) -> Finding | None:
         free = self._with_those_below(self._with_those_above(moves, step), step)
         while True:
-            fixed = self._beside(free, step)
-            finding = run.among(step, free, fixed)
+            part = neighbourhood(self._layout, free, self._reach(free), step)
+            finding = run.locally(step, part)
             low, high = self._reached(free, run)
             if not (np.isfinite(low).all() and np.isfinite(high).all()):
                 return finding
-            pushed = self._touched(free, fixed, low, high, np.isin(free, moves))
+            pushed = self._touched(free, part.fixed, low, high, np.isin(free, moves))
             if not len(pushed):
                 break
             freed = self._with_those_above(np.union1d(free, pushed), step)
@@ -132,13 +132,6 @@ class MovingItems:
         """Some items and what carries them, directly or under others, in order."""
         contacts = self._loading.contacts
         return _closure(items, contacts.starts, contacts.ends, contacts.below, step)
-
-    def _beside(self, free: Indices, step: int) -> Indices:
-        """Items that are not free and that free ones may come upon."""
-        lower, upper = self._layout.lower[: step + 1], self._layout.upper[: step + 1]
-        near = gaps(lower, upper, lower[free], upper[free]).min(axis=1) <= self._reach(free)
-        near[free] = False
-        return np.flatnonzero(near)
 
     def _reached(self, free: Indices, run: Placements) -> tuple[FloatArray, FloatArray]:
         """Corners of the free items' bounding boxes by now [cm], shape (n, 3) each."""

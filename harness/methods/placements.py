@@ -75,18 +75,8 @@ class Placements:
         return self._settle(step, np.arange(step + 1))
 
     def locally(self, step: int, part: Neighbourhood) -> Finding | None:
-        """The same in ``scope=local``, among what the placement can affect."""
+        """The same in ``scope=local`` and ``moving``, among what the placement can affect."""
         return self._settle(step, part.free, part.fixed)
-
-    def among(self, step: int, free: Indices, fixed: Indices) -> Finding | None:
-        """The same in ``scope=moving``.
-
-        Args:
-            step: the item, which may be neither.
-            free: items that may move.
-            fixed: items beside them that are frozen.
-        """
-        return self._settle(step, free, fixed)
 
     def widening(
         self, step: int, group: Indices, *, on_floor: bool, carried: bool

@@ -217,15 +217,18 @@ def joined_groups(contacts: Contacts) -> list[NDArray[np.intp]]:
     return found
 
 
-def neighbourhood(layout: Arrangement, group: NDArray[np.intp], reach: float) -> Neighbourhood:
+def neighbourhood(
+    layout: Arrangement, group: NDArray[np.intp], reach: float, step: int | None = None
+) -> Neighbourhood:
     """Items that placing the last of some joined items, on all items before it, can affect.
 
     Args:
         layout: any layout.
         group: the new item, last, and what is joined to it (see :func:`joined_groups`).
         reach: how far around the free items others count as beside them [cm].
+        step: the item placed last, where it is none of the group.
     """
-    count = int(group[-1]) + 1
+    count = int(group[-1] if step is None else step) + 1
     lower, upper = layout.lower[:count], layout.upper[:count]
     beside = gaps(lower, upper, lower[group], upper[group]).min(axis=1) <= reach
     beside[group] = False
