@@ -16,3 +16,8 @@ class Question(StrEnum):
 
     WITHIN = "within"
     STANDS = "stands"
+
+
+def with_question(name: str, question: str) -> str:
+    """A name or spec without parameters, and the question where it is not that of the label."""
+    return name if question == Question.WITHIN else f"{name}:question={question}"

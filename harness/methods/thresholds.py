@@ -22,7 +22,7 @@ from steadyload.atomic import (
     write_atomically,
 )
 from steadyload.escaping import printable
-from steadyload.layouts.question import Question
+from steadyload.layouts.question import Question, with_question
 from steadyload.methods.method import Method
 from steadyload.methods.spec import SpecError, stored_values
 
@@ -103,10 +103,6 @@ def fingerprint(method: Method) -> str:
     return hashlib.sha256(f"{values} {method.trained}".encode()).hexdigest()[:16]
 
 
-def _key(engine: str, question: Question) -> str:
-    return engine if question is Question.WITHIN else f"{engine}:question={question}"
-
-
 def load_thresholds(
     engine: str, file: Path = FILE, question: Question = Question.WITHIN
 ) -> Thresholds:
@@ -120,7 +116,7 @@ def load_thresholds(
             f"{file}: no such file of thresholds; to make it run {fit_command(engine, question)} "
             f"-o {file}"
         )
-    entries, key = _read(file), _key(engine, question)
+    entries, key = _read(file), with_question(engine, question)
     if key not in entries:
         known = printable(", ".join(entries), _LONGEST) or "no engine yet"
         fitted = f"thresholds were fitted for {known}"
@@ -144,7 +140,7 @@ def write_thresholds(
 ) -> Path:
     """Replace the thresholds of an engine and question by newly fitted ones; returns the file."""
     entries = _read(file)
-    entries[_key(engine, question)] = {
+    entries[with_question(engine, question)] = {
         "default": fitted.default,
         "budgets": {f"{budget:g}": asdict(ladder) for budget, ladder in fitted.ladders.items()},
         "made_of": dict(fitted.made_of),

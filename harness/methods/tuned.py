@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.atomic import write_atomically
-from steadyload.layouts.question import Question
+from steadyload.layouts.question import with_question
 from steadyload.stored import REMEDY, StoredFileError, stored_object
 
 TUNED = "ps_opt"
@@ -41,7 +41,7 @@ class Tuned:
 
 def tuned_name(question: str) -> str:
     """Name of the tuned preset's entry for a question: that of the label has the plain name."""
-    return TUNED if question == Question.WITHIN else f"{TUNED}:question={question}"
+    return with_question(TUNED, question)
 
 
 def tuned() -> Mapping[str, Mapping[str, Tuned]]:

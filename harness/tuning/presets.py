@@ -102,7 +102,7 @@ def _entry(spec: str) -> Tuned:
     found = tuned().get(tuned_name(question), {}) if parsed.name == TUNED else {}
     if parsed.engine is None or parsed.engine not in found:
         known = [
-            "@".join((TUNED, engine)) + name.removeprefix(TUNED)
+            f"{TUNED}@{engine}{name.removeprefix(TUNED)}"
             for name, engines in tuned().items()
             for engine in engines
         ]

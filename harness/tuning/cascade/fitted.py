@@ -12,7 +12,7 @@ import numpy as np
 from steadyload.engines.registry import capabilities, engines
 from steadyload.errors import nearest
 from steadyload.layouts.benchmark import PLANAR, Part
-from steadyload.layouts.question import Question
+from steadyload.layouts.question import Question, with_question
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import SpecError
 from steadyload.methods.thresholds import Ladder, Stage, Thresholds, fingerprint
@@ -116,8 +116,7 @@ class FitOptions:
     @property
     def last(self) -> str:
         """The method that decides the rest."""
-        more = "" if self.question is Question.WITHIN else f":question={self.question}"
-        return self.of_engine(LAST) + more
+        return with_question(self.of_engine(LAST), self.question)
 
     def sources(self) -> tuple[CaseSource, ...]:
         """Sources of the cases that thresholds are fitted on."""
