@@ -262,6 +262,28 @@ class Label:
         print(f"labels and opinions -> {self.directory}")
 
 
+@dataclass(frozen=True)
+class Screen:
+    """Which set, and how large its layouts may be."""
+
+    directory: Path = operand(REQUIRED, "folder of the set", metavar="DIR")
+    most_items: int | None = option(None, "only layouts of at most so many items", least=1)
+    workers: int = workers_option(0)
+
+    def run(self) -> None:
+        """Label the missing cases for both questions, small layouts first."""
+        from steadyload.studies.benchmark.screening import label_screened
+
+        with resumable(self.directory), progress_bar("labelling") as advance:
+            count = label_screened(
+                self.directory,
+                most_items=self.most_items,
+                workers=self.workers,
+                progress=advance,
+            )
+        print(f"{count} cases have labels of both questions -> {self.directory}")
+
+
 @dataclass(frozen=True, kw_only=True)
 class Page(BenchmarkConfig):
     """Which set, and where its page is written."""

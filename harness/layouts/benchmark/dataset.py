@@ -18,9 +18,11 @@ from steadyload.layouts.batch import LayoutBatch, checked_batch, checked_view
 from steadyload.layouts.batch_checks import Pallets
 from steadyload.layouts.benchmark.confidence import confidence
 from steadyload.layouts.benchmark.tables import (
+    FURTHER,
+    SCREENING,
     STANDS,
     BenchmarkError,
-    read_stands,
+    read_further,
     read_tables,
 )
 from steadyload.layouts.model import FloatArray, Layout, LayoutError, Pallet
@@ -81,6 +83,8 @@ class Benchmark:
             may hold them as ``notes.md``.
         stands: labels of the question ``stands`` of some cases,
             :data:`steadyload.layouts.benchmark.tables.STANDS`.
+        screening: what was seen of the steps of cases that were labelled by screening,
+            :data:`steadyload.layouts.benchmark.tables.SCREENING`.
     """
 
     layouts: pd.DataFrame
@@ -89,6 +93,7 @@ class Benchmark:
     manifest: dict[str, Any]
     notes: str = ""
     stands: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=STANDS.names))
+    screening: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=SCREENING.names))
 
     @cached_property
     def confidence(self) -> pd.DataFrame:
@@ -265,7 +270,8 @@ def load_benchmark(directory: str | Path | None = None) -> Benchmark:
     cases = cases.assign(instance=instance.to_numpy())
     written = folder / "notes.md"
     notes = written.read_text() if written.exists() else ""
-    return Benchmark(layouts, cases, opinions, manifest, notes, read_stands(folder))
+    further = {name: read_further(folder, name) for name in FURTHER}
+    return Benchmark(layouts, cases, opinions, manifest, notes, **further)
 
 
 def _layout_of(name: str, row: Mapping[str, Any], offsets: Any) -> Layout:

@@ -119,10 +119,26 @@ STANDS = pa.schema(
 counted from 0, null for a stable layout. ``moved_item``: the item that moved too far, or moves
 most; ``displacement`` [cm] and ``rotation`` [degrees] of it when that was seen."""
 
-_TABLES = {"layouts": LAYOUTS, "cases": CASES, "opinions": OPINIONS}
-_STANDS = "stands"
+SCREENING = pa.schema(
+    [
+        pa.field("layout", _TEXT, nullable=False),
+        pa.field("scenario", _TEXT, nullable=False),
+        pa.field("screen", pa.list_(pa.float32()), nullable=False),
+        pa.field("reference", pa.list_(pa.float32()), nullable=False),
+        pa.field("why", pa.list_(_TEXT), nullable=False),
+    ]
+)
+"""A row a case that was labelled by screening, see :mod:`steadyload.studies.benchmark.screening`.
+The lists hold a value a step: how far the item got that moved most, in units of the threshold, by
+the simulation that ``screen``s and by the ``reference``, not a number where that was not asked;
+and ``why`` it was, empty where it was not."""
 
-SET_FILES = ("manifest.json", "notes.md", *(f"{name}.parquet" for name in (*_TABLES, _STANDS)))
+_TABLES = {"layouts": LAYOUTS, "cases": CASES, "opinions": OPINIONS}
+
+FURTHER = {"stands": STANDS, "screening": SCREENING}
+"""Tables that only some labelled sets have, by name."""
+
+SET_FILES = ("manifest.json", "notes.md", *(f"{name}.parquet" for name in (*_TABLES, *FURTHER)))
 """Files of the folder of a labelled set."""
 
 _CHECKSUMS = "checksums"
@@ -149,60 +165,82 @@ def write_tables(
     cases: pd.DataFrame,
     opinions: pd.DataFrame,
     manifest: dict[str, Any],
+    *,
+    keep_further: bool = False,
 ) -> None:
     """Write a labelled set. All that takes time or may fail comes before the first file.
 
     While tables are being replaced, a manifest that is there has no checksums of them.
+
+    Args:
+        directory: made when it does not exist.
+        layouts: :data:`LAYOUTS`.
+        cases: :data:`CASES`.
+        opinions: :data:`OPINIONS`.
+        manifest: further entries.
+        keep_further: the tables of :data:`FURTHER` that are there are of these cases, too; without
+            it they are no part of the set any more.
     """
     frames = {"layouts": layouts, "cases": cases, "opinions": opinions}
     contents = {name: as_parquet(frame, _TABLES[name]) for name, frame in frames.items()}
     directory.mkdir(parents=True, exist_ok=True)
     path = directory / "manifest.json"
+    further: dict[str, Any] = {}
+    sums: dict[str, str] = {}
     with suppress(BenchmarkError):
-        write_atomically(path, manifest_text({**_load_manifest(path), _CHECKSUMS: {}}))
+        before = _load_manifest(path)
+        if keep_further:
+            further = {name: before[name] for name in FURTHER if name in before}
+            known = before.get(_CHECKSUMS, {})
+            sums = {name: known[name] for name in FURTHER if name in known}
+        write_atomically(path, manifest_text({**before, _CHECKSUMS: sums}))
     for name, content in contents.items():
         write_atomically(directory / f"{name}.parquet", content)
     counts = {"layouts": len(layouts), "cases": len(cases), "opinions": len(opinions)}
-    sums = {name: checksum(content) for name, content in contents.items()}
+    sums |= {name: checksum(content) for name, content in contents.items()}
+    given = {key: value for key, value in manifest.items() if key not in FURTHER}
     own = {"version": VERSION, **counts, _CHECKSUMS: sums}
-    about = own | manifest | own  # those of an earlier manifest give way
-    about.pop(_STANDS, None)  # labels of the other question are of the cases before
-    write_atomically(path, manifest_text(about))
+    # Those of an earlier manifest give way.
+    write_atomically(path, manifest_text(own | given | own | further))
 
 
-def write_stands(directory: Path, stands: pd.DataFrame, made_with: dict[str, Any]) -> None:
-    """Write the labels of the question ``stands`` into a labelled set.
+def write_further(
+    directory: Path, name: str, frame: pd.DataFrame, made_with: dict[str, Any]
+) -> None:
+    """Write one of the tables of :data:`FURTHER` into a labelled set.
 
     Args:
         directory: of the set; its other tables stay as they are.
-        stands: a row a case, :data:`STANDS`; those that are there give way.
-        made_with: of these labels, for the manifest.
+        name: of the table.
+        frame: a row a case; those that are there give way.
+        made_with: of these rows, for the manifest.
 
     Raises:
         BenchmarkError: no labelled set.
     """
     path = directory / "manifest.json"
     manifest = _load_manifest(path)
-    content = as_parquet(stands, STANDS)
+    content = as_parquet(frame, FURTHER[name])
     sums = dict(manifest.get(_CHECKSUMS, {}))
-    sums.pop(_STANDS, None)
-    manifest.pop(_STANDS, None)
+    sums.pop(name, None)
+    manifest.pop(name, None)
     write_atomically(path, manifest_text({**manifest, _CHECKSUMS: sums}))
-    write_atomically(directory / f"{_STANDS}.parquet", content)
-    about = {_STANDS: made_with, _CHECKSUMS: {**sums, _STANDS: checksum(content)}}
+    write_atomically(directory / f"{name}.parquet", content)
+    about = {name: made_with, _CHECKSUMS: {**sums, name: checksum(content)}}
     write_atomically(path, manifest_text({**manifest, **about}))
 
 
-def read_stands(directory: Path) -> pd.DataFrame:
-    """The labels of the question ``stands``, :data:`STANDS`; empty where there are none.
+def read_further(directory: Path, name: str) -> pd.DataFrame:
+    """One of the tables of :data:`FURTHER`; empty where a set has none.
 
     Raises:
         BenchmarkError: not a labelled set, or a damaged one.
     """
-    expected = _load_manifest(directory / "manifest.json").get(_CHECKSUMS, {}).get(_STANDS)
+    schema = FURTHER[name]
+    expected = _load_manifest(directory / "manifest.json").get(_CHECKSUMS, {}).get(name)
     if expected is None:  # of another labelling, or half written
-        return from_parquet(as_parquet(pd.DataFrame(columns=STANDS.names), STANDS), STANDS)
-    return read_parquet(directory / f"{_STANDS}.parquet", STANDS, expected)
+        return from_parquet(as_parquet(pd.DataFrame(columns=schema.names), schema), schema)
+    return read_parquet(directory / f"{name}.parquet", schema, expected)
 
 
 def refuse_foreign(directory: Path) -> None:

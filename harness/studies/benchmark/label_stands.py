@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from steadyload.layouts.benchmark.dataset import Part, load_benchmark
-from steadyload.layouts.benchmark.tables import STANDS, BenchmarkError, write_stands
+from steadyload.layouts.benchmark.tables import STANDS, BenchmarkError, write_further
 from steadyload.layouts.question import Question
 from steadyload.layouts.scenarios import Scenario
 from steadyload.methods.registry import make_method
@@ -62,7 +62,7 @@ def label_stands(
             if limits.get(part) != 0
         ]
         stands = pd.concat(found, ignore_index=True)
-        write_stands(directory, stands, {"label": SPEC, "labelled_with": provenance()})
+        write_further(directory, "stands", stands, {"label": SPEC, "labelled_with": provenance()})
     return len(stands)
 
 

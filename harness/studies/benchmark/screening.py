@@ -1,0 +1,348 @@
+"""Labels of large layouts for both questions: MuJoCo screens every step, the reference decides.
+
+The reference takes minutes for a pallet of 50 boxes and an hour for one of 100; MuJoCo at 1 kHz
+moves boxes nearly as far in a tenth of the time. So MuJoCo answers about every step, and the
+reference about those that hang on it: where MuJoCo sees something move too far, or by more than
+half of a threshold, or comes to no end; where a box stands within 1 mm of its point of balance,
+which both then simulate for all of 3 s; and about a random 5 % of all others, which shows what is
+missed. Where it is asked, its answer counts. A step at which the same item moves as far as at an
+earlier one, on which both agreed, is not asked about again, nor is a box whose balance is as narrow
+as it was: what has tipped into a gap does so at every later step, too.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+
+from steadyload.engines.registry import package_versions
+from steadyload.layouts.benchmark.dataset import KEYS, load_benchmark
+from steadyload.layouts.benchmark.tables import (
+    CASES,
+    SCREENING,
+    STANDS,
+    UNLABELLED,
+    read_further,
+    read_tables,
+    write_further,
+    write_tables,
+)
+from steadyload.layouts.model import Layout
+from steadyload.methods import both_questions
+from steadyload.methods.both_questions import BothQuestions, StepAnswer
+from steadyload.methods.margins import margins
+from steadyload.methods.method import Status
+from steadyload.methods.registry import make_method
+from steadyload.methods.simulation import Simulation
+from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit
+from steadyload.runs.provenance import key_of, made_by, provenance
+from steadyload.runs.store import Store, locked, parquet
+from steadyload.studies.benchmark.label_rows import LABEL
+
+VERSION = 1
+"""Version of rows: raised when they come out differently."""
+
+SCREEN = "label@mujoco:frequency=1000"
+"""The simulation that answers about every step."""
+
+NEAR = 0.5
+"""Multiple of a threshold from which the reference is asked."""
+
+NARROW = 0.1
+"""Where balance is lost or won by contact patches that are so much narrower or wider, the reference
+is asked [cm]; see :mod:`steadyload.methods.margins`."""
+
+SAME = 0.05
+"""Two movements of an item are the same when they differ by less, in units of a threshold."""
+
+CHECKED = 0.05
+"""Share of all steps about which the reference is asked whatever MuJoCo says."""
+
+CASE_SECONDS = 4 * 3600.0
+"""Hard limit on the wall time of a case."""
+
+_SHARD = 4
+_DIGITS = 4
+
+_ROWS = pa.schema(
+    [
+        *(pa.field(name, pa.string(), nullable=False) for name in (*KEYS, "status", "reason")),
+        pa.field("item_count", pa.int16(), nullable=False),
+        pa.field("failing_step", pa.int16()),
+        pa.field("stands", pa.string(), nullable=False),
+        pa.field("failing_step_stands", pa.int16()),
+        pa.field("moved_item", pa.int16()),
+        pa.field("moved", pa.list_(pa.int16())),
+        *(
+            pa.field(f"{what}_{when}", pa.list_(pa.float32()))
+            for what in ("corner", "angle")
+            for when in ("last", "most")
+        ),
+        pa.field("margin", pa.list_(pa.float32())),
+        pa.field("screen", pa.list_(pa.float32())),
+        pa.field("reference", pa.list_(pa.float32())),
+        pa.field("why", pa.list_(pa.string())),
+    ]
+)
+
+
+@dataclass(frozen=True, slots=True)
+class CasesUnit:
+    """A unit of work: some cases, and the key of their shard."""
+
+    cases: tuple[tuple[str, Layout], ...]
+    key: str
+
+    def __len__(self) -> int:
+        return len(self.cases)
+
+    def without(self, done: int) -> CasesUnit:
+        """The unit without its first ``done`` cases."""
+        return replace(self, cases=self.cases[done:])
+
+    def describe(self, part: int) -> str:
+        """Description of a case for messages."""
+        scenario, layout = self.cases[part]
+        return f"labels by screening of layout {layout.name!r} ({scenario})"
+
+
+def label_screened(
+    directory: Path,
+    *,
+    most_items: int | None = None,
+    workers: int = IN_THIS_PROCESS,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> int:
+    """Label the unlabelled cases of a set for both questions; returns how many have labels now.
+
+    Small layouts come first. Whatever is done when this ends, or is interrupted, is written into
+    the tables, and is not done again.
+
+    Args:
+        directory: of the set; its tables are written anew.
+        most_items: only cases of at most so many items; None for all.
+        workers: see :func:`steadyload.runs.runner.run_study`.
+        progress: called with the cases done and those to be done.
+
+    Raises:
+        BenchmarkError: no labelled set.
+        ResultsError: another run is at work in the folder.
+        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
+    """
+    benchmark = load_benchmark(directory)
+    cases = benchmark.cases[benchmark.cases["status"] == UNLABELLED]
+    if most_items is not None:
+        cases = cases[cases["item_count"] <= most_items]
+    cases = cases.sort_values("item_count", kind="stable")
+    layouts = [
+        (scenario, benchmark.layout(name, scenario))
+        for name, scenario in zip(cases["layout"], cases["scenario"], strict=True)
+    ]
+    store = Store(directory / "screening", parquet(_ROWS))
+    units = [_unit(tuple(layouts[k : k + _SHARD])) for k in range(0, len(layouts), _SHARD)]
+    with locked(directory):
+        try:
+            store.complete(
+                units,
+                screened_rows,
+                crashed=lambda unit, part, reason: _row(unit, part, Status.CRASHED, reason),
+                limit=PartLimit(
+                    CASE_SECONDS,
+                    lambda unit, part, reason: _row(unit, part, Status.TIMEOUT, reason),
+                ),
+                workers=workers,
+                progress=progress,
+            )
+        finally:
+            done = [store.read(unit.key) for unit in units if unit.key in store]
+            if done:
+                _merge(directory, pd.concat(done, ignore_index=True))
+    return int((read_tables(directory)[1]["status"] != UNLABELLED).sum())
+
+
+def _unit(cases: tuple[tuple[str, Layout], ...]) -> CasesUnit:
+    made = {
+        **{f"screen: {name}": value for name, value in made_by(make_method(SCREEN)).items()},
+        **{f"reference: {name}": value for name, value in made_by(make_method(LABEL)).items()},
+        **package_versions(("numpy", "scipy")),
+        "version of answers": str(both_questions.VERSION),
+        "version of rows": str(VERSION),
+    }
+    content = [[scenario, layout.name, layout.content_hash()] for scenario, layout in cases]
+    return CasesUnit(cases, key_of({"question": "both", "made by": made, "cases": content}))
+
+
+def screened_rows(unit: CasesUnit) -> Iterator[dict[str, Any]]:
+    """Prepare, then label a unit's cases, in turn: a row for every one."""
+    most = max(len(layout) for _, layout in unit.cases)
+    for spec in (SCREEN, LABEL):
+        make_method(spec).prepare(most)
+    return (screened_row(scenario, layout) for scenario, layout in unit.cases)
+
+
+def screened_row(scenario: str, layout: Layout) -> dict[str, Any]:
+    """A case's labels for both questions, with what was seen at every step."""
+    loading = _Screened(scenario, layout)
+    try:
+        return loading.row()
+    finally:
+        loading.close()
+
+
+class _Screened:
+    """One loading, step by step, by two simulations."""
+
+    def __init__(self, scenario: str, layout: Layout) -> None:
+        screen, reference = (make_method(spec) for spec in (SCREEN, LABEL))
+        assert isinstance(screen, Simulation)
+        assert isinstance(reference, Simulation)
+        self._scenario, self._layout = scenario, layout
+        self._screen = BothQuestions(layout, screen)
+        self._reference = BothQuestions(layout, reference)
+        seed = [zlib.crc32(layout.name.encode()), zlib.crc32(scenario.encode())]
+        self._checked = np.random.default_rng(seed).random(len(layout)) < CHECKED
+        self._margins = margins(layout, centres=False)
+        # By item: movements on which both agreed, as the screen saw them.
+        self._agreed: dict[int, list[float]] = {}
+        self._narrow: set[tuple[int, float]] = set()
+        self._answers: list[StepAnswer] = []
+        self._seen: list[tuple[float, float, str]] = []
+
+    def close(self) -> None:
+        """Release resources."""
+        self._screen.close()
+        self._reference.close()
+
+    def row(self) -> dict[str, Any]:
+        """See :func:`screened_row`."""
+        failing: int | None = None
+        stands, standing, moved = Status.DONE, True, None
+        step_stands: int | None = None
+        for step in range(len(self._layout)):
+            answer = self._answer(step, standing)
+            if answer.status is not Status.DONE:
+                if standing:
+                    stands = answer.status
+                return self._row(answer.status, answer.reason, None, stands, step_stands, moved)
+            self._answers.append(answer)
+            if standing and answer.fails_standing is not False:
+                unsettled = answer.fails_standing is None
+                stands = Status.UNSETTLED if unsettled else Status.DONE
+                step_stands = None if unsettled else step
+                standing, moved = False, answer.item
+            if answer.fails_within:
+                failing = step
+                break
+        return self._row(Status.DONE, "", failing, stands, step_stands, moved)
+
+    def _answer(self, step: int, standing: bool) -> StepAnswer:
+        narrow = self._is_narrow(step)
+        seen = self._screen.ask(step, standing=standing, patient=narrow)
+        why = self._why(step, seen, standing) or ("narrow" if narrow else "")
+        if not why:
+            self._seen.append((seen.beyond, np.nan, ""))
+            return seen
+        answer = self._reference.ask(step, standing=standing, patient=narrow)
+        self._seen.append((seen.beyond, answer.beyond, why))
+        if answer.status is Status.DONE and abs(answer.beyond - seen.beyond) < SAME:
+            self._agreed.setdefault(seen.item, []).append(seen.beyond)
+        return answer
+
+    def _is_narrow(self, step: int) -> bool:
+        """Whether a box that was not asked about before is within 1 mm of its point of balance."""
+        margin = self._margins[step]
+        if abs(margin.patches) >= NARROW:
+            return False
+        known, place = len(self._narrow), (margin.item, round(margin.patches, 3))
+        self._narrow.add(place)
+        return len(self._narrow) > known
+
+    def _why(self, step: int, seen: StepAnswer, standing: bool) -> str:
+        """The reason to ask the reference; empty for none."""
+        if seen.status is not Status.DONE or (standing and seen.fails_standing is None):
+            return "no end"
+        if seen.fails_within or seen.fails_standing:
+            return "fails"
+        known = any(abs(seen.beyond - far) < SAME for far in self._agreed.get(seen.item, []))
+        if seen.beyond > NEAR and not known:
+            return "near"
+        return "drawn" if self._checked[step] else ""
+
+    def _row(
+        self,
+        status: Status,
+        reason: str,
+        failing: int | None,
+        stands: Status,
+        step_stands: int | None,
+        moved: int | None,
+    ) -> dict[str, Any]:
+        def listed(name: str) -> list[float]:
+            return [round(getattr(answer, name), _DIGITS) for answer in self._answers]
+
+        screen, reference, why = (list(part) for part in zip(*self._seen, strict=True))
+        return {
+            "layout": self._layout.name,
+            "scenario": self._scenario,
+            "item_count": len(self._layout),
+            "status": str(status),
+            "reason": reason,
+            "failing_step": failing,
+            "stands": str(stands),
+            "failing_step_stands": step_stands,
+            "moved_item": moved,
+            "moved": [answer.item for answer in self._answers],
+            **{
+                f"{what}_{when}": listed(f"{what}_{when}")
+                for what in ("corner", "angle")
+                for when in ("last", "most")
+            },
+            "margin": [round(m.patches, 3) + 0.0 for m in self._margins[: len(self._answers)]],
+            "screen": [round(far, _DIGITS) for far in screen],
+            "reference": [round(far, _DIGITS) for far in reference],
+            "why": why,
+        }
+
+
+def _row(unit: CasesUnit, part: int, status: Status, reason: str) -> dict[str, Any]:
+    scenario, layout = unit.cases[part]
+    return dict.fromkeys(_ROWS.names) | {
+        "layout": layout.name,
+        "scenario": scenario,
+        "item_count": len(layout),
+        "status": str(status),
+        "stands": str(status),
+        "reason": reason,
+    }
+
+
+def _merge(directory: Path, rows: pd.DataFrame) -> None:
+    """Write labels into the tables of a set."""
+    layouts, cases, opinions, manifest = read_tables(directory)
+    stands = read_further(directory, "stands")
+    screening = read_further(directory, "screening")
+    shared = [name for name in CASES.names if name in rows and name not in KEYS]
+    new = rows.set_index(KEYS)[shared]
+    cases = cases.set_index(KEYS)
+    for name in shared:
+        cases[name] = cases[name].astype(object)
+        cases.loc[new.index, name] = new[name].astype(object)
+    cases = cases.reset_index()[CASES.names]
+    own = rows[[*KEYS, "stands", "failing_step_stands", "moved_item"]].rename(
+        columns={"stands": "status", "failing_step_stands": "failing_step"}
+    )
+    stands = pd.concat([stands, own.reindex(columns=STANDS.names)], ignore_index=True)
+    steps = rows[[*KEYS, "screen", "reference", "why"]].dropna(subset="screen")
+    screening = pd.concat([screening, steps[SCREENING.names]], ignore_index=True)
+    made = {"label": LABEL, "screen": SCREEN, "labelled_with": provenance()}
+    # The cases come last: what they call labelled is in the other tables by then.
+    write_further(directory, "stands", stands, made)
+    write_further(directory, "screening", screening, made)
+    write_tables(directory, layouts, cases, opinions, {**manifest, **made}, keep_further=True)
