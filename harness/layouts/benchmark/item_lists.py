@@ -27,7 +27,7 @@ EURO_PALLET = (120, 80)
 DENSITIES = (100.0, 500.0)
 """Densities [kg/m3] between which that of an item type without a weight is drawn."""
 
-_CONTAINER_FILE = re.compile(r"(.+?)(?:\.txt)?_([0-9]{1,6})_items\.csv", re.ASCII)
+_CONTAINER_FILE = re.compile(r"(.+)\.txt_(0|[1-9][0-9]{0,5})_items\.csv", re.ASCII)
 _COLUMNS = ("X", "Y", "Z", "COPIES")
 _WHOLE = re.compile(r"[0-9]{1,6}", re.ASCII)
 _NUMBER = re.compile(r"[0-9]{1,6}(\.[0-9]{1,6})?", re.ASCII)
@@ -92,7 +92,8 @@ def container_lists(folder: Path, count: int, seed: int) -> list[ItemList]:
     found = container_files(folder)
     if len(found) < count:
         raise ItemListError(
-            f"{folder}: holds {len(found)} files NAME_NUMBER_items.csv; allowed: {count} or more"
+            f"{folder}: holds {len(found)} files NAME.txt_NUMBER_items.csv; "
+            f"allowed: {count} or more"
         )
     return [_container_list(path, name, seed) for name, path in islice(found.items(), count)]
 
@@ -139,7 +140,7 @@ def read_items(path: Path) -> list[tuple[Sides, int]]:
             )
             found.append(((x, y, z), copies))
     except csv.Error as error:
-        raise ItemListError(f"{path}: line {reader.line_num} is not CSV ({error})") from None
+        raise ItemListError(f"{path}: line {reader.reader.line_num} is not CSV ({error})") from None
     if not found:
         raise ItemListError(f"{path}: holds no item types; allowed: one or more")
     return found

@@ -68,7 +68,7 @@ checksum of all of them: of a folder, those of its instances."""
 
 
 SPLITS = SplitSizes(test=100, validation=40, test_lists=50, validation_lists=15)
-"""Those of a set of real size: all lists are of one class, and each holds one to nine cases."""
+"""Those of a set of real size, whose lists are all of one class."""
 
 
 @dataclass(frozen=True, slots=True)
