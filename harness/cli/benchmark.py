@@ -218,14 +218,21 @@ class BuildReal:
         from steadyload.layouts.benchmark.real import RealInputs, RealOptions
         from steadyload.studies.benchmark.labelling import build_real_set
 
-        wanted = {
-            "seed": self.seed, "containers": self.container_lists, "pallets": self.pallet_lists
-        }  # fmt: skip
-        given = {name: value for name, value in wanted.items() if value is not None}
+        standard = RealOptions()
+        chosen = replace(
+            standard,
+            seed=_chosen(self.seed, standard.seed),
+            containers=_chosen(self.container_lists, standard.containers),
+            pallets=_chosen(self.pallet_lists, standard.pallets),
+        )
         inputs = RealInputs(self.pallets, self.containers, self.products)
         with progress_bar("packing") as advance:
-            count = build_real_set(RealOptions(**given), inputs, self.output, advance)
+            count = build_real_set(chosen, inputs, self.output, advance)
         print(f"{count} cases -> {self.output}; next: steadyload benchmark label {self.output}")
+
+
+def _chosen(given: int | None, standard: int) -> int:
+    return standard if given is None else given
 
 
 @dataclass(frozen=True)
