@@ -10,17 +10,21 @@ from __future__ import annotations
 
 import csv
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
-import packingsolver3d as ps
-import packvium as pv
-import py3dbp
-
 import steadyload as sl
+from steadyload.layouts.benchmark.item_lists import read_items
 from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.packers.plan import Plan
+from steadyload.layouts.packers.packed import (
+    PACKERS,
+    ItemList,
+    ItemType,
+    Packing,
+    with_packingsolver,
+)
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
 
@@ -28,86 +32,32 @@ UNITS = "in"
 """The instances have no unit; in inches their containers are up to 1.6 m long."""
 
 METHODS = ("equilibrium", "ps_opt@mujoco")
-Sides = tuple[int, int, int]
 
-
-def read_instance(items: Path) -> tuple[Sides, list[tuple[Sides, int]]]:
-    """The bin of an instance, and its items with their copies. Limits on turning are left out."""
-    with items.open() as file, Path(str(items).replace("_items", "_bins")).open() as bins:
-        only = next(csv.DictReader(bins))
-        rows = list(csv.DictReader(file))
-    return _sides(only), [(_sides(row), int(row["COPIES"])) for row in rows]
-
-
-def _sides(row: dict[str, str]) -> Sides:
-    return int(row["X"]), int(row["Y"]), int(row["Z"])
-
-
-def with_packingsolver(bin_: Sides, items: list[tuple[Sides, int]]) -> Plan:
-    """The plan of PackingSolver: one pass of at most 10 s, or 60 s where that finds none."""
-    kinds = [ps.ItemType(*sides, copies=n, rotations=ps.ALL_ROTATIONS) for sides, n in items]
-    instance = ps.Instance(
-        bin_types=[ps.BinType(*bin_, copies=sum(n for _, n in items))],
-        item_types=kinds,
-        objective=ps.Objective.BIN_PACKING,
-    )
-    one_pass = ps.OptimizationMode.NOT_ANYTIME_SEQUENTIAL
-    for limit in (10.0, 60.0):
-        result = ps.box.solve(instance, time_limit=limit, optimization_mode=one_pass)
-        if result.bins:
-            break
-    return sl.from_packingsolver(result, instance=instance, units=UNITS)
-
-
-def with_packvium(support: float) -> Callable[[Sides, list[tuple[Sides, int]]], Plan]:
-    """The plan of Packvium, with at least this share of each base supported."""
-    config = pv.PackingConfig.balanced(
-        minimum_support_ratio=support,
-        time_limit_ms=60_000,
-        effort_budget=pv.EffortBudget(max_candidates_evaluated=20_000),
-    )
-
-    def packed(bin_: Sides, items: list[tuple[Sides, int]]) -> Plan:
-        boxes = [
-            pv.Item.create(f"type {k}", pv.Dimensions.inches(*map(str, sides)), quantity=n)
-            for k, (sides, n) in enumerate(items)
-        ]
-        container = pv.Container.create("bin", pv.Dimensions.inches(*map(str, bin_)))
-        return sl.from_packvium(pv.Packer(config).pack(boxes, [container]))
-
-    return packed
-
-
-def with_py3dbp(bin_: Sides, items: list[tuple[Sides, int]]) -> Plan:
-    """The plan of py3dbp, largest boxes first."""
-    packer = py3dbp.Packer()
-    length, width, height = bin_
-    for number in range(sum(n for _, n in items)):
-        packer.add_bin(py3dbp.Bin(f"bin {number}", width, height, length, 1_000_000))
-    for kind, ((x, y, z), copies) in enumerate(items):
-        for _ in range(copies):
-            packer.add_item(py3dbp.Item(f"type {kind}", y, z, x, 0))
-    packer.pack(bigger_first=True, distribute_items=True)
-    return sl.from_py3dbp(packer, units=UNITS)
-
-
-PACKERS: dict[str, Callable[[Sides, list[tuple[Sides, int]]], Plan]] = {
-    "packingsolver3d": with_packingsolver,
-    "packvium": with_packvium(0.0),
-    "packvium-support-75": with_packvium(0.75),
-    "py3dbp": with_py3dbp,
+PACK: dict[str, Packing] = {
+    **PACKERS,
+    # One pass of at most 10 s, or 60 s where that finds no plan.
+    "packingsolver3d": partial(with_packingsolver, time_limits=(10.0, 60.0)),
 }
+
+
+def read_instance(items: Path) -> ItemList:
+    """An instance: its bin, and its items with their copies. Limits on turning are left out."""
+    with Path(str(items).replace("_items", "_bins")).open() as bins:
+        only = next(csv.DictReader(bins))
+    types = tuple(ItemType(sides, copies) for sides, copies in read_items(items))
+    bin_ = int(only["X"]), int(only["Y"]), int(only["Z"])
+    return ItemList(items.name.removesuffix("_items.csv"), bin_, types, UNITS)
 
 
 def plans(folder: Path, packer: str) -> Iterator[sl.Layout]:
     """All loaded bins of all instances, named by instance and bin."""
     for path in sorted(folder.glob("*_items.csv")):
-        found = PACKERS[packer](*read_instance(path))
-        instance = path.name.removesuffix("_items.csv")
+        items = read_instance(path)
+        found = PACK[packer](items)
         if found.unplaced:
-            print(f"{packer}, {instance}: {len(found.unplaced)} unplaced", file=sys.stderr)
+            print(f"{packer}, {items.name}: {len(found.unplaced)} unplaced", file=sys.stderr)
         for layout in found.layouts:
-            yield replace(layout, name=f"{instance} {layout.name}")
+            yield replace(layout, name=f"{items.name} {layout.name}")
 
 
 def rows(packer: str, layouts: list[sl.Layout]) -> tuple[str, str]:

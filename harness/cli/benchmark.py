@@ -192,6 +192,49 @@ class Build:
         print(f"{count} cases -> {self.output}; next: steadyload benchmark label {self.output}")
 
 
+@dataclass(frozen=True, kw_only=True)
+class BuildReal:
+    """Files that layouts of real size are made from, and the options of the set."""
+
+    pallets: Path = option(
+        REQUIRED, "layout file of pallets, named ORDER.order-NUMBER", metavar="FILE"
+    )
+    containers: Path = option(
+        REQUIRED, "instances for containers: NAME.txt_NUMBER_items.csv of PackingSolver, in cm",
+        metavar="FOLDER",
+    )  # fmt: skip
+    products: Path = option(
+        REQUIRED, "instances of products: *.csv of Alonso et al. (2019)", metavar="FOLDER"
+    )
+    output: Path = option(
+        REQUIRED, "folder of the new set", names=("--output", "-o"), metavar="DIR"
+    )
+    seed: int | None = option(None, "default: 2024", least=0)
+    container_lists: int | None = option(None, "item lists for containers (default: 28)", least=0)
+    pallet_lists: int | None = option(None, "item lists for Euro pallets (default: 28)", least=0)
+
+    def run(self) -> None:
+        """Pack the layouts of a set of real size."""
+        from steadyload.layouts.benchmark.real import RealInputs, RealOptions
+        from steadyload.studies.benchmark.labelling import build_real_set
+
+        standard = RealOptions()
+        chosen = replace(
+            standard,
+            seed=_chosen(self.seed, standard.seed),
+            containers=_chosen(self.container_lists, standard.containers),
+            pallets=_chosen(self.pallet_lists, standard.pallets),
+        )
+        inputs = RealInputs(self.pallets, self.containers, self.products)
+        with progress_bar("packing") as advance:
+            count = build_real_set(chosen, inputs, self.output, advance)
+        print(f"{count} cases -> {self.output}; next: steadyload benchmark label {self.output}")
+
+
+def _chosen(given: int | None, standard: int) -> int:
+    return standard if given is None else given
+
+
 @dataclass(frozen=True)
 class Label:
     """Which set, the sizes of the splits, and the further methods."""

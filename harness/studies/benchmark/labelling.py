@@ -18,6 +18,12 @@ from steadyload.engines.registry import package_versions
 from steadyload.layouts.benchmark.build import BuildOptions, build
 from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import Benchmark, load_benchmark
+from steadyload.layouts.benchmark.real import (
+    RealInputs,
+    RealOptions,
+    build_real,
+    real_manifest,
+)
 from steadyload.layouts.benchmark.splits import (
     SplitSizes,
     assign_splits,
@@ -104,9 +110,7 @@ def build_set(
         PackingError: an option that is not allowed.
         BenchmarkError: the folder already holds a set.
     """
-    if (directory / "manifest.json").exists():
-        raise BenchmarkError(f"{directory}: already holds something; choose another folder")
-    refuse_foreign(directory)
+    _refuse_set(directory)
     layouts, cases = build(options, progress)
     manifest = {
         "origin": "generated",
@@ -121,6 +125,33 @@ def build_set(
     }
     write_unlabelled(directory, layouts, cases, manifest)
     return len(cases)
+
+
+def build_real_set(
+    options: RealOptions,
+    inputs: RealInputs,
+    directory: Path,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> int:
+    """Write layouts of real size and unlabelled cases; returns the number of cases.
+
+    Raises:
+        UserError: see :func:`steadyload.layouts.benchmark.real.build_real`.
+        BenchmarkError: the folder already holds a set.
+        OSError: a file cannot be read.
+    """
+    _refuse_set(directory)
+    layouts, cases = build_real(options, inputs, progress)
+    manifest = {**real_manifest(options, inputs), "built_with": provenance()}
+    write_unlabelled(directory, layouts, cases, manifest)
+    return len(cases)
+
+
+def _refuse_set(directory: Path) -> None:
+    """Raises BenchmarkError where a new set cannot be written."""
+    if (directory / "manifest.json").exists():
+        raise BenchmarkError(f"{directory}: already holds something; choose another folder")
+    refuse_foreign(directory)
 
 
 def write_unlabelled(

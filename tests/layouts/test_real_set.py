@@ -1,0 +1,310 @@
+"""The set of real size: item lists, plans of real packers, pallets, and its folder."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import steadyload as sl
+from steadyload.cli import main
+from steadyload.layouts.benchmark.item_lists import (
+    CONTAINER,
+    ItemListError,
+    PalletRule,
+    container_files,
+    container_lists,
+    pallet_lists,
+    product_files,
+    read_items,
+    read_products,
+)
+from steadyload.layouts.benchmark.real import (
+    PALLET_SOFTWARE,
+    RealInputs,
+    RealOptions,
+    build_real,
+    real_manifest,
+)
+from steadyload.layouts.benchmark.tables import BenchmarkError
+from steadyload.layouts.floor import FloorKind
+from steadyload.layouts.formats import Format, write_layouts
+from steadyload.layouts.packers.packed import PACKERS
+from steadyload.studies.benchmark.labelling import build_real_set, split_sizes
+
+ITEMS = "ID,X,Y,Z,ROTATION_XYZ,COPIES\n0,110,100,90,1,5\n1,120,80,100,1,4\n"
+PRODUCTS = """#products 4
+1 0 52 400.00 600.00 500.00 24.5 1 1 1 1 0 0 1
+2 1 78 400.00 600.00 500.00 24.5 1 1 1 1 0 0 2
+3 2 78 300.40 700.00 400.00 12 1 1 1 1 0 0 3
+4 0 26 1300.00 900.00 1250.00 99 1 1 1 1 0 0 4
+#layers 1
+1 997.00 1270.00 171.40 120.30 0 26 8
+"""
+RULE = PalletRule(
+    load_heights=(100, 130), fewest_types=2, most_types=12, fewest_boxes=4, most_boxes=20
+)
+OPTIONS = RealOptions(
+    containers=2, pallets=2, fewest_items=2, most_items=9, most_in_all_scenarios=4, rule=RULE
+)
+
+
+def pallet(name, count, *, at=0.0):
+    boxes = tuple(
+        sl.Item(k, position=(at, 10.0 * k, 0.0), size=(30.0, 10.0, 40.0), weight=1.0 + k)
+        for k in range(count)
+    )
+    return sl.Layout(name, sl.Pallet(80.0, 200.0, 120.0), boxes)
+
+
+@pytest.fixture
+def inputs(tmp_path):
+    containers, products = tmp_path / "containers", tmp_path / "products"
+    containers.mkdir()
+    products.mkdir()
+    for name in ("B.txt_1", "A.txt_10", "A.txt_2"):
+        (containers / f"{name}_items.csv").write_text(ITEMS)
+        (containers / f"{name}_bins.csv").write_text("ID,X,Y,Z\n0,587,233,220\n")
+    (products / "inst1.csv").write_text(PRODUCTS)
+    (products / "readme.txt").write_text("no instance")
+    pallets = [pallet("7.order-0", 3), pallet("7.order-1", 5, at=-2.0), pallet("8.order-0", 1)]
+    pallets += [pallet("8.order-1", 3), pallet("8.order-2", 10)]
+    write_layouts(tmp_path / "pallets.json", pallets, Format.NATIVE)
+    return RealInputs(tmp_path / "pallets.json", containers, products)
+
+
+@pytest.fixture
+def packers():
+    for package in ("packingsolver3d", "packvium", "py3dbp"):
+        pytest.importorskip(package)
+
+
+# --- item lists -----------------------------------------------------------------------------------
+
+
+def test_containers_take_the_lowest_numbers_first_and_half_of_the_copies(inputs):
+    assert list(container_files(inputs.containers)) == ["B-1", "A-2", "A-10"]
+    lists = container_lists(inputs.containers, 2, 3)
+    assert [each.name for each in lists] == ["B-1", "A-2"]
+    for each in lists:
+        assert (each.bin, each.units) == (CONTAINER, "cm")
+        assert [(t.sides, t.copies) for t in each.types] == [
+            ((110, 100, 90), 3),
+            ((120, 80, 100), 2),
+        ]
+        for kind in each.types:
+            density = kind.weight / math.prod(kind.sides) * 1e6
+            assert 100.0 <= density <= 500.0
+            assert kind.weight == round(kind.weight, 3)
+
+
+def test_densities_depend_on_the_seed_and_the_name_of_the_list_alone(inputs):
+    (first, second) = container_lists(inputs.containers, 2, 3)
+    assert first.types != second.types
+    (inputs.containers / "B.txt_1_items.csv").unlink()
+    assert container_lists(inputs.containers, 1, 3) == [second]
+    assert container_lists(inputs.containers, 1, 4) != [second]
+
+
+def test_densities_are_log_uniform(inputs):
+    path = inputs.containers / "B.txt_1_items.csv"
+    path.write_text("X,Y,Z,COPIES\n" + "100,100,100,1\n" * 4000)
+    (only,) = container_lists(inputs.containers, 1, 0)
+    shares = np.log([kind.weight / 100.0 for kind in only.types]) / math.log(5.0)
+    assert np.quantile(shares, [0.25, 0.5, 0.75]) == pytest.approx([0.25, 0.5, 0.75], abs=0.03)
+
+
+def test_pallets_draw_products_that_fit_and_as_many_boxes_as_are_allowed(inputs):
+    lists = pallet_lists(inputs.products, 20, 5, RULE)
+    assert lists[:3] == pallet_lists(inputs.products, 3, 5, RULE)
+    assert {each.bin for each in lists} == {(1200, 800, 1000), (1200, 800, 1300)}
+    for number, each in enumerate(lists):
+        assert each.name == f"inst1-{each.bin[2] // 10}-{number}"
+        assert each.units == "mm"
+        assert 4 <= each.count <= 20
+        # Equal products count once, and one is too large.
+        kinds = {(400, 600, 500): 24.5, (300, 700, 400): 12.0}
+        assert {kind.sides: kind.weight for kind in each.types} == kinds
+        filled = sum(kind.copies * math.prod(kind.sides) for kind in each.types)
+        assert filled / math.prod(each.bin) == pytest.approx(1.1, abs=0.15)
+
+
+DAMAGED_ITEMS = [
+    ("X,Y,Z\n1,2,3\n", "line 1 has no column COPIES; allowed: X, Y, Z, COPIES, ..."),
+    ("X,Y,Z,COPIES\n1,2,3,4\n1,2.5,3,4\n", "line 3 has Y '2.5'; allowed: a whole number, 1 to"),
+    ("X,Y,Z,COPIES\n1,2,3\n", "line 2 has COPIES missing; allowed: a whole number, 1 to 999999"),
+    ("X,Y,Z,COPIES\n1,2,3,0\n", "line 2 has COPIES '0'; allowed: a whole number, 1 to 999999"),
+    ('X,Y,Z,COPIES\n1,"2"3,3,4\n', "line 2 is not CSV"),
+    ("X,Y,Z,COPIES\n", "holds no item types; allowed: one or more"),
+    ("", "line 1 has no column X"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "message"), DAMAGED_ITEMS)
+def test_damaged_items_are_refused_with_file_and_line(text, message, tmp_path):
+    path = tmp_path / "A_1_items.csv"
+    path.write_text(text)
+    with pytest.raises(ItemListError) as error:
+        read_items(path)
+    assert str(error.value).startswith(f"{path}: {message}")
+
+
+DAMAGED_PRODUCTS = [
+    ("", "line 1 is empty; allowed: #products NUMBER"),
+    ("#layers 4\n", "line 1 is '#layers 4'; allowed: #products NUMBER"),
+    ("#products 2\n1 0 5 10 10 10 1\n", "ends at line 2; allowed: 2 products, as line 1 says"),
+    ("#products 1\n1 0 5 10 10 10\n", "line 2 has 6 columns; allowed: 7 or more"),
+    ("#products 1\n1 0 5 10 0 10 1\n", "line 2 has length '0'; allowed: a number, 1 or more"),
+    ("#products 1\n1 0 5 10 9 10 x\n", "line 2 has weight 'x'; allowed: a number, 0.001 or more"),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), DAMAGED_PRODUCTS)
+def test_damaged_products_are_refused_with_file_and_line(text, message, tmp_path):
+    path = tmp_path / "inst1.csv"
+    path.write_text(text)
+    with pytest.raises(ItemListError) as error:
+        read_products(path)
+    assert str(error.value) == f"{path}: {message}"
+
+
+def test_folders_that_do_not_do_are_refused(inputs, tmp_path):
+    missing = tmp_path / "missing"
+    for ask in (container_lists, pallet_lists):
+        with pytest.raises(ItemListError, match="missing: is no folder; allowed: one that holds"):
+            ask(missing, 1, 0)
+    with pytest.raises(
+        ItemListError, match=r"holds 3 files NAME.txt_NUMBER_items.csv; allowed: 4 or"
+    ):
+        container_lists(inputs.containers, 4, 0)
+    with pytest.raises(ItemListError, match=r"no instance of 4 or more products that fit a Euro"):
+        pallet_lists(inputs.products, 1, 0)
+    few = PalletRule(fewest_types=2, fewest_boxes=1, most_boxes=2)
+    with pytest.raises(
+        ItemListError, match=r"10,000 draws gave no list of 1 to 2 boxes for a load"
+    ):
+        pallet_lists(inputs.products, 1, 0, few)
+    (product_files(inputs.products)[0]).write_bytes(b"\xff\xfe\xff")
+    with pytest.raises(ItemListError, match=r"inst1.csv: is no text in UTF-8"):
+        pallet_lists(inputs.products, 1, 0, RULE)
+
+
+# --- layouts --------------------------------------------------------------------------------------
+
+
+def test_a_set_holds_pallets_and_one_plan_a_list_and_packer(inputs, packers, tmp_path):
+    seen = []
+    count = build_real_set(OPTIONS, inputs, tmp_path / "set", lambda *done: seen.append(done))
+    assert seen == [(1, 4), (2, 4), (3, 4), (4, 4)]
+    found = sl.load_benchmark(tmp_path / "set")
+    assert len(found.cases) == count
+    assert set(found.cases["status"]) == {"unlabelled"}
+    assert set(found.layouts["item_class"]) == {0}
+    layouts = found.layouts[found.layouts["weights"].map(len).between(2, 9)]
+    assert len(layouts) == len(found.layouts)
+    # Pallets of 1 and 10 boxes are left out, and one geometry is there twice.
+    pallets = layouts[[s[0] == PALLET_SOFTWARE for s in layouts["sources"]]]
+    assert pallets["instance"].to_dict() == {"7.order-0": "7", "7.order-1": "7"}
+    plans = layouts.drop(index=pallets.index)
+    for name, row in plans.iterrows():
+        items, packer, number = name.split(" ")
+        assert row["instance"] == items
+        assert row["sources"][0] == packer
+        assert int(number) >= 1
+    sources = [(row["instance"], s) for _, row in plans.iterrows() for s in row["sources"]]
+    assert len(sources) == len(set(sources))
+    assert {packer for _, packer in sources} == set(PACKERS)
+    geometries = {found.layout(name, "S1").geometry_hash() for name in layouts.index}
+    assert len(geometries) == len(layouts)
+
+
+def test_large_layouts_are_cases_in_one_scenario(inputs, packers):
+    layouts, cases = build_real(OPTIONS, inputs)
+    scenarios = {name: [] for name in layouts["layout"]}
+    for scenario, layout in cases:
+        scenarios[layout.name].append(scenario)
+        assert layout.mass_offsets.any() == (scenario != "S1")
+    for name, weights in zip(layouts["layout"], layouts["weights"], strict=True):
+        assert scenarios[name] == (["S1", "S2a", "S2b"] if len(weights) <= 4 else ["S1"])
+
+
+def test_pallets_keep_their_order_their_weights_and_their_floor(inputs, packers, tmp_path):
+    build_real_set(OPTIONS, inputs, tmp_path / "set")
+    found = sl.load_benchmark(tmp_path / "set")
+    for layout in sl.read(inputs.pallets):
+        if layout.name.startswith("7"):
+            stored = found.layout(layout.name, "S1")
+            assert stored.content_hash() == layout.content_hash()
+            assert stored.floor == layout.floor
+    # One overhangs its deck.
+    kinds = [found.layout(f"7.order-{k}", "S1").floor.kind for k in (0, 1)]
+    assert kinds == [FloorKind.INFINITE, FloorKind.DECK]
+
+
+def test_the_manifest_says_what_the_set_is_made_from(inputs, packers, tmp_path):
+    build_real_set(OPTIONS, inputs, tmp_path / "set")
+    manifest = json.loads((tmp_path / "set" / "manifest.json").read_text())
+    assert (manifest["origin"], manifest["seed"]) == ("real", OPTIONS.seed)
+    assert list(manifest["packers"]["names"]) == list(PACKERS)
+    assert set(manifest["packers"]["versions"]) == {"packingsolver3d", "packvium", "py3dbp"}
+    assert "log-uniform by item type, 100 to 500 kg/m3" in manifest["densities"]
+    assert manifest["loading_order"].startswith("pallets: that of the file; plans: height")
+    assert split_sizes(manifest) == OPTIONS.splits
+    assert manifest["built_with"]["versions"]["python"]
+    # A licence is stated of the known files alone.
+    assert {source["title"] for source in manifest["sources"].values()} == {"other files"}
+
+
+def test_a_checksum_of_the_sources_changes_with_their_files(inputs, packers):
+    before = real_manifest(OPTIONS, inputs)["sources"]
+    (inputs.products / "inst1.csv").write_text(PRODUCTS + "\n")
+    (inputs.products / "readme.txt").write_text("is not read")
+    after = real_manifest(OPTIONS, inputs)["sources"]
+    assert [name for name in before if before[name] != after[name]] == ["products"]
+
+
+def test_what_no_set_can_hold_is_refused(inputs, packers, tmp_path):
+    none = RealOptions(containers=0, pallets=0, fewest_items=11)
+    with pytest.raises(BenchmarkError, match="nothing has 11 to 150 items; allowed: pallets or"):
+        build_real(none, inputs)
+    few = RealOptions(containers=1, pallets=0, fewest_items=2)
+    write_layouts(inputs.pallets, [pallet("B-1 py3dbp 1", 2)], Format.NATIVE)
+    with pytest.raises(BenchmarkError, match="layout 'B-1 py3dbp 1' is there twice; allowed: once"):
+        build_real(few, inputs)
+    low = sl.Pallet(80.0, 200.0, 120.0, deck_height=10.0)
+    boxes = pallet("a", 3).items
+    write_layouts(inputs.pallets, [sl.Layout("a", low, boxes)], Format.NATIVE)
+    with pytest.raises(BenchmarkError, match="layout 'a' states more than its pallet's sides"):
+        build_real(few, inputs)
+
+
+# --- the command ----------------------------------------------------------------------------------
+
+
+def test_the_command_builds_the_set_and_refuses_to_replace_it(inputs, packers, tmp_path, capsys):
+    command = [
+        "benchmark", "build-real", "--pallets", str(inputs.pallets),
+        "--containers", str(inputs.containers), "--products", str(inputs.products),
+        "-o", str(tmp_path / "set"), "--container-lists", "0", "--pallet-lists", "0",
+    ]  # fmt: skip
+    write_layouts(inputs.pallets, [pallet("9.order-0", 18)], Format.NATIVE)
+    assert main(command) == 2
+    assert "nothing has 25 to 150 items" in capsys.readouterr().err
+    write_layouts(inputs.pallets, [tower("9.order-0", 30)], Format.NATIVE)
+    assert main(command) == 0
+    assert "3 cases" in capsys.readouterr().out
+    assert list(sl.load_benchmark(tmp_path / "set").layouts.index) == ["9.order-0"]
+    assert main(command) == 2
+    assert "already holds something" in capsys.readouterr().err
+    command[5] = str(tmp_path / "nowhere")
+    command[9] = str(tmp_path / "other")
+    assert main(command) == 2
+    assert "nowhere: is no folder; allowed: one that holds instances" in capsys.readouterr().err
+
+
+def tower(name, count):
+    boxes = tuple(
+        sl.Item(k, position=(0.0, 5.0 * k, 0.0), size=(30.0, 5.0, 40.0), weight=1.0)
+        for k in range(count)
+    )
+    return sl.Layout(name, sl.Pallet(80.0, 200.0, 120.0), boxes)
