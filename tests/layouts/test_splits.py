@@ -5,7 +5,12 @@ import pandas as pd
 import pytest
 
 from steadyload.layouts.benchmark import BenchmarkError
-from steadyload.layouts.benchmark.splits import SplitSizes, assign_splits
+from steadyload.layouts.benchmark.splits import (
+    MOST_STABLE,
+    SplitSizes,
+    assign_splits,
+    split_by_instance,
+)
 
 SIZES = SplitSizes(test=40, validation=12, test_lists=3, validation_lists=1)
 
@@ -104,3 +109,31 @@ def test_ranks_do_not_follow_the_order_of_the_table():
     own = cases[(cases["split"] == "test") & (cases["scenario"] == "S1")]
     ranks = own["rank"].to_numpy(int)
     assert np.corrcoef(np.arange(len(ranks)), ranks)[0, 1] < 0.9
+
+
+def test_whole_instances_are_held_out_and_enough_of_their_cases_fail():
+    cases = labelled()
+    cases.loc[cases["layout"].str.endswith(("-3", "-6", "-9")), "failing_step"] = pd.NA
+    found = split_by_instance(cases, seed=3, test=0.5, validation=0.25)
+    named = found.dropna(subset="split")
+    assert (named.groupby("instance")["split"].nunique() == 1).all()
+    assert named.groupby("split")["instance"].nunique().to_dict() == {
+        "test": 18, "train": 9, "validation": 9
+    }  # fmt: skip
+    left_over = found[found["split"].isna()]
+    assert len(left_over)
+    assert left_over["failing_step"].isna().all()
+    assert left_over["rank"].isna().all()
+    for part in ("test", "validation"):
+        own = named[named["split"] == part]
+        assert own["failing_step"].isna().mean() <= MOST_STABLE
+        for _, ranked in own.groupby("scenario"):
+            assert sorted(ranked["rank"]) == list(range(len(ranked)))
+
+
+def test_held_out_instances_do_not_depend_on_labels():
+    cases = labelled()
+    before = split_by_instance(labelled(unlabelled=15), seed=3, test=0.5, validation=0.25)
+    after = split_by_instance(cases, seed=3, test=0.5, validation=0.25).dropna(subset="split")
+    assert (before.loc[after.index, "split"] == after["split"]).all()
+    assert before["split"].notna().all()

@@ -212,7 +212,8 @@ def _pallet_list(
             ItemType(kinds[k].sides, _copies(kinds[k], share * volume), kinds[k].weight)
             for k, share in zip(drawn.tolist(), shares.tolist(), strict=True)
         )
-        found = ItemList(f"{name}-{height}-{number}", (length, width, 10 * height), types, "mm")
+        bin_ = length, width, 10 * height
+        found = ItemList(f"{name}-{height}-{number}", bin_, types, "mm", origin=name)
         if rule.fewest_boxes <= found.count <= rule.most_boxes:
             return found
     raise ItemListError(

@@ -23,7 +23,6 @@ from steadyload.layouts.benchmark.item_lists import (
     pallet_lists,
     product_files,
 )
-from steadyload.layouts.benchmark.splits import SplitSizes
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.formats import read_layouts
 from steadyload.layouts.model import Layout, Pallet
@@ -67,10 +66,6 @@ SOURCES: Mapping[str, Mapping[str, str]] = {
 checksum of all of them: of a folder, those of its instances."""
 
 
-SPLITS = SplitSizes(test=100, validation=40, test_lists=50, validation_lists=15)
-"""Those of a set of real size, whose lists are all of one class."""
-
-
 @dataclass(frozen=True, slots=True)
 class RealOptions:
     """Options of building a set of real size.
@@ -82,7 +77,9 @@ class RealOptions:
         fewest_items, most_items: other layouts are left out.
         most_in_all_scenarios: larger layouts are cases in S1 alone.
         rule: how lists for Euro pallets are drawn.
-        splits: what is held out once the set is labelled.
+        test: share of the instances that is held out, see
+            :func:`steadyload.layouts.benchmark.splits.split_by_instance`.
+        validation: likewise.
     """
 
     seed: int = 2024
@@ -92,7 +89,8 @@ class RealOptions:
     most_items: int = 150
     most_in_all_scenarios: int = 75
     rule: PalletRule = PALLET_RULE
-    splits: SplitSizes = SPLITS
+    test: float = 0.45
+    validation: float = 0.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +159,8 @@ def _plan(items: ItemList, packer: str, options: RealOptions) -> _Found | None:
     """The first bin of a plan that has an allowed number of items."""
     for number, layout in enumerate(PACKERS[packer](items).layouts, start=1):
         if _allowed(layout, options):
-            return _Found(layout.renamed(f"{items.name} {packer} {number}"), items.name, [packer])
+            name = f"{items.name} {packer} {number}"
+            return _Found(layout.renamed(name), items.origin or items.name, [packer])
     return None
 
 

@@ -80,6 +80,45 @@ def assign_splits(cases: pd.DataFrame, *, seed: int, sizes: SplitSizes = SIZES) 
     return cases.assign(split=split.astype(object).where(split.notna(), None), rank=rank)
 
 
+MOST_STABLE = 0.7
+"""Largest share of stable cases in a held-out part of :func:`split_by_instance`."""
+
+
+def split_by_instance(
+    cases: pd.DataFrame, *, seed: int, test: float, validation: float
+) -> pd.DataFrame:
+    """The cases with the columns ``split`` and ``rank``, for a set that is not balanced.
+
+    Whole instances are drawn for the test and the validation, and all others are for training.
+    Where more than :data:`MOST_STABLE` of the labelled cases of a held-out part are stable, those
+    of the last ranks are in no part.
+
+    Args:
+        cases: labelled or not, with ``instance``; which instances are drawn does not depend on
+            labels.
+        seed: root of the draws, 0 or more.
+        test: share of the instances.
+        validation: likewise.
+    """
+    random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(2,)))
+    instances = random.permutation(sorted(cases["instance"].unique()))
+    ends = np.cumsum(np.round(np.array((test, validation)) * len(instances)).astype(int))
+    part = pd.Series("train", instances)
+    part.iloc[: ends[0]], part.iloc[ends[0] : ends[1]] = "test", "validation"
+    split = cases["instance"].map(part).astype(object)
+    rank = pd.Series(random.permutation(len(cases)), cases.index)
+    stable = (cases["status"] == "done") & cases["failing_step"].isna()
+    for name in ("test", "validation"):
+        held = split == name
+        fails = int((held & (cases["status"] == "done") & ~stable).sum())
+        most = int(fails * MOST_STABLE / (1.0 - MOST_STABLE))
+        over = rank[held & stable].sort_values().index[most:]
+        split[over] = None
+    groups = [split.fillna(""), cases["scenario"]]
+    rank = rank.groupby(groups).rank(method="first").astype("Int32") - 1
+    return cases.assign(split=split, rank=rank.where(split.notna(), pd.NA))
+
+
 def drawn_instances(cases: pd.DataFrame, *, seed: int) -> list[list[str]]:
     """All instances in the order in which splits take them: one of every class at a time.
 

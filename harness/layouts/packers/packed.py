@@ -57,12 +57,15 @@ class ItemList:
         bin: in the unit of the list.
         types: of the boxes; a plan names boxes of the first ``type 0``.
         units: the unit of all lengths: mm, cm, m or in.
+        origin: the published instance that its boxes are of; empty where it is one itself. Splits
+            never part what has one origin.
     """
 
     name: str
     bin: Sides
     types: tuple[ItemType, ...]
     units: str = "cm"
+    origin: str = ""
 
     @property
     def count(self) -> int:

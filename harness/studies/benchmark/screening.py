@@ -24,6 +24,7 @@ import pyarrow as pa
 
 from steadyload.engines.registry import package_versions
 from steadyload.layouts.benchmark.dataset import KEYS, load_benchmark
+from steadyload.layouts.benchmark.splits import split_by_instance
 from steadyload.layouts.benchmark.tables import (
     CASES,
     SCREENING,
@@ -334,7 +335,9 @@ def _merge(directory: Path, rows: pd.DataFrame) -> None:
     for name in shared:
         cases[name] = cases[name].astype(object)
         cases.loc[new.index, name] = new[name].astype(object)
-    cases = cases.reset_index()[CASES.names]
+    cases = cases.reset_index().join(layouts.set_index("layout")["instance"], on="layout")
+    shares = {name: manifest.get(name, 0.0) for name in ("test", "validation")}
+    cases = split_by_instance(cases, seed=manifest.get("seed", 0), **shares)[CASES.names]
     own = rows[[*KEYS, "stands", "failing_step_stands", "moved_item"]].rename(
         columns={"stands": "status", "failing_step_stands": "failing_step"}
     )
