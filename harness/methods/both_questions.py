@@ -182,7 +182,7 @@ class _Watch(Examiner):
         return bool(still.all() and on < 1.0)
 
     def answer(self, finding: Finding | None) -> StepAnswer:
-        """What was seen of the placement, which ended with a finding or after its full time."""
+        """Answers about the placement, which ended with a finding or after its full time."""
         failed = finding is not None and finding.status not in (Status.DONE, Status.UNSETTLED)
         far, item = self._worst
         standing: bool | None = far > 1.0

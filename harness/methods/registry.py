@@ -37,6 +37,7 @@ METHODS: dict[str, str] = {
     "pbs": "steadyload.methods.base_support:PartialBaseSupport",
     "sme": "steadyload.methods.sme:StaticMechanicalEquilibrium",
     "equilibrium": "steadyload.methods.equilibrium:Equilibrium",
+    "settling": "steadyload.methods.settling:Settling",
     "simulation": "steadyload.methods.simulation:Simulation",
     "lstm_1": "steadyload.learners.methods:LearnedMethod",
     "lstm_e": "steadyload.learners.methods:LearnedEnsemble",

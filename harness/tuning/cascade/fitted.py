@@ -27,6 +27,7 @@ from steadyload.tuning.cases import fingerprint as cases_fingerprint
 CANDIDATES = (
     "fbs",
     "equilibrium",
+    "settling",
     "lstm_1",
     "lstm_e",
     "equilibrium:time=0.3",
@@ -37,7 +38,7 @@ CANDIDATES = (
 OF_STANDS = (
     "fbs",
     "equilibrium:margin=0.01",
-    "equilibrium",
+    "settling",
     "lstm_1:question=stands",
     "lstm_e:question=stands",
     "ps_opt@{engine}:scope=local,question=stands",

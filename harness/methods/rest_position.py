@@ -1,0 +1,151 @@
+"""The position in which a load comes to rest: that of least potential energy.
+
+Boxes that lost their balance tip into the gaps beside their supports, and most come to rest there:
+on a lower neighbour, or with an edge on the floor. Let every box sink by its own amount and tilt
+about both horizontal axes, by little: then its base stays a plane, and no box passes through
+another if no corner of a face that two share comes below where it meets the other. All of that is
+linear, and so is the potential energy. The rest position is the solution of a linear programme,
+whose shadow prices are the contact forces: where nothing sinks, they are those of exact
+equilibrium. What would have to sink or tilt without end falls.
+
+What this leaves out: boxes do not move sideways, so that they neither slide nor lean on each other,
+and the way to the rest position plays no part: none is overshot.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linprog
+from scipy.sparse import csr_array
+
+from steadyload.kernels.constants import FLOOR
+from steadyload.layouts.model import TOLERANCE, FloatArray, Layout
+from steadyload.methods.criteria import Movement
+
+VERSION = 1
+"""Of rest positions: raised when others are found."""
+
+Indices = NDArray[np.intp]
+
+FAR = 1.5
+"""Multiple of a threshold at which something counts as falling: the end of what is looked at."""
+
+_CORNERS = np.array(((0, 1), (0, 3), (2, 1), (2, 3)))
+"""Columns of x and z of a patch's four corners."""
+
+
+class UnsolvedError(RuntimeError):
+    """The linear programme could not be solved."""
+
+
+class RestPositions:
+    """Rest positions of parts of a layout.
+
+    Args:
+        layout: what is loaded.
+        margin: by which contact patches are drawn in on every side [cm].
+        eps_t: displacement that counts as unstable [cm].
+        eps_r: angle that counts as unstable [degrees].
+    """
+
+    def __init__(self, layout: Layout, margin: float, eps_t: float, eps_r: float) -> None:
+        self._eps_t, self._eps_r = eps_t, eps_r
+        self._layout = layout
+        self._middle = 0.5 * (layout.lower + layout.upper)
+        self._half = 0.5 * (layout.upper - layout.lower)
+        self._tilt = math.tan(math.radians(min(FAR * eps_r, 89.0)))
+        # So far a corner can come down before its box is far beyond a threshold.
+        self._reach = 2.0 * (FAR * eps_t + self._tilt * self._half[:, ::2].sum(axis=1))
+        self._find_patches(margin)
+
+    def _find_patches(self, margin: float) -> None:
+        """Which faces may meet: what lies below, what above, the gap, and the shared rectangle."""
+        lower, upper, floor = self._layout.lower, self._layout.upper, self._layout.floor
+        gaps = lower[None, :, 1] - upper[:, None, 1]
+        low = np.maximum(lower[:, None, ::2], lower[None, :, ::2])
+        high = np.minimum(upper[:, None, ::2], upper[None, :, ::2])
+        meets = (high - low).min(axis=2) > TOLERANCE
+        meets &= (gaps >= -2.0 * TOLERANCE) & (gaps <= self._reach[None])
+        np.fill_diagonal(meets, False)
+        below, above = np.nonzero(meets)
+        plan_low = np.maximum(lower[:, ::2], floor.low)
+        plan_high = np.minimum(upper[:, ::2], floor.high)
+        on = ((plan_high - plan_low).min(axis=1) > TOLERANCE) & (lower[:, 1] <= self._reach)
+        grounded = np.flatnonzero(on)
+        self.below = np.concatenate((below, np.full(len(grounded), FLOOR)))
+        self.above = np.concatenate((above, grounded))
+        self._gaps = np.maximum(np.concatenate((gaps[meets], lower[grounded, 1])), 0.0)
+        patches = np.concatenate(
+            (
+                np.concatenate((low[meets], high[meets]), axis=1),
+                np.concatenate((plan_low[grounded], plan_high[grounded]), axis=1),
+            )
+        )
+        by = np.minimum(margin, 0.5 * (patches[:, 2:] - patches[:, :2]))
+        patches[:, :2] += by
+        patches[:, 2:] -= by
+        self._corners = patches[:, _CORNERS]
+
+    def of(self, items: Indices, fixed: Indices) -> Movement:
+        """The item that is furthest from its planned pose when all are at rest.
+
+        Args:
+            items: that may sink and tilt, in ascending order; nothing else may meet them but the
+                floor and what is fixed.
+            fixed: other items, which do not move.
+
+        Raises:
+            UnsolvedError: the solver gave up.
+        """
+        sunk = self._solve(items, fixed)
+        half = self._half[items]
+        tilts = np.degrees(np.arctan(np.abs(sunk[:, 1:]))).max(axis=1)
+        # The left-bottom-back corner, along the axis along which it moves most.
+        down = sunk[:, 0] - sunk[:, 1] * half[:, 0] - sunk[:, 2] * half[:, 2]
+        aside = np.abs(sunk[:, 1:]).max(axis=1) * half[:, 1]
+        shifts = np.maximum(np.abs(down), aside)
+        beyond = np.maximum(shifts / max(self._eps_t, 1e-12), tilts / max(self._eps_r, 1e-12))
+        worst = int(beyond.argmax())
+        return Movement(
+            int(items[worst]), float(shifts[worst]), float(tilts[worst]), float(beyond[worst])
+        )
+
+    def _solve(self, items: Indices, fixed: Indices) -> FloatArray:
+        """Height above the plan [cm] and slopes along x and z of every item, shape (n, 3)."""
+        place = np.full(len(self._half) + 1, -2)  # the last one is the floor's
+        place[fixed], place[FLOOR] = -1, -1
+        place[items] = np.arange(len(items))
+        over, under = place[self.above], place[self.below]
+        rows = np.flatnonzero((over >= 0) & (under >= -1))
+        over, under = np.repeat(over[rows], 4), np.repeat(under[rows], 4)
+        points = self._corners[rows].reshape(-1, 2)
+        number = np.arange(len(points))
+        parts = [(number, over, self.above[rows], -1.0)]
+        carried = under >= 0
+        parts.append((number[carried], under[carried], self.below[rows], 1.0))
+        lines, columns, values = [], [], []
+        for at, who, items_of, sign in parts:
+            middle = self._middle[np.repeat(items_of, 4)[at]][:, ::2]
+            arms = (points[at] - middle) * sign
+            lines.append(np.repeat(at, 3))
+            columns.append((3 * who[:, None] + np.arange(3)).ravel())
+            values.append(np.column_stack((np.full(len(at), sign), arms)).ravel())
+        n = 3 * len(items)
+        entries = np.concatenate(values), (np.concatenate(lines), np.concatenate(columns))
+        weights = self._layout.weights[items] / self._layout.weights[items].mean()
+        levers = self._layout.mass_offsets[items][:, ::2]
+        cost = weights[:, None] * np.column_stack((np.ones(len(items)), levers))
+        most = np.tile((2.0 * self._reach.max(), self._tilt, self._tilt), len(items))
+        found = linprog(
+            cost.ravel(),
+            A_ub=csr_array(entries, shape=(len(points), n)) if len(points) else None,
+            b_ub=np.repeat(self._gaps[rows], 4) if len(points) else None,
+            bounds=np.column_stack((-most, most)),
+            method="highs",
+        )
+        if found.status != 0:
+            raise UnsolvedError(f"the linear programme of the rest position: {found.message}")
+        return np.asarray(found.x).reshape(-1, 3)

@@ -1,0 +1,172 @@
+"""Static stability with settling: a box that tips into a gap and comes to rest near by is stable."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from steadyload import kernels
+from steadyload.engines.quantities import quantity
+from steadyload.kernels.constants import BALANCED
+from steadyload.layouts.contacts import VERSION as CONTACTS
+from steadyload.layouts.contacts import find_supports
+from steadyload.layouts.model import Layout
+from steadyload.methods.balance import VERSION as BALANCE
+from steadyload.methods.balance import VerticalBalance
+from steadyload.methods.criteria import Movement
+from steadyload.methods.method import (
+    STABLE,
+    Finding,
+    Method,
+    Status,
+    StepScorer,
+    Stopwatch,
+    Trait,
+)
+from steadyload.methods.rest_position import VERSION as REST
+from steadyload.methods.rest_position import RestPositions
+from steadyload.methods.warming import judge_one_item
+
+AT_REST = Movement(-1, 0.0, 0.0, 0.0)
+"""Where nothing moves at all."""
+
+
+@dataclass(frozen=True)
+class SettlingParameters:
+    """Parameters: how firmly balance must hold, and how far a load may settle."""
+
+    margin: float = quantity(
+        0.01, "draw in contact patches by this on every side: balance within it counts as none",
+        unit="cm", least=0, most=10,
+    )  # fmt: skip
+    eps_t: float = quantity(10, "displacement that counts as unstable", unit="cm", least=0)
+    eps_r: float = quantity(10, "angle that counts as unstable", unit="deg", least=0)
+
+
+class Settling(Method):
+    """Static stability with settling: a step fails if its rest position is too far from the plan.
+
+    Where contact forces balance every item, with contact patches drawn in by a margin, nothing
+    moves. Where they do not, boxes sink and tilt to the position of least potential energy
+    (:mod:`steadyload.methods.rest_position`); the step fails if a left-bottom-back corner comes
+    further than ``eps_t`` along an axis, or a box tilts by more than ``eps_r``. Real pallets have
+    gaps of some millimetres everywhere: nearly all of their boxes settle, and few balance as
+    planned.
+
+    It answers whether a load stands in the end. Boxes do not slide, lean on each other sideways, or
+    overshoot.
+    """
+
+    title = "Settling"
+    Parameters = SettlingParameters
+    built_on: ClassVar[Mapping[str, int]] = {
+        "contacts": CONTACTS, "balance": BALANCE, "rest position": REST
+    }  # fmt: skip
+    packages = ("numba", "numpy", "scipy")
+
+    @property
+    def traits(self) -> frozenset[Trait]:
+        """See :attr:`Method.traits`."""
+        return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS, Trait.BALANCE, Trait.MOVEMENT))
+
+    def steps(self, layout: Layout, watch: Stopwatch) -> StepScorer:
+        """See :meth:`Method.steps`: the score is the largest movement in units of a threshold."""
+        return _SettlingSteps(self.parameters, layout)
+
+    def prepare(self, item_count: int = 0) -> None:
+        """See :meth:`Method.prepare`: compile."""
+        judge_one_item(self)
+
+    def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
+        floor, margin = layout.floor.corners, float(self.parameters.margin)
+        arrays = layout.lower, layout.upper, layout.weights, layout.mass_offsets
+        ended, first, _ = kernels.balance.first_unbalanced(*arrays, floor, margin)
+        if ended == BALANCED:
+            return STABLE
+        steps = _SettlingSteps(self.parameters, layout)
+        for step in range(first, len(layout)):
+            watch.check()
+            # One that is no number is above nothing.
+            if not steps.step_score(step) <= 1.0:
+                return steps.finding(step)
+        return STABLE
+
+
+class _SettlingSteps(StepScorer):
+    decision_threshold = 1.0
+
+    def __init__(self, parameters: SettlingParameters, layout: Layout) -> None:
+        self._layout, self._margin = layout, parameters.margin
+        supports = find_supports(layout)
+        self._supports = supports.drawn_in(self._margin) if self._margin else supports
+        self._balance = VerticalBalance(layout, self._supports)
+        self._rest = RestPositions(layout, self._margin, parameters.eps_t, parameters.eps_r)
+        half = 0.5 * (layout.upper - layout.lower)[:, ::2]
+        inside = (half - np.abs(layout.mass_offsets[:, ::2])).min(axis=1) >= self._margin
+        self._fixed = np.array(self._supports.on_floor) & inside
+        meets: list[list[int]] = [[] for _ in range(len(layout))]
+        for below, above in zip(self._rest.below.tolist(), self._rest.above.tolist(), strict=True):
+            if below >= 0:
+                meets[max(below, above)].append(min(below, above))
+        self._meets = meets
+        # By item: those that can meet it, directly or over others; one list a group.
+        self._groups: list[list[int]] = []
+        self._placed = 0
+        self._balanced: set[int] = set()
+        self._settles: set[int] = set()
+        self._found: Finding | None = None
+
+    def step_score(self, step: int) -> float:
+        self._found = None
+        for placed in range(self._placed, step + 1):
+            group = self._join(placed)
+        self._placed = step + 1
+        try:
+            far = self._far(step, sorted(group))
+        except RuntimeError as error:  # the solvers' only way to say that they gave up
+            self._found = Finding(status=Status.ERROR, reason=f"step {step}: {error}")
+            return np.nan
+        if far.beyond > 1.0:
+            self._found = Finding(
+                step,
+                far.item,
+                far.displacement,
+                far.rotation,
+                f"item {far.item} settles too far, or falls, when item {step} is placed",
+            )
+        return far.beyond
+
+    def finding(self, step: int) -> Finding:
+        return self._found or super().finding(step)
+
+    def _join(self, item: int) -> list[int]:
+        """Add an item; the group that it is in now."""
+        group = [item]
+        self._groups.append(group)
+        for other in self._meets[item]:
+            joined = self._groups[other]
+            if joined is not group:
+                group.extend(joined)
+                for member in joined:
+                    self._groups[member] = group
+        return group
+
+    def _far(self, step: int, group: list[int]) -> Movement:
+        """The movement of the item of a group that gets furthest after a step."""
+        if self._settles.isdisjoint(group):
+            for item in group:
+                if item not in self._balanced:
+                    fails = not self._fixed[item] and self._supports.on_floor[item]
+                    if fails or self._balance.place(item) is not None:
+                        self._settles.update(group)
+                        break
+                    self._balanced.add(item)
+            else:
+                return AT_REST
+        self._settles.update(group)
+        who = np.array(group)
+        firm = self._fixed[who]
+        return self._rest.of(who[~firm], who[firm])
