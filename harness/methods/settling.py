@@ -1,4 +1,4 @@
-"""Static stability with settling: a box that tips into a gap and comes to rest near by is stable."""
+"""Static stability with settling: a box that tips into a gap and comes to rest there is stable."""
 
 from __future__ import annotations
 
