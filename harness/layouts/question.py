@@ -11,7 +11,7 @@ class Question(StrEnum):
     ``within``: has anything moved too far within the time of the label, 0.3 s? It is the question
     of the paper. ``stands``: does anything move too far until everything rests? Displacement and
     angle are measured as in the label, at every look; what still moves after 3 s is unsettled, and
-    neither stands nor falls.
+    neither stands nor falls. (What is fast, and after 0.3 s where it was, only rattles.)
     """
 
     WITHIN = "within"

@@ -122,6 +122,21 @@ class Examiner:
         item = int(np.arange(len(self._planned))[items][worst])
         return Movement(item, float(moved[worst]), float(turned[worst]), float(beyond[worst]))
 
+    def between(self, before: Poses, poses: Poses, items: Indices) -> FloatArray:
+        """How far items have moved since they had other poses, in units of a threshold, shape (n,).
+
+        Args:
+            before: finite poses of some items.
+            poses: those of the same items now.
+            items: which items these are, in the order of the poses.
+        """
+        corners = self._corners[items]
+        shift = poses.centres - before.centres
+        shift += rotate(poses.quaternions, corners) - rotate(before.quaternions, corners)
+        turned = euler_angles(poses.quaternions) - euler_angles(before.quaternions)
+        moved = np.abs(shift).max(axis=1) / CM / max(self._eps_t, 1e-12)
+        return np.maximum(moved, np.degrees(np.abs(turned)).max(axis=1) / max(self._eps_r, 1e-12))
+
     def _clearly_stable(self, poses: Poses, items: Indices, excess: float) -> bool:
         """A cheap sufficient condition; false for anything that is not finite.
 

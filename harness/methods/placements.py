@@ -16,10 +16,19 @@ from steadyload.methods.scene import Neighbourhood
 from steadyload.methods.scene import fixed as as_fixed
 from steadyload.methods.simulation_parameters import STILL, BetweenSteps, SimulationParameters
 
+REST = 1
+"""Of what is at rest at the end of a placement: raised when something else is."""
+
 _SUBSTEPS_BETWEEN_LOOKS_AT_THE_CLOCK = 10
 
 _PATIENCE = 3.0
 """A placement is at rest no earlier than after this many times the free fall to the rest speed."""
+
+_BEHIND = 0.3
+"""Whether something gets anywhere is seen by comparison with where it was so long before [s]."""
+
+_RATTLE = 0.01
+"""What has moved by no more of a threshold in that time rattles in its place."""
 
 _FIXED = -1
 
@@ -60,6 +69,7 @@ class Placements:
         self._substeps = self._body_substeps = self._looks = 0
         self._looked_at: tuple[FixedStepWorld, Indices] | None = None
         self._beyond = 0.0
+        self._behind = max(1, round(_BEHIND * parameters.samples / parameters.t_max))
         # Whatever is going to move needs some time to become faster than the speed of rest.
         fall = _PATIENCE * parameters.rest_speed / parameters.gravity if parameters.gravity else 0.0
         self._patience = max(1, math.ceil(fall * parameters.frequency))
@@ -168,6 +178,7 @@ class Placements:
         items = np.concatenate((items, fixed))
         self._looked_at = world, items
         any_sample = p.any_sample
+        before = None
         calm = 0
         start = self._substeps
         for sample in range(1, p.samples + 1):
@@ -175,6 +186,8 @@ class Placements:
             executed = self._step(world, p.t_max / p.samples)
             if not executed and not last:
                 continue
+            if p.question is Question.STANDS and sample == p.samples - self._behind:
+                before = self.poses(world)
             if p.rest_speed and not last and self._substeps - start >= self._patience:
                 calm = calm + 1 if self._fastest(world) < p.rest_speed else 0
                 if calm == p.rest_samples:
@@ -185,16 +198,27 @@ class Placements:
                 finding = self._examine(step, world, items, excess)
                 if finding is not None:
                     return finding
-        return self._unsettled(step, world, items) if p.question is Question.STANDS else None
+        if p.question is Question.STANDS:
+            return self._unsettled(step, world, items, before)
+        return None
 
-    def _unsettled(self, step: int, world: FixedStepWorld, items: Indices) -> Finding | None:
-        """A finding where something still moves at the end of a placement."""
+    def _unsettled(
+        self, step: int, world: FixedStepWorld, items: Indices, before: Poses | None
+    ) -> Finding | None:
+        """A finding where something still moves at the end of a placement.
+
+        What is fast and gets nowhere rattles in its place: stiff contacts make it do so.
+        """
         speeds = self._speeds(world)
         if not np.isfinite(speeds).all():
             reason = f"speeds became non-finite when item {step} was placed"
             return Finding(status=Status.DIVERGED, reason=reason)
-        if speeds.max() < (self.parameters.rest_speed or STILL):
+        fast = speeds >= (self.parameters.rest_speed or STILL)
+        if fast.any() and before is not None:
+            fast &= self.examiner.between(before, self.poses(world), items) > _RATTLE
+        if not fast.any():
             return None
+        speeds = np.where(fast, speeds, 0.0)
         worst = int(speeds.argmax())
         item = int(items[worst])
         return Finding(

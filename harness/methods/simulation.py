@@ -30,7 +30,7 @@ from steadyload.methods.method import (
     Trait,
 )
 from steadyload.methods.moving import VERSION as MOVING
-from steadyload.methods.placements import Placements
+from steadyload.methods.placements import REST, Placements
 from steadyload.methods.scene import VERSION as SCENE
 from steadyload.methods.simulation_parameters import (
     OF_STANDS,
@@ -73,10 +73,12 @@ class Simulation(Method):
         return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS, Trait.BALANCE, Trait.MOVEMENT))
 
     def parts(self) -> Mapping[str, int]:
-        """See :meth:`Method.parts`: the engine's adapter is one, too, and a scope with code of its
-        own.
+        """See :meth:`Method.parts`: the engine's adapter is one, too, and what a scope or a question
+        has of its own.
         """
         own = {"moving": MOVING} if self.parameters.scope is Scope.MOVING else {}
+        if self.parameters.question is Question.STANDS:
+            own["rest"] = REST
         return {**super().parts(), "engine": world_class(self.engine).capabilities.version, **own}
 
     def numerics(self) -> frozenset[str]:
