@@ -73,8 +73,8 @@ class Simulation(Method):
         return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS, Trait.BALANCE, Trait.MOVEMENT))
 
     def parts(self) -> Mapping[str, int]:
-        """See :meth:`Method.parts`: the engine's adapter is one, too, and what a scope or a question
-        has of its own.
+        """See :meth:`Method.parts`: the engine's adapter is one, and what a scope or a question has
+        of its own.
         """
         own = {"moving": MOVING} if self.parameters.scope is Scope.MOVING else {}
         if self.parameters.question is Question.STANDS:
