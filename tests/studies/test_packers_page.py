@@ -255,6 +255,7 @@ def test_the_page_says_it_all(real, tmp_path, capsys):
     assert "Of 11 plans 2 have no label yet and are left out." in first
     assert "By height. A packer says" in text
     assert "py3dbp 1.1.2" in text
+    assert "A label is one verdict of the reference simulator." in text
     assert "box 1 moves 0.3 cm and 1.7 degrees within 0.3 s, and too far later" in text
     assert "No plan fails of: Packvium, Packvium (75 % supported), palletising software." in text
     assert len(list((tmp_path / "page" / "figures").iterdir())) == 3

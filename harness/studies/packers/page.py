@@ -115,8 +115,8 @@ def _answer(found: PackersSummary) -> str:
         text += f" Of {total} plans {missing} have no label yet and are left out."
     return (
         f"{text} What these shares hang on (the order of loading, densities, the packers' "
-        "settings) is listed [below](#what-it-hangs-on). Brackets hold 95 % intervals; they "
-        "resample published instances."
+        "settings) is listed [below](#what-it-hangs-on). Brackets hold 95 % intervals, clustered "
+        "by published instance."
     )
 
 
@@ -136,9 +136,10 @@ def _parts(found: PackersSummary) -> Section:
         "when nothing moves by more than 10 cm or turns by more than 10 degrees in the first 0.3 s "
         "after any placement; it *stands* when that holds until everything rests, or for 3 s. A "
         "plan in which something still moves then is *unsettled*: it has no label of `stands` and "
-        "counts within 0.3 s alone. Packers packed the same lists; a list of which no bin holds 25 "
-        "to 150 boxes is missing. The palletising software packed customers' orders, which nobody "
-        "else packed: its lists are orders. A plan that two packers found counts for both.",
+        "counts within 0.3 s alone. Packers packed the same lists; a list of which no bin has an "
+        "allowed number of boxes is missing. The palletising software packed customers' orders, "
+        "which nobody else packed: its lists are orders. A plan that two packers found counts for "
+        "both.",
         [
             Table(
                 found.scenarios,
@@ -236,10 +237,10 @@ def _hangs_on(found: PackersSummary) -> Section:
         "**Thresholds.** A box in the air that falls by less than 10 cm and lands flat counts as "
         "placed safely. *In the air* is the share of standing plans with such a box, and *widest "
         "gap* how far it is above what lies below.",
-        "**Tolerance.** A label is one verdict of a reference simulator, whose contacts are firm "
-        "but not rigid. *Within 1 mm* is the share of plans in which a box is so close to its "
-        "point of balance, at the failing step or anywhere in a load that stands: real boxes "
-        "decide those. Walls of a container carry nothing.",
+        f"**Tolerance.** {_labels(found)} Its contacts are firm but not rigid. *Within 1 mm* is "
+        "the share of plans in which a box is so close to its point of balance, at the failing "
+        "step or anywhere in a load that stands: real boxes decide those. Walls of a container "
+        "carry nothing.",
     ]
     if any(row.unlabelled + row.failed for row in found.coverage):
         lines.append(
@@ -254,6 +255,15 @@ def _hangs_on(found: PackersSummary) -> Section:
             Table(found.coverage, _CLOSE, "S1, plans with a label."),
             Table(found.coverage, _COVERAGE, "S1, all plans of the set."),
         ],
+    )
+
+
+def _labels(found: PackersSummary) -> str:
+    if not found.screen:
+        return "A label is one verdict of the reference simulator."
+    return (
+        f"`{found.screen}` looked at every step, and the reference simulator decided about those "
+        "that hang on it."
     )
 
 

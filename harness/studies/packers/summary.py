@@ -135,7 +135,8 @@ class PackersSummary:
     """Everything the page of packers' plans shows; scenario S1 but for ``scenarios``.
 
     ``failed_by``: by packer the share of boxes placed at which each failing plan fails, and the
-    number of plans. ``manifest``: entries of the set's manifest that the page quotes.
+    number of plans. ``versions`` of packers, ``loading_order``, ``densities`` and ``turning`` are
+    those of the set's manifest, ``screen`` the simulation that screened its labels, if any.
     """
 
     packers: tuple[PackerShares, ...]
@@ -151,6 +152,7 @@ class PackersSummary:
     loading_order: str
     densities: str
     turning: str
+    screen: str
 
 
 def summarise(benchmark: Benchmark) -> PackersSummary:
@@ -192,6 +194,7 @@ def summarise(benchmark: Benchmark) -> PackersSummary:
         loading_order=manifest.get("loading_order", UNKNOWN),
         densities=manifest.get("densities", UNKNOWN),
         turning=manifest.get("turning", UNKNOWN),
+        screen=manifest.get("screen", ""),
     )
 
 
