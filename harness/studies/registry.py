@@ -29,6 +29,7 @@ STUDIES: dict[str, str] = {
     "extremes": "steadyload.studies.extremes.config:STUDY",
     "properties": "steadyload.studies.properties.config:STUDY",
     "benchmark": "steadyload.studies.benchmark.config:STUDY",
+    "packers": "steadyload.studies.packers.config:STUDY",
     "scale": "steadyload.studies.scale.config:STUDY",
 }
 """Study -> import path of its declaration, in the order of the index of pages."""

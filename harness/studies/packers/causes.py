@@ -1,0 +1,61 @@
+"""Reasons for which plans fail at a step, by the contacts of the box that is placed then."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+import numpy as np
+
+from steadyload.layouts.contacts import find_supports
+from steadyload.layouts.model import TOLERANCE, Layout
+from steadyload.methods.balance import VerticalBalance, solve
+
+
+class Cause(StrEnum):
+    """Why a load fails when a box is placed; the first that applies.
+
+    ``nothing``: no box and no floor carries it. ``out``: it is out of balance on what carries it,
+    were that firm. ``below``: what carries it could, and is out of balance with it. ``balanced``:
+    vertical contact forces balance everything, and something moves all the same.
+    """
+
+    NOTHING = "nothing under it"
+    OUT = "centre of mass out over its supports"
+    BELOW = "something below gives way"
+    BALANCED = "in balance"
+
+
+def cause_of(layout: Layout, step: int) -> Cause:
+    """The cause of a failure.
+
+    Args:
+        layout: the whole load.
+        step: at which it fails, counted from 0.
+    """
+    loaded = layout.first(step + 1)
+    supports = find_supports(loaded)
+    balance = VerticalBalance(loaded, supports)
+    if supports.on_floor[step]:
+        return Cause.BALANCED
+    below = supports.below[step]
+    if not below:
+        return Cause.NOTHING
+    alone = solve([step], below, loaded.weights, balance.centres, balance.sizes)
+    if alone.balanced is False:
+        return Cause.OUT
+    if balance.solution(balance.group(step), step).balanced is False:
+        return Cause.BELOW
+    return Cause.BALANCED
+
+
+def widest_gap(layout: Layout) -> float:
+    """How far the box highest above what lies below it hangs in the air [cm]; 0 where none does."""
+    supports, low, high = find_supports(layout), layout.lower, layout.upper
+    gaps = [0.0]
+    for box, below in enumerate(supports.below):
+        if supports.on_floor[box] or below:
+            continue
+        shared = np.minimum(high[box], high) - np.maximum(low[box], low)
+        beneath = (shared[:, ::2].min(axis=1) > TOLERANCE) & (high[:, 1] <= low[box, 1])
+        gaps.append(float(low[box, 1] - high[beneath, 1].max(initial=0.0)))
+    return max(gaps)

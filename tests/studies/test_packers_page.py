@@ -1,0 +1,288 @@
+"""The page of packers' plans counts what the labels of a set say, and names why plans fail."""
+
+import math
+
+import pandas as pd
+import pytest
+
+from steadyload.cli import main
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
+from steadyload.layouts.benchmark.dataset import row_of
+from steadyload.layouts.benchmark.item_lists import CONTAINER
+from steadyload.layouts.benchmark.real import PALLET_SOFTWARE
+from steadyload.layouts.benchmark.tables import (
+    CASES,
+    OPINIONS,
+    STANDS,
+    UNLABELLED,
+    write_further,
+    write_tables,
+)
+from steadyload.studies.packers.causes import Cause, cause_of, widest_gap
+from steadyload.studies.packers.plans import CONTAINERS, CUSTOMERS, EURO_PALLETS, OTHERS, plans_of
+from steadyload.studies.packers.summary import summarise
+
+EURO = Pallet(80.0, 130.0, 120.0)
+BOX = Pallet(*(float(CONTAINER[k]) for k in (1, 2, 0)))
+CUBE = (10.0, 10.0, 10.0)
+
+# Corner and sides of three boxes [cm]; what the last one does is in the name.
+STACK = (((0, 0, 0), CUBE), ((0, 10, 0), CUBE), ((0, 20, 0), CUBE))
+IN_THE_AIR = (((0, 0, 0), CUBE), ((20, 0, 0), CUBE), ((0, 30, 0), CUBE))
+A_LITTLE_IN_THE_AIR = (((0, 0, 0), CUBE), ((20, 0, 0), CUBE), ((0, 12, 0), CUBE))
+OUT = (((0, 0, 0), CUBE), ((6, 10, 0), CUBE), ((40, 0, 0), CUBE))
+TIPPED = (((10, 0, 0), CUBE), ((0, 10, 0), (34, 5, 10)), ((24, 15, 0), CUBE))
+BALANCED = (((10, 0, 0), CUBE), ((0, 10, 0), (34, 5, 10)), ((12, 15, 0), CUBE))
+
+
+def loaded(name, boxes, pallet=EURO):
+    items = [
+        Item(k, tuple(map(float, low)), tuple(map(float, size)), 5.0)
+        for k, (low, size) in enumerate(boxes)
+    ]
+    return Layout(name, pallet, tuple(items))
+
+
+def plan(name, boxes, instance, *sources, pallet=EURO, **label):
+    """A layout with its row of labels; without a word on it, it stands by both questions."""
+    stable = {"status": "done", "failing_step": None, "stands": "done", "stands_step": None}
+    return loaded(name, boxes, pallet), instance, sources, stable | {"moved_item": None} | label
+
+
+def fails(step, moved, *, within=True):
+    return {"failing_step": step if within else None, "stands_step": step, "moved_item": moved}
+
+
+IN_ALL_SCENARIOS = ("A packvium 1", "A py3dbp 1")
+PLANS = {
+    each[0].name: each
+    for each in (
+        plan("A packvium 1", STACK, "i1", "packvium"),
+        plan("A py3dbp 1", IN_THE_AIR, "i1", "py3dbp", **fails(2, 2)),
+        plan("A packingsolver3d 1", OUT, "i1", "packingsolver3d", **fails(1, 1, within=False)),
+        plan("B packvium 1", A_LITTLE_IN_THE_AIR, "i1", "packvium", "packvium-support-75"),
+        plan("B py3dbp 1", TIPPED, "i1", "py3dbp", **fails(2, 1)),
+        plan("C packvium 2", STACK, "i2", "packvium", pallet=BOX, stands="unsettled"),
+        plan(
+            *("C py3dbp 1", STACK, "i2", "py3dbp"),
+            pallet=Pallet(50.0, 50.0, 50.0),
+            status=UNLABELLED,
+            stands="",
+        ),
+        plan("D py3dbp 1", BALANCED, "i3", "py3dbp", pallet=BOX, **fails(1, 1)),
+        plan(
+            *("E packingsolver3d 1", OUT, "i4", "packingsolver3d"),
+            pallet=BOX,
+            status="timeout",
+            stands="timeout",
+        ),
+        plan("o.order-0", STACK, "o", PALLET_SOFTWARE, pallet=Pallet(80.0, 200.0, 120.0)),
+    )
+}
+MANIFEST = {
+    "origin": "real",
+    "packers": {"names": ["py3dbp"], "versions": {"py3dbp": "1.1.2"}},
+    "loading_order": "by height",
+    "turning": "in any way",
+}
+
+
+@pytest.fixture
+def real(tmp_path):
+    """A folder of ten layouts of three boxes; those of two lists are cases in all scenarios."""
+    return write_set(tmp_path / "set", PLANS.values())
+
+
+def write_set(folder, plans, *, with_stands=True):
+    layouts = pd.DataFrame([row_of(layout, own, 0, tuple(by)) for layout, own, by, _ in plans])
+    cases, stands = [], []
+    for layout, _, _, label in plans:
+        scenarios = ("S1", "S2a", "S2b") if layout.name in IN_ALL_SCENARIOS else ("S1",)
+        for scenario in scenarios:
+            own = {"layout": layout.name, "scenario": scenario}
+            seen = {"corner_most": [0.0, 0.3, 10.8], "angle_most": [0.0, 1.7, 0.0]}
+            seen["margin"] = [5.0, 0.05 if layout.name == "B packvium 1" else 5.0, 5.0]
+            case = {"item_count": len(layout), "status": label["status"]}
+            case |= {"failing_step": label["failing_step"]}
+            cases.append(own | case | (seen if label["status"] == "done" else {}))
+            falls = scenario == "S2b" and layout.name == "A packvium 1"
+            step = 1 if falls else label["stands_step"]
+            found = {"status": label["stands"], "failing_step": step}
+            if label["stands"]:
+                stands.append(own | found | {"moved_item": label["moved_item"]})
+    frame = pd.DataFrame(cases).reindex(columns=CASES.names)
+    write_tables(folder, layouts, frame, pd.DataFrame(columns=OPINIONS.names), MANIFEST)
+    if with_stands:
+        table = pd.DataFrame(stands).reindex(columns=STANDS.names)
+        write_further(folder, "stands", table, {})
+    return folder
+
+
+def one(rows, packer, **more):
+    (found,) = [
+        row
+        for row in rows
+        if row.packer == packer and all(getattr(row, k) == v for k, v in more.items())
+    ]
+    return found
+
+
+def shares(row):
+    return row.within.value, row.stands.value, row.stands.n, row.unsettled
+
+
+def test_plans_of_each_packer_are_counted_by_both_questions(real):
+    found = summarise(load_benchmark(real))
+    assert [row.packer for row in found.packers] == [
+        "PackingSolver", "Packvium", "Packvium (75 % supported)", "py3dbp", "palletising software"
+    ]  # fmt: skip
+    packvium, py3dbp = one(found.packers, "Packvium"), one(found.packers, "py3dbp")
+    assert (packvium.lists, packvium.plans, packvium.boxes.value) == (3, 3, 3.0)
+    assert shares(packvium) == (1.0, 1.0, 2, 1)  # C is unsettled: stable within 0.3 s alone
+    assert (py3dbp.lists, py3dbp.plans) == (3, 3)
+    assert shares(py3dbp) == (0.0, 0.0, 3, 0)
+    assert py3dbp.score.value == pytest.approx((2 / 3 + 2 / 3 + 1 / 3) / 3)
+    assert shares(one(found.packers, "PackingSolver")) == (1.0, 0.0, 1, 0)
+    assert shares(one(found.packers, "Packvium (75 % supported)")) == (1.0, 1.0, 1, 0)
+
+
+def test_plans_are_counted_by_kind_of_list_and_by_scenario(real):
+    found = summarise(load_benchmark(real))
+    assert [(row.kind, row.packer, row.plans) for row in found.kinds] == [
+        (CONTAINERS, "Packvium", 1), (CONTAINERS, "py3dbp", 1),
+        (EURO_PALLETS, "PackingSolver", 1), (EURO_PALLETS, "Packvium", 2),
+        (EURO_PALLETS, "Packvium (75 % supported)", 1), (EURO_PALLETS, "py3dbp", 2),
+        (CUSTOMERS, "palletising software", 1),
+    ]  # fmt: skip
+    packvium, py3dbp = found.scenarios
+    assert (packvium.packer, packvium.plans, py3dbp.plans) == ("Packvium", 1, 1)
+    assert {s: e.value for s, e in packvium.stands.items()} == {"S1": 1.0, "S2a": 1.0, "S2b": 0.0}
+    plans = plans_of(load_benchmark(real)).set_index("layout")
+    assert (plans.loc["C py3dbp 1", "kind"], plans.loc["C py3dbp 1", "list"]) == (OTHERS, "C")
+    assert plans.loc["o.order-0", "list"] == "o"
+
+
+def test_packers_are_compared_on_lists_of_which_both_have_a_plan(real):
+    pairs = {(p.first, p.second): p for p in summarise(load_benchmark(real)).pairs}
+    counted = {
+        names: (pair.lists, pair.only_first.value, pair.only_second.value)
+        for names, pair in pairs.items()
+    }
+    assert counted == {
+        ("PackingSolver", "Packvium"): (1, 0.0, 1.0),
+        ("PackingSolver", "py3dbp"): (1, 0.0, 0.0),
+        ("Packvium", "Packvium (75 % supported)"): (1, 0.0, 0.0),
+        ("Packvium", "py3dbp"): (2, 1.0, 0.0),
+        ("Packvium (75 % supported)", "py3dbp"): (1, 1.0, 0.0),
+    }
+    assert all(pair.p == 1.0 for pair in pairs.values())  # one instance says nothing
+
+
+def test_causes_of_failures(real):
+    found = summarise(load_benchmark(real))
+    py3dbp = one(found.causes, "py3dbp")
+    assert {cause: e.value for cause, e in py3dbp.causes.items()} == {
+        Cause.NOTHING: pytest.approx(1 / 3), Cause.OUT: 0.0,
+        Cause.BELOW: pytest.approx(1 / 3), Cause.BALANCED: pytest.approx(1 / 3),
+    }  # fmt: skip
+    assert py3dbp.own.value == pytest.approx(2 / 3)  # of B box 1 moves, and box 2 was placed
+    assert one(found.causes, "PackingSolver").causes[Cause.OUT].value == 1.0
+    assert found.all_causes.plans == 4
+    assert found.failed_by["py3dbp"] == (pytest.approx((1 / 3, 2 / 3, 2 / 3)), 3)
+
+
+@pytest.mark.parametrize(
+    ("boxes", "step", "cause"),
+    [
+        (STACK, 0, Cause.BALANCED),
+        (STACK, 2, Cause.BALANCED),
+        (IN_THE_AIR, 2, Cause.NOTHING),
+        (OUT, 1, Cause.OUT),
+        (OUT, 2, Cause.BALANCED),  # it stands on the floor, whatever fell before it
+        (TIPPED, 1, Cause.BALANCED),
+        (TIPPED, 2, Cause.BELOW),
+        (BALANCED, 2, Cause.BALANCED),
+        (STACK[::2], 1, Cause.NOTHING),  # what would carry it is never placed
+    ],
+)
+def test_a_cause_is_that_of_the_box_just_placed(boxes, step, cause):
+    assert cause_of(loaded("one", boxes), step) is cause
+
+
+def test_gaps_below_boxes():
+    assert widest_gap(loaded("none", STACK)) == 0.0
+    assert widest_gap(loaded("small", A_LITTLE_IN_THE_AIR)) == 2.0
+    assert widest_gap(loaded("large", IN_THE_AIR)) == 20.0
+    assert widest_gap(loaded("over the floor", (((0, 7, 0), CUBE),))) == 7.0
+
+
+def test_the_worst_plan_is_drawn_at_its_failing_step(real):
+    worst = summarise(load_benchmark(real)).worst
+    packing, py3dbp = worst
+    assert (py3dbp.layout, py3dbp.step, py3dbp.items, py3dbp.moved_item) == ("D py3dbp 1", 1, 3, 1)
+    assert len(py3dbp.drawn) == 2
+    assert not py3dbp.is_late
+    assert packing.is_late
+    assert (packing.displacement, packing.rotation) == pytest.approx((0.3, 1.7))
+
+
+def test_of_equally_bad_plans_the_largest_is_the_worst(tmp_path):
+    more = [*IN_THE_AIR, *(((40, 0, 20 * k), CUBE) for k in range(3))]
+    small = plan("A py3dbp 1", OUT, "i1", "py3dbp", **fails(1, 1))
+    large = plan("B py3dbp 1", more, "i1", "py3dbp", **fails(2, None))
+    plans = [small, large]
+    (worst,) = summarise(load_benchmark(write_set(tmp_path / "set", plans))).worst
+    assert (worst.layout, worst.moved_item) == ("B py3dbp 1", None)
+
+
+def test_plans_without_a_label_are_counted_apart(real):
+    coverage = summarise(load_benchmark(real)).coverage
+    py3dbp, packing = one(coverage, "py3dbp"), one(coverage, "PackingSolver")
+    assert (py3dbp.plans, py3dbp.known, py3dbp.unlabelled, py3dbp.failed) == (4, 3, 1, 0)
+    assert (packing.plans, packing.known, packing.unlabelled, packing.failed) == (2, 1, 0, 1)
+    assert packing.boxes_new is None
+    packvium = one(coverage, "Packvium")
+    assert (packvium.narrow.value, packvium.in_air.value, packvium.widest_gap) == (0.5, 0.5, 2.0)
+
+
+def test_the_page_says_it_all(real, tmp_path, capsys):
+    assert main(["packers", str(real), "-o", str(tmp_path / "page")]) == 0
+    assert capsys.readouterr().out == f"{tmp_path}/page/report.md\n"
+    text = (tmp_path / "page" / "report.md").read_text()
+    first = text.split("\n\n")[1]
+    assert "plans stand: PackingSolver 0.0" in first
+    assert "Of 11 plans 2 have no label yet and are left out." in first
+    assert "By height. A packer says" in text
+    assert "py3dbp 1.1.2" in text
+    assert "A label is one verdict of the reference simulator." in text
+    assert "box 1 moves 0.3 cm and 1.7 degrees within 0.3 s, and too far later" in text
+    assert "No plan fails of: Packvium, Packvium (75 % supported), palletising software." in text
+    assert len(list((tmp_path / "page" / "figures").iterdir())) == 3
+
+
+def test_a_set_whose_plans_all_stand_has_a_page(tmp_path):
+    folder = write_set(tmp_path / "set", [PLANS["A packvium 1"], PLANS["o.order-0"]])
+    found = summarise(load_benchmark(folder))
+    assert (found.worst, found.causes, found.all_causes.plans) == ((), (), 0)
+    assert math.isnan(found.all_causes.own.value)
+    assert main(["packers", str(folder), "-o", str(tmp_path / "page")]) == 0
+    text = (tmp_path / "page" / "report.md").read_text()
+    assert "No plan fails." in text
+    assert "left out" not in text
+
+
+@pytest.mark.parametrize("with_stands", [True, False])
+def test_a_set_without_labels_is_refused(tmp_path, with_stands, capsys):
+    folder = write_set(
+        tmp_path / "set", [PLANS["C packvium 2"], PLANS["C py3dbp 1"]], with_stands=with_stands
+    )
+    with pytest.raises(BenchmarkError, match="has a label of whether it stands"):
+        summarise(load_benchmark(folder))
+    assert main(["packers", str(folder), "-o", str(tmp_path / "page")]) == 2
+    assert "no plan of a packer" in capsys.readouterr().err
+
+
+def test_a_set_without_packers_is_refused():
+    with pytest.raises(BenchmarkError, match="no plan of a packer"):
+        summarise(load_benchmark())
