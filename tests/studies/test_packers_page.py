@@ -132,7 +132,7 @@ def shares(row):
     return row.within.value, row.stands.value, row.stands.n, row.unsettled
 
 
-def test_plans_of_each_packer_are_counted_by_both_questions(real):
+def test_plans_of_each_packer_are_counted_for_each_question(real):
     found = summarise(load_benchmark(real))
     assert [row.packer for row in found.packers] == [
         "PackingSolver", "Packvium", "Packvium (75 % supported)", "py3dbp", "palletising software"

@@ -11,8 +11,8 @@ from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.benchmark.tables import CASES, UNLABELLED, read_tables, write_tables
-from steadyload.methods.both_questions import BothQuestions
 from steadyload.methods.registry import make_method
+from steadyload.methods.step_answers import StepAnswers
 from steadyload.studies.benchmark import screening
 from steadyload.studies.benchmark.label_rows import LABEL
 from steadyload.studies.benchmark.screening import SCREEN, label_screened, screened_row
@@ -42,7 +42,7 @@ def unlabelled(shipped, tmp_path):
     return folder
 
 
-def test_both_questions_are_answered_as_by_the_reference_alone(shipped):
+def test_each_question_is_answered_as_by_the_reference_alone(shipped):
     benchmark, cases = shipped
     assert len(cases) >= 20
     for case in cases.itertuples():
@@ -80,7 +80,7 @@ def test_what_begins_to_tip_slowly_is_not_at_rest(side, patient):
     )
     layout = Layout("edge", Pallet(3 * side, 3 * side, 3 * side), items)
     for spec in (SCREEN, LABEL):
-        both = BothQuestions(layout, make_method(spec))
+        both = StepAnswers(layout, make_method(spec))
         assert both.ask(0).beyond < 0.01
         answer = both.ask(1, patient=patient)
         both.close()
@@ -90,7 +90,7 @@ def test_what_begins_to_tip_slowly_is_not_at_rest(side, patient):
 def test_a_step_about_which_less_is_asked_is_simulated_no_longer(shipped):
     benchmark, cases = shipped
     case = cases[cases["failing_step"].isna() & cases["failing_step_stands"].notna()].iloc[0]
-    both = BothQuestions(benchmark.layout(case["layout"], case["scenario"]), make_method(SCREEN))
+    both = StepAnswers(benchmark.layout(case["layout"], case["scenario"]), make_method(SCREEN))
     answer = both.ask(int(case["failing_step_stands"]), standing=False)
     both.close()
     assert (answer.fails_within, answer.fails_standing) == (False, None)
@@ -101,7 +101,7 @@ def test_a_method_that_looks_at_something_else_is_refused(shipped):
     layout = benchmark.layout(cases.iloc[0]["layout"], "S1")
     for spec in ("ps3@mujoco", "label@mujoco:between_steps=carry"):
         with pytest.raises(ValueError, match=r"between_steps=reseat and criterion=adams"):
-            BothQuestions(layout, make_method(spec))
+            StepAnswers(layout, make_method(spec))
 
 
 def test_what_is_done_is_kept_and_not_done_again(unlabelled, shipped):

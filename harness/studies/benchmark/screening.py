@@ -36,12 +36,12 @@ from steadyload.layouts.benchmark.tables import (
     write_tables,
 )
 from steadyload.layouts.model import Layout
-from steadyload.methods import both_questions
-from steadyload.methods.both_questions import BothQuestions, StepAnswer
+from steadyload.methods import step_answers
 from steadyload.methods.margins import margins
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation import Simulation
+from steadyload.methods.step_answers import StepAnswer, StepAnswers
 from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit
 from steadyload.runs.provenance import key_of, made_by, provenance
 from steadyload.runs.store import Store, locked, parquet
@@ -173,7 +173,7 @@ def _unit(cases: tuple[tuple[str, Layout], ...]) -> CasesUnit:
         **{f"screen: {name}": value for name, value in made_by(make_method(SCREEN)).items()},
         **{f"reference: {name}": value for name, value in made_by(make_method(LABEL)).items()},
         **package_versions(("numpy", "scipy")),
-        "version of answers": str(both_questions.VERSION),
+        "version of answers": str(step_answers.VERSION),
         "version of rows": str(VERSION),
     }
     content = [[scenario, layout.name, layout.content_hash()] for scenario, layout in cases]
@@ -205,8 +205,8 @@ class _Screened:
         assert isinstance(screen, Simulation)
         assert isinstance(reference, Simulation)
         self._scenario, self._layout = scenario, layout
-        self._screen = BothQuestions(layout, screen)
-        self._reference = BothQuestions(layout, reference)
+        self._screen = StepAnswers(layout, screen)
+        self._reference = StepAnswers(layout, reference)
         seed = [zlib.crc32(layout.name.encode()), zlib.crc32(scenario.encode())]
         self._checked = np.random.default_rng(seed).random(len(layout)) < CHECKED
         self._margins = margins(layout, centres=False)

@@ -75,7 +75,7 @@ class StepAnswer:
     angle_most: float
 
 
-class BothQuestions:
+class StepAnswers:
     """Answers both questions about steps of one layout, each step from the planned positions.
 
     A step is simulated until both are answered: 0.3 s, and on until all items rest, at most 3 s.
@@ -133,7 +133,7 @@ class _Watch(Examiner):
         self.begin(True, False)
 
     def begin(self, standing: bool, patient: bool) -> None:
-        """Begin a placement; see :meth:`BothQuestions.ask`."""
+        """Begin a placement; see :meth:`StepAnswers.ask`."""
         self._standing, self._patient = standing, patient
         self._within: bool | None = None
         self._looks: list[tuple[float, float]] = []
