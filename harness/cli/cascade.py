@@ -26,8 +26,8 @@ class Fit:
     )
     candidates: tuple[str, ...] = option(
         (), "a method that may become a stage, in order; may be repeated (default: fbs, "
-        "equilibrium, settling, lstm_1, lstm_e, equilibrium:time=0.3, the last with scope=local; "
-        "for stands fbs, equilibrium:margin=0.01, settling, networks, the last with scope=local)",
+        "equilibrium, lstm_1, lstm_e, settling, equilibrium:time=0.3, the last with scope=local; "
+        "for stands fbs, equilibrium:margin=0.01, networks, settling, the last with scope=local)",
         names=("--candidate",), metavar="SPEC",
     )  # fmt: skip
     benchmark: str | None = option(

@@ -27,9 +27,9 @@ from steadyload.tuning.cases import fingerprint as cases_fingerprint
 CANDIDATES = (
     "fbs",
     "equilibrium",
-    "settling",
     "lstm_1",
     "lstm_e",
+    "settling",
     "equilibrium:time=0.3",
     "ps_opt@{engine}:scope=local",
 )
@@ -38,9 +38,9 @@ CANDIDATES = (
 OF_STANDS = (
     "fbs",
     "equilibrium:margin=0.01",
-    "settling",
     "lstm_1:question=stands",
     "lstm_e:question=stands",
+    "settling",
     "ps_opt@{engine}:scope=local,question=stands",
 )
 """The same where it is asked whether a load stands."""
