@@ -44,6 +44,15 @@ def milliseconds(estimate: Estimate | None) -> str:
     )
 
 
+def decimal(estimate: Estimate | None, digits: int = 2) -> str:
+    """``1.02 [0.97, 1.07]``: fixed digits; no interval where none is known."""
+    if estimate is None or math.isnan(estimate.value):
+        return MISSING
+    if math.isnan(estimate.low):
+        return f"{estimate.value:.{digits}f}"
+    return f"{estimate.value:.{digits}f} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"
+
+
 def factor(estimate: Estimate | None) -> str:
     """``0.21 [0.19, 0.24]``: a ratio with two significant digits."""
     if estimate is None or math.isnan(estimate.value):

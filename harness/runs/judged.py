@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
+from steadyload.layouts.question import Question
 from steadyload.layouts.scenarios import Scenario
 from steadyload.methods.naming import MethodKey, named
 from steadyload.runs.labels import load_labels
@@ -51,6 +54,35 @@ class JudgedCases:
         order = {str(s): k for k, s in enumerate(Scenario)}
         found = {str(s) for s in self.said.index.get_level_values("scenario")}
         return tuple(sorted(found, key=lambda s: (order.get(s, -1), s)))
+
+    def only(self, cases: NDArray[np.bool_]) -> JudgedCases:
+        """Some of the cases.
+
+        Args:
+            cases: mask of those that are kept, shape (cases,), one or more.
+        """
+        said = self.said[cases]
+        there = pd.MultiIndex.from_frame(self.results[["layout", "scenario"]]).isin(said.index)
+        return replace(
+            self,
+            results=self.results[there],
+            said=said,
+            labels=None if self.labels is None else self.labels[cases],
+            clusters=self.clusters[cases],
+        )
+
+    def asked(self, question: Question) -> JudgedCases:
+        """The cases that have a label of a question, with that as the label.
+
+        The cases are labelled; none of them may have a label of the question.
+        """
+        assert self.labels is not None, "the run is on a labelled set"
+        if question is Question.WITHIN:
+            return self
+        found = self.only((self.labels["stands"] == "done").fillna(False).to_numpy(bool))
+        assert found.labels is not None
+        failing = found.labels["failing_step_stands"]
+        return replace(found, labels=found.labels.assign(failing_step=failing))
 
 
 def load_judged(directory: str | Path) -> JudgedCases:

@@ -2,6 +2,7 @@
 
 from steadyload.layouts.benchmark.dataset import (
     PLANAR,
+    REAL,
     UNLEARNT,
     Benchmark,
     BenchmarkError,
@@ -9,4 +10,4 @@ from steadyload.layouts.benchmark.dataset import (
     load_benchmark,
 )
 
-__all__ = ["PLANAR", "UNLEARNT", "Benchmark", "BenchmarkError", "Part", "load_benchmark"]
+__all__ = ["PLANAR", "REAL", "UNLEARNT", "Benchmark", "BenchmarkError", "Part", "load_benchmark"]

@@ -44,7 +44,10 @@ SHIPPED = _PACKAGE / "data"
 PLANAR = "planar"
 """Name of the small set of planar layouts that comes with the package, too."""
 
-SETS: Mapping[str, Path] = {PLANAR: _PACKAGE / "data_planar"}
+REAL = "real"
+"""Name of the set of layouts of real size, 25 to 150 boxes."""
+
+SETS: Mapping[str, Path] = {PLANAR: _PACKAGE / "data_planar", REAL: _PACKAGE / "data_real"}
 """Names of further sets of the package, and their folders."""
 
 

@@ -8,8 +8,7 @@ from collections.abc import Sequence
 from steadyload.methods.naming import method_key
 from steadyload.methods.registry import make_method
 from steadyload.reports.page import Picture, Section
-from steadyload.reports.table import MISSING, Column, Table, milliseconds, words
-from steadyload.statistics.estimate import Estimate
+from steadyload.reports.table import Column, Table, decimal, milliseconds, words
 from steadyload.studies.speed.figures import plot_growth
 from steadyload.studies.speed.growth import LATE
 from steadyload.studies.speed.records import GrowthCurve, GrowthPoint, SpeedRun
@@ -34,9 +33,9 @@ def growth_sections(run: SpeedRun) -> list[Section]:
         words("layouts", "scene"),
         words("method", lambda curve: title(curve.method)),
         Column("n", lambda curve: curve.exponent.n or None),
-        Column("judge: exponent", lambda curve: _exponent(curve.exponent)),
-        Column(f"from {LATE} items on", lambda curve: _exponent(curve.late)),
-        Column("in a batch: exponent", lambda curve: _exponent(curve.batch)),
+        Column("judge: exponent", lambda curve: decimal(curve.exponent)),
+        Column(f"from {LATE} items on", lambda curve: decimal(curve.late)),
+        Column("in a batch: exponent", lambda curve: decimal(curve.batch)),
     ]
     points = [
         words("layouts", lambda row: row[0].scene),
@@ -86,14 +85,6 @@ def _growth_explained(curves: Sequence[GrowthCurve], run: SpeedRun) -> str:
     return _aim(curves) + told + how
 
 
-def _exponent(found: Estimate) -> str:
-    if math.isnan(found.value):
-        return MISSING
-    if math.isnan(found.low):
-        return f"{found.value:.2f}"
-    return f"{found.value:.2f} [{found.low:.2f}, {found.high:.2f}]"
-
-
 def _counted(point: GrowthPoint) -> str:
     joined = f" ({point.joined})" if point.joined else ""
     return f"{point.microseconds.n}{joined}"
@@ -102,7 +93,7 @@ def _counted(point: GrowthPoint) -> str:
 def _aim(curves: Sequence[GrowthCurve]) -> str:
     """Sentence on the exponent that is aimed at: which methods are above it, on which layouts."""
     above = [
-        f"{title(curve.method)} on {curve.scene} ({_exponent(found)})"
+        f"{title(curve.method)} on {curve.scene} ({decimal(found)})"
         for curve in curves
         for found in (curve.exponent if math.isnan(curve.batch.value) else curve.batch,)
         if found.value > AIM

@@ -20,6 +20,7 @@ from steadyload.runs.pool import Executor
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.timing import BLOCK, Times, timed
+from steadyload.studies.able import able_methods
 from steadyload.studies.table5.front import SPATIAL
 
 RULES = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3")
@@ -104,7 +105,7 @@ class Table5Options:
             value = getattr(self, name)
             if value is not None and value < 1:
                 raise StudyError(f"{name} is {value}; allowed: 1 or more")
-        able, left_out = _able(self.methods)
+        able, left_out = able_methods(self.methods, standard_methods)
         planar = tuple(spec for spec in able if _is_planar(spec))
         spatial = tuple(spec for spec in able if spec not in planar)
         if not spatial:
@@ -124,24 +125,6 @@ class Table5Options:
             limit=self.limit,
             shard_size=_SHARD_SIZE,
         )
-
-
-def _able(named: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Canonical specs of methods that can judge; reasons why other default ones cannot."""
-    able: dict[str, None] = {}
-    left_out = {}
-    for text in named or standard_methods():
-        try:
-            method = make_method(text)
-            method.made_of()
-            method.prepare()
-        except (ValueError, EngineNotInstalledError) as error:  # also what is wrong with weights
-            if named:
-                raise
-            left_out[text] = str(error)
-            continue
-        able[str(method.spec)] = None
-    return tuple(able), left_out
 
 
 def _is_planar(spec: str) -> bool:

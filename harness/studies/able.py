@@ -1,0 +1,37 @@
+"""The methods of a study that can judge here, and why others cannot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from steadyload.engines.errors import EngineNotInstalledError
+from steadyload.methods.registry import make_method
+
+
+def able_methods(
+    named: tuple[str, ...], usual: Callable[[], Iterable[str]]
+) -> tuple[tuple[str, ...], dict[str, str]]:
+    """Canonical specs of methods that can judge; reasons why others of the usual ones cannot.
+
+    Args:
+        named: required specs; empty for the usual ones.
+        usual: gives those of which some may be missing.
+
+    Raises:
+        SpecError, EngineNotInstalledError: a named method cannot judge.
+        LearnerError: its weights cannot be read.
+    """
+    able: dict[str, None] = {}
+    left_out = {}
+    for text in named or usual():
+        try:
+            method = make_method(text)
+            method.made_of()
+            method.prepare()
+        except (ValueError, EngineNotInstalledError) as error:  # also what is wrong with weights
+            if named:
+                raise
+            left_out[text] = str(error)
+            continue
+        able[str(method.spec)] = None
+    return tuple(able), left_out

@@ -1,0 +1,279 @@
+"""The page of layouts of real size, on towers of three to six cubes whose numbers are plain."""
+
+import dataclasses
+import math
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from steadyload.cli import main
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.benchmark import BenchmarkError
+from steadyload.layouts.benchmark.dataset import row_of
+from steadyload.layouts.benchmark.real import NO_CLASS, PALLET_SOFTWARE
+from steadyload.layouts.benchmark.tables import CASES, OPINIONS, UNLABELLED, write_tables
+from steadyload.layouts.question import Question
+from steadyload.methods.spec import SpecError
+from steadyload.reports.page import write_page
+from steadyload.runs.definition import StudyError
+from steadyload.runs.judged import load_judged
+from steadyload.studies.benchmark.screening import label_screened
+from steadyload.studies.real import summary
+from steadyload.studies.real.page import real_page
+from steadyload.studies.real.screened import REASONS, screened_steps
+from steadyload.studies.real.study import FLOORS, METHODS, RealStudyOptions, judge_real
+from steadyload.studies.real.summary import CONSTANT, JudgingCost, summarise
+
+WITHIN, STANDS = Question.WITHIN, Question.STANDS
+ASKED = ("fbs", "equilibrium:margin=0.01", "lstm_e", "ps3@mujoco")
+SHORT = 1e-9
+"""A time limit that simulations exceed at once, and rules do not look at [s]."""
+
+
+def tower(name, *shifts, x=20.0, heavy=1.0, gap=0.0):
+    """A tower of 10 cm cubes of 1 kg; the lowest one may be heavier, the last one hover."""
+    last = len(shifts) - 1
+    items = tuple(
+        Item(
+            step,
+            (x + shift, 10.0 * step + (gap if step == last else 0.0), 20.0),
+            (10.0, 10.0, 10.0),
+            heavy if step == 0 else 1.0,
+        )
+        for step, shift in enumerate(shifts)
+    )
+    return Layout(name, Pallet(60.0, 100.0, 60.0), items)
+
+
+TOWERS = {
+    "order 1": [tower("three", 0, 0, 0), tower("four", 0, 0, 0, 0)],
+    "order 2": [tower("heavy", *[0] * 6, heavy=300.0)],  # heavier than networks were trained on
+    "order 3": [tower("falls at 2", 0, 0, 8), tower("falls at 3", 0, 0, 0, 8)],
+    "order 4": [tower("falls at 5", 0, 0, 0, 0, 0, 8)],
+    # Its last cube is 0.1 mm past the point of balance: it falls, but not within 0.3 s.
+    "order 5": [tower("falls late", 0, 0, 0, 0, 5.01)],
+    # It overhangs the deck, and its last cube hovers 2 mm above the one below.
+    "order 6": [tower("a.order-1", 0, 0, 0, 0, 0, x=-4.0, gap=0.2)],
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A labelled set of the towers, all of them in its test part."""
+    made = tmp_path_factory.mktemp("set")
+    rows, cases = [], []
+    for instance, towers in TOWERS.items():
+        for layout in towers:
+            source = PALLET_SOFTWARE if "order-" in layout.name else "by hand"
+            rows.append(row_of(layout, instance, NO_CLASS, (source,)))
+            cases.append({"layout": layout.name, "scenario": "S1", "item_count": len(layout)})
+    frame = pd.DataFrame(cases).assign(status=UNLABELLED).reindex(columns=CASES.names)
+    opinions = pd.DataFrame(columns=OPINIONS.names)
+    write_tables(made, pd.DataFrame(rows), frame, opinions, {"seed": 0, "test": 1.0})
+    assert label_screened(made) == 8
+    return made
+
+
+@pytest.fixture(scope="module")
+def asked(folder):
+    return RealStudyOptions(
+        methods=ASKED, directory=str(folder), timeout=SHORT, small=0, sizes=(4,), pallets=5
+    )
+
+
+@pytest.fixture(scope="module")
+def judged(asked, tmp_path_factory):
+    return judge_real(asked, tmp_path_factory.mktemp("work"), workers=0)
+
+
+@pytest.fixture(scope="module")
+def found(asked, judged):
+    return summarise(asked, judged)
+
+
+def right(estimate):
+    """Cases on which a method is right, and all of them."""
+    return round(estimate.value * estimate.n) if estimate.n else 0, estimate.n
+
+
+@pytest.mark.parametrize(
+    ("spec", "question", "overall", "failing"),
+    [
+        # It calls the late fall and the overhanging pallet unstable.
+        ("fbs", WITHIN, (6, 8), (3, 3)),
+        ("fbs", STANDS, (7, 8), (4, 4)),
+        # It calls the late fall and the hovering cube unstable.
+        ("equilibrium:margin=0.01", WITHIN, (6, 8), (3, 3)),
+        ("equilibrium:margin=0.01", STANDS, (7, 8), (4, 4)),
+        # It refuses the heavy cube and the deck, and does not see the late fall.
+        ("lstm_e", WITHIN, (6, 6), (3, 3)),
+        ("lstm_e", STANDS, (5, 6), (3, 4)),
+        ("ps3@mujoco", WITHIN, (0, 8), (0, 3)),
+        ("ps3@mujoco", STANDS, (0, 8), (0, 4)),
+        (CONSTANT.spec, WITHIN, (5, 8), (0, 3)),
+        (CONSTANT.spec, STANDS, (4, 8), (0, 4)),
+    ],
+)
+def test_both_questions_have_their_accuracies(found, spec, question, overall, failing):
+    accuracy = found.real.of(spec).accuracy[question]
+    assert (right(accuracy.overall), right(accuracy.failing)) == (overall, failing)
+
+
+def test_a_refusal_is_not_wrong_but_behind_the_best(found):
+    results = {r.method.spec: r for r in found.real.methods}
+    assert [dict(r.without_verdict) for r in results.values()] == [
+        {}, {}, {"refused": 2}, {"timeout": 8}, {},
+    ]  # fmt: skip
+    assert [r.asked for r in results.values()] == [None, None, WITHIN, WITHIN, None]
+    # Three methods are right on six of eight cases; the first of them is the best.
+    behind = {
+        q: [r.accuracy[q].behind and r.accuracy[q].behind.value for r in results.values()]
+        for q in Question
+    }
+    assert behind[WITHIN] == [None, 0.0, 0.0, -0.75, None]
+    assert behind[STANDS] == [None, 0.0, -0.25, -0.875, None]
+
+
+def test_cases_are_counted_by_boxes(found):
+    few, many = found.groups
+    assert [(g.title, g.cases, g.item_lists, g.middle) for g in found.groups] == [
+        ("3 to 4", 4, 2, 3.5),
+        ("5 to 6", 4, 4, 5.5),
+    ]
+    assert right(few.of("fbs").accuracy[WITHIN].overall) == (4, 4)
+    assert right(many.of("fbs").accuracy[WITHIN].overall) == (2, 4)
+    assert right(many.of("fbs").accuracy[STANDS].overall) == (3, 4)
+    assert [right(g.failing[WITHIN]) for g in found.groups] == [(2, 4), (1, 4)]
+    assert [right(g.failing[STANDS]) for g in found.groups] == [(2, 4), (2, 4)]
+    assert {q: right(share) for q, share in found.natural.items()} == {
+        WITHIN: (3, 8), STANDS: (4, 8),
+    }  # fmt: skip
+    assert (found.small, dict(found.unlabelled)) == (False, {})
+
+
+def test_layouts_larger_than_all_bins_are_a_bin(judged):
+    cases = load_judged(judged.real)
+    counts = [int(mask.sum()) for mask in summary._bins(cases, (2, 3, 5))]
+    assert counts == [2, 4, 2]  # none of at most 2; two of 3; four of 4 and 5; two of 6
+
+
+def test_a_judgement_that_was_given_up_costs_the_limit(judged):
+    cases = load_judged(judged.real)
+    results = cases.results.assign(cpu_total=0.0)
+    rest = dataclasses.replace(cases, results=results)
+    assert summary._cost(rest, "ps3@mujoco", 20.0) == JudgingCost(8, 2e4, 2e4, 2e4)
+    assert summary._cost(rest, "lstm_e", 20.0) == JudgingCost(6, 0.0, 0.0, 0.0)
+    results["cpu_total"] = results["item_count"] / 1e3
+    cost = summary._cost(rest, "fbs", 20.0)
+    assert (cost.n, cost.median, cost.worst) == (8, 4.5, 6.0)
+    # The cost grows as the boxes do, and the exponent is of what a method calls stable.
+    growth = summary._growth("fbs", rest, rest)
+    assert (growth.real.n, growth.everything.n) == (3, 6)
+    assert math.isclose(growth.real.value, 1.0)
+    assert summary._growth("ps3@mujoco", rest, None).real.n == 0
+
+
+def test_the_cheapest_of_the_best_is_chosen(found):
+    def costing(**medians):
+        methods = tuple(
+            dataclasses.replace(r, cost=JudgingCost(8, medians[r.method.spec.partition(":")[0]],
+                                                    1.0, 1.0) if r.method.spec else None)
+            for r in found.real.methods
+        )  # fmt: skip
+        return dataclasses.replace(found.real, methods=methods)
+
+    dear = costing(fbs=3.0, equilibrium=2.0, lstm_e=1.0, **{"ps3@mujoco": 0.5})
+    assert summary._chosen(dear, WITHIN).method.spec == "lstm_e"
+    assert summary._chosen(dear, STANDS).method.spec == "equilibrium:margin=0.01"
+
+
+def test_gaps_and_edges_change_verdicts(found):
+    assert [row.floor for row in found.floors] == list(FLOORS)
+    assert {row.pallets for row in found.floors} == {1}
+    ((key, _),) = found.floors[0].stable
+    assert key.spec == "equilibrium:margin=0.01"
+    # The cube that hovers 2 mm stands as soon as gaps are closed; the edge changes nothing.
+    assert [row.stable[0][1].value for row in found.floors] == [0.0, 0.0, 1.0, 1.0, 1.0]
+    assert [row.changed[key.spec] for row in found.floors] == [0, 0, 1, 1, 1]
+
+
+def test_cases_without_a_verdict_are_told_by_reason(found):
+    refused, late = found.lost
+    assert (refused.status, refused.cases, refused.fewest, refused.most) == ("refused", 2, 5, 6)
+    assert refused.reason.startswith("item 0: weight is 300 kg")
+    assert (late.status, late.cases) == ("timeout", 8)
+
+
+def test_screen_and_reference_are_compared():
+    steps = pd.DataFrame(
+        {
+            "layout": ["a", "b"],
+            "scenario": ["S1", "S1"],
+            "screen": [[0.1, 0.6, 1.2], [0.0, 2.0]],
+            "reference": [[np.nan, 1.1, 0.9], [0.2, 2.5]],
+            "why": [["", "near", "fails"], ["drawn", "fails"]],
+        }
+    )
+    seen = screened_steps(steps)
+    assert (seen.cases, seen.steps) == (2, 5)
+    assert {
+        key: (part.steps, part.screen, part.reference, part.differ)
+        for key in REASONS
+        if (part := seen.of(key))
+    } == {"fails": (2, 2, 1, 1), "near": (1, 0, 1, 1), "drawn": (1, 0, 0, 0)}
+    assert screened_steps(steps.head(0)).reasons == ()
+
+
+def test_the_page_answers_first(found, tmp_path):
+    text = write_page(real_page(found), tmp_path).read_text()
+    first = text.partition("\n## ")[0]
+    assert first.startswith("# Layouts of real size\n\nOn 8 cases of 3 to 6 boxes (6 item lists),")
+    assert "would be right on 62.5 % (within), 50.0 % (stands)" in first
+    header = next(line for line in first.splitlines() if line.startswith("| method"))
+    assert header.count("|") == 7
+    rows = [line for line in first.splitlines() if line.startswith("| ")]
+    (learned,) = [row for row in rows if row.startswith("| LSTM_e")]
+    assert re.search(r"\| 100\.0 \[.*\| +83\.3 \[.*\| +2 refused \|$", learned)
+    assert any(row.startswith("| PS_3 @ mujoco") and row.endswith("8 timeout |") for row in rows)
+    assert {p.name for p in (tmp_path / "figures").iterdir()} == {
+        "accuracy_by_boxes.svg", "cost_by_boxes.svg",
+    }  # fmt: skip
+
+
+def test_the_command_judges_small_layouts_too_and_goes_on(folder, tmp_path, capsys):
+    words = ["real", "--directory", str(folder), "-m", "fbs", "-m", "sme", "--small", "2",
+             "--sizes", "4", "6", "--work", str(tmp_path), "-j", "1"]  # fmt: skip
+    for _ in range(2):
+        assert main(words) == 0
+        assert capsys.readouterr().out == f"{tmp_path}/report.md\n"
+    text = (tmp_path / "report.md").read_text()
+    assert "The first bin holds small layouts" in text
+    assert "Every method came to a verdict on every case." in text
+    assert "customers' pallets" not in text  # none of the methods judges on several floors
+    assert str(folder) not in text
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "message"),
+    [
+        ({"sizes": (5, 5)}, StudyError, "sizes are 5, 5; allowed: whole numbers that rise"),
+        ({"timeout": 0.0}, StudyError, "timeout is 0; allowed: more than 0"),
+        ({"methods": ("fbt",)}, SpecError, "did you mean 'fbs'"),
+    ],
+)
+def test_what_cannot_be_is_refused(given, error, message):
+    with pytest.raises(error, match=message):
+        RealStudyOptions(**given)
+
+
+def test_without_a_set_there_is_no_study(tmp_path):
+    asked = RealStudyOptions(methods=("fbs",), directory=str(tmp_path / "none"))
+    with pytest.raises(BenchmarkError, match="no manifest"):
+        judge_real(asked, tmp_path / "work", workers=0)
+
+
+def test_usual_methods_exist_and_are_asked_both_questions():
+    asked = RealStudyOptions()
+    assert (asked.methods, dict(asked.left_out)) == (METHODS, {})
