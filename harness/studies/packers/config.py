@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from steadyload.layouts.benchmark import REAL
 from steadyload.studies.options import operand
 from steadyload.studies.study import Progress, Study, silent
-
-REAL = "real"
-"""Name of the labelled set of real size, whose plans the page shows."""
 
 
 @dataclass(frozen=True)
