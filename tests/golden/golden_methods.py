@@ -33,6 +33,7 @@ LATER = (
     "cascade@mujoco:question=stands",
     *(f"label@{engine}:frequency=240,scope=moving" for engine in ("bullet", "mujoco")),
     "label@reference:question=stands",
+    "settling",
 )  # fmt: skip
 """Judged after all others, as they were added later."""
 

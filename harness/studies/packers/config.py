@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from steadyload.layouts.benchmark import REAL
 from steadyload.studies.options import operand
 from steadyload.studies.study import Progress, Study, silent
 
@@ -36,7 +35,7 @@ class PackersStudy(Study[PackersConfig, Any]):
         self, config: PackersConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """The summary of the plans and the provenance of the set."""
-        from steadyload.layouts.benchmark import load_benchmark
+        from steadyload.layouts.benchmark import REAL, load_benchmark
         from steadyload.studies.benchmark.summary import made_with
         from steadyload.studies.packers.summary import summarise
 
