@@ -10,9 +10,7 @@ from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import (
     Column,
     Table,
-    columns_for,
     compact,
-    counts,
     factor,
     names,
     percent,
@@ -20,6 +18,7 @@ from steadyload.reports.table import (
     words,
 )
 from steadyload.studies.scope.balanced_steps import Balance, BalancedSteps
+from steadyload.studies.scope.detail_sections import OPTION, boxes_section, details_section
 from steadyload.studies.scope.figures import plot_changed_against_cost
 from steadyload.studies.scope.study import ScopeResult
 from steadyload.studies.scope.summary import OptionRow, ScopeTable
@@ -34,7 +33,6 @@ _BALANCE = {
     Balance.NARROW: "within 0.1 mm of losing balance",
     Balance.OUT: "out of balance by 0.1 mm or more",
 }
-_OPTION = words("simulated", "title")
 _STEPS = (
     words("step", lambda row: _BALANCE[row.balance]),
     Column("steps", "steps"),
@@ -45,10 +43,6 @@ _STEPS = (
 )
 
 
-def _p(value: float | None) -> str:
-    return "-" if value is None else compact(value) if value >= 1e-4 else "< 0.0001"
-
-
 def scope_page(result: ScopeResult) -> Page:
     """Compose the page."""
     tables = list(result.tables.values())
@@ -56,8 +50,8 @@ def scope_page(result: ScopeResult) -> Page:
         *(_front(table) for table in tables),
         _balanced(result.steps),
         _figure(tables),
-        *(_details(table) for table in tables),
-        *(_by_boxes(table) for table in tables),
+        *(details_section(table) for table in tables),
+        *(boxes_section(table) for table in tables),
         _depends(result),
     ]
     return Page(
@@ -131,7 +125,7 @@ def _front(table: ScopeTable) -> Section:
             Table(
                 table.rows,
                 [
-                    _OPTION,
+                    OPTION,
                     Column("same %", "same", percent),
                     Column("earlier / later / none", _changes),
                     Column("accuracy %", "accuracy", percent),
@@ -205,61 +199,6 @@ def _figure(tables: list[ScopeTable]) -> Section:
             )
         ],
     )
-
-
-def _details(table: ScopeTable) -> Section:
-    return Section(
-        f"Every option, question {table.question}",
-        "*CPU, paired*: the median over the "
-        "cases of the time over that of the whole pile on the same case. *Body-substeps*: "
-        "simulated substeps times boxes that took part, in proportion. *Difference*: accuracy by "
-        "the labels of this question minus that of the whole pile, in points; *p*: exact sign-flip "
-        "test by item lists, corrected by Holm for the options of this table. "
-        f"{table.costs.explained()}",
-        [
-            Table(
-                table.rows,
-                [
-                    _OPTION,
-                    Column("n", "same.n"),
-                    Column("CPU, paired", "cpu_paired", factor),
-                    Column("body-substeps", "body_substeps", compact),
-                    Column("difference", "difference", percent),
-                    Column("p", "p", _p),
-                    Column("accuracy, within %", "within", percent),
-                    Column("accuracy, stands %", "stands", percent),
-                    words("no verdict", "without_verdict", counts),
-                ],
-            )
-        ],
-    )
-
-
-def _by_boxes(table: ScopeTable) -> Section:
-    places = range(len(table.whole.sizes))
-    boxes = [size.boxes for size in table.whole.sizes]
-    return Section(
-        f"By number of boxes, question {table.question}",
-        "",
-        [
-            Table(
-                table.options,
-                [
-                    _OPTION,
-                    *columns_for(
-                        places,
-                        lambda at: f"{boxes[at]} boxes: same %",
-                        lambda row, at: row.sizes[at].same,
-                        percent,
-                    ),
-                    *columns_for(
-                        places, lambda at: f"{boxes[at]}: CPU", lambda row, at: row.sizes[at].cpu,
-                        compact,
-                    ),
-                ],
-            )
-        ],
-    )  # fmt: skip
 
 
 def _depends(result: ScopeResult) -> Section:
