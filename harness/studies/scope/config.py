@@ -33,7 +33,7 @@ class ScopeConfig:
 
 
 class ScopeStudy(Study[ScopeConfig, Any]):
-    """What a simulation of a part of the pile saves, and which verdicts it changes."""
+    """Verdicts that change, and cost that is saved, when a part of a pile is simulated."""
 
     name = "scope"
     question = "Which way to leave things out of a simulation costs which verdicts, and saves what?"
