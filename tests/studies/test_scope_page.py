@@ -141,6 +141,30 @@ def test_the_steps_of_a_set_are_counted_by_balance(labelled):
     assert (out.steps, out.too_far.value) == (1, 1.0)
     assert (found.whole, found.failing) == (2, {"within": 0, "stands": 0})
     assert found.exceptions == ()
+    assert found.again == (0, 0)
+
+
+def test_what_moves_again_beside_a_step_that_balances_is_counted(labelled):
+    benchmark = load_benchmark(labelled)
+    margin = np.array([10.0, 10.0, -1.0, 10.0], dtype="float32")
+    of_row = benchmark.cases["layout"] == "row"
+
+    def lists(name, values, frame, rows):
+        both = zip(rows, frame[name], strict=True)
+        return frame.assign(**{name: [values if here else other for here, other in both]})
+
+    cases = lists("margin", margin, benchmark.cases, of_row)
+    cases = lists("moved", np.array([0, 1, 1, 1]), cases, of_row)
+    of_row = benchmark.screening["layout"] == "row"
+    far = np.array([0.0, 0.0, 0.7, 0.8], dtype="float32")
+    screening = lists("screen", far, benchmark.screening, of_row)
+    found = balanced_steps(dataclasses.replace(benchmark, cases=cases, screening=screening))
+    assert found.again == (1, 1)
+    assert found.of(Balance.BALANCES).steps == 3 + 2 + 1
+    assert [(row.steps, row.far.value) for row in found.later if row.balance == "balances"] == [
+        (1, 1.0)
+    ]
+    assert found.whole == 1
 
 
 def test_a_step_that_balances_and_moves_is_named(labelled):

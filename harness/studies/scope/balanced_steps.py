@@ -42,7 +42,8 @@ class BalanceRow:
     moved by more than half a threshold, and by more than a threshold, as far as was seen.
 
     ``asked``: steps of them about which the reference was asked. ``most``: the farthest that
-    something moved, in units of the threshold; None where there is no step.
+    something moved, in units of the threshold, ``most_by_reference`` as the reference saw it; None
+    where there is no such step.
     """
 
     balance: Balance
@@ -52,6 +53,7 @@ class BalanceRow:
     far: Estimate
     too_far: Estimate
     most: float | None
+    most_by_reference: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +80,8 @@ class BalancedSteps:
         cases, instances: that they are of.
         first: steps by balance, of those before which all steps of the case balance.
         later: the others.
+        again: of the steps of ``later`` that balance and at which something moved far, how many are
+            such that it moved most at an earlier step, too, that does not balance; and all of them.
         exceptions: steps of ``first`` that balance, at which something moved far; the first ones.
         whole: cases of which every item was placed and every step balances.
         failing: of these, how many have a label that fails, by question.
@@ -88,6 +92,7 @@ class BalancedSteps:
     instances: int
     first: tuple[BalanceRow, ...]
     later: tuple[BalanceRow, ...]
+    again: tuple[int, int]
     exceptions: tuple[MovedStep, ...]
     whole: int
     failing: Mapping[str, int]
@@ -115,6 +120,7 @@ def balanced_steps(benchmark: Benchmark) -> BalancedSteps:
         steps["instance"].nunique(),
         tuple(_rows(steps[first])),
         tuple(_rows(steps[~first])),
+        _moved_again(steps),
         tuple(
             MovedStep(row.layout, row.scenario, row.step, row.margin, row.item, row.screen,
                       row.reference)
@@ -180,5 +186,24 @@ def _rows(steps: pd.DataFrame) -> Iterator[BalanceRow]:
             int(own["reference"].notna().sum()),
             share(own["beyond"] > FAR, own["instance"]),
             share(own["beyond"] > 1.0, own["instance"]),
-            float(own["beyond"].max()) if len(own) else None,
+            _greatest(own["beyond"]),
+            _greatest(own["reference"]),
         )
+
+
+def _greatest(values: pd.Series) -> float | None:
+    return float(values.max()) if values.notna().any() else None
+
+
+def _moved_again(steps: pd.DataFrame) -> tuple[int, int]:
+    """See :attr:`BalancedSteps.again`."""
+    again, of = 0, 0
+    for _, case in steps.groupby(KEYS):
+        known: set[int] = set()
+        for step in case.itertuples():
+            if step.balance != str(Balance.BALANCES):
+                known.add(step.item)
+            elif not step.before and step.beyond > FAR:
+                of += 1
+                again += step.item in known
+    return again, of

@@ -39,7 +39,7 @@ _STEPS = (
     Column("cases", "cases"),
     Column("moved by half a threshold %", "far", percent),
     Column("moved too far %", "too_far", percent),
-    Column("farthest, thresholds", "most", compact),
+    Column("farthest", "most", compact),
 )
 
 
@@ -106,8 +106,9 @@ def _certified(steps: BalancedSteps) -> str:
     moved_far = round(row.far.value * row.steps) if row.steps else 0
     return (
         f"{moved_far or 'None'} of {row.steps:,} steps that balance with 0.1 mm to spare, as do "
-        "all before them, moved anything by more than half a threshold: such a step needs no "
-        "simulation, and balance costs microseconds ([speed](../speed/report.md))."
+        "all before them, moved anything by more than half a threshold (the farthest by "
+        f"{compact(row.most)} of one): such a step needs no simulation, and balance costs "
+        "microseconds ([speed](../speed/report.md))."
     )
 
 
@@ -151,7 +152,9 @@ def _balanced(steps: BalancedSteps) -> Section:
             _STEPS,
             "Steps after one that does not balance so: every step begins with all items in their "
             "planned positions, so that what lost its balance earlier moves again, beside whatever "
-            "was placed last:",
+            "was placed last. Of those that balance and at which something moved by half a "
+            f"threshold, it is in {steps.again[0]} of {steps.again[1]} the item that moved most at "
+            "an earlier step, too, that does not balance:",
         ),
     ]
     if steps.exceptions:
@@ -174,10 +177,12 @@ def _balanced(steps: BalancedSteps) -> Section:
         "when forces that only press, on contact patches drawn in by 0.1 mm on every side, hold "
         "all items that are joined to the new one by standing on each other "
         "(`equilibrium:margin=0.01`). How far something moved is what a simulation by MuJoCo at "
-        "1 kHz saw of every step, or the reference where it was asked and saw more (on "
-        f"{known.asked:,} steps of the first line), at any look until all rested, at most 3 s; of "
-        "steps after the first at which a load does not stand, within 0.3 s. Intervals count item "
-        "lists, as if all steps of one were a single observation. "
+        "1 kHz saw of every step, or the reference where it was asked and saw more, at any look "
+        "until all rested, at most 3 s; of steps after the first at which a load does not stand, "
+        f"within 0.3 s. The reference was asked about {known.asked:,} steps of the first line, most "
+        "of them drawn at random, and saw nothing move by more than "
+        f"{compact(known.most_by_reference)} of a threshold. *Farthest* is in thresholds. "
+        "Intervals count item lists, as if all steps of one were a single observation. "
         f"{steps.whole} cases balance at every step: by the labels {within} of them fail within "
         f"0.3 s, and {stands} do not stand.",
         tables,
