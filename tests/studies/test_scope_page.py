@@ -123,6 +123,8 @@ def test_an_option_that_fails_elsewhere_is_earlier_or_later(labelled, tmp_path):
     assert (earlier.earlier, earlier.later) == (3, 0)
     assert earlier.same.value == 0.0
     assert earlier.difference.value == -1.0
+    assert table.cheapest is None
+    assert dataclasses.replace(table, options=(table.whole,)).cheapest == table.whole
 
 
 def test_the_steps_of_a_set_are_counted_by_balance(labelled):
@@ -233,7 +235,7 @@ def test_the_page_answers_at_once(result, tmp_path):
     _, _, found = result
     text = write_page(scope_page(found), tmp_path).read_text()
     first = text.split("\n\n")[1]
-    assert "with `scope=moving` 100.0 % at 0." in first
+    assert "is `scope=moving` for `question=within` (100.0 % at 0." in first
     assert "None of 8 steps that balance with 0.1 mm to spare" in first
     assert "| `scope=moving` |" in text
     assert (tmp_path / "figures" / "changed_verdicts.svg").exists()

@@ -21,13 +21,12 @@ from steadyload.studies.scope.balanced_steps import Balance, BalancedSteps
 from steadyload.studies.scope.detail_sections import OPTION, boxes_section, details_section
 from steadyload.studies.scope.figures import plot_changed_against_cost
 from steadyload.studies.scope.study import ScopeResult
-from steadyload.studies.scope.summary import OptionRow, ScopeTable
+from steadyload.studies.scope.summary import KEPT, OptionRow, ScopeTable
 
 _ASKED = {
     Question.WITHIN: "Does anything move too far within 0.3 s (`question=within`)?",
     Question.STANDS: "Does the load stand (`question=stands`)?",
 }
-_SCOPES = ("moving", "widening", "local")
 _BALANCE = {
     Balance.BALANCES: "balances with 0.1 mm to spare",
     Balance.NARROW: "within 0.1 mm of losing balance",
@@ -71,32 +70,20 @@ def _made_with(tables: Sequence[ScopeTable]) -> dict[str, str]:
 
 
 def _saved(tables: Sequence[ScopeTable]) -> str:
-    """The first sentence: what every scope keeps and costs, by question."""
-    parts = []
-    for scope in _SCOPES:
-        rows = [(table, _of_scope(table, scope)) for table in tables]
-        said = [
-            f"{100.0 * row.same.value:.1f} % at {compact(row.cpu_total.value)} of the CPU time "
-            f"(`{table.question}`, n = {row.same.n})"
-            for table, row in rows
-            if row is not None
-        ]
-        if said:
-            parts.append(f"with `scope={scope}` {' and '.join(said)}")
-    kept = "; ".join(parts) or "by no scope, since none was asked"
-    return f"A part of the pile gives the verdict of the whole: {kept}."
+    """The first sentence: by question, the cheapest option that keeps nearly all verdicts."""
+    return (
+        f"Of what can be left out, the cheapest that keeps at least {100.0 * KEPT:g} % of the "
+        f"verdicts of the whole pile is {' and '.join(map(_cheapest, tables))}."
+    )
 
 
-def _of_scope(table: ScopeTable, scope: str) -> OptionRow | None:
-    """The option with a scope on the engine of the whole pile; None where there is none."""
-    return next(
-        (
-            row
-            for row in table.options
-            if f"`scope={scope}`" in row.title.split(", ")
-            and row.method.engine == table.whole.method.engine
-        ),
-        None,
+def _cheapest(table: ScopeTable) -> str:
+    row = table.cheapest
+    if row is None:
+        return f"none for `question={table.question}`"
+    return (
+        f"{row.title} for `question={table.question}` ({100.0 * row.same.value:.1f} % at "
+        f"{compact(row.cpu_total.value)} of its CPU time, n = {row.same.n})"
     )
 
 

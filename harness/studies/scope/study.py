@@ -40,6 +40,7 @@ OPTIONS = (
     "label@mujoco:scope=moving",
     "label@mujoco:shrink=0.1mm",
     "label@mujoco:rest_speed=0.01",
+    "label@mujoco:scope=moving,rest_speed=0.01",
     "label@mujoco:samples=3",
     "label@mujoco:solver_iterations=5",
     "label@mujoco:solver_iterations=20",
@@ -47,6 +48,8 @@ OPTIONS = (
     "label@bullet:scope=moving",
     "label@mujoco:question=stands,scope=widening,rest_speed=0.01",
     "label@mujoco:question=stands,scope=moving",
+    "label@mujoco:question=stands,rest_speed=0.01",
+    "label@mujoco:question=stands,scope=moving,rest_speed=0.01",
 )
 """Options of the published page, of both questions."""
 

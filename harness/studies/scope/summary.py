@@ -27,6 +27,9 @@ BoolArray = NDArray[np.bool_]
 _ENDED = (str(Status.DONE), str(Status.UNSETTLED))
 """Statuses of a verdict of the whole pile that others can be compared with."""
 
+KEPT = 0.99
+"""Share of the verdicts of the whole pile that nearly all are."""
+
 _SIZES = 3
 """Groups of cases by their number of boxes."""
 
@@ -118,6 +121,12 @@ class ScopeTable:
     def rows(self) -> tuple[OptionRow, ...]:
         """The whole pile, then the options."""
         return (self.whole, *self.options)
+
+    @property
+    def cheapest(self) -> OptionRow | None:
+        """The option of least CPU time of all cases that keeps :data:`KEPT` of the verdicts."""
+        kept = [row for row in self.options if row.same.value > KEPT - 1e-9]
+        return min(kept, key=lambda row: row.cpu_total.value, default=None)
 
 
 def scope_table(folder: Path, question: Question, whole: str) -> ScopeTable:
