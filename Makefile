@@ -16,7 +16,7 @@ TEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 # Tests start many processes, each of which would compile all sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help study test test-deep fuzz lint types lock bench engines verify extremes properties benchmark planar packers accuracy uncertain tuning learned cascade session scale table real docs clean pages
+.PHONY: help study test test-deep fuzz lint types lock bench engines verify extremes properties benchmark planar packers accuracy uncertain tuning learned cascade session scale scope table real docs clean pages
 
 help: ## list these targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -110,6 +110,9 @@ session: $(READY) ## remake the page of loading sessions (a quarter of an hour)
 
 scale: $(READY) ## measure what a study of a million rows needs (a quarter of an hour)
 	$(BIN)/steadyload pages remake scale
+
+scope: $(READY) ## remake the page of simulations of only what a step changes (an hour); goes on
+	$(BIN)/steadyload pages remake scope
 
 table: $(READY) ## judge and time all methods on the test split, for the page of Table 5 (an hour and a half); goes on
 	$(BIN)/steadyload pages remake table5

@@ -20,7 +20,8 @@ from steadyload.statistics.metrics import outcomes
 
 _COLUMNS = (
     *KEYS, "item_count", "method_name", "engine", "parameters", "status", "failing_step", "score",
-    "substeps", *(f"cpu_{phase}" for phase in ("build", "step", "read", "total")), "wall_total",
+    "substeps", "body_substeps",
+    *(f"cpu_{phase}" for phase in ("build", "step", "read", "total")), "wall_total",
 )  # fmt: skip
 
 

@@ -59,11 +59,13 @@ SCHEMA = pa.schema(
             for clock in ("cpu", "wall")
             for phase in _SECONDS
         ),
+        pa.field("body_substeps", pa.int64()),
     ]
 )
 """Column names, types and which may be null. ``displacement`` [cm], ``rotation`` [degrees],
 ``cpu_*`` and ``wall_*`` [s]; ``parameters`` is the full parameter set as JSON; ``failing_step`` is
-null for a stable layout and for a verdict without a score."""
+null for a stable layout and for a verdict without a score. ``body_substeps``: substeps times the
+boxes that take part, null in rows of earlier versions."""
 
 _MANIFEST_KEYS = ("schema_version", "study", "study_hash", "data_hash", "shards", "finished")
 
@@ -97,7 +99,7 @@ def result_row(
     }
     for clock, seconds in (("cpu", verdict.cpu), ("wall", verdict.wall)):
         row |= {f"{clock}_{k}": v for k, v in dataclasses.asdict(seconds).items()}
-    return row
+    return row | {"body_substeps": verdict.effort.body_substeps}
 
 
 def _encoded(rows: Sequence[dict[str, Any]]) -> bytes:

@@ -12,6 +12,8 @@ from importlib import metadata
 from pathlib import Path
 
 import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from steadyload.engines.registry import ENGINES, EngineEntry, installed_versions
@@ -24,7 +26,7 @@ from steadyload.methods.method import judge
 from steadyload.methods.registry import make_method
 from steadyload.methods.sme import StaticMechanicalEquilibrium
 from steadyload.runs.definition import StudyDefinition, StudyError, load_study
-from steadyload.runs.results import SCHEMA, ResultsError, load_manifest, load_results
+from steadyload.runs.results import ROWS, SCHEMA, ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.units import OtherCodeError, Unit, judge_unit, made_now
 
@@ -386,3 +388,15 @@ def test_results_do_not_depend_on_optional_packages_of_other_engines(monkeypatch
     assert installed_versions("mujoco") == {"pybullet": "3", "numpy": "2"}
     assert installed_versions("drake") == {"pybullet": "3", "numpy": "2", "drake": "1"}
     assert installed_versions() == {"pybullet": "3", "numpy": "2", "drake": "1"}
+
+
+def test_rows_without_a_column_that_came_later_are_read(study_file, tmp_path):
+    run_study(load_study(study_file), tmp_path / "run")
+    names = [name for name in SCHEMA.names if name != "body_substeps"]
+    old = pq.read_table(next((tmp_path / "run" / "results").glob("*.parquet")), columns=names)
+    sink = pa.BufferOutputStream()
+    pq.write_table(old, sink)
+    read = ROWS.decode(sink.getvalue().to_pybytes())
+    assert read.column_names == SCHEMA.names
+    assert read["body_substeps"].null_count == len(old)
+    assert read.select(names).equals(old)

@@ -25,7 +25,7 @@ from steadyload.studies.table5.front import SPATIAL
 
 RULES = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3")
 TUNINGS = ("ps5", "ps3", "ps_opt-paper", "ps_opt")
-OTHERS = ("lstm_1", "lstm_e", "cascade@mujoco", "label@mujoco")
+OTHERS = ("settling", "lstm_1", "lstm_e", "cascade@mujoco", "label@mujoco")
 """Methods of our own; ``simulation`` is included by its tunings."""
 
 
