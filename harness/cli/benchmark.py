@@ -228,7 +228,7 @@ class BuildReal:
         inputs = RealInputs(self.pallets, self.containers, self.products)
         with progress_bar("packing") as advance:
             count = build_real_set(chosen, inputs, self.output, advance)
-        print(f"{count} cases -> {self.output}; next: steadyload benchmark label {self.output}")
+        print(f"{count} cases -> {self.output}; next: steadyload benchmark screen {self.output}")
 
 
 def _chosen(given: int | None, standard: int) -> int:

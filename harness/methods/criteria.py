@@ -133,9 +133,10 @@ class Examiner:
         corners = self._corners[items]
         shift = poses.centres - before.centres
         shift += rotate(poses.quaternions, corners) - rotate(before.quaternions, corners)
-        turned = euler_angles(poses.quaternions) - euler_angles(before.quaternions)
+        cosines = np.abs((poses.quaternions * before.quaternions).sum(axis=1))
+        turned = np.degrees(2.0 * np.arccos(np.minimum(cosines, 1.0)))
         moved = np.abs(shift).max(axis=1) / CM / max(self._eps_t, 1e-12)
-        return np.maximum(moved, np.degrees(np.abs(turned)).max(axis=1) / max(self._eps_r, 1e-12))
+        return np.maximum(moved, turned / max(self._eps_r, 1e-12))
 
     def _clearly_stable(self, poses: Poses, items: Indices, excess: float) -> bool:
         """A cheap sufficient condition; false for anything that is not finite.

@@ -33,6 +33,13 @@ Indices = NDArray[np.intp]
 FAR = 1.5
 """Multiple of a threshold at which something counts as falling: the end of what is looked at."""
 
+_LEAST = 1.0
+"""What moves is looked at up to so many cm and degrees, however small thresholds are."""
+
+_LIGHTEST = 1e-6
+"""Least weight of a box in the linear programme, in units of the mean of its group: what is lighter
+would count for nothing beside the solver's tolerance."""
+
 _CLOSE = 2.0
 """Faces with a wider gap between them enter the linear programme once they would meet [cm]."""
 
@@ -54,7 +61,7 @@ class RestPositions:
         layout: what is loaded.
         margin: by which contact patches are drawn in on every side [cm].
         eps_t: displacement that counts as unstable [cm].
-        eps_r: angle that counts as unstable [degrees].
+        eps_r: angle that counts as unstable [degrees], up to 45.
     """
 
     def __init__(self, layout: Layout, margin: float, eps_t: float, eps_r: float) -> None:
@@ -62,9 +69,10 @@ class RestPositions:
         self._layout = layout
         self._middle = 0.5 * (layout.lower + layout.upper)
         self._half = 0.5 * (layout.upper - layout.lower)
-        self._tilt = math.tan(math.radians(min(FAR * eps_r, 89.0)))
+        self._tilt = math.tan(math.radians(max(FAR * eps_r, _LEAST)))
         # So far a corner can come down before its box is far beyond a threshold.
-        self._reach = 2.0 * (FAR * eps_t + self._tilt * self._half[:, ::2].sum(axis=1))
+        drop = max(FAR * eps_t, _LEAST)
+        self._reach = 2.0 * (drop + self._tilt * self._half[:, ::2].sum(axis=1))
         self._find_patches(margin)
 
     def _find_patches(self, margin: float) -> None:
@@ -142,10 +150,11 @@ class RestPositions:
         n = 3 * len(items)
         entries = np.concatenate(values), (np.concatenate(lines), np.concatenate(columns))
         matrix = csr_array(entries, shape=(len(points), n))
-        weights = self._layout.weights[items] / self._layout.weights[items].mean()
+        weights = self._layout.weights[items]
+        weights = np.maximum(weights / weights.mean(), _LIGHTEST)
         levers = self._layout.mass_offsets[items][:, ::2]
         cost = (weights[:, None] * np.column_stack((np.ones(len(items)), levers))).ravel()
-        most = np.tile((2.0 * self._reach.max(), self._tilt, self._tilt), len(items))
+        most = np.tile((2.0 * self._reach[items].max(), self._tilt, self._tilt), len(items))
         gaps = np.repeat(self._gaps[rows], 4)
         # Most boxes never come down to what is far below them: that is looked at afterwards.
         taken = gaps <= _CLOSE

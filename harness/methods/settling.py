@@ -43,7 +43,7 @@ class SettlingParameters:
         unit="cm", least=0, most=10,
     )  # fmt: skip
     eps_t: float = quantity(10, "displacement that counts as unstable", unit="cm", least=0)
-    eps_r: float = quantity(10, "angle that counts as unstable", unit="deg", least=0)
+    eps_r: float = quantity(10, "angle that counts as unstable", unit="deg", least=0, most=45)
 
 
 class Settling(Method):
@@ -57,7 +57,7 @@ class Settling(Method):
     planned.
 
     It answers whether a load stands in the end. Boxes do not slide, lean on each other sideways, or
-    overshoot.
+    overshoot. A time limit is looked at between steps.
     """
 
     title = "Settling"

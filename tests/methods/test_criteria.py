@@ -89,3 +89,22 @@ def test_items_keep_their_numbers_in_any_order():
     centres = np.add(planned, [(0.0, 0.0, 0.0), (0.3, 0.0, 0.0)])
     finding = examiner.examine(3, Poses(centres, np.tile([1.0, 0, 0, 0], (2, 1))), order)
     assert (finding.failing_step, finding.moved_item) == (3, 0)
+
+
+def test_a_turn_from_one_side_to_the_other_is_a_movement():
+    """By 6 degrees about the corner that is looked at, from -3 to +3 degrees."""
+    box = Box((1.0, 2.0, 0.5), 1.0, (0.0, 0.0, 0.25))
+    examiner = Examiner([box], Criterion.ADAMS, 10.0, 10.0)
+    corner = np.array(box.centre) - 0.5 * np.array(box.size)
+
+    def turned(degrees):
+        half = 0.5 * math.radians(degrees)
+        quaternion = np.array([math.cos(half), 0.0, math.sin(half), 0.0])
+        centre = corner + matrix(quaternion) @ (0.5 * np.array(box.size))
+        return Poses(centre[None], quaternion[None])
+
+    found = examiner.between(turned(-3.0), turned(3.0), np.array([0]))
+    assert found == pytest.approx([0.6])
+    assert examiner.between(turned(3.0), turned(3.0), np.array([0])) == pytest.approx(
+        [0.0], abs=1e-6
+    )

@@ -92,7 +92,7 @@ def test_boxes_on_a_box_that_tilts_go_with_it():
 
 
 def test_a_counterweight_keeps_a_box_from_tipping():
-    """Placed first it holds, placed last it comes too late for nothing: the box tips back."""
+    """Every step is judged from the plan: with a weight on its other end the box stays there."""
     lay = bridge(1.0)
     weight = Item(3, (0.0, 40.0, 0.0), (4.0, 10.0, 20.0), 5.0)
     scores, _ = found(Layout("held", PALLET, (*lay.items, weight)))
@@ -179,8 +179,40 @@ def test_the_edge_of_a_deck_ends_what_carries():
     assert make_method("settling").judge(Layout("out", deck, over)).failing_step == 0
 
 
+@pytest.mark.parametrize("limits", ["eps_r=0", "eps_t=0", "eps_t=0,eps_r=0"])
+def test_thresholds_of_nothing_allow_nothing(limits):
+    out = layout(((0, 0, 0), (20, 100, 20)), ((11, 100, 0), (20, 10, 20)))
+    floats = layout(((0, 0, 0), (20, 10, 20)), ((0, 10.5, 0), (20, 10, 20)))
+    still = layout(((0, 0, 0), (20, 10, 20)), ((0, 10, 0), (20, 10, 20)))
+    method = make_method(f"settling:{limits}")
+    assert method.judge(out).failing_step == 1
+    assert method.judge(floats).failing_step == (None if limits == "eps_r=0" else 1)
+    assert method.judge(still).stable
+
+
+def test_a_light_box_among_heavy_ones_is_not_forgotten():
+    """It floats by 5 mm above a box that tips, and comes down by that and a bit more."""
+    heavy = [Item(i.sequence, i.position, i.size, 1e5) for i in bridge(1.0).items]
+    light = Item(3, (0.0, 40.5, 0.0), (4.0, 4.0, 4.0), 1e-3)
+    lay = Layout("light", PALLET, (*heavy, light))
+    scores, verdict = found(lay)
+    assert verdict.stable
+    assert scores[3] < 0.6
+
+
+def test_a_step_does_not_depend_on_what_comes_later():
+    falls = layout(((0, 0, 0), (20, 100, 20)), ((11, 100, 0), (20, 10, 20)))
+    later = (
+        Item(2, (100.0, 0.0, 100.0), (90.0, 50.0, 90.0), 5.0),
+        Item(3, (100.0, 50.0, 100.0), (90.0, 50.0, 90.0), 5.0),
+    )
+    longer = Layout("longer", PALLET, (*falls.items, *later))
+    alone, whole = (make_method("settling").judge(lay) for lay in (falls, longer))
+    assert (alone.failing_step, alone.displacement) == (whole.failing_step, whole.displacement)
+
+
 def test_options_are_checked():
     assert make_method("settling:margin=0.1mm").parameters.margin == pytest.approx(0.01)
-    for wrong in ("margin=-1", "eps_t=-1", "sides=friction"):
+    for wrong in ("margin=-1", "eps_t=-1", "eps_r=60", "sides=friction"):
         with pytest.raises(SpecError):
             make_method(f"settling:{wrong}")

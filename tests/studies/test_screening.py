@@ -15,6 +15,7 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.step_answers import StepAnswers
 from steadyload.studies.benchmark import screening
 from steadyload.studies.benchmark.label_rows import LABEL
+from steadyload.studies.benchmark.labelling import label_set
 from steadyload.studies.benchmark.screening import SCREEN, label_screened, screened_row
 
 
@@ -130,6 +131,39 @@ def test_what_is_done_is_kept_and_not_done_again(unlabelled, shipped):
     asked = np.concatenate([np.isfinite(values) for values in steps["reference"]])
     assert asked.any()
     assert not asked.all()
+
+
+def test_an_interruption_between_two_tables_leaves_a_set_that_goes_on(
+    unlabelled, shipped, monkeypatch
+):
+    few = int(shipped[1].head(8)["item_count"].sort_values().iloc[1])
+
+    def stopped(*arguments, **options):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(screening, "write_tables", stopped)
+        with pytest.raises(KeyboardInterrupt):
+            label_screened(unlabelled, most_items=few)
+    half = load_benchmark(unlabelled)
+    assert (half.cases["status"] == UNLABELLED).all()
+    assert len(half.stands)
+    assert label_screened(unlabelled, most_items=few) == len(half.stands)
+    found = load_benchmark(unlabelled)
+    for table in (found.stands, found.screening):
+        assert not table.duplicated(KEYS).any()
+        assert len(table) == len(half.stands)
+
+
+def test_a_set_is_labelled_by_the_command_that_is_made_for_it(unlabelled, tmp_path):
+    layouts, cases, opinions, manifest = read_tables(unlabelled)
+    for own, label, other in (
+        ({"splits": {}}, label_screened, "benchmark label"),
+        ({"origin": "real"}, label_set, "benchmark screen"),
+    ):
+        write_tables(tmp_path / other, layouts, cases, opinions, manifest | own)
+        with pytest.raises(BenchmarkError, match=f"run steadyload {other}"):
+            label(tmp_path / other)
 
 
 def test_a_folder_without_a_set_is_told(tmp_path):

@@ -111,7 +111,7 @@ def split_by_instance(
     for name in ("test", "validation"):
         held = split == name
         fails = int((held & (cases["status"] == "done") & ~stable).sum())
-        most = int(fails * MOST_STABLE / (1.0 - MOST_STABLE))
+        most = int(fails * MOST_STABLE / (1.0 - MOST_STABLE) + 1e-9)
         over = rank[held & stable].sort_values().index[most:]
         split[over] = None
     groups = [split.fillna(""), cases["scenario"]]

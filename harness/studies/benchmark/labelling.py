@@ -207,6 +207,11 @@ def label_set(
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     manifest = read_tables(directory)[3]
+    if manifest.get("origin") == "real":
+        raise BenchmarkError(
+            f"{directory}: is a set of large layouts, which the reference alone takes weeks for; "
+            f"run steadyload benchmark screen {directory}"
+        )
     if manifest.get("origin") == "imported" or "seed" not in manifest:
         raise BenchmarkError(f"{directory}: was not made by `benchmark build`; its labels stay")
     for judge in judges:

@@ -2,12 +2,12 @@
 
 The reference takes minutes for a pallet of 50 boxes and an hour for one of 100; MuJoCo at 1 kHz
 moves boxes nearly as far in a tenth of the time. So MuJoCo answers about every step, and the
-reference about those that hang on it: where MuJoCo sees something move too far, or by more than
+reference about those that are close: where MuJoCo sees something move too far, or by more than
 half of a threshold, or comes to no end; where a box stands within 1 mm of its point of balance,
 which both then simulate for all of 3 s; and about a random 5 % of all others, which shows what is
-missed. Where it is asked, its answer counts. A step at which the same item moves as far as at an
-earlier one, on which both agreed, is not asked about again, nor is a box whose balance is as narrow
-as it was: what has tipped into a gap does so at every later step, too.
+missed. Where it is asked, its answer counts. A step at which by MuJoCo the same item moves as far
+as at an earlier one, where the reference agreed on how far, is not asked about again, nor is a box
+whose balance is as narrow as it was: what has tipped into a gap does so at every later step, too.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from steadyload.layouts.benchmark.tables import (
     SCREENING,
     STANDS,
     UNLABELLED,
+    BenchmarkError,
     read_further,
     read_tables,
     write_further,
@@ -133,11 +134,17 @@ def label_screened(
         progress: called with the cases done and those to be done.
 
     Raises:
-        BenchmarkError: no labelled set.
+        BenchmarkError: no labelled set, or one of ``benchmark build``, which is labelled and split
+            in another way.
         ResultsError: another run is at work in the folder.
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     benchmark = load_benchmark(directory)
+    if "splits" in benchmark.manifest:
+        raise BenchmarkError(
+            f"{directory}: was made by `benchmark build`; allowed: a set of large layouts, such as "
+            f"`benchmark build-real` makes; for this one run steadyload benchmark label {directory}"
+        )
     cases = benchmark.cases[benchmark.cases["status"] == UNLABELLED]
     if most_items is not None:
         cases = cases[cases["item_count"] <= most_items]
@@ -341,11 +348,19 @@ def _merge(directory: Path, rows: pd.DataFrame) -> None:
     own = rows[[*KEYS, "stands", "failing_step_stands", "moved_item"]].rename(
         columns={"stands": "status", "failing_step_stands": "failing_step"}
     )
-    stands = pd.concat([stands, own.reindex(columns=STANDS.names)], ignore_index=True)
+    stands = _with(stands, own.reindex(columns=STANDS.names))
     steps = rows[[*KEYS, "screen", "reference", "why"]].dropna(subset="screen")
-    screening = pd.concat([screening, steps[SCREENING.names]], ignore_index=True)
+    screening = _with(screening, steps[SCREENING.names])
     made = {"label": LABEL, "screen": SCREEN, "labelled_with": provenance()}
     # The cases come last: what they call labelled is in the other tables by then.
     write_further(directory, "stands", stands, made)
     write_further(directory, "screening", screening, made)
     write_tables(directory, layouts, cases, opinions, {**manifest, **made}, keep_further=True)
+
+
+def _with(table: pd.DataFrame, rows: pd.DataFrame) -> pd.DataFrame:
+    """A table with further rows, which replace those of the same cases.
+
+    An interrupted command may have written some of them before.
+    """
+    return pd.concat([table, rows]).drop_duplicates(KEYS, keep="last", ignore_index=True)
