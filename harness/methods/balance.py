@@ -40,6 +40,18 @@ _Before = tuple[int, bool, dict[int, _Press]]
 """An item, whether it was balanced, and its forces on the items below."""
 
 
+def inset(layout: Arrangement, items: int | slice) -> FloatArray:
+    """How far inside its base a centre of mass lies [cm], negative outside; shape () or (n,).
+
+    Args:
+        layout: any layout.
+        items: one item, or several.
+    """
+    half = 0.5 * (layout.upper[items] - layout.lower[items])[..., ::2]
+    found: FloatArray = (half - np.abs(layout.mass_offsets[items][..., ::2])).min(axis=-1)
+    return found
+
+
 class Solution(NamedTuple):
     """The forces that come closest to balance, in the sense of Gauss' principle.
 

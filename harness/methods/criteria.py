@@ -122,6 +122,19 @@ class Examiner:
         item = int(np.arange(len(self._planned))[items][worst])
         return Movement(item, float(moved[worst]), float(turned[worst]), float(beyond[worst]))
 
+    def movements(self, poses: Poses, items: Indices) -> tuple[FloatArray, FloatArray] | None:
+        """How far each corner is along its worst axis [cm], and the largest angle about an axis
+        [degrees], shape (n,) each; None where a pose is not finite.
+
+        Args:
+            poses: poses of some items.
+            items: which items these are, in the order of the poses.
+        """
+        if not (np.isfinite(poses.centres).all() and np.isfinite(poses.quaternions).all()):
+            return None
+        angles = np.degrees(euler_angles(poses.quaternions)).max(axis=1)
+        return self.corner_shifts(poses, items) / CM, angles
+
     def between(self, before: Poses, poses: Poses, items: Indices) -> FloatArray:
         """How far items have moved since they had other poses, in units of a threshold, shape (n,).
 

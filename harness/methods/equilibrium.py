@@ -22,7 +22,7 @@ from steadyload.layouts.contacts import find_supports
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray, Layout
 from steadyload.methods.balance import VERSION as BALANCE
-from steadyload.methods.balance import VerticalBalance
+from steadyload.methods.balance import VerticalBalance, inset
 from steadyload.methods.criteria import Movement
 from steadyload.methods.friction import Sides, unbalanced_item
 from steadyload.methods.method import (
@@ -257,8 +257,7 @@ class Equilibrium(Method):
         margin = self.parameters.margin
         if not margin or layout.lower[step, 1] > TOLERANCE:
             return False
-        half = 0.5 * (layout.upper[step] - layout.lower[step])[::2]
-        return bool((half - np.abs(layout.mass_offsets[step, ::2]) < margin).any())
+        return bool(inset(layout, step) < margin)
 
     def judge_step(
         self, layout: Arrangement, balance: VerticalBalance, step: int, near: _Near | None = None

@@ -15,7 +15,7 @@ from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.contacts import find_supports
 from steadyload.layouts.model import Layout
 from steadyload.methods.balance import VERSION as BALANCE
-from steadyload.methods.balance import VerticalBalance
+from steadyload.methods.balance import VerticalBalance, inset
 from steadyload.methods.criteria import Movement
 from steadyload.methods.method import (
     STABLE,
@@ -104,8 +104,7 @@ class _SettlingSteps(StepScorer):
         self._supports = supports.drawn_in(self._margin) if self._margin else supports
         self._balance = VerticalBalance(layout, self._supports)
         self._rest = RestPositions(layout, self._margin, parameters.eps_t, parameters.eps_r)
-        half = 0.5 * (layout.upper - layout.lower)[:, ::2]
-        inside = (half - np.abs(layout.mass_offsets[:, ::2])).min(axis=1) >= self._margin
+        inside = inset(layout, slice(None)) >= self._margin
         self._fixed = np.array(self._supports.on_floor) & inside
         meets: list[list[int]] = [[] for _ in range(len(layout))]
         for below, above in zip(self._rest.below.tolist(), self._rest.above.tolist(), strict=True):
@@ -161,7 +160,6 @@ class _SettlingSteps(StepScorer):
                 if item not in self._balanced:
                     fails = not self._fixed[item] and self._supports.on_floor[item]
                     if fails or self._balance.place(item) is not None:
-                        self._settles.update(group)
                         break
                     self._balanced.add(item)
             else:

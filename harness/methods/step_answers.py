@@ -12,10 +12,9 @@ import numpy as np
 from steadyload.engines.world import Box, EngineError, FloatArray, Poses
 from steadyload.layouts.model import Layout
 from steadyload.layouts.question import Question
-from steadyload.methods.criteria import Criterion, Examiner, Indices, euler_angles
+from steadyload.methods.criteria import Criterion, Examiner, Indices
 from steadyload.methods.loading import Loading
 from steadyload.methods.method import Finding, Status, Stopwatch
-from steadyload.methods.scene import CM
 from steadyload.methods.simulation import Simulation
 from steadyload.methods.simulation_parameters import OF_STANDS, BetweenSteps, Scope
 
@@ -144,10 +143,10 @@ class _Watch(Examiner):
         self, step: int, poses: Poses, items: Indices, excess: float = 1.0
     ) -> Finding | None:
         """A finding once there is no more to see, None before."""
-        if not (np.isfinite(poses.centres).all() and np.isfinite(poses.quaternions).all()):
+        moved = self.movements(poses, items)
+        if moved is None:
             return super().examine(step, poses, items, excess)
-        corners = self.corner_shifts(poses, items) / CM
-        angles = np.degrees(euler_angles(poses.quaternions)).max(axis=1)
+        corners, angles = moved
         self._looks.append((float(corners.max()), float(angles.max())))
         beyond = np.maximum(corners / self._eps_t, angles / self._eps_r)
         far, item = float(beyond.max()), int(np.arange(len(self._planned))[items][beyond.argmax()])

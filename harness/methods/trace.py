@@ -17,7 +17,7 @@ import numpy as np
 from steadyload.engines.world import Box, EngineError, FloatArray, Poses
 from steadyload.layouts.model import Layout
 from steadyload.layouts.question import Question
-from steadyload.methods.criteria import Criterion, Examiner, Indices, euler_angles
+from steadyload.methods.criteria import Criterion, Examiner, Indices
 from steadyload.methods.loading import Loading
 from steadyload.methods.method import Finding, Status, Stopwatch
 from steadyload.methods.scene import CM
@@ -170,10 +170,10 @@ class _Recorder(Examiner):
     def examine(
         self, step: int, poses: Poses, items: Indices, excess: float = 1.0
     ) -> Finding | None:
-        if not (np.isfinite(poses.centres).all() and np.isfinite(poses.quaternions).all()):
+        moved = self.movements(poses, items)
+        if moved is None:
             return super().examine(step, poses, items, excess)
-        corners = self.corner_shifts(poses, items) / CM
-        angles = np.degrees(euler_angles(poses.quaternions)).max(axis=1)
+        corners, angles = moved
         beyond = np.maximum(corners / LIMIT_T, angles / LIMIT_R)
         worst = int(np.arange(len(self._planned))[items][int(beyond.argmax())])
         centre = float(self.centre_shifts(poses, items).max() / CM)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pyarrow as pa
@@ -63,7 +63,7 @@ class TraceUnit:
     def __len__(self) -> int:
         return len(self.cases)
 
-    def without(self, done: int) -> TraceUnit:
+    def without(self, done: int) -> Self:
         """The unit without its first ``done`` cases."""
         return replace(self, cases=self.cases[done:])
 

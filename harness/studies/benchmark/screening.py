@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +45,7 @@ from steadyload.methods.step_answers import StepAnswer, StepAnswers
 from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit
 from steadyload.runs.provenance import key_of, made_by, provenance
 from steadyload.runs.store import Store, locked, parquet
-from steadyload.studies.benchmark.label_rows import LABEL
+from steadyload.studies.benchmark.label_rows import LABEL, TraceUnit
 
 VERSION = 1
 """Version of rows: raised when they come out differently."""
@@ -95,19 +94,10 @@ _ROWS = pa.schema(
 )
 
 
-@dataclass(frozen=True, slots=True)
-class CasesUnit:
+class ScreenedUnit(TraceUnit):
     """A unit of work: some cases, and the key of their shard."""
 
-    cases: tuple[tuple[str, Layout], ...]
-    key: str
-
-    def __len__(self) -> int:
-        return len(self.cases)
-
-    def without(self, done: int) -> CasesUnit:
-        """The unit without its first ``done`` cases."""
-        return replace(self, cases=self.cases[done:])
+    __slots__ = ()
 
     def describe(self, part: int) -> str:
         """Description of a case for messages."""
@@ -175,7 +165,7 @@ def label_screened(
     return int((read_tables(directory)[1]["status"] != UNLABELLED).sum())
 
 
-def _unit(cases: tuple[tuple[str, Layout], ...]) -> CasesUnit:
+def _unit(cases: tuple[tuple[str, Layout], ...]) -> ScreenedUnit:
     made = {
         **{f"screen: {name}": value for name, value in made_by(make_method(SCREEN)).items()},
         **{f"reference: {name}": value for name, value in made_by(make_method(LABEL)).items()},
@@ -184,10 +174,10 @@ def _unit(cases: tuple[tuple[str, Layout], ...]) -> CasesUnit:
         "version of rows": str(VERSION),
     }
     content = [[scenario, layout.name, layout.content_hash()] for scenario, layout in cases]
-    return CasesUnit(cases, key_of({"question": "both", "made by": made, "cases": content}))
+    return ScreenedUnit(cases, key_of({"question": "both", "made by": made, "cases": content}))
 
 
-def screened_rows(unit: CasesUnit) -> Iterator[dict[str, Any]]:
+def screened_rows(unit: ScreenedUnit) -> Iterator[dict[str, Any]]:
     """Prepare, then label a unit's cases, in turn: a row for every one."""
     most = max(len(layout) for _, layout in unit.cases)
     for spec in (SCREEN, LABEL):
@@ -319,7 +309,7 @@ class _Screened:
         }
 
 
-def _row(unit: CasesUnit, part: int, status: Status, reason: str) -> dict[str, Any]:
+def _row(unit: ScreenedUnit, part: int, status: Status, reason: str) -> dict[str, Any]:
     scenario, layout = unit.cases[part]
     return dict.fromkeys(_ROWS.names) | {
         "layout": layout.name,
