@@ -22,7 +22,7 @@ import pandas as pd
 import pyarrow as pa
 
 from steadyload.engines.registry import package_versions
-from steadyload.layouts.benchmark.dataset import KEYS, load_benchmark
+from steadyload.layouts.benchmark.dataset import KEYS, Part, load_benchmark
 from steadyload.layouts.benchmark.splits import split_by_instance
 from steadyload.layouts.benchmark.tables import (
     CASES,
@@ -69,7 +69,8 @@ CHECKED = 0.05
 CASE_SECONDS = 4 * 3600.0
 """Hard limit on the wall time of a case."""
 
-_SHARD = 4
+_SHARD = 1
+_TURNS = {part: turn for turn, part in enumerate((Part.TEST, Part.VALIDATION, Part.TRAIN))}
 _DIGITS = 4
 
 _ROWS = pa.schema(
@@ -114,8 +115,9 @@ def label_screened(
 ) -> int:
     """Label the unlabelled cases of a set for both questions; returns how many have labels now.
 
-    Small layouts come first. Whatever is done when this ends, or is interrupted, is written into
-    the tables, and is not done again.
+    The test part comes first, then validation and training, each in an order that does not depend
+    on the size of layouts: labels of an interrupted run are a sample of all. Whatever is done when
+    this ends, or is interrupted, is written into the tables, and is not done again.
 
     Args:
         directory: of the set; its tables are written anew.
@@ -138,7 +140,9 @@ def label_screened(
     cases = benchmark.cases[benchmark.cases["status"] == UNLABELLED]
     if most_items is not None:
         cases = cases[cases["item_count"] <= most_items]
-    cases = cases.sort_values("item_count", kind="stable")
+    turn = cases["split"].map(_TURNS.get).fillna(len(_TURNS))
+    drawn = (cases["layout"] + " " + cases["scenario"]).map(lambda case: zlib.crc32(case.encode()))
+    cases = cases.assign(turn=turn, drawn=drawn).sort_values(["turn", "drawn"], kind="stable")
     layouts = [
         (scenario, benchmark.layout(name, scenario))
         for name, scenario in zip(cases["layout"], cases["scenario"], strict=True)
