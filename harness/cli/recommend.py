@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from steadyload.cli.readers import milliseconds, share
 from steadyload.cli.terminal import print_table, say
 from steadyload.studies.options import option
 
+if TYPE_CHECKING:
+    from steadyload.studies.recommend.front import Front, Measured
+
 
 @dataclass(frozen=True)
 class Recommend:
-    """A time, or an accuracy."""
+    """A time, or an accuracy; the layouts, and what is asked of them."""
 
     budget: float | None = option(
         None, "CPU time a layout, such as 5ms: the most accurate method within it",
@@ -22,35 +26,62 @@ class Recommend:
         None, "such as 0.95 or 95%: the cheapest method that is right as often",
         metavar="SHARE", read=share,
     )  # fmt: skip
+    boxes: int | None = option(
+        None, "number of boxes of a layout (default: the smallest layouts that were measured)",
+        least=1,
+    )  # fmt: skip
+    question: str = option(
+        "within", "within: has anything moved too far within 0.3 s; stands: does anything until "
+        "all rests (default: within)", choices="steadyload.layouts.question:Question",
+    )  # fmt: skip
     engine: str | None = option(None, "only methods on this engine, and those that need none")
     run_folder: Path | None = option(
-        None, "run folder of a study on a labelled set (default: what comes with the package)",
+        None, "work folder of steadyload real or table5, or run folder of a study on a labelled "
+        "set (default: what comes with the package)",
         names=("--from",), metavar="RUN",
     )  # fmt: skip
-    write: bool = option(False, "make the run what comes with the package")
+    write: bool = option(
+        False, "keep the run with the package, in the place of earlier measurements of its cases"
+    )
 
     def run(self) -> None:
         """Print the method, and those from which it was chosen."""
-        from steadyload.studies.table5.front import (
-            FrontError,
-            best,
-            described,
-            load_front,
-            measured_in,
-            recommend,
-            write_front,
-        )
+        from steadyload.layouts.question import Question
+        from steadyload.studies.recommend.front import FrontError, described, front_for, recommend
+        from steadyload.studies.recommend.kept import load_fronts
 
-        if self.write and self.run_folder is None:
+        if self.run_folder is not None:
+            from steadyload.studies.recommend.measuring import measured_in
+
+            fronts = measured_in(self.run_folder)
+        elif self.write:
             raise FrontError("--write needs --from RUN: the run to be kept")
-        front = measured_in(self.run_folder) if self.run_folder else load_front()
+        else:
+            fronts = load_fronts()
         if self.write:
-            print(write_front(front))
+            self._keep(fronts)
             return
+        front = front_for(fronts, Question(self.question), self.boxes)
         chosen = recommend(front, budget=self.budget, accuracy=self.accuracy, engine=self.engine)
         print(described(chosen) + "\n")
+        self._table(front, chosen)
+        print("\n" + front.measured_on())
+        self._remarks(front, chosen, fronts)
+
+    def _keep(self, fronts: tuple[Front, ...]) -> None:
+        from steadyload.studies.recommend.kept import FILE, load_fronts, merged, write_fronts
+
+        kept = merged(load_fronts(FILE) if FILE.exists() else (), fronts)
+        print(write_fronts(kept, FILE))
+        for front in fronts:
+            if front not in kept:
+                say(f"Not kept, since another study has more cases: {front.measured_on()}")
+
+    def _table(self, front: Front, chosen: Measured) -> None:
+        from steadyload.studies.recommend.front import best
+
         print_table(
-            ("", "method", "accuracy %", "95 % interval", "CPU ms"),
+            ("", "method", "accuracy %", "95 % interval", "CPU ms", "no verdict"),
             [
                 (
                     "->" if entry == chosen else "",
@@ -58,13 +89,23 @@ class Recommend:
                     f"{100 * entry.accuracy.value:.1f}",
                     f"{100 * entry.accuracy.low:.1f} to {100 * entry.accuracy.high:.1f}",
                     f"{entry.cpu.value:.3g}",
+                    f"{entry.without_verdict}" if entry.without_verdict else "-",
                 )
-                for entry in best(front, self.engine)
+                for entry in best(front.measured, self.engine)
             ],
         )
+
+    def _remarks(self, front: Front, chosen: Measured, fronts: tuple[Front, ...]) -> None:
+        from steadyload.studies.recommend.front import sizes_of
+
+        others = [f for f in fronts if f.question == front.question and f.sizes != front.sizes]
+        if self.boxes is None and others:
+            say(f"Other sizes (--boxes) that were measured: {sizes_of(others)} boxes.")
+        if self.boxes is not None and front.beyond(self.boxes):
+            say(
+                f"No layout of {self.boxes} boxes was measured: those of {front.sizes} are nearest."
+            )
         if self.accuracy is not None and chosen.accuracy.low < self.accuracy:
             say(f"The interval of {chosen.method} reaches below {100 * self.accuracy:g} %.")
-        about = [front.about["measured on"]]
-        if "timed on" in front.about:
-            about.append(f"timed on {front.about['timed on']}")
-        print("\n" + "; ".join([*about, front.about["machine"]]))
+        for spec, why in front.left_out.items():
+            say(f"{spec} is left out: {why}.")

@@ -1,10 +1,11 @@
-"""The methods of a study that can judge here, and why others cannot."""
+"""The methods of a study: those that can judge here, and the question that each is asked."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
 from steadyload.engines.errors import EngineNotInstalledError
+from steadyload.layouts.question import Question
 from steadyload.methods.registry import make_method
 
 
@@ -35,3 +36,13 @@ def able_methods(
             continue
         able[str(method.spec)] = None
     return tuple(able), left_out
+
+
+def asked_question(spec: str) -> Question | None:
+    """The question that a method is asked; None where it has no such parameter.
+
+    Raises:
+        SpecError: no such method.
+    """
+    question: Question | None = getattr(make_method(spec).parameters, "question", None)
+    return question

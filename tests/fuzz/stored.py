@@ -11,8 +11,8 @@ from steadyload.learners.generation import _claim as claim
 from steadyload.methods.tuned import FILE as TUNED
 from steadyload.methods.tuned import _read as read_tuned
 from steadyload.stored import stored_list
-from steadyload.studies.table5.front import FILE as FRONT
-from steadyload.studies.table5.front import load_front
+from steadyload.studies.recommend.kept import FILE as FRONTS
+from steadyload.studies.recommend.kept import load_fronts
 from steadyload.tuning.cost import TERMS, CostModel, stored_model
 from steadyload.tuning.ledger import Entry, GenerationEnd, Ledger
 from steadyload.tuning.trial import TrialResult
@@ -56,7 +56,7 @@ def tuned():
 
 
 def front():
-    return FRONT.read_bytes()
+    return FRONTS.read_bytes()
 
 
 def asked():
@@ -92,7 +92,7 @@ def read_noted(path):
 
 
 def read_front(path):
-    load_front(path)
+    load_fronts(path)
 
 
 def read_tuned_file(path):

@@ -25,7 +25,7 @@ from steadyload.reports.replacing import put_back
 from steadyload.runs.store import JSON, DamagedError, Store
 from steadyload.stored import store_list, stored_list
 from steadyload.studies.cascade.study import _kept_load
-from steadyload.studies.table5.front import load_front, write_front
+from steadyload.studies.recommend.kept import load_fronts, write_fronts
 from steadyload.tuning.cost import TERMS, CostModel, stored_model
 from steadyload.tuning.ledger import Entry, GenerationEnd, Ledger
 from steadyload.tuning.trial import TrialResult
@@ -42,8 +42,8 @@ def thresholds(folder):
 
 
 def front(folder):
-    file = write_front(load_front(), folder / "front.json")
-    return file, lambda: load_front(file)
+    file = write_fronts(load_fronts(), folder / "fronts.json")
+    return file, lambda: load_fronts(file)
 
 
 def cost(folder):

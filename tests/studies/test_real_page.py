@@ -155,7 +155,7 @@ def test_cases_are_counted_by_boxes(found):
 
 def test_layouts_larger_than_all_bins_are_a_bin(judged):
     cases = load_judged(judged.real)
-    counts = [int(mask.sum()) for mask in summary._bins(cases, (2, 3, 5))]
+    counts = [int(mask.sum()) for mask in summary.bins(cases, (2, 3, 5))]
     assert counts == [2, 4, 2]  # none of at most 2; two of 3; four of 4 and 5; two of 6
 
 

@@ -22,9 +22,9 @@ from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.runs.runner import run_study
 from steadyload.statistics.metrics import mean
+from steadyload.studies.recommend.measuring import measured_in
 from steadyload.studies.table5 import study as table5
 from steadyload.studies.table5.accuracy_sections import time_a_layout, what_rows_are
-from steadyload.studies.table5.front import measured_in
 from steadyload.studies.table5.pair_tests import pair_tests
 from steadyload.studies.table5.paper import paper
 from steadyload.studies.table5.study import Table5Options, judge_table5, time_table5
@@ -103,14 +103,15 @@ def test_a_method_is_recommended_by_the_times_of_the_timing_pass(written):
     text = (written / "page" / "report.md").read_text()
     header, *lines = rows(text, "## Accuracy and cost")
     told = {line[0]: dict(zip(header, line, strict=True)) for line in lines}
-    front = measured_in(written / "work")
+    [front] = measured_in(written / "work")
     assert [m.title for m in front.measured] == ["FBS", "SME", "Equilibrium"]
     for entry in front.measured:
         shown = told[entry.title]
         assert shown["accuracy %"].startswith(f"{100 * entry.accuracy.value:.1f} [")
         cpu = next(cell for name, cell in shown.items() if name.startswith("CPU"))
         assert float(cpu.split()[0]) == pytest.approx(entry.cpu.value, rel=0.01)
-    assert front.about["measured on"].startswith("part test, 9 cases")
+    assert (front.part, front.cases, front.question) == ("test", 9, "within")
+    assert front.times.startswith("mean of 6 cases, 1 times each")
 
 
 def test_an_interrupted_run_goes_on_to_the_same_page(written, undrawn):

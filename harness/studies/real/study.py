@@ -50,6 +50,9 @@ SIZES = (37, 62, 87, 125, 150)
 PART = "test"
 """Part of the labelled sets; nothing was tuned, trained or fitted on it."""
 
+REAL, SMALL = "real", "small"
+"""Run folders in the work folder: of the set of real size, and of small layouts."""
+
 _SHARD_SIZE = 12
 
 Progress = Callable[[int, int], None]
@@ -160,8 +163,8 @@ def judge_real(
         as :func:`steadyload.runs.runner.run_study`.
     """
     benchmark = load_benchmark(asked.benchmark)
-    runs = {work / "real": asked.definition("real", asked.benchmark, asked.limit)}
-    small = work / "small" if asked.small else None
+    runs = {work / REAL: asked.definition("real", asked.benchmark, asked.limit)}
+    small = work / SMALL if asked.small else None
     if small is not None:
         runs[small] = asked.definition("real small", None, asked.small)
     chosen = _customers_pallets(benchmark, asked.pallets) if asked.on_floors else []
@@ -184,7 +187,7 @@ def judge_real(
             )
     for folder, definition in runs.items():
         run_study(definition, folder, workers=workers, progress=progress)
-    return JudgedReal(benchmark, work / "real", small, floors)
+    return JudgedReal(benchmark, work / REAL, small, floors)
 
 
 def _customers_pallets(benchmark: Benchmark, most: int) -> list[str]:

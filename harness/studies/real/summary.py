@@ -15,7 +15,6 @@ from steadyload.layouts.benchmark import Benchmark, BenchmarkError
 from steadyload.layouts.question import Question
 from steadyload.methods.method import Status
 from steadyload.methods.naming import MethodKey
-from steadyload.methods.registry import make_method
 from steadyload.runs.accuracy import accuracy_of
 from steadyload.runs.costs import CPU, CostKind, CostSource, judging_costs
 from steadyload.runs.evaluation import evaluate
@@ -24,6 +23,7 @@ from steadyload.runs.results import load_results
 from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.growth import exponent
 from steadyload.statistics.metrics import share
+from steadyload.studies.able import asked_question
 from steadyload.studies.comparison.summary import manifest_lines
 from steadyload.studies.real.floors import FloorRow, floor_rows
 from steadyload.studies.real.screened import ScreenedSteps, screened_steps
@@ -188,7 +188,7 @@ def summarise(asked: RealStudyOptions, judged: JudgedReal) -> RealSummary:
     real = load_judged(judged.real)
     small = None if judged.small is None else load_judged(judged.small)
     whole = _group(real, asked.timeout, compared=True)
-    parts = [real.only(here) for here in _bins(real, asked.sizes)]
+    parts = [real.only(here) for here in bins(real, asked.sizes)]
     groups = [_group(part, asked.timeout) for part in ([small] if small else []) + parts]
     statuses = judged.benchmark.cases["status"].value_counts().sort_index()
     return RealSummary(
@@ -218,7 +218,7 @@ def _natural(benchmark: Benchmark, question: Question) -> Estimate:
     return share(cases["failing_step"].notna(), cases["instance"])
 
 
-def _bins(judged: JudgedCases, sizes: tuple[int, ...]) -> list[BoolArray]:
+def bins(judged: JudgedCases, sizes: tuple[int, ...]) -> list[BoolArray]:
     """Masks of the cases of each bin that has any; what is larger than all is a last bin."""
     counts = _labels(judged)["item_count"].to_numpy(int)
     edges = pairwise((0, *sizes, np.inf))
@@ -247,7 +247,7 @@ def _group(judged: JudgedCases, timeout: float, *, compared: bool = False) -> Si
     methods = [
         MethodResult(
             method=key,
-            asked=_asked(spec),
+            asked=asked_question(spec),
             accuracy={
                 q: _accuracy(part, spec, behind[q].get(spec)) for q, part in by_question.items()
             },
@@ -278,11 +278,6 @@ def _status(judged: JudgedCases, spec: str) -> pd.Series:
     return first["status"].loc[judged.said.index]
 
 
-def _asked(spec: str) -> Question | None:
-    question: Question | None = getattr(make_method(spec).parameters, "question", None)
-    return question
-
-
 def _accuracy(judged: JudgedCases, spec: str, behind: Estimate | None) -> Accuracy:
     taken = (_status(judged, spec) != str(Status.REFUSED)).to_numpy(bool)
     return _accuracy_of(judged.said[spec][taken], _labels(judged)[taken], behind)
@@ -305,12 +300,20 @@ def _costs(judged: JudgedCases, spec: str) -> pd.Series:
     return taken[CPU].loc[judged.said.index]
 
 
-def _cost(judged: JudgedCases, spec: str, timeout: float) -> JudgingCost | None:
-    """Cost of judging; of a judgement that was given up, at least the time limit."""
+def judging_times(judged: JudgedCases, spec: str, timeout: float) -> pd.Series:
+    """CPU time of judging by case [ms]; of a judgement that was given up, at least the time limit.
+
+    Cases that were refused, or that ended the process, are missing.
+    """
     status, cost = _status(judged, spec), _costs(judged, spec)
     given_up = status == str(Status.TIMEOUT)
     cost = cost.where(~given_up, cost.clip(lower=1e3 * timeout))
-    cost = cost[~status.isin([str(s) for s in _WITHOUT_COST])]
+    return cost[~status.isin([str(s) for s in _WITHOUT_COST])]
+
+
+def _cost(judged: JudgedCases, spec: str, timeout: float) -> JudgingCost | None:
+    """Cost of judging, see :func:`judging_times`."""
+    cost = judging_times(judged, spec, timeout)
     if cost.empty:
         return None
     median, ninety = np.quantile(cost, (0.5, 0.9))

@@ -47,7 +47,7 @@ class Table5(Study[Table5Config, Any]):
         self, config: Table5Config, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """The summary of the run, judged over processes and timed in one; also writes the front."""
-        from steadyload.studies.table5.front import NAME, write_front
+        from steadyload.studies.recommend.kept import NAME, write_fronts
         from steadyload.studies.table5.study import judge_table5, time_table5
         from steadyload.studies.table5.summary import summarise, timed_front
 
@@ -55,7 +55,7 @@ class Table5(Study[Table5Config, Any]):
         judge_table5(asked, work, workers=workers, progress=lambda *of: progress("judging", *of))
         spatial, planar = time_table5(asked, work, progress=lambda *of: progress("timing", *of))
         found = summarise(asked, spatial, planar)
-        write_front(timed_front(found), work / NAME)
+        write_fronts([timed_front(found)], work / NAME)
         return found
 
     def page(self, result: Any) -> Any:

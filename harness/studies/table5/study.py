@@ -21,7 +21,6 @@ from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.timing import BLOCK, Times, timed
 from steadyload.studies.able import able_methods
-from steadyload.studies.table5.front import SPATIAL
 
 RULES = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3")
 TUNINGS = ("ps5", "ps3", "ps_opt-paper", "ps_opt")
@@ -59,6 +58,9 @@ YARDSTICK = "ps3@mujoco"
 
 PART = "test"
 """Part of the labelled set; nothing was tuned, trained or fitted on it."""
+
+SPATIAL = "spatial"
+"""The folder in the work folder that holds the rows of 3-D methods."""
 
 _SHARD_SIZE = 60
 

@@ -14,6 +14,7 @@ import pandas as pd
 
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.question import Question
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.scene import planar_scene
@@ -38,8 +39,9 @@ from steadyload.studies.comparison.summary import (
     manifest_lines,
     tuning,
 )
+from steadyload.studies.recommend.front import Front, Measured, best
+from steadyload.studies.recommend.measuring import front_of
 from steadyload.studies.table5.error_places import MarginBin, SizeBin, margin_bins, size_bins
-from steadyload.studies.table5.front import Front, best, measured
 from steadyload.studies.table5.label_ceiling import Ceiling, label_ceiling
 from steadyload.studies.table5.pair_tests import PairTest, PairTests, pair_tests
 from steadyload.studies.table5.paper import Paper, paper
@@ -264,16 +266,13 @@ def _timing(asked: Table5Options, ran: Ran, evaluation: Evaluation, timed: pd.Mu
 
 
 def _front(methods: Sequence[MethodEvaluation]) -> tuple[str, ...]:
-    timed = tuple(measured(m) for m in methods if m.cpu.n)
-    return tuple(m.method for m in best(Front(timed, {}))) if timed else ()
+    timed = [Measured.of(m) for m in methods if m.cpu.n]
+    return tuple(m.method for m in best(timed)) if timed else ()
 
 
 def timed_front(found: Table5) -> Front:
     """3-D methods of Table 5, with the times of its timing pass; those untimed are left out."""
-    own = found.spatial
-    on = f"{found.manifest['labelled set']}, {own.about.item_lists} item lists"
-    timed = f"{own.timing.layouts} cases, {own.timing.repeats} times each, one thread"
-    return Front(
-        tuple(measured(row) for row in own.evaluation.methods if row.cpu.n),
-        {"measured on": on, "timed on": timed, **found.manifest},
-    )
+    own = found.spatial.evaluation
+    timing = found.spatial.timing
+    times = f"mean of {timing.layouts} cases, {timing.repeats} times each, one thread"
+    return front_of(own.judged, Question.WITHIN, own.methods, times, found.manifest)

@@ -1,0 +1,1 @@
+"""Choice of a method, by what studies on labelled sets measured."""

@@ -1,0 +1,200 @@
+"""Choice of a method: accuracy against CPU time, as measured on cases of one question and size."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from steadyload.engines.registry import engines
+from steadyload.errors import UserError, nearest
+from steadyload.layouts.question import Question
+from steadyload.statistics.estimate import Estimate
+
+if TYPE_CHECKING:
+    from steadyload.runs.evaluation import MethodEvaluation
+
+_HOW_TO_MEASURE = (
+    "To measure: steadyload real --work runs/real (layouts of real size, both questions), or a "
+    "study on a labelled set of your own; then steadyload recommend --from RUN"
+)
+"""End of a sentence on what was not measured."""
+
+
+class FrontError(UserError):
+    """No measured method meets the requirements, or nothing was measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """Measured accuracy and cost of a method.
+
+    Attributes:
+        method: its spec.
+        title: shown in tables.
+        engine: the engine that it runs on; None for one without.
+        accuracy: share of cases with the label's failing step; a case without a verdict counts as
+            wrong, whatever the reason.
+        cpu: CPU time a layout [ms].
+        without_verdict: number of cases without a verdict.
+    """
+
+    method: str
+    title: str
+    engine: str | None
+    accuracy: Estimate
+    cpu: Estimate
+    without_verdict: int = 0
+
+    @classmethod
+    def of(cls, row: MethodEvaluation) -> Measured:
+        """A method as an evaluation has it."""
+        key, lost = row.method, sum(row.without_verdict.values())
+        return cls(key.spec, key.title, key.engine, row.accuracy, row.cpu, lost)
+
+
+@dataclass(frozen=True)
+class Front:
+    """Methods that were measured on the same cases.
+
+    Attributes:
+        measured: those that can answer the question, in the order of the run.
+        question: of the labels that they are compared with.
+        fewest, most: boxes of a layout.
+        part: of the labelled set, after the name of the set unless it is the package's large one.
+        cases, item_lists: how many there are.
+        study: the name of the study that measured.
+        times: the kind of CPU times, in words.
+        about: provenance, with the ``machine`` of the measurement.
+        left_out: by spec, the reason why a method of the run is not among them; those made for
+            another question are in neither.
+    """
+
+    measured: tuple[Measured, ...]
+    question: Question
+    fewest: int
+    most: int
+    part: str
+    cases: int
+    item_lists: int
+    study: str
+    times: str
+    about: Mapping[str, str]
+    left_out: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def sizes(self) -> str:
+        """The numbers of boxes."""
+        return f"{self.fewest} to {self.most}" if self.most > self.fewest else f"{self.most}"
+
+    def beyond(self, boxes: int) -> int:
+        """Distance of a number of boxes from those that were measured; 0 if it is among them."""
+        return max(self.fewest - boxes, boxes - self.most, 0)
+
+    def measured_on(self) -> str:
+        """Sentence on the cases, the times and the machine."""
+        return (
+            f"Question {self.question}, measured on {self.cases} cases of {self.sizes} boxes: "
+            f"part {self.part}, {self.item_lists} item lists; CPU time: {self.times}; "
+            f"{self.about['machine']}"
+        )
+
+
+def front_for(fronts: Iterable[Front], question: Question, boxes: int | None = None) -> Front:
+    """The front for a question and a size.
+
+    A size between those that were measured gets the nearest of these. Of several fronts the one of
+    the most cases is taken.
+
+    Args:
+        fronts: the measurements.
+        question: that a method is to answer.
+        boxes: of a layout; None for the smallest layouts that were measured.
+
+    Raises:
+        FrontError: nothing was measured for the question, or only smaller or larger layouts.
+    """
+    asked = [front for front in fronts if front.question is question]
+    if not asked:
+        raise FrontError(f"no method was measured for the question {question}. {_HOW_TO_MEASURE}")
+    if boxes is None:
+        return min(asked, key=lambda front: (front.most, -front.cases))
+    if not min(f.fewest for f in asked) <= boxes <= max(f.most for f in asked):
+        raise FrontError(
+            f"no method was measured on layouts of {boxes} boxes for the question {question}; "
+            f"measured: {sizes_of(asked)} boxes. {_HOW_TO_MEASURE}"
+        )
+    return min(asked, key=lambda front: (front.beyond(boxes), -front.cases))
+
+
+def sizes_of(fronts: Iterable[Front]) -> str:
+    """The numbers of boxes of several fronts."""
+    ordered = sorted(fronts, key=lambda front: (front.fewest, front.most))
+    return ", ".join(dict.fromkeys(front.sizes for front in ordered))
+
+
+def best(measured: Iterable[Measured], engine: str | None = None) -> list[Measured]:
+    """Methods than which no cheaper one is as accurate, by rising cost.
+
+    Args:
+        measured: the methods.
+        engine: only methods on this engine, and those that need none; None for all.
+
+    Raises:
+        FrontError: no such engine, or no such method was measured.
+    """
+    if engine is not None and engine not in engines():
+        raise FrontError(f"unknown engine {engine!r}; {nearest(engine, engines())}")
+    asked = [m for m in measured if engine is None or m.engine in (None, engine)]
+    found: list[Measured] = []
+    for entry in sorted(asked, key=lambda m: (m.cpu.value, -m.accuracy.value)):
+        if not found or entry.accuracy.value > found[-1].accuracy.value:
+            found.append(entry)
+    if not found:
+        raise FrontError("no such method was measured")
+    return found
+
+
+def recommend(
+    front: Front,
+    *,
+    budget: float | None = None,
+    accuracy: float | None = None,
+    engine: str | None = None,
+) -> Measured:
+    """The method to use: the most accurate one within a budget, or the cheapest accurate enough.
+
+    Args:
+        front: the measurements.
+        budget: CPU time that a layout may take [ms]; None for any.
+        accuracy: share of cases that must be right; None for any. With both, the result is the
+            most accurate method that meets both.
+        engine: see :func:`best`.
+
+    Raises:
+        FrontError: no method meets the requirements; the message names the closest one.
+    """
+    asked = best(front.measured, engine)
+    cheap = [m for m in asked if budget is None or m.cpu.value <= budget]
+    if not cheap:
+        raise FrontError(
+            f"budget is {budget:g} ms a layout; the cheapest measured: {described(asked[0])}. "
+            f"{front.measured_on()}"
+        )
+    fit = [m for m in cheap if accuracy is None or m.accuracy.value >= accuracy]
+    if not fit:
+        within = "" if budget is None else f" within {budget:g} ms"
+        raise FrontError(
+            f"accuracy is {100 * (accuracy or 0.0):g} %; the most accurate measured{within}: "
+            f"{described(cheap[-1])}. {front.measured_on()}"
+        )
+    return fit[-1] if budget is not None or accuracy is None else fit[0]
+
+
+def described(entry: Measured) -> str:
+    """Sentence on the accuracy and cost of a method."""
+    share = entry.accuracy
+    return (
+        f"{entry.method} is right in {100 * share.value:.1f} % of cases "
+        f"[{100 * share.low:.1f}, {100 * share.high:.1f}] and takes {entry.cpu.value:.3g} ms"
+    )

@@ -1,0 +1,95 @@
+"""Measurements that are kept in a file: those of the package, and those of a work folder."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from bisect import bisect_left
+from collections.abc import Iterable, Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from steadyload.atomic import manifest_text, verified_manifest, write_atomically
+from steadyload.layouts.question import Question
+from steadyload.statistics.estimate import Estimate
+from steadyload.studies.real.study import SIZES
+from steadyload.studies.recommend.front import Front, FrontError, Measured
+
+NAME = "fronts.json"
+"""The file in a work folder that holds its fronts, where there was a timing pass."""
+
+FILE = Path(str(resources.files("steadyload.studies.recommend"))) / NAME
+"""The measurements that come with the package."""
+
+_TEXTS = ("part", "study", "times")
+_COUNTS = ("fewest", "most", "cases", "item_lists")
+
+
+def load_fronts(file: Path = FILE) -> tuple[Front, ...]:
+    """The measurements of a file.
+
+    Raises:
+        FrontError: the file is missing or damaged.
+    """
+    try:
+        content = verified_manifest(json.loads(file.read_bytes()))
+        return tuple(map(_read, content["fronts"]))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        raise FrontError(
+            f"{file}: holds no measured methods; name the folder of a study on a labelled set: "
+            "steadyload recommend --from RUN"
+        ) from None
+
+
+def _read(entry: Mapping[str, Any]) -> Front:
+    found = Front(
+        **{
+            **entry,
+            "measured": tuple(map(_read_measured, entry["measured"])),
+            "question": Question(entry["question"]),
+        }
+    )
+    texts = [getattr(found, name) for name in _TEXTS]
+    texts += [found.about["machine"], *found.about.values(), *found.left_out.values()]
+    if not all(isinstance(text, str) for text in texts):
+        raise TypeError
+    if not all(type(getattr(found, name)) is int for name in _COUNTS):
+        raise TypeError
+    return found
+
+
+def _read_measured(entry: Mapping[str, Any]) -> Measured:
+    estimates = {name: Estimate(**entry[name]) for name in ("accuracy", "cpu")}
+    found = Measured(**{**entry, **estimates})
+    texts = found.method, found.title, found.engine or ""
+    numbers = [number for each in estimates.values() for number in dataclasses.astuple(each)]
+    if not all(isinstance(text, str) for text in texts):
+        raise TypeError
+    if not all(isinstance(number, int | float) for number in (*numbers, found.without_verdict)):
+        raise TypeError
+    return found
+
+
+def write_fronts(fronts: Iterable[Front], file: Path) -> Path:
+    """Write measurements in the place of those that a file holds; returns the file."""
+    write_atomically(file, manifest_text({"fronts": [dataclasses.asdict(f) for f in fronts]}))
+    return file
+
+
+def merged(kept: Iterable[Front], new: Iterable[Front]) -> tuple[Front, ...]:
+    """Fronts that are kept, and new ones in the place of those of the same cases.
+
+    Same cases are those of one part, question and bin of the number of boxes. A front that another
+    study measured on more of them stays.
+    """
+    found = {_cases(front): front for front in kept}
+    for front in new:
+        before = found.get(_cases(front), front)
+        if before.study == front.study or before.cases <= front.cases:
+            found[_cases(front)] = front
+    return tuple(sorted(found.values(), key=lambda front: (*_cases(front)[:2], front.fewest)))
+
+
+def _cases(front: Front) -> tuple[str, Question, int]:
+    return front.part, front.question, bisect_left(SIZES, front.most)

@@ -1,0 +1,121 @@
+"""Measurements in the folder of a study on labelled sets."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from steadyload.layouts.question import Question
+from steadyload.methods.spec import SpecError
+from steadyload.runs.evaluation import MethodEvaluation, evaluate
+from steadyload.runs.judged import JudgedCases, load_judged
+from steadyload.statistics.metrics import median
+from steadyload.studies.able import asked_question
+from steadyload.studies.comparison.summary import manifest_lines
+from steadyload.studies.real.study import REAL, SIZES, SMALL
+from steadyload.studies.real.summary import bins, judging_times
+from steadyload.studies.recommend.front import Front, FrontError, Measured
+from steadyload.studies.recommend.kept import NAME, load_fronts
+from steadyload.studies.table5.study import SPATIAL
+
+
+def measured_in(run: str | Path) -> tuple[Front, ...]:
+    """Measurements of a folder, from its :data:`NAME` where it has one.
+
+    Args:
+        run: work folder of Table 5 or of the study of layouts of real size, or the run folder of a
+            study on a labelled set.
+
+    Raises:
+        ResultsError: not such a folder, or no case in it has been judged by all methods yet.
+        FrontError: its layouts have no labels, its :data:`NAME` is damaged, or it is a Table 5
+            that is not complete yet.
+    """
+    run = Path(run)
+    if (kept := run / NAME).exists():
+        return load_fronts(kept)
+    if (run / SPATIAL).exists():
+        raise FrontError(
+            f"{run}: Table 5 is not whole there yet; go on with steadyload table5 --work {run}"
+        )
+    if (run / REAL).exists():
+        folders = [folder for name in (SMALL, REAL) if (folder := run / name).exists()]
+        return tuple(front for folder in folders for front in _fronts(folder, medians=True))
+    return tuple(_fronts(run, medians=False))
+
+
+def _fronts(folder: Path, *, medians: bool) -> Iterator[Front]:
+    """A front a bin of the number of boxes and question.
+
+    CPU times are means over its cases, as on the page of a comparison; or medians over all cases
+    of the bin, as on the page of layouts of real size.
+    """
+    judged = load_judged(folder)
+    if judged.labels is None:
+        raise FrontError(f"{folder}: its layouts have no labels, so that no accuracy is known")
+    for here in bins(judged, SIZES):
+        of_size = judged.only(here)
+        for question in Question:
+            asked = of_size.asked(question)
+            if asked.said.empty:
+                continue
+            rows, times = evaluate(asked, by_scenario=False).methods, "mean of judging"
+            if medians:
+                limit = float(judged.manifest["study"]["timeout"])
+                taken = [judging_times(of_size, row.method.spec, limit) for row in rows]
+                rows = tuple(
+                    replace(row, cpu=median(own)) for row, own in zip(rows, taken, strict=True)
+                )
+                times = f"median of judging, given up after {limit:g} s"
+            yield front_of(asked, question, rows, times, manifest_lines(judged))
+
+
+def front_of(
+    judged: JudgedCases,
+    question: Question,
+    rows: Iterable[MethodEvaluation],
+    times: str,
+    about: Mapping[str, str],
+) -> Front:
+    """The front of methods that were evaluated on the same cases.
+
+    Args:
+        judged: the cases, with labels of the question.
+        question: methods that were made for another one do not take part.
+        rows: the methods; one that came to no verdict on any case is left out with that reason,
+            like one without times or from another installation.
+        times: the kind of their CPU times, in words.
+        about: provenance.
+    """
+    labels, named = judged.labels, judged.manifest["labels"]
+    assert labels is not None, "the study is on a labelled set"
+    measured, left_out = [], {}
+    for row in rows:
+        spec, lost = row.method.spec, sum(row.without_verdict.values())
+        try:
+            made_for = asked_question(spec)
+        except SpecError as error:
+            left_out[spec] = str(error)
+            continue
+        if made_for not in (None, question):
+            continue
+        if lost == len(labels):
+            left_out[spec] = f"no verdict on any of {lost} cases"
+        elif not row.cpu.n:
+            left_out[spec] = "not timed"
+        else:
+            measured.append(Measured.of(row))
+    return Front(
+        measured=tuple(measured),
+        question=question,
+        fewest=int(labels["item_count"].min()),
+        most=int(labels["item_count"].max()),
+        part=f"{named['part']} of the set {named['set']}" if "set" in named else named["part"],
+        cases=len(labels),
+        item_lists=labels["instance"].nunique(),
+        study=judged.manifest["study"]["name"],
+        times=times,
+        about=about,
+        left_out=left_out,
+    )
