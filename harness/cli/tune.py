@@ -57,9 +57,13 @@ class Tune:
         None, "labelled set to tune on (default: the shipped one; for a 2-D engine the planar one)",
         metavar="SET",
     )  # fmt: skip
+    data: tuple[str, ...] = option(
+        (), "further labelled set that is tuned on, such as real; may be repeated", metavar="SET"
+    )  # fmt: skip
+    limit: int | None = option(None, "only N cases a scenario of every set", least=1)
     cost: Path | None = option(
         None, "what judging costs on the engine; measured when it is not there, while nothing else "
-        "should run (default: runs/tune/cost-ENGINE-SPACE.json)",
+        "should run (default: runs/tune/cost-ENGINE-SPACE.json, or ...-SET.json)",
     )  # fmt: skip
     output: Path | None = option(
         None, "folder of the search; an interrupted one goes on (default: runs/tune/ENGINE-..., "
@@ -85,7 +89,8 @@ class Tune:
         from steadyload.tuning.search import Search
 
         chosen = self._options()
-        name = f"{chosen.engine}-{chosen.algorithm}-{chosen.space}-{chosen.seed}"
+        parts = chosen.engine, chosen.algorithm, chosen.space, chosen.seed
+        name = "-".join((*map(str, parts), *(Path(path).name for path in chosen.source.data)))
         # A repeated search must not find the judgements of the first one.
         directory = self.output or (_REMADE if self.remake else _WORK) / name
         search = Search(directory, chosen)
@@ -118,6 +123,8 @@ class Tune:
         return SearchOptions.on(
             self.engine or "",
             benchmark=self.benchmark,
+            data=self.data,
+            limit=self.limit,
             algorithm=self.algorithm,
             space=self.space,
             seed=self.seed,
@@ -132,7 +139,9 @@ class Tune:
         from steadyload.tuning.space import space_on
 
         space = space_on(chosen.engine, chosen.space)
-        file = self.cost or _WORK / f"cost-{chosen.engine}-{chosen.space}.json"
+        further = (Path(path).name for path in chosen.source.data)
+        name = "-".join(("cost", chosen.engine, chosen.space, *further))
+        file = self.cost or _WORK / f"{name}.json"
         return kept_model(file, space, chosen.source, workers=self.workers, report=say)
 
 

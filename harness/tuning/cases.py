@@ -39,19 +39,27 @@ class Case:
 class CaseSource:
     """Source of cases: a part of a labelled set, and the set's folder, None for the shipped one.
 
-    ``limit``: only so many a scenario, those of the first ranks. ``question``: whose labels count.
+    ``limit``: only so many a scenario of every set, those of the first ranks. ``question``: whose
+    labels count. ``data``: further sets, of which the same part counts, too.
     """
 
     part: str = str(Part.VALIDATION)
     directory: str | None = None
     limit: int | None = None
     question: str = str(Question.WITHIN)
+    data: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "data", tuple(self.data))  # a stored one is a list
 
     def stored(self) -> dict[str, Any]:
-        """The fields as they are stored; the question only where it is not the usual one."""
+        """The fields as they are stored; question and further sets only where unusual."""
         found = asdict(self)
         if found["question"] == Question.WITHIN:
             del found["question"]
+        found["data"] = list(self.data)
+        if not self.data:
+            del found["data"]
         return found
 
 
@@ -59,28 +67,29 @@ class CaseSource:
 def load_cases(source: CaseSource) -> tuple[Case, ...]:
     """The cases with fragile labels first: on these parameter sets differ most, and soonest.
 
-    Among the fragile and among the others scenarios take turns, so that a search that is
+    Among the fragile and among the others sets and scenarios take turns, so that a search that is
     interrupted, or a genotype that is given up, has seen all of them.
 
     Raises:
         BenchmarkError: not a labelled set, or it holds no such case.
     """
-    benchmark = load_benchmark(source.directory)
+    found = [turn for path in (source.directory, *source.data) for turn in _turns(source, path)]
+    return tuple(case for _, _, case in sorted(found, key=lambda turn: turn[:2]))
+
+
+def _turns(source: CaseSource, directory: str | None) -> list[tuple[bool, int, Case]]:
+    """The cases of one set: whether the label is sure, its turn among such of a scenario."""
+    benchmark = load_benchmark(directory)
     question = Question(source.question)
     chosen = benchmark.select(source.part, limit=source.limit, question=question)
     chosen = chosen.join(benchmark.confidence["robust"], on=KEYS)
-    fragile = ~chosen["robust"].astype("boolean").fillna(True)
-    turn = chosen.groupby(["scenario", fragile]).cumcount()
-    chosen = chosen.assign(turn=turn, sure=~fragile).sort_values(["sure", "turn"], kind="stable")
+    sure = chosen["robust"].astype("boolean").fillna(True).astype(bool)
+    turn = chosen.groupby(["scenario", sure]).cumcount()
     safe = chosen["failing_step"].fillna(chosen["item_count"]).astype(int)
     robust = [None if pd.isna(value) else bool(value) for value in chosen["robust"]]
-    return tuple(
-        Case(benchmark.layout(name, scenario), *rest)
-        for name, scenario, *rest in zip(
-            chosen["layout"], chosen["scenario"], safe, chosen["scenario"], chosen["instance"],
-            robust, strict=True,
-        )
-    )  # fmt: skip
+    layouts = map(benchmark.layout, chosen["layout"], chosen["scenario"])
+    cases = map(Case, layouts, safe, chosen["scenario"], chosen["instance"], robust)
+    return list(zip(sure, turn, cases, strict=True))
 
 
 def fingerprint(cases: Iterable[Case]) -> str:

@@ -71,6 +71,13 @@ _ANCHOR_WEIGHT = 16.0
 """Of the goal, the start of a space and what was found in it before, among parameter sets: every
 cost of a search is compared with the first, and searches spend their time near the others."""
 
+CASES = 90
+"""Each parameter set is measured on so many."""
+
+CASES_OF_SEVERAL = 24
+"""The same where there are further labelled sets: large layouts take a hundred times as long, and
+are less easily disturbed."""
+
 _SECONDS_A_CASE = 20.0
 """Hard limit on the wall time of a measurement, by judged case."""
 
@@ -124,8 +131,8 @@ def calibrate(
     workers: int,
     seed: int = 0,
     parameter_sets: int = 32,
-    cases: int = 90,
-    repeats: int = 2,
+    cases: int | None = None,
+    repeats: int | None = None,
 ) -> CostModel:
     """Measure genotypes of a space and what its goal is a share of, and fit the model to them.
 
@@ -139,8 +146,9 @@ def calibrate(
         seed: of the genotypes.
         parameter_sets: how many, the goal and the start among them, a preset beside them; those
             that cannot be are left out.
-        cases: each is measured on so many, spread evenly.
-        repeats: each case is judged so often; the median counts.
+        cases: each is measured on so many, spread evenly; None for :data:`CASES`, of several sets
+            :data:`CASES_OF_SEVERAL`.
+        repeats: each case is judged so often; the median counts. None for 2, of several sets 1.
 
     Raises:
         TuningError: not one of them could be measured.
@@ -161,6 +169,10 @@ def calibrate(
     for genotype in genotypes:
         with suppress(SpecError):
             specs.append(space.spec(genotype))
+    if cases is None:
+        cases = CASES_OF_SEVERAL if source.data else CASES
+    if repeats is None:
+        repeats = 1 if source.data else 2
     units = [_Measurement(spec, source, cases, repeats) for spec in specs]
     limit = PartLimit(_SECONDS_A_CASE * cases * repeats, _NO_COST)
     measured = run_units(_measure, units, workers=workers, crashed=_NO_COST, limit=limit)
@@ -208,6 +220,7 @@ def kept_model(
         "space": space.name,
         "version": VERSION,
         "made_by": made_by(make_method(f"simulation@{space.engine}")),
+        **({"data": list(source.data)} if source.data else {}),
     }
     if path.exists() and (stored := stored_model(path, about)) is not None:
         return stored

@@ -65,9 +65,24 @@ class SearchOptions:
             raise TuningError("a search needs a number of generations or a budget")
 
     @classmethod
-    def on(cls, engine: str, *, benchmark: str | None = None, **others: Any) -> SearchOptions:
+    def on(
+        cls,
+        engine: str,
+        *,
+        benchmark: str | None = None,
+        data: tuple[str, ...] = (),
+        limit: int | None = None,
+        **others: Any,
+    ) -> SearchOptions:
         """Options with the labelled set that suits an engine, unless one is named, and the labels
         of the question that the space is for.
+
+        Args:
+            engine: registered name.
+            benchmark: a labelled set.
+            data: further ones; see :class:`steadyload.tuning.cases.CaseSource`, as is the next.
+            limit: cases a scenario of every set.
+            others: as of this class.
 
         Raises:
             TuningError: see :class:`SearchOptions`; no such engine.
@@ -77,4 +92,5 @@ class SearchOptions:
         planar = world_class(engine).capabilities.dimensions == 2
         directory = benchmark or (PLANAR if planar else None)
         question = question_of(others.get("space", DEFAULT))
-        return cls(engine, source=CaseSource(directory=directory, question=question), **others)
+        source = CaseSource(directory=directory, limit=limit, question=question, data=data)
+        return cls(engine, source=source, **others)

@@ -179,3 +179,20 @@ def test_the_space_of_a_question_is_judged_on_its_labels():
     safe = {(c.layout.name, c.scenario): c.safe for c in usual}
     earlier = [c for c in asked if c.safe < safe[c.layout.name, c.scenario]]
     assert 0.05 < len(earlier) / len(asked) < 0.1
+
+
+def test_further_sets_take_turns_with_the_first():
+    both = SearchOptions.on("mujoco", data=("real",), limit=4, generations=1).source
+    first, real = CaseSource(limit=4), CaseSource(directory="real", limit=4)
+    cases = load_cases(both)
+    names = [{c.layout.name for c in load_cases(source)} for source in (first, real)]
+    assert sorted(c.layout.name for c in cases) == sorted(
+        c.layout.name for source in (first, real) for c in load_cases(source)
+    )
+    fragile = sum(c.robust is False for c in load_cases(first))
+    sure = cases[fragile:]  # the set of real size says nothing of robustness
+    soon = {c.layout.name for c in sure[: len(sure) // 2]}
+    assert all(soon & own for own in names)
+    stored = both.stored()
+    assert (stored["data"], CaseSource(**stored)) == (["real"], both)
+    assert "data" not in first.stored()
