@@ -9,7 +9,7 @@ from typing import Any
 
 from steadyload.cli.config_file import config_option
 from steadyload.cli.flags import UsageError
-from steadyload.cli.readers import duration
+from steadyload.cli.readers import duration, milliseconds
 from steadyload.cli.studies import (
     configuration,
     output_option,
@@ -64,6 +64,10 @@ class Tune:
     cost: Path | None = option(
         None, "what judging costs on the engine; measured when it is not there, while nothing else "
         "should run (default: runs/tune/cost-ENGINE-SPACE.json, or ...-SET.json)",
+    )  # fmt: skip
+    goal: float | None = option(
+        None, "mean cost of a layout that counts as fast, such as 20ms (default: 18.5 % of that of "
+        "PS_3)", metavar="TIME", read=milliseconds,
     )  # fmt: skip
     output: Path | None = option(
         None, "folder of the search; an interrupted one goes on (default: runs/tune/ENGINE-..., "
@@ -132,6 +136,7 @@ class Tune:
             generations=self.generations,
             budget=self.budget,
             begin_with=self.begin_with,
+            goal=self.goal,
         )
 
     def _cost_model(self, chosen: Any) -> Any:

@@ -38,6 +38,7 @@ def identity(options: SearchOptions, space: Space) -> dict[str, Any]:
         "population": options.population,
         "begin_with": list(options.begin_with),
         "source": options.source.stored(),
+        **options.stated_goal(),
         "made_by": made_by(method),
         "search": {
             "proposals": proposers.VERSION,

@@ -32,6 +32,8 @@ class SearchOptions:
             start of the space and random genotypes.
         source: the cases.
         model: what judging costs; None measures it first.
+        goal: cost [ms a layout] that counts as fast, above 0; None for a share of that of PS_3, see
+            :data:`steadyload.tuning.search.GOAL_SHARE`.
 
     Raises:
         TuningError: neither generations nor a budget, or a value that is not allowed; more to begin
@@ -48,6 +50,7 @@ class SearchOptions:
     begin_with: tuple[str, ...] = ()
     source: CaseSource = field(default_factory=CaseSource)
     model: CostModel | None = None
+    goal: float | None = None
 
     def __post_init__(self) -> None:
         if self.algorithm not in ALGORITHMS:
@@ -61,8 +64,14 @@ class SearchOptions:
                 f"{len(self.begin_with)} parameter sets to begin with; allowed: fewer than the "
                 f"population, {self.population}"
             )
+        if self.goal is not None and not self.goal > 0.0:
+            raise TuningError(f"goal is {self.goal:g}; allowed: more than 0 [ms a layout]")
         if self.generations is None and self.budget is None:
             raise TuningError("a search needs a number of generations or a budget")
+
+    def stated_goal(self) -> dict[str, float]:
+        """The goal as it is stored, where one is stated."""
+        return {} if self.goal is None else {"goal": self.goal}
 
     @classmethod
     def on(

@@ -78,6 +78,7 @@ def options_of(spec: str) -> SearchOptions:
         begin_with=tuple(made_by["begin_with"]),
         source=CaseSource(**made_by["source"]),
         model=CostModel(**made_by["model"]),
+        goal=made_by.get("goal"),
     )
 
 
@@ -127,6 +128,7 @@ def preset(search: Search) -> Tuned:
             "generations": len(search.ledger.ends),
             "begin_with": list(options.begin_with),
             "source": options.source.stored(),
+            **options.stated_goal(),
             "model": search.ledger.facts["model"],
             "found": {
                 "fitness": round(fitness, 6),

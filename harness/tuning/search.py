@@ -92,6 +92,7 @@ class Search:
             generations=len(ledger.ends),
             begin_with=tuple(found["begin_with"]),
             source=CaseSource(**found["source"]),
+            goal=found.get("goal"),
         )
         search.cases = load_cases(search.options.source)
         return search
@@ -216,7 +217,9 @@ class Search:
                 f"{self._directory}: holds a search with another model of cost; choose another "
                 "folder, or remove it"
             )
-        if "goal" not in facts:
+        if "goal" not in facts and options.goal is not None:
+            self.ledger.state("goal", options.goal)
+        elif "goal" not in facts:
             spec = GOAL.format(engine=options.engine)
             trial = self._judge({spec: spec}, FrontRace(), workers)[spec]
             self.ledger.state("goal", round(GOAL_SHARE * trial.mean_cost, 4))
