@@ -35,8 +35,8 @@ class Fit:
         "2-D engine the planar one)", metavar="SET",
     )  # fmt: skip
     data: tuple[str, ...] = option(
-        (), "folder of a further labelled set, such as one of steadyload generate, that no judge "
-        "has learnt from; may be repeated", metavar="DIR",
+        (), "further labelled set, such as real, of which the validation part counts, or one of "
+        "steadyload generate that no judge has learnt from; may be repeated", metavar="SET",
     )  # fmt: skip
     limit: int | None = option(None, "only the first N cases a scenario", least=2)
     question: str = option(

@@ -287,6 +287,8 @@ def test_wrong_options_say_what_is_allowed(given, message):
 
 
 def test_a_two_dimensional_engine_is_fitted_on_the_planar_set():
+    real = FitOptions("mujoco", data=("real",))
+    assert [source.part for source in real.sources()] == ["validation", "validation"]
     options = FitOptions("chipmunk")
     assert options.sources()[0].directory == "planar"
     assert options.last == "ps_opt@chipmunk"

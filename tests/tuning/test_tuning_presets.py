@@ -196,3 +196,15 @@ def test_further_sets_take_turns_with_the_first():
     stored = both.stored()
     assert (stored["data"], CaseSource(**stored)) == (["real"], both)
     assert "data" not in first.stored()
+
+
+def test_the_cost_that_counts_as_fast_can_be_stated(tmp_path):
+    options = dataclasses.replace(OPTIONS, generations=1, goal=0.5)
+    search = Search(tmp_path, options)
+    best = search.run(workers=0)
+    assert (search.goal, Search.of(tmp_path).options.goal) == (0.5, 0.5)
+    assert preset(search).made_by["goal"] == 0.5
+    speed = 0.15 * min(1.0, 0.5 / best.trial.mean_cost)
+    assert fitness(best.trial, search.goal) == pytest.approx(0.85 * best.trial.accuracy + speed)
+    with pytest.raises(TuningError, match="goal is 0; allowed: more than 0"):
+        dataclasses.replace(OPTIONS, goal=0.0)

@@ -11,7 +11,7 @@ import numpy as np
 
 from steadyload.engines.registry import capabilities, engines
 from steadyload.errors import nearest
-from steadyload.layouts.benchmark import PLANAR, Part
+from steadyload.layouts.benchmark import PLANAR, Part, load_benchmark
 from steadyload.layouts.question import Question, with_question
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import SpecError
@@ -75,7 +75,8 @@ class FitOptions:
             :data:`OF_STANDS`.
         directory: the labelled set whose validation part is fitted on, as a study names it; None
             for the large one of the package.
-        data: folders of further sets, of whose training parts no method may have learnt anything.
+        data: folders of further sets, or their words. Of a set that has a validation part that part
+            counts, of any other all of it; no method may have learnt anything of it.
         limit: only so many cases a scenario of every set.
         question: whose labels count.
 
@@ -121,10 +122,10 @@ class FitOptions:
 
     def sources(self) -> tuple[CaseSource, ...]:
         """Sources of the cases that thresholds are fitted on."""
-        limit, question = self.limit, str(self.question)
-        own = CaseSource(str(Part.VALIDATION), self.directory, limit, question)
-        train = str(Part.TRAIN)
-        return (own, *(CaseSource(train, path, limit, question) for path in self.data))
+        return tuple(
+            CaseSource(_held_out(path), path, self.limit, str(self.question))
+            for path in (self.directory, *self.data)
+        )
 
 
 def fit_cascade(
@@ -184,6 +185,12 @@ def check_remakable(made_by: Mapping[str, Any]) -> None:
             f"thresholds would be made by {made_by['git']}, which is in no commit: nobody could "
             "fit them again; commit first, or write them to a file of their own: --output FILE"
         )
+
+
+def _held_out(directory: str | None) -> str:
+    """The part of a set that no method learns from; all of one that is not split."""
+    splits = set(load_benchmark(directory).cases["split"].dropna())
+    return str(Part.VALIDATION if Part.VALIDATION in splits else Part.TRAIN)
 
 
 def _balanced(cases: Sequence[Case]) -> list[Case]:
