@@ -23,7 +23,14 @@ from steadyload.learners.inference import Network
 from steadyload.learners.options import TrainingOptions, TrainingPreset, options_from
 from steadyload.learners.scoring import THRESHOLD, accuracies
 from steadyload.learners.search import search_hyperparameters
-from steadyload.learners.sequences import BENCHMARK, HeldOut, Sequences, joined, load_sequences
+from steadyload.learners.sequences import (
+    BENCHMARK,
+    HeldOut,
+    Sequences,
+    joined,
+    load_sequences,
+    repeated,
+)
 from steadyload.learners.training import VERSION, Epoch, Trained, Training
 from steadyload.learners.weights import (
     WEIGHTS,
@@ -165,7 +172,7 @@ def train_weights(
             training = Training(
                 directory / f"member_{number}",
                 member_options(job.options, number),
-                _repeated(learnt, job.options.least_share),
+                repeated(learnt, job.options.least_share),
                 stopping,
                 held_out=None if job.leaky else material.held_out,
                 start=starts[number % len(starts)],
@@ -249,7 +256,7 @@ def search_options(
         found = search_hyperparameters(
             job.options,
             directory,
-            _repeated(learnt, job.options.least_share),
+            repeated(learnt, job.options.least_share),
             stopping,
             held_out=None if job.leaky else material.held_out,
             trials=trials,
@@ -315,14 +322,6 @@ def _material(job: TrainingJob, loading: Callable[[int, int], None]) -> _Materia
         if folder is None or str(Part.VALIDATION) in set(load_benchmark(folder).cases["split"])
     ]
     return _Material(joined(parts), joined(validation), held_out, sources)
-
-
-def _repeated(data: Sequences, least_share: float) -> Sequences:
-    """The data with whole sets repeated until each is this share of the largest one."""
-    names, counts = np.unique(data.sets.astype(str), return_counts=True)
-    times = dict(zip(names, np.ceil(least_share * counts.max() / counts), strict=True))
-    turns = np.array([times[name] for name in data.sets])
-    return joined([data, *(data.chosen(turns > turn) for turn in range(1, int(turns.max())))])
 
 
 def _check_device(device: str) -> None:

@@ -115,6 +115,14 @@ def joined(parts: Sequence[Sequences]) -> Sequences:
     )
 
 
+def repeated(data: Sequences, least_share: float) -> Sequences:
+    """The data with whole sets repeated until each is this share of the largest one."""
+    names, counts = np.unique(data.sets.astype(str), return_counts=True)
+    times = dict(zip(names, np.ceil(least_share * counts.max() / counts), strict=True))
+    turns = np.array([times[name] for name in data.sets])
+    return joined([data, *(data.chosen(turns > turn) for turn in range(1, int(turns.max())))])
+
+
 def load_sequences(
     kind: FeatureKind,
     part: Part | str = Part.TRAIN,
@@ -158,9 +166,10 @@ def load_sequences(
     known: dict[str, str] = {}
     for k, name in enumerate(chosen["layout"]):
         own, floor, pallet = slice(*batch.starts[k : k + 2]), batch.floors[k], batch.pallets[k].size
-        arrays = [a[own] for a in (batch.lower, batch.upper, batch.weights, batch.mass_offsets)]
-        rows.append(features_of(*arrays, floor, pallet, kind))
-        extents.append(extent_of(*arrays, floor, max(pallet)))
+        lower, upper = batch.lower[own], batch.upper[own]
+        arrays = (lower, upper, batch.weights[own], batch.mass_offsets[own], floor)
+        rows.append(features_of(*arrays, pallet, kind))
+        extents.append(extent_of(*arrays, max(pallet)))
         if name not in known:
             known[name] = geometry_of(benchmark.layouts.loc[name])
         geometries.append(known[name])

@@ -238,13 +238,13 @@ def support_table(
         row = out[step]
         row[0] = 1.0 if lower[step, 1] <= TOLERANCE else 0.0
         row[1 : _STATE + 1] = state[step]
-        below = 0.0
+        carriers = 0.0
         for k in range(step):
             if carries[k, step]:
-                below += weights[k]
+                carriers += weights[k]
         tall = upper[step, 1] - lower[step, 1]
         row[_STATE + 1] = lower[step, 1]
-        row[_STATE + 2] = weights[step] / below if below > 0.0 else 1.0
+        row[_STATE + 2] = weights[step] / carriers if carriers > 0.0 else 1.0
         row[_STATE + 3] = (centres[step, 1] - lower[step, 1]) / tall
         worst, least, unbalanced, moving = step, 1e300, 0, 0
         for k in range(step + 1):
