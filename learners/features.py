@@ -17,7 +17,7 @@ from steadyload.layouts.model import (
     Vector,
 )
 from steadyload.learners.compiled import compiled
-from steadyload.learners.support import COLUMNS, support_table
+from steadyload.learners.support import COLUMNS, THRESHOLD, support_table
 
 Array32 = NDArray[np.float32]
 
@@ -26,15 +26,15 @@ class FeatureKind(StrEnum):
     """Kind of features.
 
     ``plain``: those of the paper's Fig. 2: position, size, centre of mass and weight of the item
-    and the size of the pallet. ``support``: these, and how the item and all that carries it stand
-    on what is below them (:mod:`steadyload.learners.support`).
+    and the size of the pallet. ``support``: how the item and all that carries it stand on what is
+    below them (:mod:`steadyload.learners.support`), whatever the pallet and the way it is turned.
     """
 
     PLAIN = "plain"
     SUPPORT = "support"
 
 
-VERSION = 1
+VERSION = 2
 """Of all features: raised when a layout has others."""
 
 PLAIN = (
@@ -47,10 +47,12 @@ metre [kg], at the same density."""
 
 _X, _Y, _Z, _WIDTH, _HEIGHT, _DEPTH, _MASS_X, _MASS_Y, _MASS_Z = range(9)
 _PALLET_X, _PALLET_Z = 10, 12
-_LOGARITHMS = tuple(COLUMNS.index(c) for c in COLUMNS if c.split()[-1] in ("angle", "way"))
-_PLAIN_COUNT, _SUPPORT_COUNT = len(PLAIN), len(COLUMNS)
+_LOGARITHMS = tuple(
+    COLUMNS.index(c) for c in COLUMNS
+    if c.endswith(("angle", "way", "load", "box height", "shorter side")) or c == "weight"
+)  # fmt: skip
 _LEAST = 0.01
-"""An angle or way of less than this share of a label's threshold is none."""
+"""Of what is taken as a logarithm, in shares of a label's threshold: less is none."""
 
 SYMMETRIES = 8
 """Turns and mirrors of a pallet about its vertical: bit 0 mirrors along x, bit 1 along z, bit 2
@@ -59,7 +61,7 @@ then swaps the two axes. 0 leaves all as it is."""
 
 def names(kind: FeatureKind) -> tuple[str, ...]:
     """Names of the features, in the order of the columns."""
-    return PLAIN if kind is FeatureKind.PLAIN else PLAIN + COLUMNS
+    return PLAIN if kind is FeatureKind.PLAIN else COLUMNS
 
 
 def features(layout: Arrangement, kind: FeatureKind) -> Array32:
@@ -68,25 +70,30 @@ def features(layout: Arrangement, kind: FeatureKind) -> Array32:
     Row j depends on the items 0 to j alone.
     """
     return features_of(
-        layout.lower, layout.upper, layout.weights, layout.mass_offsets, layout.pallet.size, kind
-    )
+        layout.lower, layout.upper, layout.weights, layout.mass_offsets,
+        layout.floor.corners, layout.pallet.size, kind,
+    )  # fmt: skip
 
 
 def features_of(
-    lower: FloatArray, upper: FloatArray, weights: FloatArray, offsets: FloatArray, pallet: Vector,
-    kind: FeatureKind,
+    lower: FloatArray, upper: FloatArray, weights: FloatArray, offsets: FloatArray,
+    floor: FloatArray, pallet: Vector, kind: FeatureKind,
 ) -> Array32:  # fmt: skip
-    """As :func:`features`, from the arrays that a :class:`Layout` has, and the pallet's size."""
+    """As :func:`features`, from the arrays that a :class:`Layout` and its floor have, and the size
+    of the pallet.
+    """
     out = np.empty((len(weights), len(names(kind))), dtype=np.float32)
-    size, support = np.array(pallet, dtype=np.float64), kind is FeatureKind.SUPPORT
-    _fill(lower, upper, weights, offsets, size, support, out)
+    if kind is FeatureKind.PLAIN:
+        _fill_plain(lower, upper, weights, offsets, np.array(pallet, dtype=np.float64), out)
+    else:
+        _fill_support(lower, upper, weights, offsets, floor, out)
     return out
 
 
 @compiled
-def _fill(
+def _fill_plain(
     lower: FloatArray, upper: FloatArray, weights: FloatArray, offsets: FloatArray,
-    pallet: FloatArray, support: bool, out: Array32,
+    pallet: FloatArray, out: Array32,
 ) -> None:  # fmt: skip
     longest = pallet.max()
     scale = math.log(longest / 100.0)
@@ -98,16 +105,21 @@ def _fill(
             out[j, 10 + axis] = pallet[axis] / longest
         out[j, 9] = math.log(weights[j]) - 3.0 * scale
         out[j, 13] = scale
-    if support:
-        table = support_table(lower, upper, weights, 0.5 * (lower + upper) + offsets)
-        for j in range(len(weights)):
-            for k in range(_SUPPORT_COUNT):
-                value = table[j, k]
-                if k in _LOGARITHMS:
-                    value = math.log(max(value / 10.0, _LEAST))
-                else:
-                    value = math.asinh(value)
-                out[j, _PLAIN_COUNT + k] = value
+
+
+@compiled
+def _fill_support(
+    lower: FloatArray, upper: FloatArray, weights: FloatArray, offsets: FloatArray,
+    floor: FloatArray, out: Array32,
+) -> None:  # fmt: skip
+    table = support_table(lower, upper, weights, 0.5 * (lower + upper) + offsets, floor)
+    for j in range(len(weights)):
+        for k in range(table.shape[1]):
+            value = table[j, k]
+            if k in _LOGARITHMS:
+                out[j, k] = math.log(max(value / THRESHOLD, _LEAST))
+            else:
+                out[j, k] = math.asinh(value)
 
 
 def turned(layout: Layout, symmetry: int) -> Layout:
@@ -132,12 +144,14 @@ def turned(layout: Layout, symmetry: int) -> Layout:
 def symmetry_matrices(kind: FeatureKind) -> Array32:
     """Matrices of symmetries: ``features(turned(layout, k)) == features(layout) @ m[k]``.
 
-    All plain features are linear in what a symmetry changes, and how items stand does not change.
+    All plain features are linear in what a symmetry changes, and those of support do not change.
 
     Returns:
         Shape (SYMMETRIES, F, F), F columns.
     """
     count = len(names(kind))
+    if kind is FeatureKind.SUPPORT:
+        return np.tile(np.eye(count, dtype=np.float32), (SYMMETRIES, 1, 1))
     mirrors = []
     for at, size, mass, pallet in (
         (_X, _WIDTH, _MASS_X, _PALLET_X),

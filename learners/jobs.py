@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from steadyload.layouts.benchmark import Part
-from steadyload.layouts.benchmark.tables import read_tables
+from steadyload.layouts.benchmark import Part, load_benchmark
 from steadyload.layouts.question import Question
 from steadyload.learners import LearnerError
 from steadyload.learners.features import names
@@ -24,7 +23,14 @@ from steadyload.learners.inference import Network
 from steadyload.learners.options import TrainingOptions, TrainingPreset, options_from
 from steadyload.learners.scoring import THRESHOLD, accuracies
 from steadyload.learners.search import search_hyperparameters
-from steadyload.learners.sequences import HeldOut, Sequences, joined, load_sequences
+from steadyload.learners.sequences import (
+    BENCHMARK,
+    HeldOut,
+    Sequences,
+    joined,
+    load_sequences,
+    repeated,
+)
 from steadyload.learners.training import VERSION, Epoch, Trained, Training
 from steadyload.learners.weights import (
     WEIGHTS,
@@ -36,9 +42,6 @@ from steadyload.methods.spec import as_plain
 from steadyload.runs.provenance import provenance
 from steadyload.runs.store import locked
 from steadyload.stored import store_list, stored_list
-
-BENCHMARK = "benchmark"
-"""Name of the labelled set of the package in a list of data."""
 
 _MADE_BY = "made_by.json"
 
@@ -54,7 +57,9 @@ class TrainingJob:
         members: networks.
         left_out: see :class:`steadyload.learners.options.TrainingPreset`.
         budget: wall seconds over all members.
-        data: folders of labelled sets, and :data:`BENCHMARK`; of each its training part is taken.
+        data: names and folders of labelled sets, see
+            :func:`steadyload.learners.sequences.load_sequences`; of each its training part is
+            taken.
         limit: only so many cases a scenario of every set, those of the first ranks.
         lists: only the cases of so many item lists of every set.
         start: weights to train on from, member by member, and again from the first where they have
@@ -167,7 +172,7 @@ def train_weights(
             training = Training(
                 directory / f"member_{number}",
                 member_options(job.options, number),
-                learnt,
+                repeated(learnt, job.options.least_share),
                 stopping,
                 held_out=None if job.leaky else material.held_out,
                 start=starts[number % len(starts)],
@@ -251,7 +256,7 @@ def search_options(
         found = search_hyperparameters(
             job.options,
             directory,
-            learnt,
+            repeated(learnt, job.options.least_share),
             stopping,
             held_out=None if job.leaky else material.held_out,
             trials=trials,
@@ -297,22 +302,26 @@ def _material(job: TrainingJob, loading: Callable[[int, int], None]) -> _Materia
         parts.append(found)
         source = {"name": name, "cases": len(found), "fingerprint": found.fingerprint()}
         if folder is not None:
-            manifest = read_tables(folder)[3]
+            manifest = load_benchmark(folder).manifest
             told = ("label", "seed", "lists", "heuristics", "most", "scenarios")
             made = ("labelled_with", "labelled_with_before")
             source |= {key: manifest[key] for key in (*told, *made) if key in manifest}
         sources.append(source)
-    data = joined(parts)
     held_out = HeldOut.of({None, *(_folder(name) for name in job.data)})
     if not job.leaky:
-        whole, data = len(data), held_out.without_twins(data)
-        if not len(data):
+        whole, parts = sum(map(len, parts)), [held_out.without_twins(part) for part in parts]
+        parts = [part for part in parts if len(part)]
+        if not parts:
             raise LearnerError(
                 f"{whole} of {whole} layouts are geometries of held-out layouts; nothing is left "
                 "to learn from"
             )
-    validation = load_sequences(kind, Part.VALIDATION, question=job.question)
-    return _Material(data, validation, held_out, sources)
+    validation = [
+        load_sequences(kind, Part.VALIDATION, directory=folder, question=job.question)
+        for folder in map(_folder, dict.fromkeys((BENCHMARK, *job.data)))
+        if folder is None or str(Part.VALIDATION) in set(load_benchmark(folder).cases["split"])
+    ]
+    return _Material(joined(parts), joined(validation), held_out, sources)
 
 
 def _check_device(device: str) -> None:
@@ -342,8 +351,8 @@ def _note(directory: Path, own: dict[str, Any]) -> None:
         store_list(directory / _MADE_BY, "runs", [*noted, own])
 
 
-def _folder(name: str) -> Path | None:
-    return None if name == BENCHMARK else Path(name)
+def _folder(name: str) -> str | None:
+    return None if name == BENCHMARK else name
 
 
 def _split(

@@ -73,6 +73,10 @@ class TrainingOptions:
         SYMMETRIES, "of the pallet's 8 turns and mirrors, how many are drawn from; 1 is none",
         least=1, most=SYMMETRIES,
     )  # fmt: skip
+    least_share: float = quantity(
+        0.0, "of the largest set, that every other one comes to in an epoch, by repetition",
+        least=0.0, most=1.0,
+    )  # fmt: skip
     seed: int = quantity(0, "of weights, order and symmetries", least=0, most=2**32 - 1)
 
     def __post_init__(self) -> None:

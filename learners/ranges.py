@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 
 import numpy as np
 
 from steadyload.layouts.model import Arrangement, FloatArray
 from steadyload.learners.compiled import compiled
+from steadyload.learners.features import FeatureKind
 
 SLACK = 0.1
 """A range is this much wider at both ends, in shares of its ends, before something is outside."""
@@ -19,27 +21,45 @@ QUANTITIES: Mapping[str, str] = {
     "longest side": " cm",
     "weight": " kg",
     "shift of the centre of mass": " of a side",
+    "heaviest over lightest": "",
+    "overhang": " cm",
 }
-"""Quantities with a range, and their units. Positions lie in the pallet, and need no range."""
+"""Quantities with a range, and their units. The last two are of all items placed by then, and of
+an item over the edges of a deck. Positions lie in the pallet, and need no range."""
+
+_UNSEEN = ("longest pallet side", "weight")
+"""Quantities that features of support do not depend on."""
+
+
+def quantities_of(kind: FeatureKind) -> tuple[str, ...]:
+    """The quantities that learners with these features have a range of."""
+    return tuple(q for q in QUANTITIES if kind is FeatureKind.PLAIN or q not in _UNSEEN)
 
 
 def _of_items(layout: Arrangement) -> FloatArray:
-    """The quantities of every item, (J, 4), in the order of :data:`QUANTITIES`."""
-    return _quantities(layout.lower, layout.upper, layout.weights, layout.mass_offsets)
+    """The quantities of every item, (J, 6), in the order of :data:`QUANTITIES`."""
+    return _quantities(
+        layout.lower, layout.upper, layout.weights, layout.mass_offsets, layout.floor.corners
+    )
 
 
 @compiled
 def _quantities(
-    lower: FloatArray, upper: FloatArray, weights: FloatArray, offsets: FloatArray
-) -> FloatArray:
-    out = np.empty((len(weights), 4))
+    lower: FloatArray, upper: FloatArray, weights: FloatArray, offsets: FloatArray,
+    floor: FloatArray,
+) -> FloatArray:  # fmt: skip
+    out = np.empty((len(weights), 6))
+    lightest, heaviest = 1e300, 0.0
     for j in range(len(weights)):
+        lightest, heaviest = min(lightest, weights[j]), max(heaviest, weights[j])
         shortest, longest, shift = 1e300, 0.0, 0.0
         for axis in range(3):
             side = upper[j, axis] - lower[j, axis]
             shortest, longest = min(shortest, side), max(longest, side)
             shift = max(shift, abs(offsets[j, axis]) / side)
-        out[j] = shortest, longest, weights[j], shift
+        over = max(floor[0] - lower[j, 0], upper[j, 0] - floor[2])
+        over = max(over, max(floor[1] - lower[j, 2], upper[j, 2] - floor[3]), 0.0)
+        out[j] = shortest, longest, weights[j], shift, heaviest / lightest, over
     return out
 
 
@@ -54,8 +74,9 @@ def _inside(of_items: FloatArray, least: FloatArray, most: FloatArray) -> int:
 
 
 def extent_of(
-    lower: FloatArray, upper: FloatArray, weights: FloatArray, offsets: FloatArray, longest: float
-) -> FloatArray:
+    lower: FloatArray, upper: FloatArray, weights: FloatArray, offsets: FloatArray,
+    floor: FloatArray, longest: float,
+) -> FloatArray:  # fmt: skip
     """The least and the greatest value of every quantity in one layout, (2, quantities).
 
     Args:
@@ -63,23 +84,25 @@ def extent_of(
         upper: likewise.
         weights: likewise.
         offsets: likewise.
+        floor: corners of a layout's floor.
         longest: side of the pallet [cm].
     """
-    of_items = _quantities(lower, upper, weights, offsets)
+    of_items = _quantities(lower, upper, weights, offsets, floor)
     whole = [len(weights), longest]
     return np.array([[*whole, *of_items.min(axis=0)], [*whole, *of_items.max(axis=0)]])
 
 
-def trained_ranges(extents: Iterable[FloatArray]) -> dict[str, list[float]]:
+def trained_ranges(extents: Iterable[FloatArray], kind: FeatureKind) -> dict[str, list[float]]:
     """Ranges that many layouts span, name -> [least, greatest], from their :func:`extent_of`.
 
     Items are from 1 on: a layout shows all its beginnings.
     """
     stacked = np.array(list(extents))
     stacked[:, 0, 0] = 1.0
-    ends = zip(stacked[:, 0].min(axis=0), stacked[:, 1].max(axis=0), strict=True)
+    low, high = stacked[:, 0].min(axis=0), stacked[:, 1].max(axis=0)
+    known = quantities_of(kind)
     return {
-        name: [float(low), float(high)] for name, (low, high) in zip(QUANTITIES, ends, strict=True)
+        name: [float(low[k]), float(high[k])] for k, name in enumerate(QUANTITIES) if name in known
     }
 
 
@@ -87,8 +110,7 @@ def widest(ranges: Iterable[Mapping[str, list[float]]]) -> dict[str, list[float]
     """Union of several ranges."""
     found = list(ranges)
     return {
-        name: [min(r[name][0] for r in found), max(r[name][1] for r in found)]
-        for name in QUANTITIES
+        name: [min(r[name][0] for r in found), max(r[name][1] for r in found)] for name in found[0]
     }
 
 
@@ -97,10 +119,15 @@ class TrainedRanges:
 
     Args:
         ranges: as of :func:`trained_ranges`.
+        kind: of the features.
+
+    Attributes:
+        ranges: of all quantities; infinite where features do not depend on one.
     """
 
-    def __init__(self, ranges: Mapping[str, list[float]]) -> None:
-        self.ranges = {name: (ranges[name][0], ranges[name][1]) for name in QUANTITIES}
+    def __init__(self, ranges: Mapping[str, list[float]], kind: FeatureKind) -> None:
+        known = {name: (ranges[name][0], ranges[name][1]) for name in quantities_of(kind)}
+        self.ranges = {name: known.get(name, (0.0, math.inf)) for name in QUANTITIES}
         ends = np.array([self.ranges[name] for name in QUANTITIES])
         self._least = ends[:, 0] * (1.0 - SLACK)
         self._most = ends[:, 1] * (1.0 + SLACK)
@@ -109,8 +136,6 @@ class TrainedRanges:
         """Sentence on the quantity and item that lie outside; empty if none does."""
         # Computed first, so that any layout compiles all of it.
         of_items = _of_items(layout)
-        if layout.floor.has_edges:
-            return "the layout: stands on a deck with edges; trained on an infinite floor"
         least, most = self._least[2:], self._most[2:]
         inside = _inside(of_items, least, most)
         for k, value in enumerate((len(layout), max(layout.pallet.size))):
@@ -124,7 +149,7 @@ class TrainedRanges:
 
     def steps_inside(self, layout: Arrangement) -> int:
         """Number of first steps with nothing outside; all if :meth:`outside` is empty."""
-        if layout.floor.has_edges or not self._least[1] <= max(layout.pallet.size) <= self._most[1]:
+        if not self._least[1] <= max(layout.pallet.size) <= self._most[1]:
             return 0
         inside = _inside(_of_items(layout), self._least[2:], self._most[2:])
         return min(inside, int(self._most[0]))

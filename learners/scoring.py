@@ -40,9 +40,18 @@ def names_the_label(
 def accuracies(
     probabilities: Any, data: Sequences, threshold: float = THRESHOLD
 ) -> dict[str, float]:
-    """Share of layouts whose score is the label's: ``all``, then by scenario."""
+    """Share of layouts whose score is the label's: ``all``, then by scenario.
+
+    Of several sets also by set, and by set and scenario.
+    """
     right = names_the_label(probabilities, data, threshold)
+    sets = [str(name) for name in dict.fromkeys(data.sets)]
     found = {"all": float(right.mean())}
-    for scenario in dict.fromkeys(data.scenarios):
-        found[str(scenario)] = float(right[data.scenarios == scenario].mean())
+    for name in sets:
+        own = data.sets == name
+        if len(sets) > 1:
+            found[name] = float(right[own].mean())
+        for scenario in dict.fromkeys(data.scenarios[own]):
+            key = f"{name} {scenario}" if len(sets) > 1 else str(scenario)
+            found[key] = float(right[own & (data.scenarios == scenario)].mean())
     return found

@@ -14,7 +14,6 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark import Benchmark, Part, load_benchmark
-from steadyload.layouts.model import FloatArray, Vector
 from steadyload.layouts.question import Question
 from steadyload.learners import LeakError
 from steadyload.learners.features import Array32, FeatureKind, features_of
@@ -22,6 +21,9 @@ from steadyload.learners.ranges import extent_of, trained_ranges, widest
 
 Numbers = NDArray[np.int64]
 Texts = NDArray[np.object_]
+
+BENCHMARK = "benchmark"
+"""Name of the large labelled set of the package in a list of data."""
 
 Progress = Callable[[int, int], None]
 
@@ -37,6 +39,7 @@ class Sequences:
         safe: items placed safely by the label; all of them for a stable layout, (M,).
         scenarios, instances, geometries: of every layout, (M,). An instance names the seed of its
             set, too: the same word in two sets may mean two item lists.
+        sets: name of every layout's set, (M,).
         ranges: see :func:`steadyload.learners.ranges.trained_ranges`.
     """
 
@@ -47,6 +50,7 @@ class Sequences:
     scenarios: Texts
     instances: Texts
     geometries: Texts
+    sets: Texts
     ranges: dict[str, list[float]]
 
     def __len__(self) -> int:
@@ -79,6 +83,7 @@ class Sequences:
             scenarios=self.scenarios[which],
             instances=self.instances[which],
             geometries=self.geometries[which],
+            sets=self.sets[which],
         )
 
     def fingerprint(self) -> str:
@@ -105,8 +110,17 @@ def joined(parts: Sequence[Sequences]) -> Sequences:
         scenarios=all_of("scenarios"),
         instances=all_of("instances"),
         geometries=all_of("geometries"),
+        sets=all_of("sets"),
         ranges=widest(part.ranges for part in parts),
     )
+
+
+def repeated(data: Sequences, least_share: float) -> Sequences:
+    """The data with whole sets repeated until each is this share of the largest one."""
+    names, counts = np.unique(data.sets.astype(str), return_counts=True)
+    times = dict(zip(names, np.ceil(least_share * counts.max() / counts), strict=True))
+    turns = np.array([times[name] for name in data.sets])
+    return joined([data, *(data.chosen(turns > turn) for turn in range(1, int(turns.max())))])
 
 
 def load_sequences(
@@ -126,7 +140,8 @@ def load_sequences(
     Args:
         kind: of features.
         part: which; sets of :mod:`steadyload.learners.generation` hold ``train`` alone.
-        directory: the set's folder; None for the one of the package.
+        directory: the set's folder, or a name, see
+            :func:`steadyload.layouts.benchmark.load_benchmark`; None for the one of the package.
         scenarios: only these; empty for all.
         limit: at most this many a scenario, those of the first ranks.
         lists: only the cases of this many item lists, drawn once for all: fewer are among more.
@@ -146,20 +161,19 @@ def load_sequences(
         chosen = benchmark.select(part, scenarios=scenarios, limit=limit, question=question)
     if lists is not None:
         chosen = chosen[chosen["instance"].isin(_drawn_lists(chosen["instance"], lists))]
+    batch = benchmark.batch(chosen)
     rows, extents, geometries = [], [], []
-    known: dict[str, _Geometry] = {}
-    for done, (name, offsets) in enumerate(
-        zip(chosen["layout"], chosen["offsets"], strict=True), start=1
-    ):
+    known: dict[str, str] = {}
+    for k, name in enumerate(chosen["layout"]):
+        own, floor, pallet = slice(*batch.starts[k : k + 2]), batch.floors[k], batch.pallets[k].size
+        lower, upper = batch.lower[own], batch.upper[own]
+        arrays = (lower, upper, batch.weights[own], batch.mass_offsets[own], floor)
+        rows.append(features_of(*arrays, pallet, kind))
+        extents.append(extent_of(*arrays, max(pallet)))
         if name not in known:
-            known[name] = _Geometry.of(benchmark.layouts.loc[name])
-        geometry = known[name]
-        count = len(geometry.weights)
-        shifts = _frozen(np.zeros((count, 3)) if offsets is None else np.reshape(offsets, (-1, 3)))
-        arrays = (geometry.lower, geometry.upper, geometry.weights, shifts)
-        rows.append(features_of(*arrays, geometry.pallet, kind))
-        extents.append(extent_of(*arrays, max(geometry.pallet)))
-        geometries.append(geometry.digest)
+            known[name] = geometry_of(benchmark.layouts.loc[name])
+        geometries.append(known[name])
+        done = k + 1
         if done % 256 == 0 or done == len(chosen):
             progress(done, len(chosen))
     counts = np.array([len(r) for r in rows])
@@ -171,34 +185,9 @@ def load_sequences(
         chosen["scenario"].to_numpy(dtype=object),
         _instances(benchmark, chosen["instance"]),
         np.array(geometries, dtype=object),
-        trained_ranges(extents),
+        np.full(len(chosen), str(directory or BENCHMARK), dtype=object),
+        trained_ranges(extents, kind),
     )
-
-
-@dataclass(frozen=True)
-class _Geometry:
-    """Geometry that the cases of a layout share, from its :class:`Layout`; not validated again."""
-
-    lower: FloatArray
-    upper: FloatArray
-    weights: FloatArray
-    pallet: Vector
-    digest: str
-
-    @classmethod
-    def of(cls, row: Any) -> _Geometry:
-        lower = _frozen(np.reshape(row["positions"], (-1, 3)))
-        upper = _frozen(lower + np.reshape(row["sizes"], (-1, 3)))
-        width, height, depth = np.asarray(row["pallet"]).tolist()
-        weights = _frozen(row["weights"])
-        return cls(lower, upper, weights, (width, height, depth), geometry_of(row))
-
-
-def _frozen(values: Any) -> FloatArray:
-    """A read-only copy, as a :class:`Layout` has them: code compiled for one serves the other."""
-    array = np.array(values, dtype=float)
-    array.setflags(write=False)
-    return array
 
 
 def _leaky(cases: pd.DataFrame, limit: int | None) -> pd.DataFrame:

@@ -112,7 +112,7 @@ def load_weights(where: str | Path) -> Weights:
         manifest = json.loads(text)
         version, hashes = manifest["version"], list(manifest["hashes"])
         kind = FeatureKind(manifest["features"])
-        ranges = TrainedRanges(manifest["ranges"])
+        ranges = TrainedRanges(manifest["ranges"], kind)
         made = [dict(member["options"]) for member in manifest["members"][: len(hashes)]]
         features = tuple(manifest.get("feature_names", names(kind)))
         if not 0 < len(hashes) == len(made):

@@ -21,8 +21,8 @@ class Train:
         "quick", "what the options start from; --preset list names all (default: quick)"
     )
     data: tuple[str, ...] = option(
-        (), "folder of a labelled set, or the word benchmark for the training part of the "
-        "shipped one; may be repeated (default: benchmark)", metavar="SET",
+        (), "folder of a labelled set, or benchmark or real for the training part of a shipped "
+        "one; may be repeated (default: benchmark)", metavar="SET",
     )  # fmt: skip
     limit: int | None = option(None, "only N cases a scenario of every set", least=1)
     lists: int | None = option(None, "only N item lists of every set", least=1)

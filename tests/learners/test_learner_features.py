@@ -1,5 +1,6 @@
 """What a learner is told: scenes worked by hand, nothing of later items, and symmetries."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -38,7 +39,7 @@ def layout(*boxes, pallet=PALLET):
 def table(lay):
     """The support table by column, a list of rows each."""
     centres = 0.5 * (lay.lower + lay.upper) + lay.mass_offsets
-    found = support_table(lay.lower, lay.upper, lay.weights, centres)
+    found = support_table(lay.lower, lay.upper, lay.weights, centres, lay.floor.corners)
     assert found.shape == (len(lay), len(COLUMNS))
     return {name: found[:, k].tolist() for k, name in enumerate(COLUMNS)}
 
@@ -157,6 +158,40 @@ def test_what_floats_falls_to_the_next_top():
     assert found["margin"][1] == pytest.approx(1.0)  # of where it lands
     high = table(layout((50.0, 60.0, 50.0, 10.0, 10.0, 10.0)))
     assert high["way"] == pytest.approx([0.5 * 980.0 * 0.3**2])
+
+
+def test_an_edge_of_the_deck_is_that_of_a_support():
+    def over(out):
+        return table(layout((-out, 0.0, 0.0, 10.0, 20.0, 10.0), pallet=Pallet(50.0, 90.0, 50.0)))
+
+    assert [over(3.0)[c][0] for c in ("supported share", "supporters")] == [0.7, 1.0]
+    assert over(3.0)["margin"][0] == pytest.approx(2.0)
+    assert over(3.0)["free angle"][0] == 0.0
+    assert over(7.0)["margin"][0] == pytest.approx(-2.0)
+    assert over(7.0)["free angle"][0] > 0.0
+    # Its outer lower edge, 7 cm out, meets the ground, 14.4 cm below the deck.
+    assert over(7.0)["catch angle"][0] == pytest.approx(math.degrees(math.atan2(14.4, 7.0)))
+    # Beyond the edge nothing carries; within it a deck is a plane.
+    assert over(10.0)["drop"][0] == pytest.approx(14.4)
+    within = layout(FLOOR, (6.0, 10.0, 0.0, 10.0, 10.0, 10.0))
+    assert table(within.on("deck")) == table(within)
+
+
+def test_of_weights_only_their_ratios_count_and_of_the_pallet_nothing():
+    lay = layout(FLOOR, (2.0, 10.0, 0.0, 10.0, 10.0, 10.0, 3.0))
+    wide = Layout("wide", Pallet(300.0, 200.0, 400.0), lay.items)
+    heavy = [dataclasses.replace(i, weight=8.0 * i.weight) for i in lay.items]
+    assert table(lay)["weight"] == [1.0, 3.0]
+    for other in (wide, Layout("heavy", lay.pallet, tuple(heavy))):
+        expected = features(lay, FeatureKind.SUPPORT)
+        np.testing.assert_array_equal(features(other, FeatureKind.SUPPORT), expected)
+
+
+def test_the_excess_is_fine_about_the_threshold():
+    for height, expected in ((9.9, -0.2), (10.5, 1.0), (30.0, 3.0)):
+        assert table(layout((0.0, height, 0.0, 5.0, 5.0, 5.0)))["excess"] == pytest.approx(
+            [expected]
+        )
 
 
 def test_balance_is_lost_where_the_exact_method_says():

@@ -37,7 +37,7 @@ from steadyload.learners.search import (
     LEARNING_RATES,
     search_hyperparameters,
 )
-from steadyload.learners.sequences import HeldOut, load_sequences
+from steadyload.learners.sequences import HeldOut, joined, load_sequences, repeated
 from steadyload.learners.training import CHECKPOINT, Training
 from steadyload.learners.weights import load_arrays, load_weights
 
@@ -145,7 +145,7 @@ def test_a_killed_training_goes_on_to_the_same_bits(tmp_path, whole, data, stopp
 
 
 def test_the_weights_are_those_of_the_best_epoch(tmp_path, data, stopping):
-    wild = dataclasses.replace(TINY, learning_rate=0.3, epochs=12, schedule="constant")
+    wild = dataclasses.replace(TINY, learning_rate=0.1, epochs=12, schedule="constant")
     trained = Training(tmp_path, wild, data, stopping, held_out=NOTHING).run()
     assert trained.history[-1].accuracy < trained.best.accuracy
     found = Network(trained.arrays).probabilities_of_many(stopping.padded())
@@ -163,6 +163,27 @@ def test_it_ends_when_time_or_patience_is_up(tmp_path, data, stopping):
     epochs = history.run().history
     assert len(epochs) < 200
     assert epochs[-1].number - epochs[-1].best_epoch == 3
+
+
+def test_a_small_set_is_learnt_from_again_and_every_set_stops(tmp_path, data):
+    """Of 60 layouts and some 9 of another set, which comes to 30 in an epoch."""
+    options = dataclasses.replace(TINY, epochs=1, least_share=0.5)
+    job = TrainingJob(options, data=("benchmark", "real"), limit=20)
+    made = load_weights(train_weights(job, tmp_path)).manifest
+    assert [source["name"] for source in made["data"]] == ["benchmark", "real"]
+    assert made["cases"] == sum(source["cases"] for source in made["data"])
+    assert {"benchmark", "real", "real S1"} <= set(made["validation"]["mean"])
+    assert made["ranges"]["items"][1] > 25
+    own = dataclasses.replace(data.chosen(np.arange(len(data)) < 9), sets=np.full(9, "own"))
+    both = repeated(joined([data, own]), 0.5)
+    assert ((both.sets == "own").sum(), (both.sets != "own").sum()) == (36, 60)
+
+
+@pytest.mark.parametrize("part", ["validation", "test"])
+def test_nothing_held_out_of_any_set_is_learnt_from(tmp_path, stopping, part):
+    leaky = load_sequences(FeatureKind.SUPPORT, part, directory="real", limit=5)
+    with pytest.raises(LeakError, match="is held out"):
+        Training(tmp_path, TINY, leaky, stopping, held_out=HeldOut.of((None, "real")))
 
 
 def test_another_training_is_not_gone_on_with(tmp_path, data, stopping):

@@ -164,7 +164,8 @@ def _row(
 
 def _extent(layout: Layout) -> np.ndarray:
     longest = max(layout.pallet.size)
-    return extent_of(layout.lower, layout.upper, layout.weights, layout.mass_offsets, longest)
+    arrays = (layout.lower, layout.upper, layout.weights, layout.mass_offsets)
+    return extent_of(*arrays, layout.floor.corners, longest)
 
 
 def _stable(said: pd.Series, items: np.ndarray) -> Estimate:
