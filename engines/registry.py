@@ -44,7 +44,11 @@ ENGINES: dict[str, EngineEntry] = {
         ("mujoco",),
         options="steadyload.engines.mujoco_options:MujocoOptions",
     ),
-    "dart": EngineEntry("steadyload.engines.with_dart:DartWorld", ("dartpy",)),
+    "dart": EngineEntry(
+        "steadyload.engines.with_dart:DartWorld",
+        ("dartpy",),
+        options="steadyload.engines.dart_options:DartOptions",
+    ),
     "chipmunk": EngineEntry("steadyload.engines.with_chipmunk:ChipmunkWorld", ("pymunk",)),
     "reference": EngineEntry(
         "steadyload.engines.reference.world:ReferenceWorld",

@@ -106,7 +106,7 @@ def test_options_of_an_engine_are_parameters_on_that_engine_alone():
     assert (options.tolerance, options.stiffness, options.contact) == (1e-6, 1e8, "stiff")
     assert options.law(0.5).stiffness == 1e8
     assert options.law(0.5).damping == 3e5
-    assert make_method("simulation@dart").parameters.world_settings().options is None
+    assert make_method("simulation@bullet").parameters.world_settings().options is None
     for spec, message in (
         ("simulation@mujoco:stiffness=1e8", "unknown parameter 'stiffness'"),
         ("simulation@mujoco:impedance=1", "impedance is 1; allowed: 0.0001 to 0.9999"),
