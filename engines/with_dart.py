@@ -75,7 +75,9 @@ class DartWorld(FixedStepWorld):
         ),
         notes="Side faces are drawn in by 0.01 mm, so that touching neighbours do not form one "
         "linear complementarity problem. DART keeps 1000 contacts (some 250 touching pairs): a "
-        "layout that needs more ends with status `error`, never with contacts dropped in silence.",
+        "layout that needs more ends with status `error`, never with contacts dropped in silence. "
+        "Contacts of large piles can be solved by iteration, with no matrix (`matrix_free_rows`): "
+        "a pile of 54 boxes takes an eighth of the time, and sinks a few millimetres.",
     )
 
     def __init__(self, settings: WorldSettings) -> None:
