@@ -28,6 +28,13 @@ class DartOptions:
         most=1_000_000,
         later=True,
     )
+    matrix_free_tolerance: float = quantity(
+        1e-4,
+        "change of forces in a sweep, in shares of them, at which these have converged",
+        least=1e-9,
+        most=0.1,
+        later=True,
+    )
 
     def __post_init__(self) -> None:
         check_ranges(self)
