@@ -2,14 +2,18 @@
 
 import dataclasses
 import itertools
+import json
+import shutil
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from steadyload.atomic import manifest_text, verified_manifest
 from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.question import Question
+from steadyload.learners.weights import SHIPPED as SHIPPED_WEIGHTS
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.results import load_results
@@ -217,20 +221,32 @@ def test_a_run_on_labels_is_a_front_a_question(run):
     assert {"source", "versions", "machine"} <= set(within.about)
 
 
-METHODS = ("fbs", "settling", "lstm_e", "lstm_e:question=stands")
+@pytest.fixture(scope="module")
+def networks(tmp_path_factory):
+    """Specs of networks that refuse more than 10 boxes and a tenth, by question."""
+    specs = {}
+    for question, name in ((WITHIN, "lstm_1"), (STANDS, "lstm_1-stands")):
+        folder = tmp_path_factory.mktemp("weights") / name
+        shutil.copytree(SHIPPED_WEIGHTS / name, folder)
+        manifest = verified_manifest(json.loads((folder / "manifest.json").read_text()))
+        manifest["ranges"]["items"] = [1.0, 10.0]
+        (folder / "manifest.json").write_text(manifest_text(manifest))
+        specs[question] = f"lstm_1:weights={folder},question={question}"
+    return specs
 
 
 @pytest.fixture(scope="module")
-def real(tmp_path_factory):
+def real(tmp_path_factory, networks):
     """The work folder of the study of layouts of real size, on a few of them."""
     work = tmp_path_factory.mktemp("real")
-    judge_real(RealStudyOptions(METHODS, limit=4, small=4, pallets=0), work, workers=0)
+    methods = ("fbs", "settling", *networks.values())
+    judge_real(RealStudyOptions(methods, limit=4, small=4, pallets=0), work, workers=0)
     return work
 
 
 @pytest.mark.parametrize(("name", "word"), [(None, "test"), ("real", "test of the set real")])
 @pytest.mark.parametrize("question", Question)
-def test_real_size_is_measured_by_question_and_boxes(real, name, word, question):
+def test_real_size_is_measured_by_question_and_boxes(real, networks, name, word, question):
     """Accuracies are those of verdicts that are asked for here, one by one."""
     benchmark = load_benchmark(name)
     cases = benchmark.select("test", limit=4, question=question)
@@ -243,8 +259,7 @@ def test_real_size_is_measured_by_question_and_boxes(real, name, word, question)
     for front in fronts:
         here = cases[cases["item_count"].between(front.fewest, front.most)]
         assert (front.cases, front.item_lists) == (len(here), here["instance"].nunique())
-        lstm = "lstm_e:question=stands" if question is STANDS else "lstm_e"
-        # The network refuses whatever is larger than what it was trained on.
+        lstm = str(make_method(networks[question]).spec)
         assert [m.method for m in front.measured] == ["fbs", "settling", *([] if name else [lstm])]
         assert front.left_out == ({lstm: f"no verdict on any of {len(here)} cases"} if name else {})
         for entry in front.measured:
@@ -262,15 +277,15 @@ def test_real_size_is_measured_by_question_and_boxes(real, name, word, question)
                 assert entry.cpu.value == pytest.approx(1e3 * own["cpu_total"].median())
 
 
-def test_a_refused_case_counts_as_wrong_and_is_counted(tmp_path):
-    """Of the package's test part, networks refuse cases whose weights they were not trained on."""
-    study = StudyDefinition("few", ("fbs", "lstm_1"), benchmark="test", limit=40)
+def test_a_refused_case_counts_as_wrong_and_is_counted(tmp_path, networks):
+    spec = str(make_method(networks[WITHIN]).spec)
+    study = StudyDefinition("few", ("fbs", spec), benchmark="test", limit=40)
     run_study(study, tmp_path)
     rows = load_results(tmp_path)
-    refused = (rows[rows["method"] == "lstm_1"]["status"] == "refused").sum()
+    refused = (rows[rows["method"] == spec]["status"] == "refused").sum()
     assert refused
     entry = measured_in(tmp_path)[0].measured[1]
-    assert (entry.method, entry.without_verdict, entry.accuracy.n) == ("lstm_1", refused, 120)
+    assert (entry.method, entry.without_verdict, entry.accuracy.n) == (spec, refused, 120)
     assert entry.accuracy.value <= 1.0 - refused / 120
 
 
@@ -302,13 +317,14 @@ def test_the_command_names_a_method(run, capsys):
     assert "--write needs --from RUN" in capsys.readouterr().err
 
 
-def test_the_command_asks_for_size_and_question(real, capsys):
+def test_the_command_asks_for_size_and_question(real, networks, capsys):
     asked = ["recommend", "--from", str(real), "--question", "stands"]
     assert main([*asked, "--boxes", "40"]) == 0
     told = capsys.readouterr()
     assert told.out.splitlines()[-1].startswith("Question stands, measured on ")
     assert "part test of the set real, " in told.out
-    assert "lstm_e:question=stands is left out: no verdict on any of " in told.err
+    spec = make_method(networks[STANDS]).spec
+    assert f"{spec} is left out: no verdict on any of " in told.err
     assert main([*asked, "--boxes", "22"]) == 0
     assert "No layout of 22 boxes was measured: those of " in capsys.readouterr().err
     assert main(asked) == 0
