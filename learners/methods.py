@@ -72,9 +72,9 @@ class EnsembleParameters(LearnedParameters):
 class LearnedMethod(Method):
     """LSTM_1: a trained network gives every step a probability of being unstable (Section 4.3).
 
-    The failing step is the first one whose probability exceeds ``threshold``. Layouts whose items,
-    weights or centres of mass lie outside what the network was trained on are refused: it would
-    give a number there, too, of unknown reliability.
+    The failing step is the first one whose probability exceeds ``threshold``. Layouts outside what
+    the network was trained on (:func:`steadyload.learners.ranges.quantities_of`) are refused: it
+    would give a number there, too, of unknown reliability.
     """
 
     title = "LSTM_1"

@@ -28,7 +28,7 @@ from steadyload.learners import LearnerError
 from steadyload.learners.features import FeatureKind, names
 from steadyload.learners.inference import Network
 from steadyload.learners.options import options_from
-from steadyload.learners.ranges import TrainedRanges
+from steadyload.learners.ranges import TrainedRanges, quantities_of
 from steadyload.learners.tensors import check_tensors
 
 VERSION = 1
@@ -112,7 +112,7 @@ def load_weights(where: str | Path) -> Weights:
         manifest = json.loads(text)
         version, hashes = manifest["version"], list(manifest["hashes"])
         kind = FeatureKind(manifest["features"])
-        ranges = TrainedRanges(manifest["ranges"], kind)
+        known = set(manifest["ranges"]) >= set(quantities_of(kind))
         made = [dict(member["options"]) for member in manifest["members"][: len(hashes)]]
         features = tuple(manifest.get("feature_names", names(kind)))
         if not 0 < len(hashes) == len(made):
@@ -123,8 +123,14 @@ def load_weights(where: str | Path) -> Weights:
         raise LearnerError(f"{folder / MANIFEST}: is not the manifest of weights") from None
     if version != VERSION:
         raise LearnerError(f"{folder / MANIFEST}: version is {shown(version)}; allowed: {VERSION}")
-    if features != names(kind):
-        raise LearnerError(f"{folder}: its features are not those of this version; train it again")
+    if features != names(kind) or not known:
+        raise LearnerError(
+            f"{folder}: its features or ranges are not those of this version; train it again"
+        )
+    try:
+        ranges = TrainedRanges(manifest["ranges"], kind)
+    except (ValueError, TypeError, LookupError):
+        raise LearnerError(f"{folder / MANIFEST}: is not the manifest of weights") from None
     options = [options_from(values, where=str(folder / MANIFEST)) for values in made]
     networks = []
     for number, (expected, trained) in enumerate(zip(hashes, options, strict=True)):

@@ -314,7 +314,7 @@ class Screen:
     workers: int = workers_option(0)
 
     def run(self) -> None:
-        """Label the missing cases for both questions, small layouts first."""
+        """Label the missing cases for both questions, those of the test part first."""
         from steadyload.studies.benchmark.screening import label_screened
 
         with resumable(self.directory), progress_bar("labelling") as advance:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from typing import Any
 
 import pandas as pd
 
-from steadyload.layouts.benchmark import Part, load_benchmark
+from steadyload.layouts.benchmark import PLANAR, REAL, Part, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.model import Layout
 from steadyload.layouts.question import Question
+from steadyload.tuning import TuningError
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +37,26 @@ class Case:
     robust: bool | None
 
 
+def check_sets(directories: Sequence[str | None], *, planar: bool = False) -> None:
+    """Check labelled sets that are used together; None is the large one of the package.
+
+    Args:
+        directories: words or folders.
+        planar: whether they are for an engine of two dimensions.
+
+    Raises:
+        TuningError: a set stands there twice, or holds layouts that are not planar.
+    """
+    for name, count in Counter(directory or "benchmark" for directory in directories).items():
+        if count > 1:
+            raise TuningError(f"labelled set {name} is named {count} times; allowed: once")
+    if planar and REAL in directories:
+        raise TuningError(
+            f"labelled set {REAL}: its layouts are not planar; an engine of two dimensions takes "
+            f"planar ones, such as those of {PLANAR}"
+        )
+
+
 @dataclass(frozen=True, slots=True)
 class CaseSource:
     """Source of cases: a part of a labelled set, and the set's folder, None for the shipped one.
@@ -51,6 +73,7 @@ class CaseSource:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "data", tuple(self.data))  # a stored one is a list
+        check_sets((self.directory, *self.data))
 
     def stored(self) -> dict[str, Any]:
         """The fields as they are stored; question and further sets only where unusual."""
@@ -68,7 +91,8 @@ def load_cases(source: CaseSource) -> tuple[Case, ...]:
     """The cases with fragile labels first: on these parameter sets differ most, and soonest.
 
     Among the fragile and among the others sets and scenarios take turns, so that a search that is
-    interrupted, or a genotype that is given up, has seen all of them.
+    interrupted, or a genotype that is given up, has seen all of them. A set that says nothing of
+    robustness, such as that of real size, takes its turns among the others.
 
     Raises:
         BenchmarkError: not a labelled set, or it holds no such case.

@@ -220,7 +220,11 @@ def kept_model(
         "space": space.name,
         "version": VERSION,
         "made_by": made_by(make_method(f"simulation@{space.engine}")),
-        **({"data": list(source.data)} if source.data else {}),
+        **{
+            name: value
+            for name, value in source.stored().items()
+            if name in ("directory", "limit", "data") and value is not None
+        },
     }
     if path.exists() and (stored := stored_model(path, about)) is not None:
         return stored

@@ -13,9 +13,9 @@ from steadyload.methods.spec import SpecError, as_plain
 from steadyload.methods.tuned import Tuned, tuned_name, write_tuned
 from steadyload.studies.tuning.study import tuning_study
 from steadyload.studies.tuning.summary import tuning_of
-from steadyload.tuning import TuningError
+from steadyload.tuning import TuningError, cost
 from steadyload.tuning.cases import CaseSource, load_cases
-from steadyload.tuning.cost import TERMS, CostModel
+from steadyload.tuning.cost import TERMS, CostModel, kept_model
 from steadyload.tuning.options import SearchOptions
 from steadyload.tuning.presets import differences, options_of, preset, write_preset
 from steadyload.tuning.search import Search
@@ -208,3 +208,25 @@ def test_the_cost_that_counts_as_fast_can_be_stated(tmp_path):
     assert fitness(best.trial, search.goal) == pytest.approx(0.85 * best.trial.accuracy + speed)
     with pytest.raises(TuningError, match="goal is 0; allowed: more than 0"):
         dataclasses.replace(OPTIONS, goal=0.0)
+
+
+@pytest.mark.parametrize(
+    ("engine", "data", "message"),
+    [
+        ("mujoco", ("real", "real"), "labelled set real is named 2 times; allowed: once"),
+        ("chipmunk", ("real",), "its layouts are not planar; an engine of two dimensions takes"),
+    ],
+)
+def test_sets_that_do_not_go_together_are_refused_before_work(engine, data, message):
+    with pytest.raises(TuningError, match=message):
+        SearchOptions.on(engine, data=data, generations=1)
+
+
+def test_a_cost_model_of_fewer_cases_is_not_taken_for_that_of_all(tmp_path, monkeypatch):
+    measured = []
+    monkeypatch.setattr(cost, "calibrate", lambda *a, **b: measured.append(a[1]) or MODEL)
+    space = space_on("mujoco")
+    for limit in (1, 1, None, None, 1):
+        source = CaseSource(limit=limit)
+        kept_model(tmp_path / "cost.json", space, source, workers=0)
+    assert [source.limit for source in measured] == [1, None, 1]

@@ -128,7 +128,6 @@ def test_the_start_of_the_default_space_asks_the_question_of_the_labels(tunable)
     start = as_plain(space.parameters(space.start))
     label = as_plain(make_method(f"label@{tunable}").parameters)
     speed = {"frequency", "broad_phase", "solver_iterations", "samples", "rest_speed", "scope"}
-    speed |= {"matrix_free_rows", "matrix_free_tolerance"}
     assert {key for key in label if start[key] != label[key]} <= speed
 
 

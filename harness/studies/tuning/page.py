@@ -61,18 +61,20 @@ def tuning_page(tuning: Tuning, manifest: Mapping[str, str]) -> Page:
     sections += [transfer(table, k) for k, table in enumerate(tuning.transfer)]
     if tuning.costs:
         sections.append(_costs(tuning.costs))
+    cases = ", ".join(f"{engine} {count}" for engine, count in tuning.cases.items())
     goals = ", ".join(f"{e} {significant(g)} ms" for e, g in tuning.goal.items())
     return Page(
         "Tuned simulations",
         "The parameters of a simulation are searched, engine by engine, for the highest accuracy "
         "at a low cost. Searches judge a set of parameters, a *genotype*, on "
-        f"part `{tuning.part}` of the labelled set, {tuning.cases} cases; what is said of other "
+        f"part `{tuning.part}` of labelled sets (cases: {cases}); what is said of other "
         "parts was not seen by a search. *Accuracy* is the share of cases on which a method names "
         "the label's failing step; *overestimated*: a later one, *underestimated*: an earlier one. "
         "*Cost* is the CPU time a layout that is modelled from what a simulation does, so that it "
         "does not depend on what else a machine was doing; *CPU* is measured. "
         f"{_source(tuning)}Being cheaper than "
-        f"18.5 % of PS_3 is worth nothing to a search{f': {goals}' if goals else ''}. "
+        "18.5 % of PS_3, or than a stated cost, is worth nothing to a search"
+        f"{f': {goals}' if goals else ''}. "
         "Differences are in percentage points, on the same cases; brackets hold 95 % intervals.",
         sections,
         manifest,

@@ -218,7 +218,7 @@ class Tuning:
     """
 
     part: str
-    cases: int
+    cases: Mapping[str, int]
     goal: Mapping[str, float]
     costs: tuple[CostRow, ...] = ()
     searches: tuple[SearchRow, ...] = ()
@@ -321,7 +321,7 @@ def tuning_of(searches: Sequence[Search]) -> Tuning:
     first = {search.options.engine: search for search in reversed(searches)}
     return Tuning(
         part=searches[0].options.source.part,
-        cases=len(searches[0].cases),
+        cases={engine: len(search.cases) for engine, search in first.items()},
         goal={engine: search.goal for engine, search in first.items()},
         costs=tuple(cost_row(search) for search in first.values()),
         searches=tuple(search_row(search) for search in searches),

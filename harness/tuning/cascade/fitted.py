@@ -21,7 +21,7 @@ from steadyload.tuning import TuningError
 from steadyload.tuning.cascade.evaluation import evaluate
 from steadyload.tuning.cascade.fitting import Fit, fit, independent_cases, left_out
 from steadyload.tuning.cascade.step_scores import StepScores, Table, score_steps
-from steadyload.tuning.cases import Case, CaseSource, load_cases
+from steadyload.tuning.cases import Case, CaseSource, check_sets, load_cases
 from steadyload.tuning.cases import fingerprint as cases_fingerprint
 
 CANDIDATES = (
@@ -81,7 +81,8 @@ class FitOptions:
         question: whose labels count.
 
     Raises:
-        TuningError: no budget, or a number that is out of its range.
+        TuningError: no budget, or a number that is out of its range; a set that stands there
+            twice, or is not planar on an engine of two dimensions.
         SpecError: no such engine, or a candidate that is no method.
     """
 
@@ -104,8 +105,10 @@ class FitOptions:
                 raise TuningError(f"error budget is {budget:g} points; allowed: above 0, to 100")
         if not 0.0 < self.confidence < 1.0:
             raise TuningError(f"confidence is {self.confidence:g}; allowed: between 0 and 1")
-        if self.directory is None and capabilities(self.engine).dimensions == 2:
+        planar = capabilities(self.engine).dimensions == 2
+        if self.directory is None and planar:
             object.__setattr__(self, "directory", PLANAR)
+        check_sets((self.directory, *self.data), planar=planar)
         usual = CANDIDATES if self.question is Question.WITHIN else OF_STANDS
         asked = self.candidates or usual
         named = (str(make_method(self.of_engine(spec)).spec) for spec in asked)
@@ -190,6 +193,11 @@ def check_remakable(made_by: Mapping[str, Any]) -> None:
 def _held_out(directory: str | None) -> str:
     """The part of a set that no method learns from; all of one that is not split."""
     splits = set(load_benchmark(directory).cases["split"].dropna())
+    if Part.VALIDATION not in splits and splits - {str(Part.TRAIN)}:
+        raise TuningError(
+            f"{directory}: is split, and has no validation part; allowed: a set that has one, or "
+            "one that is not split"
+        )
     return str(Part.VALIDATION if Part.VALIDATION in splits else Part.TRAIN)
 
 
