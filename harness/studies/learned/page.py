@@ -74,6 +74,7 @@ def _trainings(rows: Sequence[ProvenanceRow]) -> Section:
         "Where the weights come from",
         "*Validation*: accuracy on the validation parts of all sets learnt from, of the mean of "
         "the members. *Time*: wall time of all epochs. These commands make the weights again; of "
-        "several seeds it is the first one's, and the others differ in `--option seed`:\n\n" + commands,
+        "several seeds it is the first one's, and the others differ in `--option seed`:\n\n"
+        + commands,
         [Table(rows, _TRAININGS)],
     )
