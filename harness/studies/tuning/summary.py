@@ -212,8 +212,9 @@ class SeedRow:
 class Tuning:
     """All results on tuning. Parts that were not computed are empty.
 
-    ``goal``: by engine, the cost [ms] below which fitness does not grow further: 18.5 % of that of
-    PS_3. ``parameters``: by engine, the found values, in the order of the space. ``cost_source``:
+    ``cases``: by engine, how many its first search judged. ``goal``: by engine, the cost [ms] below
+    which fitness does not grow further: 18.5 % of that of PS_3, unless one was stated.
+    ``parameters``: by engine, the found values, in the order of the space. ``cost_source``:
     of measured CPU times; None where nothing was tested.
     """
 
