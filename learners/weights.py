@@ -113,6 +113,7 @@ def load_weights(where: str | Path) -> Weights:
         version, hashes = manifest["version"], list(manifest["hashes"])
         kind = FeatureKind(manifest["features"])
         known = set(manifest["ranges"]) >= set(quantities_of(kind))
+        ranges = TrainedRanges(manifest["ranges"], kind) if known else None
         made = [dict(member["options"]) for member in manifest["members"][: len(hashes)]]
         features = tuple(manifest.get("feature_names", names(kind)))
         if not 0 < len(hashes) == len(made):
@@ -123,14 +124,10 @@ def load_weights(where: str | Path) -> Weights:
         raise LearnerError(f"{folder / MANIFEST}: is not the manifest of weights") from None
     if version != VERSION:
         raise LearnerError(f"{folder / MANIFEST}: version is {shown(version)}; allowed: {VERSION}")
-    if features != names(kind) or not known:
+    if features != names(kind) or ranges is None:
         raise LearnerError(
             f"{folder}: its features or ranges are not those of this version; train it again"
         )
-    try:
-        ranges = TrainedRanges(manifest["ranges"], kind)
-    except (ValueError, TypeError, LookupError):
-        raise LearnerError(f"{folder / MANIFEST}: is not the manifest of weights") from None
     options = [options_from(values, where=str(folder / MANIFEST)) for values in made]
     networks = []
     for number, (expected, trained) in enumerate(zip(hashes, options, strict=True)):

@@ -223,6 +223,15 @@ def test_ranges_beyond_all_numbers_are_refused(weights, tmp_path):
         load_weights(folder)
 
 
+def test_weights_of_an_earlier_version_are_to_be_trained_again(weights, tmp_path):
+    folder = changed_folder(weights, tmp_path)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    del manifest["ranges"]["overhang"]
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    with pytest.raises(LearnerError, match="ranges are not those of this version; train it again"):
+        load_weights(folder)
+
+
 @pytest.mark.parametrize("kind", NetworkKind)
 @pytest.mark.parametrize("layers", [1, 3])
 def test_the_tensors_that_are_allowed_are_those_that_are_trained(kind, layers):
