@@ -4,6 +4,7 @@ import dataclasses
 import itertools
 import json
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -15,7 +16,7 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.question import Question
 from steadyload.learners.weights import SHIPPED as SHIPPED_WEIGHTS
 from steadyload.methods.registry import make_method
-from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.definition import StudyDefinition, load_study
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
 from steadyload.statistics.estimate import Estimate
@@ -382,3 +383,10 @@ def test_a_goal_above_the_interval_is_said(run, capsys):
 )  # fmt: skip
 def test_a_number_that_is_none_is_refused(wrong):
     assert main(["recommend", *wrong]) == 2
+
+
+def test_what_is_known_of_small_layouts_can_be_measured_again():
+    study = load_study(Path(kept.__file__).with_name("study.toml"))
+    asked = {str(make_method(spec).spec) for spec in study.methods}
+    known = [f for f in load_fronts() if f.part == "test"]
+    assert {m.method for front in known for m in front.measured} <= asked
