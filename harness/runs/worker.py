@@ -28,11 +28,13 @@ _ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1",
     "OMP_NUM_THREADS": "1",
     "MKL_NUM_THREADS": "1",
+    "MUJOCO_GL": "disable",
 }
 """Variables of workers. A new interpreter imports nothing from the working directory; what this
 process can import it can, too, because multiprocessing hands it ``sys.path``. Linear algebra uses
 one thread: processes fill the cores already, and threads that wait for each other by spinning made
-small factorisations ten times as slow."""
+small factorisations ten times as slow. Nothing is rendered: with its renderer MuJoCo loads glfw,
+which asks a process of its own for a version, and that one complains when its parent is killed."""
 
 _FATAL_ERRORS = frozenset(
     {signal.SIGABRT, signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL}
