@@ -93,8 +93,7 @@ class Tune:
         from steadyload.tuning.search import Search
 
         chosen = self._options()
-        parts = chosen.engine, chosen.algorithm, chosen.space, chosen.seed
-        name = "-".join((*map(str, parts), *(Path(path).name for path in chosen.source.data)))
+        name = _named(chosen.engine, chosen.algorithm, chosen.space, chosen.seed, on=chosen.source)
         # A repeated search must not find the judgements of the first one.
         directory = self.output or (_REMADE if self.remake else _WORK) / name
         search = Search(directory, chosen)
@@ -144,10 +143,14 @@ class Tune:
         from steadyload.tuning.space import space_on
 
         space = space_on(chosen.engine, chosen.space)
-        further = (Path(path).name for path in chosen.source.data)
-        name = "-".join(("cost", chosen.engine, chosen.space, *further))
+        name = _named("cost", chosen.engine, chosen.space, on=chosen.source)
         file = self.cost or _WORK / f"{name}.json"
         return kept_model(file, space, chosen.source, workers=self.workers, report=say)
+
+
+def _named(*parts: object, on: Any) -> str:
+    """Name of what is made on some cases: its parts, and the further labelled sets."""
+    return "-".join((*map(str, parts), *(Path(path).name for path in on.data)))
 
 
 @dataclass(frozen=True, kw_only=True)

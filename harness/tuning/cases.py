@@ -77,13 +77,9 @@ class CaseSource:
 
     def stored(self) -> dict[str, Any]:
         """The fields as they are stored; question and further sets only where unusual."""
-        found = asdict(self)
-        if found["question"] == Question.WITHIN:
-            del found["question"]
-        found["data"] = list(self.data)
-        if not self.data:
-            del found["data"]
-        return found
+        found = {**asdict(self), "data": list(self.data)}
+        usual = {"question": Question.WITHIN, "data": []}
+        return {name: value for name, value in found.items() if usual.get(name, self) != value}
 
 
 @cache

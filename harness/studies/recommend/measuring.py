@@ -92,7 +92,7 @@ def front_of(
     assert labels is not None, "the study is on a labelled set"
     measured, left_out = [], {}
     for row in rows:
-        spec, lost = row.method.spec, sum(row.without_verdict.values())
+        spec, entry = row.method.spec, Measured.of(row)
         try:
             made_for = asked_question(spec)
         except SpecError as error:
@@ -100,12 +100,12 @@ def front_of(
             continue
         if made_for not in (None, question):
             continue
-        if lost == len(labels):
-            left_out[spec] = f"no verdict on any of {lost} cases"
-        elif not row.cpu.n:
+        if entry.without_verdict == len(labels):
+            left_out[spec] = f"no verdict on any of {len(labels)} cases"
+        elif not entry.cpu.n:
             left_out[spec] = "not timed"
         else:
-            measured.append(Measured.of(row))
+            measured.append(entry)
     return Front(
         measured=tuple(measured),
         question=question,
