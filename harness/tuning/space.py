@@ -228,9 +228,9 @@ def _whole(table: Mapping[str, Any]) -> Mapping[str, Any]:
     """A space with what it has in common with the one that it is like."""
     if "like" not in table:
         return table
-    base = _data()[table["like"]]
-    merged = {key: {**base[key], **table[key]} for key in ("fixed", "start", "genes")}
-    for gone in table["without"]:
+    base = _whole(_data()[table["like"]])
+    merged = {key: {**base[key], **table.get(key, {})} for key in ("fixed", "start", "genes")}
+    for gone in table.get("without", ()):
         merged["genes"].pop(gone)
         merged["start"].pop(gone)
     return {**table, **merged}
