@@ -145,7 +145,14 @@ class Tune:
         space = space_on(chosen.engine, chosen.space)
         name = _named("cost", chosen.engine, chosen.space, on=chosen.source)
         file = self.cost or _WORK / f"{name}.json"
-        return kept_model(file, space, chosen.source, workers=self.workers, report=say)
+        return kept_model(
+            file,
+            space,
+            chosen.source,
+            workers=self.workers,
+            with_goal=chosen.goal is None,
+            report=say,
+        )
 
 
 def _named(*parts: object, on: Any) -> str:

@@ -133,6 +133,7 @@ def calibrate(
     parameter_sets: int = 32,
     cases: int | None = None,
     repeats: int | None = None,
+    with_goal: bool = True,
 ) -> CostModel:
     """Measure genotypes of a space and what its goal is a share of, and fit the model to them.
 
@@ -149,6 +150,7 @@ def calibrate(
         cases: each is measured on so many, spread evenly; None for :data:`CASES`, of several sets
             :data:`CASES_OF_SEVERAL`.
         repeats: each case is judged so often; the median counts. None for 2, of several sets 1.
+        with_goal: whether what the goal is a share of is measured, too; a stated goal needs none.
 
     Raises:
         TuningError: not one of them could be measured.
@@ -160,7 +162,9 @@ def calibrate(
         drawn = random.integers(sizes)
         kept = random.random(len(sizes)) >= (_REDRAWN if number % 2 else 1.0)
         genotypes.append(tuple(np.where(kept, space.start, drawn).tolist()))
-    anchors = [GOAL.format(engine=space.engine), space.spec(space.start)]
+    anchors = [space.spec(space.start)]
+    if with_goal:
+        anchors.insert(0, GOAL.format(engine=space.engine))
     name = tuned_name(question_of(space.name))
     before = tuned().get(name, {}).get(space.engine)
     if before is not None and before.made_by["space"] == space.name:
@@ -199,6 +203,7 @@ def kept_model(
     source: CaseSource,
     *,
     workers: int,
+    with_goal: bool = True,
     report: Callable[[str], None] = lambda sentence: None,
 ) -> CostModel:
     """The cost model of an engine on a space, measured once and kept in a file.
@@ -210,6 +215,7 @@ def kept_model(
         space: of the engine.
         source: where the layouts are from.
         workers: processes beside this one.
+        with_goal: see :func:`calibrate`.
         report: told when it is measured.
 
     Raises:
@@ -229,7 +235,7 @@ def kept_model(
     if path.exists() and (stored := stored_model(path, about)) is not None:
         return stored
     report(f"measuring what judging costs on {space.engine}; kept in {path}")
-    model = calibrate(space, source, workers=workers)
+    model = calibrate(space, source, workers=workers, with_goal=with_goal)
     path.parent.mkdir(parents=True, exist_ok=True)
     kept = {"about": about, "model": dataclasses.asdict(model)}
     write_atomically(path, manifest_text(kept))

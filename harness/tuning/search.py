@@ -210,7 +210,9 @@ class Search:
             model = options.model
             if model is None:
                 report("measuring what judging costs")
-                model = calibrate(self.space, options.source, workers=workers)
+                model = calibrate(
+                    self.space, options.source, workers=workers, with_goal=options.goal is None
+                )
             self.ledger.state("model", dataclasses.asdict(model))
         elif options.model is not None and options.model.microseconds != self.model.microseconds:
             raise TuningError(

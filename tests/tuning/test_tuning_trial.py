@@ -217,6 +217,17 @@ def test_a_genotype_that_cannot_be_is_not_measured():
     assert calibrate(space, source, workers=0, seed=81, **few).parameter_sets == 3
 
 
+def test_a_stated_goal_is_not_measured():
+    """PS_3 at 600 Hz takes minutes on a pile of real size, where nothing else does."""
+    few = {"parameter_sets": 3, "cases": 1, "repeats": 1, "workers": 0}
+    space, source = space_on("mujoco", "table3"), CaseSource(limit=1)
+    measured = [
+        calibrate(space, source, seed=81, with_goal=goal, **few).parameter_sets
+        for goal in (True, False)
+    ]
+    assert measured == [3, 2]
+
+
 # --- the ledger ---------------------------------------------------------------------------------
 
 IDENTITY = {"engine": "mujoco", "seed": 3, "genes": {"eps_t": [1, 2]}}
