@@ -16,7 +16,7 @@ TEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 # Tests start many processes, each of which would compile all sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help study test test-deep fuzz lint types lock bench engines verify extremes properties benchmark planar packers accuracy uncertain tuning learned cascade session scale scope table real docs clean pages
+.PHONY: help study test test-deep fuzz lint types lock bench engines verify extremes properties benchmark planar packers accuracy uncertain tuning learned cascade session scale scope sensitivity table real docs clean pages
 
 help: ## list these targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -116,6 +116,9 @@ scope: $(READY) ## remake the page of simulations of only what a step changes (a
 
 table: $(READY) ## judge and time all methods on the test split, for the page of Table 5 (an hour and a half); goes on
 	$(BIN)/steadyload pages remake table5
+
+sensitivity: $(READY) ## remake the page of conclusions under other rules (an hour); goes on
+	$(BIN)/steadyload pages remake sensitivity
 
 real: $(READY) ## judge layouts of 25 to 150 boxes by all methods, for their page (hours, in one process for the times); goes on
 	$(BIN)/steadyload pages remake real

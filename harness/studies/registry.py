@@ -17,6 +17,7 @@ from steadyload.studies.study import Study
 STUDIES: dict[str, str] = {
     "comparison": "steadyload.studies.comparison.config:STUDY",
     "table5": "steadyload.studies.table5.config:STUDY",
+    "sensitivity": "steadyload.studies.sensitivity.config:STUDY",
     "real": "steadyload.studies.real.config:STUDY",
     "cascade": "steadyload.studies.cascade.config:STUDY",
     "tuning": "steadyload.studies.tuning.config:STUDY",

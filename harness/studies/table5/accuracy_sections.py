@@ -36,16 +36,15 @@ _CONVERTED = frozenset({"ps3", "ps5"})
 
 _OWN_NETWORKS = (
     "The rows LSTM_1 and LSTM_e are networks of our own, which are told how every item is "
-    "supported. The paper's own network, told no more than the paper's, is not in this table: "
-    "after 200 epochs it is right on 60.4 [53.7, 66.8] % of the 3,000 cases of part `test` "
-    "(`reports/published/learned`)."
+    "supported; the paper's figure does not stand beside them. A network that is told no more than "
+    "the paper's is not in this table: after 200 epochs it is right on 60.4 [53.7, 66.8] % of the "
+    "3,000 cases of part `test` (`reports/published/learned`)."
 )
 _READING = (
-    "The rows PS_3 and PS_5 are the authors' numbers converted to SI (0.4 s at 600 Hz). The "
-    "paper's own figures are probably of the literal reading (4 s at 60 Hz): on the first 100 test "
-    "cases of every scenario `ps3-literal@bullet` is right on 82.3 [77.1, 86.6] % and "
-    "`ps5-literal@bullet` on 80.0 [74.6, 84.5] % (n = 300), where the paper has 82.33 and 79.22 % "
-    "on its own 900 cases; the converted `ps3@bullet` is right on 88.3 [83.9, 91.6] % of those 300."
+    "PS_3 and PS_5 stand in two readings. *Literal*: 4 s at 60 Hz in SI, which is what the paper "
+    "prints, and what its figures look like (`ps3-literal@bullet` beside 82.33 %); these rows are "
+    "compared with the paper's order. Without that word: the authors' numbers converted to SI "
+    "from their scale, one centimetre as one metre (0.4 s at 600 Hz)."
 )
 
 
@@ -88,7 +87,7 @@ def what_rows_are(own: JudgedSet) -> str:
 def _methods(found: Table5, group: str) -> Table:
     """A row a method on a group of cases; those that judged none of them say why, below."""
     own, rows = found.spatial, found.spatial.evaluation.rows[group]
-    printed = {m.method.spec: found.paper.row_of(m.method) for m in rows}
+    printed = {m.method.spec: found.paper.like(m.method) for m in rows}
     paper = {spec: row.accuracy[group] for spec, row in printed.items() if row is not None}
     planar = "judges planar layouts alone, see there"
     if group == ALL:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,12 +26,15 @@ class Table5Config:
         100, "cases a scenario that are timed, in one process (default: 100)", least=1
     )
     repeats: int = option(3, "how often they are timed (default: 3)", least=1)
+    rules: int = option(
+        0, "cases a scenario on which other rules are compared, too (default: 0, none)", least=0
+    )
 
     def options(self) -> Table5Options:
         """The options of the study, with the methods that can judge and reasons for the others."""
         from steadyload.studies.table5.study import Table5Options
 
-        return Table5Options(**vars(self))
+        return Table5Options(self.methods, self.limit, self.timed, self.repeats)
 
 
 class Table5(Study[Table5Config, Any]):
@@ -41,13 +45,14 @@ class Table5(Study[Table5Config, Any]):
     about = "all methods on the labelled test split, as Table 5 of the paper, every engine"
     Config = Table5Config
     workers = 0
-    published = (PublishedPage("table5", "--timed 60 --repeats 2"),)
+    published = (PublishedPage("table5", "--timed 60 --repeats 2 --rules 50"),)
 
     def run(
         self, config: Table5Config, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """The summary of the run, judged over processes and timed in one; also writes the front."""
         from steadyload.studies.recommend.kept import NAME, write_fronts
+        from steadyload.studies.sensitivity.config import Sensitivity, SensitivityConfig
         from steadyload.studies.table5.study import judge_table5, time_table5
         from steadyload.studies.table5.summary import summarise, timed_front
 
@@ -56,6 +61,12 @@ class Table5(Study[Table5Config, Any]):
         spatial, planar = time_table5(asked, work, progress=lambda *of: progress("timing", *of))
         found = summarise(asked, spatial, planar)
         write_fronts([timed_front(found)], work / NAME)
+        if config.rules:
+            rules = Sensitivity().run(
+                SensitivityConfig(config.methods, config.rules), work / "rules",
+                workers=workers, progress=progress,
+            )  # fmt: skip
+            found = dataclasses.replace(found, rules=rules)
         return found
 
     def page(self, result: Any) -> Any:

@@ -73,8 +73,8 @@ def beside_the_paper(found: Table5) -> Section:
                 "beside_paper",
                 plot_beside_paper(own, paper),
                 "Accuracy of the paper's methods, in the paper (black bars) and here, by engine; "
-                "lines are our 95 % intervals. PS_opt stands there twice here: the paper's values, "
-                "and those of our own searches.",
+                "lines are our 95 % intervals. PS_3, PS_5 and PS_opt stand twice: as the paper "
+                "prints them, and converted to SI or with values of our own searches.",
             )
         ],
     )

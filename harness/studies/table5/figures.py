@@ -115,6 +115,9 @@ def _sample(sign: str, shade: str, label: str, inside: str | None = None) -> Lin
     return line
 
 
+_LEGEND_COLUMNS = 6
+
+
 def plot_beside_paper(judged: JudgedSet, paper: Paper) -> Figure:
     """Accuracies beside the paper's, a panel a group, a row a column of the paper's table."""
     groups = paper.among(judged.groups)
@@ -153,8 +156,9 @@ def plot_beside_paper(judged: JudgedSet, paper: Paper) -> Figure:
         families = {m.family: m for m in shown if of[m] == printed}
         if len(families) > 1:  # one column of the paper, two of ours
             handles += [_sample("o", colour(m), without_engine(m)) for m in families.values()]
-    figure.tight_layout(rect=(0.0, 0.4 / figure.get_figheight(), 1.0, 1.0))
-    figure.legend(handles=handles, loc="lower center", ncols=len(handles), frameon=False)
+    figure.tight_layout(rect=(0.0, 0.6 / figure.get_figheight(), 1.0, 1.0))
+    columns = min(len(handles), _LEGEND_COLUMNS)
+    figure.legend(handles=handles, loc="lower center", ncols=columns, frameon=False)
     return figure
 
 

@@ -6,6 +6,7 @@ from steadyload.reports.page import Page, Section
 from steadyload.reports.table import factor, markdown_table, milliseconds, names, percent
 from steadyload.runs.evaluation import ALL
 from steadyload.studies.method_sections import agreement_picture
+from steadyload.studies.sensitivity.page import ranks_section, what_survives
 from steadyload.studies.table5.accuracy_sections import (
     accuracy_and_cost,
     noise_of_labels,
@@ -45,6 +46,7 @@ def table5_page(found: Table5) -> Page:
     sections = [
         _found(found),
         accuracy_and_cost(found),
+        *([ranks_section(found.rules)] if found.rules is not None else []),
         *([significantly_different(own), what_the_engine_changes(own)] if tested else []),
         *([noise_of_labels(own, ceiling)] if ceiling is not None else []),
         time_a_layout(own),
@@ -80,7 +82,9 @@ def _summary(found: Table5) -> str:
 
 def _found(found: Table5) -> Section:
     own = found.spatial
-    rows = [_best(own), *_cheap(own), *_spread(own), *_labels(found), *_order(found)]
+    rows = [
+        _best(own), *_cheap(own), *_rules(found), *_spread(own), *_labels(found), *_order(found),
+    ]  # fmt: skip
     table = markdown_table(("question", "answer", "n"), rows, left=2)
     return Section("What was found", "", [table])
 
@@ -152,8 +156,18 @@ def _labels(found: Table5) -> list[Finding]:
     return [("How much do the labels allow?", answer, str(found.spatial.about.cases))]
 
 
+def _rules(found: Table5) -> list[Finding]:
+    if found.rules is None:
+        return []
+    question = "Which conclusions survive other rules for the label?"
+    return [(question, what_survives(found.rules), str(found.rules.cases))]
+
+
 def _order(found: Table5) -> list[Finding]:
     same, pairs = found.same_order
     question = "Do the paper's methods stand in the paper's order?"
-    answer = f"{same} of {pairs} pairs do (a simulation is the mean of its engines)."
+    answer = (
+        f"{same} of {pairs} pairs do, like with like: PS_3 and PS_5 in the literal reading, PS_opt "
+        "with the paper's values, no network. A simulation is the mean of its engines."
+    )
     return [(question, answer, str(found.spatial.about.cases))] if pairs else []

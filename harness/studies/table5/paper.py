@@ -15,11 +15,13 @@ from steadyload.runs.evaluation import ALL
 class PaperRow:
     """A column of the paper's Table 5, by group: accuracy, runtime [ms of wall time].
 
-    ``families``: the corresponding families of methods here, see :attr:`MethodKey.family`.
+    ``families``: families of methods that judge in the same way here, see
+    :attr:`MethodKey.family`. ``namesakes``: those that go by the same name and judge in another.
     """
 
     title: str
     families: tuple[str, ...]
+    namesakes: tuple[str, ...]
     accuracy: Mapping[str, float]
     runtime: Mapping[str, float]
 
@@ -40,7 +42,13 @@ class Paper:
     rows: tuple[PaperRow, ...]
 
     def row_of(self, method: MethodKey) -> PaperRow | None:
-        """The column that a method belongs to; None where the paper has none."""
+        """The column of a method or of its namesake; None where the paper has none."""
+        return next(
+            (row for row in self.rows if method.family in (*row.families, *row.namesakes)), None
+        )
+
+    def like(self, method: MethodKey) -> PaperRow | None:
+        """The column of a method that judges in the same way; None where the paper has none."""
         return next((row for row in self.rows if method.family in row.families), None)
 
     def among(self, groups: Iterable[str]) -> list[str]:
@@ -59,6 +67,7 @@ def paper() -> Paper:
             PaperRow(
                 title=entry["title"],
                 families=tuple(entry["families"]),
+                namesakes=tuple(entry.get("namesakes", ())),
                 accuracy={group: value / 100.0 for group, value in entry["accuracy"].items()},
                 runtime=entry["runtime"],
             )

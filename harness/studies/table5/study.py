@@ -23,7 +23,7 @@ from steadyload.runs.timing import BLOCK, Times, timed
 from steadyload.studies.able import able_methods
 
 RULES = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3")
-TUNINGS = ("ps5", "ps3", "ps_opt-paper", "ps_opt")
+TUNINGS = ("ps5-literal", "ps3-literal", "ps5", "ps3", "ps_opt-paper", "ps_opt")
 OTHERS = ("settling", "lstm_1", "lstm_e", "cascade@mujoco", "label@mujoco")
 """Methods of our own; ``simulation`` is included by its tunings."""
 

@@ -41,6 +41,7 @@ from steadyload.studies.comparison.summary import (
 )
 from steadyload.studies.recommend.front import Front, Measured, best
 from steadyload.studies.recommend.measuring import front_of
+from steadyload.studies.sensitivity.summary import Sensitivity
 from steadyload.studies.table5.error_places import MarginBin, SizeBin, margin_bins, size_bins
 from steadyload.studies.table5.label_ceiling import Ceiling, label_ceiling
 from steadyload.studies.table5.pair_tests import PairTest, PairTests, pair_tests
@@ -126,7 +127,8 @@ class Table5:
 
     ``spatial``: 3-D methods; ``planar``: these and 2-D methods on planar layouts, None without 2-D
     methods. ``flat``: number of cases of ``spatial`` that a 2-D engine could judge. ``left_out``:
-    by spec, the reason for which a method is in no table.
+    by spec, the reason for which a method is in no table. ``rules``: methods under other rules;
+    None where these were not asked for.
     """
 
     spatial: JudgedSet
@@ -138,6 +140,7 @@ class Table5:
     ceiling: Ceiling | None
     same_order: tuple[int, int]
     manifest: Mapping[str, str]
+    rules: Sensitivity | None = None
 
 
 def summarise(asked: Table5Options, spatial: Ran, planar: Ran | None) -> Table5:
@@ -179,7 +182,8 @@ def same_order(printed: Paper, methods: Sequence[MethodEvaluation]) -> tuple[int
     """Pairs of the paper's methods in the same order of accuracy here, and all that have one there.
 
     A column of the paper is compared with the mean over engines of the first of its families that
-    was judged. A pair that is equal here does not count as in the same order.
+    was judged; namesakes do not count. A pair that is equal here does not count as in the same
+    order.
     """
     ours = []
     for row in printed.rows:

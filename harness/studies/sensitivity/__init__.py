@@ -1,0 +1,1 @@
+"""Rankings of methods over the rule by which labels are made."""

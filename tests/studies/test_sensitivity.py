@@ -1,0 +1,221 @@
+"""The study of rules: labels, accuracies and fates are those that are worked out by hand."""
+
+import math
+
+import pandas as pd
+import pytest
+
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.question import Question
+from steadyload.methods.criteria import Criterion
+from steadyload.methods.registry import make_method
+from steadyload.reports.page import write_page
+from steadyload.statistics.estimate import Estimate
+from steadyload.studies.sensitivity.page import sensitivity_page, what_survives
+from steadyload.studies.sensitivity.rules import LIMITS, RULES, TIMES, USUAL, Rule
+from steadyload.studies.sensitivity.study import METHODS, run_sensitivity
+from steadyload.studies.sensitivity.summary import (
+    CLAIMS,
+    Claim,
+    Fate,
+    Knowledge,
+    Sensitivity,
+)
+
+SIMULATION, RULE = "ps_opt@mujoco", "sme"
+FEW = 2
+
+
+def named(name):
+    return next(rule for rule in RULES if rule.name == name)
+
+
+@pytest.fixture(scope="module")
+def work(tmp_path_factory):
+    return tmp_path_factory.mktemp("sensitivity")
+
+
+@pytest.fixture(scope="module")
+def found(work) -> Sensitivity:
+    return run_sensitivity((RULE, SIMULATION), FEW, work, workers=0)
+
+
+# --- rules ----------------------------------------------------------------------------------------
+
+
+def test_the_usual_rule_is_the_one_that_labels_are_made_by():
+    assert make_method(USUAL.label).parameters == make_method("label@reference").parameters
+
+
+def test_every_other_rule_differs_from_it_in_one_thing():
+    for rule in RULES:
+        fields = ("seconds", "eps_t", "eps_r", "criterion")
+        differ = [name for name in fields if getattr(rule, name) != getattr(USUAL, name)]
+        assert len(differ) == (rule is not USUAL), rule.name
+    assert {*TIMES} | {*LIMITS} == {*RULES}
+    assert {*TIMES} & {*LIMITS} == {USUAL}
+
+
+@pytest.mark.parametrize("spec", [m for m in METHODS if m.startswith("ps")])
+def test_a_simulation_that_is_told_a_rule_has_its_time_thresholds_and_criterion(spec):
+    for rule in RULES:
+        told = make_method(rule.told(spec)).parameters
+        assert (told.eps_t, told.eps_r, told.criterion) == (rule.eps_t, rule.eps_r, rule.criterion)
+        if rule.seconds is None:
+            assert told.question is Question.STANDS
+        else:
+            assert told.question is Question.WITHIN
+            assert told.t_max == rule.seconds
+
+
+def test_what_a_rule_says_nothing_of_stays_as_it_was():
+    before = make_method("ps3-literal@bullet").parameters
+    told = make_method(named("0.6 s").told("ps3-literal@bullet")).parameters
+    assert (told.frequency, told.margin, told.samples) == (60, before.margin, before.samples)
+    narrower = make_method(named("0.6 s").told("ps_opt@mujoco:friction=0.4")).parameters
+    assert narrower.friction == 0.4
+
+
+def test_equilibrium_is_told_how_long_it_is_watched():
+    assert make_method(named("1 s").told("equilibrium")).parameters.time == 1.0
+    assert make_method(named("22 cm").told("equilibrium:time=0.3")).parameters.eps_t == 22.0
+    assert make_method(named("stands").told("equilibrium:time=0.3")).parameters.time is None
+
+
+def test_static_rules_hear_nothing_and_learners_hear_of_the_question_alone():
+    for rule in RULES:
+        assert rule.told("pbs0.5") == "pbs0.5"
+        asked = "lstm_e:question=stands" if rule.seconds is None else "lstm_e"
+        assert rule.told("lstm_e") == asked
+
+
+def test_a_corner_that_comes_back_fails_by_the_centre_at_any_time_alone():
+    """The criterion of the paper looks at every sample: no early exit is kept beside it."""
+    told = make_method(named("centre, any time").label).parameters
+    assert told.criterion is Criterion.PAPER
+    assert told.early_exit == 0.0
+
+
+def test_claims_are_of_methods_that_take_part():
+    assert {spec for _, *pair in CLAIMS for spec in pair} <= {*METHODS}
+
+
+# --- a run ----------------------------------------------------------------------------------------
+
+
+def test_accuracies_are_counted_against_the_reference_under_the_same_rule(found):
+    benchmark = load_benchmark()
+    chosen = benchmark.select("test", limit=FEW)
+    layouts = [
+        benchmark.layout(name, scenario)
+        for name, scenario in zip(chosen["layout"], chosen["scenario"], strict=True)
+    ]
+
+    def steps(spec):
+        return [make_method(spec).judge(layout).failing_step for layout in layouts]
+
+    for name in ("0.15 s", "5 degrees"):
+        rule = named(name)
+        labels = steps(rule.label)
+        for knowledge, spec in (
+            (Knowledge.NONE, SIMULATION),
+            (Knowledge.TOLD, rule.told(SIMULATION)),
+        ):
+            [ranking] = [r for r in found.by(knowledge) if r.rule is rule]
+            right = sum(a == b for a, b in zip(steps(spec), labels, strict=True))
+            accuracy = ranking.of(SIMULATION).accuracy
+            assert accuracy.value == pytest.approx(right / len(layouts))
+            assert accuracy.n == len(layouts)
+            assert ranking.stable == pytest.approx(labels.count(None) / len(layouts))
+            usual = [None if pd.isna(x) else x for x in chosen["failing_step"]]
+            changed = sum(a != b for a, b in zip(labels, usual, strict=True))
+            assert ranking.changed == pytest.approx(changed / len(layouts))
+
+
+def test_the_rules_part_on_these_cases(found):
+    """Else the test before could not fail."""
+    assert any(ranking.changed for ranking in found.rankings)
+    accuracies = {r.of(SIMULATION).accuracy.value for r in found.by(Knowledge.NONE)}
+    assert len(accuracies) > 1
+
+
+def test_the_most_accurate_is_first_and_equal_ones_share_a_rank(found):
+    for ranking in found.rankings:
+        first, second = ranking.places
+        if first.accuracy.value == second.accuracy.value:
+            assert first.rank == second.rank == 1
+        else:
+            best = max(ranking.places, key=lambda place: place.accuracy.value)
+            assert [p.rank for p in ranking.places if p is not best] == [2]
+            assert best.rank == 1
+
+
+def test_a_second_run_judges_nothing(found, work):
+    before = {path: path.stat().st_mtime_ns for path in work.rglob("results/*.parquet")}
+    assert before
+    again = run_sensitivity((RULE, SIMULATION), FEW, work, workers=0)
+    assert again.rankings == found.rankings
+    assert {path: path.stat().st_mtime_ns for path in work.rglob("results/*.parquet")} == before
+
+
+def test_the_page_names_every_rule_and_says_how_many(found, tmp_path):
+    text = write_page(sensitivity_page(found), tmp_path).read_text()
+    for rule in RULES:
+        assert f"| {rule.name} " in text
+    assert "All on 6 cases of" in text
+    assert "figures/ranks.svg" in text
+
+
+# --- fates ----------------------------------------------------------------------------------------
+
+
+def claim(text, knowledge, *intervals):
+    differences = {
+        rule.name: Estimate(0.5 * (low + high), low, high, 9)
+        for rule, (low, high) in zip(RULES, intervals, strict=False)
+    }
+    return Claim(text, knowledge, differences)
+
+
+ABOVE, BELOW, ACROSS = (0.1, 0.2), (-0.2, -0.1), (-0.1, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("intervals", "fate"),
+    [
+        ((ABOVE, ABOVE), Fate.SURVIVES),
+        ((ABOVE, ACROSS), Fate.OPEN),
+        ((ABOVE, BELOW), Fate.TURNS),
+        ((ACROSS, BELOW), Fate.TURNS),
+        ((ABOVE, (math.nan, math.nan)), Fate.OPEN),
+    ],
+)
+def test_a_conclusion_survives_where_no_interval_reaches_zero(intervals, fate):
+    assert claim("A.", Knowledge.TOLD, *intervals).fate is fate
+
+
+def test_the_sentence_names_what_survives_and_what_is_turned_round(found):
+    told, standing = Knowledge.TOLD, Knowledge.NONE
+    claims = (
+        claim("A is better.", told, ABOVE, ABOVE),
+        claim("A is better.", standing, ABOVE, ABOVE),
+        claim("B is better.", told, ABOVE, ABOVE),
+        claim("B is better.", standing, ABOVE, BELOW),
+        claim("C is better.", told, BELOW, ABOVE),
+        claim("C is better.", standing, ACROSS, ABOVE),
+    )
+    text = what_survives(Sensitivity(found.rankings, claims, 9, 3, {}, {}))
+    kept, loose, tight = text.split("Turned round")
+    assert "Of 3 conclusions" in kept
+    assert "A is better" in kept
+    assert "B is better" not in kept
+    assert "C is better" not in kept
+    second = RULES[1]
+    assert "B is better (label)" in loose if second is USUAL else second.name in loose
+    assert f"C is better ({RULES[0].name})" in tight
+
+
+def test_a_rule_of_ones_own_is_told_like_any_other():
+    own = Rule("half", seconds=0.45, eps_t=7.0)
+    told = make_method(own.told("ps3@mujoco")).parameters
+    assert (told.t_max, told.eps_t, told.eps_r) == (0.45, 7.0, 10.0)
