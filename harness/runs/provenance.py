@@ -15,6 +15,7 @@ import platform
 import re
 import subprocess
 from collections.abc import Mapping, Sequence
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -102,10 +103,11 @@ def provenance() -> dict[str, Any]:
             **versions,
             **installed_versions(),
         },
-        "machine": f"{platform.system()} {platform.machine()}",
+        "machine": f"{platform.system()} {platform.machine()}, {machine_kind()}",
     }
 
 
+@cache
 def machine_kind() -> str:
     """Kind of processor: times are comparable on the same kind alone."""
     from llvmlite.binding import get_host_cpu_name

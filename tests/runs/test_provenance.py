@@ -1,5 +1,6 @@
 """What makes stored rows stale, and what does not."""
 
+import platform
 import shutil
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from steadyload.runs.provenance import key_of, made_by, provenance, provenance_l
 from steadyload.runs.runner import run_study
 
 ROOT = Path(__file__).parents[2]
+CPUINFO = Path("/proc/cpuinfo")
 
 STUDY = """
 generated = 2
@@ -157,3 +159,12 @@ def test_a_provenance_reads_as_lines():
     assert provenance_lines(made)["source"] == "git 0123456789ab"
     version = metadata.version("steadyload")
     assert source_line(made | {"git": None}) == f"installed package {version}"
+
+
+def test_a_page_names_the_processor_that_its_times_are_of():
+    told = CPUINFO.read_text().splitlines() if CPUINFO.exists() else []
+    models = [line.partition(":")[2].strip() for line in told if line.startswith("model name")]
+    machine = provenance_lines()["machine"]
+    assert machine.startswith(f"{platform.system()} {platform.machine()}, ")
+    assert not models or models[0] in machine
+    assert platform.node() not in machine

@@ -63,7 +63,7 @@ def beside_the_paper(found: Table5) -> Section:
         "Beside the paper",
         f"{paper.source}: {paper.cases} cases a scenario, without intervals and without over- and "
         f"underestimation; times on an {paper.machine}. It had other layouts of the same kind, "
-        "labels of another simulator, weights of another density, and one engine. So accuracies "
+        "labels of another simulator, weights by another law, and one engine. So accuracies "
         "differ for reasons that are not the methods'; the order of methods, and how scenarios "
         "differ, is what compares. Times compare as shares of PS_3, each in its own house. "
         f"{_paper_averages(paper)}",
