@@ -165,7 +165,7 @@ class Build:
     )  # fmt: skip
     seed: int | None = option(None, "default: 2024", least=0)
     instances: int | None = option(
-        None, "item lists of every class (default: 17, planar 10)", least=1
+        None, "item lists of every class (default: 17, planar 10, lists 30)", least=1
     )
     weights: str = option(
         "paper", "default: paper", choices="steadyload.layouts.packing:WeightRule"
@@ -173,14 +173,27 @@ class Build:
     planar: bool = option(
         False, "items span the full depth: a small set that a 2-D engine can judge"
     )
+    lists: bool = option(
+        False, "few layouts of each of many item lists, after those of the large set: a test alone"
+    )
+
+    def __post_init__(self) -> None:
+        if self.planar and self.lists:
+            raise UsageError("--lists: not allowed with --planar")
 
     def run(self) -> None:
         """Pack the layouts of a new set."""
-        from steadyload.layouts.benchmark.build import PLANAR_OPTIONS, BuildOptions
+        from steadyload.layouts.benchmark.build import (
+            LISTS_OPTIONS,
+            PLANAR_OPTIONS,
+            BuildOptions,
+        )
         from steadyload.layouts.packing import WeightRule
         from steadyload.studies.benchmark.labelling import build_set
 
-        standard = PLANAR_OPTIONS if self.planar else BuildOptions()
+        standard = BuildOptions()
+        if self.planar or self.lists:
+            standard = PLANAR_OPTIONS if self.planar else LISTS_OPTIONS
         chosen = replace(
             standard,
             seed=standard.seed if self.seed is None else self.seed,

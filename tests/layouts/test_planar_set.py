@@ -140,7 +140,7 @@ def test_held_out_parts_are_half_stable(benchmark, part, scenario):
 def test_splits_follow_from_the_labels(benchmark):
     cases = benchmark.cases.join(benchmark.layouts["item_class"], on="layout")
     sizes = PLANAR_OPTIONS.splits
-    assert benchmark.manifest["splits"] == dataclasses.asdict(sizes)
+    assert benchmark.manifest["splits"] == sizes.stored()
     again = assign_splits(cases, seed=benchmark.manifest["seed"], sizes=sizes)
     assert (again["split"].fillna("") == cases["split"].fillna("")).all()
     assert (again["rank"].fillna(-1) == cases["rank"].fillna(-1)).all()

@@ -10,6 +10,7 @@ from steadyload.layouts.benchmark.splits import (
     SplitSizes,
     assign_splits,
     split_by_instance,
+    spread_over_lists,
 )
 
 SIZES = SplitSizes(test=40, validation=12, test_lists=3, validation_lists=1)
@@ -137,3 +138,64 @@ def test_held_out_instances_do_not_depend_on_labels():
     after = split_by_instance(cases, seed=3, test=0.5, validation=0.25).dropna(subset="split")
     assert (before.loc[after.index, "split"] == after["split"]).all()
     assert before["split"].notna().all()
+
+
+# --- a test alone, spread over many item lists --------------------------------------------------
+
+
+@pytest.fixture
+def spread():
+    """At most 12 cases of a list: two stable and two unstable ones in each of two scenarios."""
+    return spread_over_lists(labelled(), seed=3, most=12)
+
+
+def test_a_test_alone_has_no_other_part_and_few_cases_of_every_list(spread):
+    assert set(spread["split"].dropna()) == {"test"}
+    held = spread[spread["split"] == "test"]
+    assert held["instance"].nunique() == 36
+    assert held.groupby("instance").size().max() <= 12
+    kinds = held.groupby(["instance", "scenario", held["failing_step"].isna()]).size()
+    assert kinds.max() == 2
+    assert spread["rank"].notna().equals(spread["split"].notna())
+
+
+def test_half_of_every_scenario_is_stable_at_any_even_rank(spread):
+    for _, group in spread[spread["split"] == "test"].groupby("scenario"):
+        stable = group.sort_values("rank")["failing_step"].isna().to_numpy()
+        assert sorted(group["rank"]) == list(range(len(group)))
+        assert (stable[::2] & ~stable[1::2]).all()
+
+
+def test_the_first_ranks_come_from_as_many_lists_as_there_are(spread):
+    held = spread[spread["split"] == "test"].sort_values("rank")
+    for _, group in held.groupby("scenario"):
+        for stable, own in group.groupby(group["failing_step"].isna()):
+            assert own["instance"].iloc[:36].nunique() == 36, stable
+
+
+def test_where_unstable_ones_run_out_stable_ones_are_as_few():
+    cases = labelled(layouts=2)  # one of two is unstable in both scenarios
+    cases.loc[cases["instance"].str.endswith(("1", "2")), "failing_step"] = pd.NA
+    spread = spread_over_lists(cases, seed=3, most=40)
+    held = spread[spread["split"] == "test"]
+    unstable = cases["failing_step"].notna().groupby(cases["scenario"]).sum()
+    assert held.groupby("scenario").size().to_dict() == (2 * unstable).to_dict()
+
+
+def test_it_is_drawn_alike_again_and_otherwise_by_another_seed(spread):
+    assert spread_over_lists(labelled(), seed=3, most=12).equals(spread)
+    other = spread_over_lists(labelled(), seed=4, most=12)
+    assert not other["split"].equals(spread["split"])
+
+
+def test_the_sizes_of_a_set_choose_the_rule(spread):
+    sizes = SplitSizes(most_of_list=12)
+    assert assign_splits(labelled(), seed=3, sizes=sizes).equals(spread)
+    with pytest.raises(BenchmarkError, match="most_of_list is 5; allowed: 6 or more"):
+        SplitSizes(most_of_list=5)
+
+
+def test_a_scenario_without_an_unstable_case_is_told():
+    cases = labelled().assign(failing_step=pd.array([pd.NA] * 1080, dtype="Int16"))
+    with pytest.raises(BenchmarkError, match="no stable or no unstable case in scenario S1"):
+        spread_over_lists(cases, seed=3, most=12)

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
-from steadyload.layouts.benchmark.build import BuildOptions, build
+from steadyload.layouts.benchmark.build import LISTS_OPTIONS, BuildOptions, build
 from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import row_of
 from steadyload.layouts.benchmark.splits import SplitSizes
@@ -102,6 +102,43 @@ def test_labels_are_those_of_an_ordinary_judgement(labelled):
         assert steps == row.item_count or max(row.corner_last[-1], row.angle_last[-1]) > 20.0
         assert len(row.margin) == steps
         assert (np.array(row.corner_most) >= np.array(row.corner_last)).all()
+
+
+def test_a_set_that_is_a_test_alone_is_labelled_and_judged_like_any_other(folder):
+    found = label(folder, JUDGES[:1], sizes=SplitSizes(most_of_list=6))
+    held = found.cases[found.cases["split"].notna()]
+    assert set(held["split"]) == {"test"}
+    assert held["failing_step"].isna().mean() == 0.5
+    assert held.groupby("instance").size().max() <= 2  # one scenario: a stable, an unstable case
+    asked = found.opinions[found.opinions["reason"] == str(Reason.ENGINE)]
+    assert set(asked["layout"]) == set(held["layout"])
+    assert split_sizes(found.manifest).most_of_list == 6
+
+
+def test_further_lists_are_others_and_share_no_geometry_with_the_large_set(tmp_path):
+    standard = dataclasses.replace(LISTS_OPTIONS, instances=1, most_layouts=4)
+    build_set(standard, tmp_path)
+    found, large = load_benchmark(tmp_path), load_benchmark()
+    lists = set(found.layouts["instance"])
+    assert lists == {f"Class_{c}_Instance_17" for c in (1, 2, 3)}
+    assert not lists & set(large.layouts["instance"])
+    assert found.layouts.groupby("instance").size().max() == 4
+    assert len(found.cases) == 3 * len(found.layouts)
+    assert split_sizes(found.manifest).most_of_list == 40
+
+    def geometries(benchmark):
+        return {benchmark.layout(n, "S1").geometry_hash() for n in benchmark.layouts.index}
+
+    assert not geometries(found) & geometries(large)
+
+
+def test_a_geometry_to_be_left_out_is_left_out():
+    options = BuildOptions(instances=1, item_counts={1: 12, 2: 12, 3: 8})
+    layouts, cases = build(options)
+    [gone] = {layout.geometry_hash() for _, layout in cases if layout.name == layouts["layout"][0]}
+    fewer, _ = build(options, apart_from={gone})
+    assert len(fewer) == len(layouts) - 1
+    assert layouts["layout"][0] not in set(fewer["layout"])
 
 
 def test_further_judges_are_asked_of_validation_and_test_alone(folder):

@@ -59,7 +59,7 @@ def test_every_other_rule_differs_from_it_in_one_thing():
 @pytest.mark.parametrize("spec", [m for m in METHODS if m.startswith("ps")])
 def test_a_simulation_that_is_told_a_rule_has_its_time_thresholds_and_criterion(spec):
     for rule in RULES:
-        told = make_method(rule.told(spec)).parameters
+        told = make_method(rule.given_to(spec)).parameters
         assert (told.eps_t, told.eps_r, told.criterion) == (rule.eps_t, rule.eps_r, rule.criterion)
         if rule.seconds is None:
             assert told.question is Question.STANDS
@@ -70,23 +70,23 @@ def test_a_simulation_that_is_told_a_rule_has_its_time_thresholds_and_criterion(
 
 def test_what_a_rule_says_nothing_of_stays_as_it_was():
     before = make_method("ps3-literal@bullet").parameters
-    told = make_method(named("0.6 s").told("ps3-literal@bullet")).parameters
+    told = make_method(named("0.6 s").given_to("ps3-literal@bullet")).parameters
     assert (told.frequency, told.margin, told.samples) == (60, before.margin, before.samples)
-    narrower = make_method(named("0.6 s").told("ps_opt@mujoco:friction=0.4")).parameters
+    narrower = make_method(named("0.6 s").given_to("ps_opt@mujoco:friction=0.4")).parameters
     assert narrower.friction == 0.4
 
 
 def test_equilibrium_is_told_how_long_it_is_watched():
-    assert make_method(named("1 s").told("equilibrium")).parameters.time == 1.0
-    assert make_method(named("22 cm").told("equilibrium:time=0.3")).parameters.eps_t == 22.0
-    assert make_method(named("stands").told("equilibrium:time=0.3")).parameters.time is None
+    assert make_method(named("1 s").given_to("equilibrium")).parameters.time == 1.0
+    assert make_method(named("22 cm").given_to("equilibrium:time=0.3")).parameters.eps_t == 22.0
+    assert make_method(named("stands").given_to("equilibrium:time=0.3")).parameters.time is None
 
 
 def test_static_rules_hear_nothing_and_learners_hear_of_the_question_alone():
     for rule in RULES:
-        assert rule.told("pbs0.5") == "pbs0.5"
+        assert rule.given_to("pbs0.5") == "pbs0.5"
         asked = "lstm_e:question=stands" if rule.seconds is None else "lstm_e"
-        assert rule.told("lstm_e") == asked
+        assert rule.given_to("lstm_e") == asked
 
 
 def test_a_corner_that_comes_back_fails_by_the_centre_at_any_time_alone():
@@ -119,7 +119,7 @@ def test_accuracies_are_counted_against_the_reference_under_the_same_rule(found)
         labels = steps(rule.label)
         for knowledge, spec in (
             (Knowledge.NONE, SIMULATION),
-            (Knowledge.TOLD, rule.told(SIMULATION)),
+            (Knowledge.TOLD, rule.given_to(SIMULATION)),
         ):
             [ranking] = [r for r in found.by(knowledge) if r.rule is rule]
             right = sum(a == b for a, b in zip(steps(spec), labels, strict=True))
@@ -217,5 +217,5 @@ def test_the_sentence_names_what_survives_and_what_is_turned_round(found):
 
 def test_a_rule_of_ones_own_is_told_like_any_other():
     own = Rule("half", seconds=0.45, eps_t=7.0)
-    told = make_method(own.told("ps3@mujoco")).parameters
+    told = make_method(own.given_to("ps3@mujoco")).parameters
     assert (told.t_max, told.eps_t, told.eps_r) == (0.45, 7.0, 10.0)

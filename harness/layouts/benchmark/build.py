@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,6 +13,7 @@ from steadyload.layouts.benchmark.splits import SIZES, SplitSizes
 from steadyload.layouts.model import Layout
 from steadyload.layouts.packing import (
     ITEM_CLASSES,
+    PackedLayout,
     WeightRule,
     generate,
     make_instance,
@@ -22,6 +23,9 @@ from steadyload.layouts.scenarios import Scenario, apply_scenario
 _OFFSET_DECIMALS = 2
 """Centres of mass lie on tenths of a millimetre: the stored values are those judged."""
 
+_INSTANCES = 17
+"""Item lists of every class of the large set."""
+
 
 @dataclass(frozen=True, slots=True)
 class BuildOptions:
@@ -30,6 +34,8 @@ class BuildOptions:
     Args:
         seed: root of all random draws, 0 or more.
         instances: item lists of every class.
+        first_instance: number of the first of them; lists of another number are other lists.
+        most_layouts: layouts of an item list, drawn at random where there are more; None for all.
         item_counts: items of an instance by class, where they are not the class's own. Class 3
             has 32 instead of 64: splits and intervals are by item list, and this gives more.
         weights: how heavy items are.
@@ -41,7 +47,9 @@ class BuildOptions:
     """
 
     seed: int = 2024
-    instances: int = 17
+    instances: int = _INSTANCES
+    first_instance: int = 0
+    most_layouts: int | None = None
     item_counts: Mapping[int, int] = field(default_factory=lambda: {3: 32})
     weights: WeightRule = WeightRule.PAPER
     planar: bool = False
@@ -61,8 +69,21 @@ PLANAR_OPTIONS = BuildOptions(
 """Options of the planar set that comes with the package."""
 
 
+LISTS_OPTIONS = BuildOptions(
+    instances=30,
+    first_instance=_INSTANCES,
+    most_layouts=30,
+    splits=SplitSizes(most_of_list=40),
+)
+"""Options of the set of many item lists that comes with the package: for tests alone, from lists
+that follow those of the large set, so that intervals stand on 90 lists instead of 15."""
+
+
 def build(
-    options: BuildOptions, progress: Callable[[int, int], None] = lambda done, total: None
+    options: BuildOptions,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+    *,
+    apart_from: Collection[str] = (),
 ) -> tuple[pd.DataFrame, list[tuple[str, Layout]]]:
     """The table of layouts, and all cases as (scenario, layout), layouts in the table's order.
 
@@ -71,6 +92,8 @@ def build(
     Args:
         options: what to draw from.
         progress: called with instances packed and instances in all.
+        apart_from: geometries that are left out, by
+            :meth:`steadyload.layouts.model.Layout.geometry_hash`.
 
     Raises:
         PackingError: an option that cannot be.
@@ -83,16 +106,19 @@ def build(
             item_count=options.item_counts.get(number),
             planar=options.planar,
         )
-        for which in range(options.instances)
+        for which in range(options.first_instance, options.first_instance + options.instances)
         for number in ITEM_CLASSES
     ]
-    rows, cases, known = [], [], set()
+    rows, cases, known = [], [], set(apart_from)
     for done, instance in enumerate(instances, start=1):
+        new = []
         for packed in generate([instance], weights=options.weights):
             geometry = packed.layout.geometry_hash()
             if geometry in known or len(packed.layout) < options.fewest_items:
                 continue
             known.add(geometry)
+            new.append(packed)
+        for packed in _drawn(new, options, done):
             rows.append(row_of(packed.layout, instance.name, instance.class_number, packed.sources))
             cases += [
                 (str(s), draw_case(packed.layout, s, options.seed, planar=options.planar))
@@ -100,6 +126,17 @@ def build(
             ]
         progress(done, len(instances))
     return pd.DataFrame(rows), cases
+
+
+def _drawn(
+    packed: Sequence[PackedLayout], options: BuildOptions, place: int
+) -> Sequence[PackedLayout]:
+    """The layouts of an item list that take part, in their order."""
+    if options.most_layouts is None or len(packed) <= options.most_layouts:
+        return packed
+    sequence = np.random.SeedSequence(options.seed, spawn_key=(4, options.first_instance, place))
+    chosen = np.random.default_rng(sequence).permutation(len(packed))[: options.most_layouts]
+    return [packed[k] for k in sorted(chosen)]
 
 
 def draw_case(layout: Layout, scenario: Scenario, seed: int, *, planar: bool = False) -> Layout:

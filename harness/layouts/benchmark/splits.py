@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 import pandas as pd
 
 from steadyload.layouts.benchmark.tables import BenchmarkError
+from steadyload.layouts.scenarios import Scenario
+
+_KINDS = 2 * len(Scenario)
+"""Kinds of cases of a balanced part: stable and unstable ones in every scenario."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,20 +22,33 @@ class SplitSizes:
         test, validation: cases a scenario, half of them stable: even numbers.
         test_lists, validation_lists: item lists of every class that these cases come from, or more
             where so many do not hold enough. Intervals are clustered by item list.
+        most_of_list: cases of an item list, at most; None for the other rule. With it all item
+            lists are for the test, and none of the other numbers matters; see
+            :func:`spread_over_lists`.
 
     Raises:
-        BenchmarkError: a number is odd or below 2.
+        BenchmarkError: a number is odd or below 2, or ``most_of_list`` below 6.
     """
 
     test: int = 1000
     validation: int = 300
     test_lists: int = 5
     validation_lists: int = 2
+    most_of_list: int | None = None
 
     def __post_init__(self) -> None:
         for name, size in (("test", self.test), ("validation", self.validation)):
             if size < 2 or size % 2:
                 raise BenchmarkError(f"{name} is {size}; allowed: an even number, 2 or more")
+        if self.most_of_list is not None and self.most_of_list < _KINDS:
+            raise BenchmarkError(
+                f"most_of_list is {self.most_of_list}; allowed: {_KINDS} or more, a stable and an "
+                "unstable case a scenario"
+            )
+
+    def stored(self) -> dict[str, int]:
+        """The sizes as the manifest of a set holds them: without a limit that there is not."""
+        return {name: size for name, size in asdict(self).items() if size is not None}
 
 
 SIZES = SplitSizes()
@@ -55,6 +72,8 @@ def assign_splits(cases: pd.DataFrame, *, seed: int, sizes: SplitSizes = SIZES) 
     Raises:
         BenchmarkError: too few stable or unstable cases.
     """
+    if sizes.most_of_list is not None:
+        return spread_over_lists(cases, seed=seed, most=sizes.most_of_list)
     rounds = drawn_instances(cases, seed=seed)
     random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1,)))
     done = cases[cases["status"] == "done"]
@@ -77,6 +96,49 @@ def assign_splits(cases: pd.DataFrame, *, seed: int, sizes: SplitSizes = SIZES) 
         drawn = random.permutation(group.index.to_numpy())
         split[drawn] = "train"
         rank[drawn] = np.arange(len(drawn))
+    return cases.assign(split=split.astype(object).where(split.notna(), None), rank=rank)
+
+
+def spread_over_lists(cases: pd.DataFrame, *, seed: int, most: int) -> pd.DataFrame:
+    """The cases with the columns ``split`` and ``rank``, for a set that is a test alone.
+
+    Of every item list equally many stable and unstable cases of every scenario may take part, up
+    to ``most`` in all; they are drawn in turns over the lists, until stable or unstable ones run
+    out. So the first ranks come from as many item lists as there are.
+
+    Args:
+        cases: labelled or not, with ``instance``; only ``done`` ones take part.
+        seed: root of the draws, 0 or more.
+        most: cases of an item list, 6 or more.
+
+    Raises:
+        BenchmarkError: a scenario has no stable or no unstable case.
+    """
+    random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(3,)))
+    done = cases[cases["status"] == "done"]
+    drawn = pd.Series(random.permutation(len(done)), done.index)
+    lists = sorted(cases["instance"].unique())
+    turn_of_list = dict(zip(lists, random.permutation(len(lists)), strict=True))
+    order = pd.DataFrame(
+        {
+            "scenario": done["scenario"],
+            "stable": done["failing_step"].isna(),
+            "list": done["instance"].map(turn_of_list),
+            "drawn": drawn,
+        }
+    ).sort_values("drawn")
+    order["turn"] = order.groupby(["scenario", "stable", "list"]).cumcount()
+    order = order[order["turn"] < most // _KINDS].sort_values(["turn", "list"])
+    split = pd.Series(pd.NA, cases.index, dtype="string")
+    rank = pd.Series(pd.NA, cases.index, dtype="Int32")
+    for scenario, group in order.groupby("scenario"):
+        kinds = [group.index[group["stable"] == stable] for stable in (True, False)]
+        size = min(map(len, kinds))
+        if not size:
+            raise BenchmarkError(f"test: no stable or no unstable case in scenario {scenario}")
+        for first, index in enumerate(kinds):
+            split[index[:size]] = "test"
+            rank[index[:size]] = np.arange(size) * 2 + first
     return cases.assign(split=split.astype(object).where(split.notna(), None), rank=rank)
 
 

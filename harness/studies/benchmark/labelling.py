@@ -6,7 +6,6 @@ A folder is worked on in place. ``traces/`` and ``opinions/`` in it hold the res
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,6 +38,7 @@ from steadyload.layouts.benchmark.tables import (
     write_tables,
 )
 from steadyload.layouts.model import Layout
+from steadyload.layouts.scenarios import Scenario
 from steadyload.methods import trace
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
@@ -111,20 +111,30 @@ def build_set(
         BenchmarkError: the folder already holds a set.
     """
     _refuse_set(directory)
-    layouts, cases = build(options, progress)
+    # Lists that follow those of the large set share no geometry with it, not even by chance.
+    known = _geometries(load_benchmark()) if options.first_instance else frozenset()
+    layouts, cases = build(options, progress, apart_from=known)
     manifest = {
         "origin": "generated",
         "seed": options.seed,
         "instances": options.instances,
+        "first_instance": options.first_instance,
+        "most_layouts": options.most_layouts,
         "item_counts": {str(k): v for k, v in options.item_counts.items()},
         "weights": str(options.weights),
         "planar": options.planar,
         "fewest_items": options.fewest_items,
-        "splits": dataclasses.asdict(options.splits),
+        "splits": options.splits.stored(),
         "built_with": provenance(),
     }
     write_unlabelled(directory, layouts, cases, manifest)
     return len(cases)
+
+
+def _geometries(benchmark: Benchmark) -> frozenset[str]:
+    """Hashes of all geometries of a set."""
+    names = benchmark.layouts.index
+    return frozenset(benchmark.layout(n, str(Scenario.S1)).geometry_hash() for n in names)
 
 
 def build_real_set(
@@ -252,11 +262,11 @@ def _label(
     manifest = {
         **manifest,
         "label": LABEL,
-        "splits": dataclasses.asdict(sizes),
+        "splits": sizes.stored(),
         "labelled_with": provenance(),
     }
     write_tables(directory, layouts, cases, opinions, manifest)
-    for part in ("validation", "test"):
+    for part in sorted(asked["split"].unique(), reverse=True):
         said = _asked(directory, part, judges, workers, progress)
         opinions = pd.concat([opinions, said], ignore_index=True)
     write_tables(directory, layouts, cases, opinions, manifest)

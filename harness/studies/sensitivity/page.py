@@ -148,7 +148,7 @@ def _labels(found: Sensitivity) -> Section:
         Column("stable %", lambda r: plain_percent(r.stable)),
         Column("label changed %", lambda r: plain_percent(r.changed)),
         words("most accurate as it stands", lambda r: _first(r)),
-        words("told the rule", lambda r: _first(_told(found, r.rule))),
+        words("told the rule", lambda r: _first(_informed(found, r.rule))),
     )
     return Section(
         "Labels under every rule",
@@ -157,7 +157,7 @@ def _labels(found: Sensitivity) -> Section:
     )
 
 
-def _told(found: Sensitivity, rule: Rule) -> Ranking:
+def _informed(found: Sensitivity, rule: Rule) -> Ranking:
     return next(r for r in found.by(Knowledge.TOLD) if r.rule is rule)
 
 

@@ -33,7 +33,7 @@ class Rule:
     eps_r: float = 10.0
     criterion: Criterion = Criterion.ADAMS
 
-    def told(self, spec: str) -> str:
+    def given_to(self, spec: str) -> str:
         """A method as it is when it is told this rule: with its time, thresholds and criterion.
 
         Only parameters that the method has are stated, so that one without any stays as it is. A
@@ -67,7 +67,7 @@ class Rule:
     @property
     def label(self) -> str:
         """Spec of the reference under this rule."""
-        return self.told(REFERENCE)
+        return self.given_to(REFERENCE)
 
     @property
     def _parameters(self) -> Mapping[str, Any]:

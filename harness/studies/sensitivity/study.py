@@ -62,7 +62,7 @@ def run_sensitivity(
     """
     plain = [str(make_method(spec).spec) for spec in methods]
     labels = [rule.label for rule in RULES]
-    told = [rule.told(spec) for spec in plain for rule in RULES]
+    told = [rule.given_to(spec) for spec in plain for rule in RULES]
     definition = StudyDefinition(
         "sensitivity",
         tuple(dict.fromkeys([*labels, *plain, *told])),

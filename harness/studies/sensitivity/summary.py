@@ -214,7 +214,7 @@ def _stable(judged: JudgedCases) -> float:
 
 
 def _known(spec: str, rule: Rule, knowledge: Knowledge) -> str:
-    return rule.told(spec) if knowledge is Knowledge.TOLD else spec
+    return rule.given_to(spec) if knowledge is Knowledge.TOLD else spec
 
 
 def _places(
