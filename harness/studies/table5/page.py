@@ -12,6 +12,7 @@ from steadyload.studies.table5.accuracy_sections import (
     planar_layouts,
     time_a_layout,
 )
+from steadyload.studies.table5.cost_sections import cheapest_in_words, errors_and_costs
 from steadyload.studies.table5.detail_sections import (
     beside_the_paper,
     by_size,
@@ -45,6 +46,7 @@ def table5_page(found: Table5) -> Page:
     sections = [
         _found(found),
         accuracy_and_cost(found),
+        errors_and_costs(own),
         *([significantly_different(own), what_the_engine_changes(own)] if tested else []),
         *([noise_of_labels(own, ceiling)] if ceiling is not None else []),
         time_a_layout(own),
@@ -80,7 +82,7 @@ def _summary(found: Table5) -> str:
 
 def _found(found: Table5) -> Section:
     own = found.spatial
-    rows = [_best(own), *_cheap(own), *_spread(own), *_labels(found), *_order(found)]
+    rows = [_best(own), *_cheap(own), _errors(own), *_spread(own), *_labels(found), *_order(found)]
     table = markdown_table(("question", "answer", "n"), rows, left=2)
     return Section("What was found", "", [table])
 
@@ -139,6 +141,15 @@ def _spread(own: JudgedSet) -> list[Finding]:
             )
             rows.append((question, answer, str(own.about.cases)))
     return rows
+
+
+def _errors(own: JudgedSet) -> Finding:
+    return (
+        "Whose errors cost least, by the ratio of the cost of an overestimation to that of an "
+        "underestimation?",
+        cheapest_in_words(own.error_costs),
+        str(own.about.cases),
+    )
 
 
 def _labels(found: Table5) -> list[Finding]:
