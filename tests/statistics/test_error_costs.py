@@ -48,9 +48,9 @@ def test_the_cheapest_are_those_that_a_search_finds():
             assert before.method != after.method
         for each in found:
             assert each.least < each.most
-            middle = (each.least * each.most) ** 0.5
-            costs = {name: own.cost(middle).value for name, own in methods.items()}
-            assert min(costs, key=costs.__getitem__) == each.method
+            for ratio in np.geomspace(each.least, each.most, 20):
+                costs = {name: own.cost(ratio).value for name, own in methods.items()}
+                assert costs[each.method] <= min(costs.values()) * (1.0 + 1e-12)
 
 
 def test_ranges_meet_where_costs_are_equal():
@@ -65,3 +65,10 @@ def test_one_method_is_the_cheapest_everywhere_and_of_equal_ones_the_first():
     only = {"one": shares(0.1, 0.1), "same": shares(0.1, 0.1), "worse": shares(0.1, 0.2)}
     assert cheapest_by_ratio(only) == (CheapestRange("one", 0.01, 100.0),)
     assert cheapest_by_ratio({}) == ()
+
+
+def test_methods_that_hardly_differ_are_told_apart():
+    # 0.1 r + 0.02 = 0.095 r + 0.0202 at r = 0.04.
+    first, second = cheapest_by_ratio({"a": shares(0.1, 0.02), "b": shares(0.095, 0.0202)})
+    assert (first.method, second.method) == ("a", "b")
+    assert second.least == pytest.approx(0.04)
