@@ -76,7 +76,7 @@ verify: $(READY) ## hold engines against mechanics and the reference against its
 extremes: $(READY) ## take engines to their limits, remake envelopes and page (a quarter of an hour); goes on
 	$(BIN)/steadyload pages remake extremes
 
-properties: $(READY) ## remake the page of property tests (an hour)
+properties: $(READY) ## remake the page of property tests (an hour of CPU time)
 	$(BIN)/steadyload pages remake properties
 
 benchmark: $(READY) ## remake the labelled set (hours) and its page; goes on where it was

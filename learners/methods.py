@@ -22,6 +22,12 @@ from steadyload.learners.inference import VERSION as INFERENCE
 from steadyload.learners.inference import Memory
 from steadyload.learners.scoring import THRESHOLD
 from steadyload.learners.weights import Weights, load_weights
+from steadyload.methods.declared import (
+    EVERY_LAYOUT,
+    LABEL_LIMITS,
+    LayoutRange,
+    MovementLimits,
+)
 from steadyload.methods.method import (
     STABLE,
     Finding,
@@ -95,6 +101,22 @@ class LearnedMethod(Method):
     def traits(self) -> frozenset[Trait]:
         """See :attr:`Method.traits`."""
         return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS))
+
+    @property
+    def layout_range(self) -> LayoutRange:
+        """See :attr:`Method.layout_range`: what the networks were trained on.
+
+        Raises:
+            LearnerError: see :attr:`weights`.
+        """
+        if self.parameters.outside is Outside.ACCEPT:
+            return EVERY_LAYOUT
+        return self.weights.ranges.of_layouts()
+
+    @property
+    def movement_limits(self) -> MovementLimits:
+        """See :attr:`Method.movement_limits`: those of the labels that networks were trained on."""
+        return LABEL_LIMITS[self.parameters.question]
 
     @cached_property
     def weights(self) -> Weights:

@@ -10,6 +10,7 @@ import numpy as np
 from steadyload.layouts.model import Arrangement, FloatArray
 from steadyload.learners.compiled import compiled
 from steadyload.learners.features import FeatureKind
+from steadyload.methods.declared import LayoutRange
 
 SLACK = 0.1
 """A range is this much wider at both ends, in shares of its ends, before something is outside."""
@@ -131,6 +132,20 @@ class TrainedRanges:
         ends = np.array([self.ranges[name] for name in QUANTITIES])
         self._least = ends[:, 0] * (1.0 - SLACK)
         self._most = ends[:, 1] * (1.0 + SLACK)
+
+    def of_layouts(self) -> LayoutRange:
+        """The layouts inside, without the slack."""
+        most = {name: high for name, (_, high) in self.ranges.items()}
+        return LayoutRange(
+            items=most["items"],
+            pallet_side=self.ranges["longest pallet side"],
+            shortest_side=self.ranges["shortest side"],
+            longest_side=self.ranges["longest side"],
+            weight=self.ranges["weight"],
+            weight_ratio=most["heaviest over lightest"],
+            mass_offset=most["shift of the centre of mass"],
+            overhang=most["overhang"],
+        )
 
     def outside(self, layout: Arrangement) -> str:
         """Sentence on the quantity and item that lie outside; empty if none does."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 _SECONDS = {"s": 1.0, "m": 60.0, "h": 3600.0}
@@ -50,6 +51,17 @@ def setting(text: str) -> tuple[str, str]:
     if not (key and equals and value):
         raise ValueError(f"{text!r}; allowed: KEY=VALUE, such as hidden=100")
     return key, value
+
+
+def positive(text: str) -> float:
+    """A number above 0."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < math.inf:
+        raise ValueError(f"{text!r}; allowed: a number above 0")
+    return value
 
 
 def number(text: str) -> float:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from steadyload.cli.readers import milliseconds, share
+from steadyload.cli.readers import milliseconds, positive, share
 from steadyload.cli.terminal import print_table, say
 from steadyload.studies.options import option
 
@@ -25,6 +25,11 @@ class Recommend:
     accuracy: float | None = option(
         None, "such as 0.95 or 95%: the cheapest method that is right as often",
         metavar="SHARE", read=share,
+    )  # fmt: skip
+    overestimation_costs: float | None = option(
+        None, "cost of an overestimation, where an underestimation costs 1: the method whose "
+        "errors cost least, instead of the most accurate one",
+        names=("--overestimation-costs",), metavar="RATIO", read=positive,
     )  # fmt: skip
     boxes: int | None = option(
         None, "number of boxes of a layout (default: the smallest layouts that were measured)",
@@ -62,8 +67,11 @@ class Recommend:
             self._keep(fronts)
             return
         front = front_for(fronts, Question(self.question), self.boxes)
-        chosen = recommend(front, budget=self.budget, accuracy=self.accuracy, engine=self.engine)
-        print(described(chosen) + "\n")
+        chosen = recommend(
+            front, budget=self.budget, accuracy=self.accuracy, engine=self.engine,
+            overestimation_costs=self.overestimation_costs,
+        )  # fmt: skip
+        print(described(chosen, self.overestimation_costs) + "\n")
         self._table(front, chosen)
         print("\n" + front.measured_on())
         self._remarks(front, chosen, fronts)
@@ -80,6 +88,9 @@ class Recommend:
     def _table(self, front: Front, chosen: Measured) -> None:
         from steadyload.studies.recommend.front import best
 
+        if self.overestimation_costs is not None:
+            self._table_of_errors(front, chosen, self.overestimation_costs)
+            return
         print_table(
             ("", "method", "accuracy %", "95 % interval", "CPU ms", "no verdict"),
             [
@@ -94,6 +105,30 @@ class Recommend:
                 for entry in best(front.measured, self.engine)
             ],
         )
+
+    def _table_of_errors(self, front: Front, chosen: Measured, ratio: float) -> None:
+        from steadyload.studies.recommend.front import best, error_cost
+
+        rows = []
+        shown = best(front.measured, self.engine, ratio)
+        if chosen not in shown:  # another one was not accurate enough
+            shown = sorted([*shown, chosen], key=lambda entry: entry.cpu.value)
+        for entry in shown:
+            assert entry.errors is not None, "the cost of its errors was computed"
+            cost = error_cost(entry, ratio)
+            rows.append(
+                (
+                    "->" if entry == chosen else "",
+                    entry.method,
+                    f"{cost.value:.3g}",
+                    f"{cost.low:.3g} to {cost.high:.3g}",
+                    f"{100 * entry.errors.over.value:.1f}",
+                    f"{100 * entry.errors.under.value:.1f}",
+                    f"{entry.cpu.value:.3g}",
+                )
+            )
+        header = ("", "method", "cost of errors", "95 % interval", "over %", "under %", "CPU ms")
+        print_table(header, rows)
 
     def _remarks(self, front: Front, chosen: Measured, fronts: tuple[Front, ...]) -> None:
         from steadyload.studies.recommend.front import sizes_of

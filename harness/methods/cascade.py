@@ -22,6 +22,7 @@ from pathlib import Path
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.model import Layout
 from steadyload.layouts.question import Question
+from steadyload.methods.declared import LABEL_LIMITS, LayoutRange, MovementLimits
 from steadyload.methods.method import (
     STABLE,
     Effort,
@@ -96,6 +97,16 @@ class Cascade(Method):
     def traits(self) -> frozenset[Trait]:
         """See :attr:`Method.traits`."""
         return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS))
+
+    @property
+    def layout_range(self) -> LayoutRange:
+        """See :attr:`Method.layout_range`: that of the last stage, which judges the rest."""
+        return self.stage_methods[-1].layout_range
+
+    @property
+    def movement_limits(self) -> MovementLimits:
+        """See :attr:`Method.movement_limits`: those of the labels it was fitted to."""
+        return LABEL_LIMITS[self.parameters.question]
 
     @cached_property
     def thresholds(self) -> Thresholds:

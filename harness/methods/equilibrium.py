@@ -24,6 +24,7 @@ from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray, Layout
 from steadyload.methods.balance import VERSION as BALANCE
 from steadyload.methods.balance import VerticalBalance, inset
 from steadyload.methods.criteria import Movement
+from steadyload.methods.declared import MovementLimits
 from steadyload.methods.friction import Sides, unbalanced_item
 from steadyload.methods.method import (
     STABLE,
@@ -132,6 +133,12 @@ class Equilibrium(Method):
         """See :attr:`Method.traits`."""
         exact = frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS, Trait.BALANCE))
         return exact if self.parameters.time is None else exact | {Trait.MOVEMENT}
+
+    @property
+    def movement_limits(self) -> MovementLimits | None:
+        """See :attr:`Method.movement_limits`."""
+        own = self.parameters
+        return None if own.time is None else MovementLimits(own.time, own.eps_t, own.eps_r)
 
     def steps(self, layout: Layout, watch: Stopwatch) -> StepScorer:
         """See :meth:`Method.steps`."""

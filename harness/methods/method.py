@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import FloatArray, Item, Layout
+from steadyload.methods.declared import EVERY_LAYOUT, LayoutRange, MovementLimits
 from steadyload.methods.spec import MethodSpec, SpecError
 from steadyload.methods.stopwatch import Phase as Phase
 from steadyload.methods.stopwatch import Seconds as Seconds
@@ -263,6 +264,16 @@ class Method(ABC):
     def traits(self) -> frozenset[Trait]:
         """Traits that the method declares of itself with its parameters."""
         return frozenset()
+
+    @property
+    def layout_range(self) -> LayoutRange:
+        """The layouts that the method judges, where it was made for some alone."""
+        return EVERY_LAYOUT
+
+    @property
+    def movement_limits(self) -> MovementLimits | None:
+        """The movements that its verdict is about; None where any loss of balance fails a step."""
+        return None
 
     @classmethod
     def parameters_on(cls, engine: str | None) -> type[Any]:

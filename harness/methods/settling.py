@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
@@ -17,6 +18,7 @@ from steadyload.layouts.model import Layout
 from steadyload.methods.balance import VERSION as BALANCE
 from steadyload.methods.balance import VerticalBalance, inset
 from steadyload.methods.criteria import Movement
+from steadyload.methods.declared import MovementLimits
 from steadyload.methods.method import (
     STABLE,
     Finding,
@@ -71,6 +73,11 @@ class Settling(Method):
     def traits(self) -> frozenset[Trait]:
         """See :attr:`Method.traits`."""
         return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS, Trait.BALANCE, Trait.MOVEMENT))
+
+    @property
+    def movement_limits(self) -> MovementLimits:
+        """See :attr:`Method.movement_limits`: it judges where everything rests in the end."""
+        return MovementLimits(math.inf, self.parameters.eps_t, self.parameters.eps_r)
 
     def steps(self, layout: Layout, watch: Stopwatch) -> StepScorer:
         """See :meth:`Method.steps`: the score is the largest movement in units of a threshold."""

@@ -14,6 +14,7 @@ from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Layout
 from steadyload.layouts.question import Question
+from steadyload.methods.declared import MovementLimits
 from steadyload.methods.loading import VERSION as LOADING
 from steadyload.methods.loading import GrowingLoading, Loading
 from steadyload.methods.method import (
@@ -71,6 +72,12 @@ class Simulation(Method):
     def traits(self) -> frozenset[Trait]:
         """See :attr:`Method.traits`."""
         return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS, Trait.BALANCE, Trait.MOVEMENT))
+
+    @property
+    def movement_limits(self) -> MovementLimits:
+        """See :attr:`Method.movement_limits`."""
+        own = self.parameters
+        return MovementLimits(own.t_max, own.eps_t, own.eps_r, own.gravity)
 
     def parts(self) -> Mapping[str, int]:
         """See :meth:`Method.parts`: the engine's adapter is one, and what a scope or a question has

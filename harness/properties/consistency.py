@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 
 from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.methods.declared import LayoutRange
 from steadyload.methods.envelope import leaves
 from steadyload.methods.method import Trait, Verdict
 from steadyload.methods.registry import make_method
@@ -17,6 +18,7 @@ from steadyload.properties.property import (
     Violation,
     declaring,
     spoken,
+    steps_between,
 )
 from steadyload.properties.strategies import density_weight, layouts
 
@@ -25,7 +27,7 @@ _FAR = 150.0
 
 
 def _any_layout(tested: MethodUnderTest) -> SearchStrategy[Case]:
-    return layouts(planar=tested.planar).map(Case)
+    return tested.within_range(layouts(planar=tested.planar)).map(Case)
 
 
 def score_is_a_share_of_items(tested: MethodUnderTest, case: Case) -> bool:
@@ -56,7 +58,7 @@ def repeats(tested: MethodUnderTest, case: Case) -> bool:
 
 @st.composite
 def _cut(draw: DrawFn, tested: MethodUnderTest) -> Case:
-    layout = draw(layouts(planar=tested.planar))
+    layout = draw(tested.within_range(layouts(planar=tested.planar)))
     # Fewer than all: the whole layout alone would only be judged twice.
     return Case(layout, {"items": draw(st.integers(1, max(1, len(layout) - 1)))})
 
@@ -71,7 +73,8 @@ def first_items_alone(tested: MethodUnderTest, case: Case) -> bool:
     expected = None if whole is None or whole >= kept else whole
     if alone != expected:
         raise Violation(
-            f"the first {kept} alone: {spoken(alone)}; in the whole layout: {spoken(expected)}"
+            f"the first {kept} alone: {spoken(alone)}; in the whole layout: {spoken(expected)}",
+            steps=steps_between(case.layout.first(kept), alone, expected),
         )
     return True
 
@@ -86,18 +89,28 @@ def far_item_changes_nothing(tested: MethodUnderTest, case: Case) -> bool:
     if leaves(case.layout, tested.method) or not is_clear(tested, case.layout, verdict):
         return False
     before = verdict.failing_step
-    after = tested.verdict(_with_far_item(case.layout)).failing_step
+    wider = _with_far_item(case.layout, tested.method.layout_range)
+    after = tested.verdict(wider).failing_step
     if before != after:
-        raise Violation(f"{spoken(before)}; with an item far away: {spoken(after)}")
+        raise Violation(
+            f"{spoken(before)}; with an item far away: {spoken(after)}",
+            steps=steps_between(case.layout, before, after),
+        )
     return True
 
 
-def _with_far_item(layout: Layout) -> Layout:
-    """The layout on a wider pallet, and a low item on the floor that shares item 0's depth."""
+def _with_far_item(layout: Layout, declared: LayoutRange) -> Layout:
+    """The layout on a wider pallet, and a low item on the floor that shares item 0's depth.
+
+    Its weight is that of its size, or the nearest one that keeps the declared ratio of weights.
+    """
     width, height, depth = layout.pallet.size
     first = layout.items[0]
     size = (20.0, 10.0, first.size[2])
-    far = Item(len(layout), (width + _FAR, 0.0, first.position[2]), size, density_weight(size))
+    heaviest, lightest = float(layout.weights.max()), float(layout.weights.min())
+    weight = max(density_weight(size), heaviest / declared.weight_ratio, declared.weight[0])
+    weight = min(weight, lightest * declared.weight_ratio, declared.weight[1])
+    far = Item(len(layout), (width + _FAR, 0.0, first.position[2]), size, weight)
     pallet = Pallet(width + _FAR + size[0], max(height, size[1]), depth)
     return Layout(layout.name, pallet, (*layout.items, far))
 
@@ -119,7 +132,7 @@ def _placed(layout: Layout, verdict: Verdict) -> int:
 @st.composite
 def _two_shares(draw: DrawFn, tested: MethodUnderTest) -> Case:
     low, high = sorted(draw(st.tuples(st.integers(0, 100), st.integers(0, 100))))
-    layout = draw(layouts(planar=tested.planar))
+    layout = draw(tested.within_range(layouts(planar=tested.planar)))
     return Case(layout, {"lower alpha": low / 100.0, "higher alpha": high / 100.0})
 
 

@@ -44,6 +44,7 @@ def is_clear(tested: MethodUnderTest, layout: Layout, verdict: Verdict) -> bool:
         return False
     assert verdict.displacement is not None
     assert verdict.rotation is not None
-    parameters = tested.method.parameters
-    far = verdict.displacement >= _FAR * parameters.eps_t
-    return far or verdict.rotation >= _FAR * parameters.eps_r
+    limits = tested.method.movement_limits
+    assert limits is not None, "a method that judges by movement declares its limits"
+    far = verdict.displacement >= _FAR * limits.displacement
+    return far or verdict.rotation >= _FAR * limits.rotation

@@ -12,12 +12,24 @@ from hypothesis.strategies import SearchStrategy
 from steadyload.engines.registry import world_class
 from steadyload.engines.world import Capabilities
 from steadyload.layouts.model import Layout
+from steadyload.methods.declared import EVERY_LAYOUT
 from steadyload.methods.method import Method, Status, Trait, Verdict
 from steadyload.methods.registry import make_method
+from steadyload.properties.transforms import brought_within
 
 
 class Violation(Exception):  # noqa: N818 - what a check finds, no fault of the program
-    """A property does not hold; the message says what was found and what was expected."""
+    """A property does not hold.
+
+    Args:
+        message: says what was found and what was expected.
+        steps: distance of the failing step found from the expected one, a stable layout failing
+            after all; None where the property is about something else.
+    """
+
+    def __init__(self, message: str, *, steps: int | None = None) -> None:
+        super().__init__(message)
+        self.steps = steps
 
 
 class LayoutRefused(Exception):  # noqa: N818 - a result, no fault of the program
@@ -78,6 +90,13 @@ class MethodUnderTest:
         """Judges planar layouts only."""
         return self.capabilities is not None and self.capabilities.dimensions == 2
 
+    def within_range(self, drawn: SearchStrategy[Layout]) -> SearchStrategy[Layout]:
+        """Drawn layouts, made into ones of the range that the method declares."""
+        declared = self.method.layout_range
+        if declared == EVERY_LAYOUT:
+            return drawn
+        return drawn.map(lambda layout: brought_within(layout, declared))
+
     def has(self, trait: Trait) -> bool:
         """True if the method declares a trait."""
         return trait in self.method.traits
@@ -137,6 +156,12 @@ class Property:
 def declaring(trait: Trait) -> Callable[[MethodUnderTest], bool]:
     """A property's ``applies``: true for methods that declare a trait."""
     return lambda tested: tested.has(trait)
+
+
+def steps_between(layout: Layout, first: int | None, second: int | None) -> int:
+    """Distance of two failing steps of a layout, a stable one failing after all its items."""
+    placed = [len(layout) if step is None else step for step in (first, second)]
+    return abs(placed[0] - placed[1])
 
 
 def spoken(failing_step: int | None) -> str:

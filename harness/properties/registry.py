@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from steadyload.errors import nearest
 from steadyload.properties import (
@@ -14,9 +14,15 @@ from steadyload.properties import (
 )
 from steadyload.properties.property import Property
 
-PROPERTIES: dict[str, Property] = {
-    p.name: p for module in (consistency, symmetry, stability, worlds) for p in module.PROPERTIES
+KINDS: dict[str, tuple[Property, ...]] = {
+    "Verdicts among themselves": consistency.PROPERTIES,
+    "The same layout, moved or turned": symmetry.PROPERTIES,
+    "What must stand, and what must fall": stability.PROPERTIES,
+    "Bodies in an engine's world": worlds.PROPERTIES,
 }
+"""Properties by what they are about."""
+
+PROPERTIES: dict[str, Property] = {p.name: p for group in KINDS.values() for p in group}
 
 
 def chosen(names: Sequence[str] | None) -> list[Property]:
@@ -29,3 +35,15 @@ def chosen(names: Sequence[str] | None) -> list[Property]:
         if name not in PROPERTIES:
             raise PropertyError(f"unknown property {name!r}; {nearest(name, PROPERTIES)}")
     return [p for name, p in PROPERTIES.items() if names is None or name in names]
+
+
+def by_kind(names: Iterable[str]) -> dict[str, tuple[str, ...]]:
+    """Names of properties by what they are about, without what none is about; others come last."""
+    asked = list(names)
+    found = {
+        kind: tuple(name for name in asked if name in {p.name for p in group})
+        for kind, group in KINDS.items()
+    }
+    known = {name for group in found.values() for name in group}
+    found["Others"] = tuple(name for name in asked if name not in known)
+    return {kind: group for kind, group in found.items() if group}

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import statistics
 import zlib
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import hypothesis
@@ -11,7 +13,7 @@ from hypothesis.errors import Flaky
 
 from steadyload.properties.property import Case, LayoutRefused, MethodUnderTest, Property, Violation
 
-VERSION = 1
+VERSION = 2
 """Of cases and how the smallest one is found: raised when others would be."""
 
 PROFILES = {"quick": 20, "ci": 100, "deep": 1000}
@@ -27,6 +29,22 @@ class Counterexample:
 
 
 @dataclass(frozen=True, slots=True)
+class Frequency:
+    """How often a property is violated, on cases that no smaller one was looked for.
+
+    Attributes:
+        violated: number of cases that violate it.
+        tested: number of cases that tested it.
+        steps: median distance of the failing steps found from those expected, over the violations;
+            None where the property is about something else.
+    """
+
+    violated: int
+    tested: int
+    steps: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class PropertyResult:
     """Result of testing one property on one method.
 
@@ -36,6 +54,7 @@ class PropertyResult:
         counterexample: None where the property held.
         refused: how many the method refused; they lie outside the range that it declares.
         crashed: why there is no result, where the engine ended the process; empty otherwise.
+        frequency: of violations, where there is a counterexample.
     """
 
     examples: int
@@ -43,6 +62,7 @@ class PropertyResult:
     counterexample: Counterexample | None
     refused: int = 0
     crashed: str = ""
+    frequency: Frequency | None = None
 
 
 def search(
@@ -64,18 +84,6 @@ def search(
     tried = said = refused = 0
     smallest: Counterexample | None = None
 
-    @hypothesis.seed(zlib.crc32(f"{seed} {asked.name} {tested.spec}".encode()))
-    @settings(
-        max_examples=examples,
-        database=None,
-        deadline=None,
-        derandomize=False,
-        phases=(Phase.generate, Phase.shrink) if shrink else (Phase.generate,),
-        suppress_health_check=list(HealthCheck),
-        report_multiple_bugs=False,
-        print_blob=False,
-    )
-    @hypothesis.given(asked.cases(tested))
     def check(case: Case) -> None:
         nonlocal tried, said, refused, smallest
         counting = smallest is None
@@ -89,8 +97,10 @@ def search(
             smallest = Counterexample(case, str(violation))
             raise
 
+    phases = (Phase.generate, Phase.shrink) if shrink else (Phase.generate,)
+    draw = _drawn_for(asked, tested, examples, seed, phases)
     try:
-        check()
+        draw(check)
     except Flaky:
         if smallest is None:
             raise
@@ -100,4 +110,60 @@ def search(
     except Violation:
         assert smallest is not None, "what is raised here was raised by the check"
         said += 1
-    return PropertyResult(tried, said, smallest, refused)
+    if smallest is None:
+        return PropertyResult(tried, said, None, refused)
+    frequency = _frequency(asked, tested, _drawn_for(asked, tested, examples, seed, _ONCE))
+    return PropertyResult(tried, said, smallest, refused, frequency=frequency)
+
+
+_ONCE = (Phase.generate,)
+
+_Check = Callable[[Case], None]
+
+
+def _drawn_for(
+    asked: Property, tested: MethodUnderTest, examples: int, seed: int, phases: Sequence[Phase]
+) -> Callable[[_Check], None]:
+    """Function that runs a check on the cases that depend on the arguments alone."""
+
+    def run(check: _Check) -> None:
+        @hypothesis.seed(zlib.crc32(f"{seed} {asked.name} {tested.spec}".encode()))
+        @settings(
+            max_examples=examples,
+            database=None,
+            deadline=None,
+            derandomize=False,
+            phases=phases,
+            suppress_health_check=list(HealthCheck),
+            report_multiple_bugs=False,
+            print_blob=False,
+        )
+        @hypothesis.given(asked.cases(tested))
+        def each(case: Case) -> None:
+            check(case)
+
+        each()
+
+    return run
+
+
+def _frequency(
+    asked: Property, tested: MethodUnderTest, draw: Callable[[_Check], None]
+) -> Frequency:
+    """Frequency of violations among all cases, none of which ends the search."""
+    steps: list[int | None] = []
+    said = 0
+
+    def check(case: Case) -> None:
+        nonlocal said
+        try:
+            said += asked.check(tested, case)
+        except LayoutRefused:
+            pass
+        except Violation as violation:
+            said += 1
+            steps.append(violation.steps)
+
+    draw(check)
+    known = [each for each in steps if each is not None]
+    return Frequency(len(steps), said, statistics.median(known) if known else None)

@@ -10,6 +10,7 @@ from hypothesis.strategies import DrawFn, SearchStrategy
 
 from steadyload.engines.world import GRAVITY
 from steadyload.layouts.model import Layout
+from steadyload.methods.declared import MovementLimits
 from steadyload.methods.envelope import leaves
 from steadyload.methods.friction import Sides, unbalanced_item
 from steadyload.methods.method import Trait
@@ -27,6 +28,7 @@ from steadyload.properties.property import (
     declaring,
     errors_as_violations,
     spoken,
+    steps_between,
 )
 from steadyload.properties.strategies import (
     Placed,
@@ -39,7 +41,7 @@ from steadyload.properties.strategies import (
     towers,
     with_offsets,
 )
-from steadyload.properties.transforms import quarter_turned
+from steadyload.properties.transforms import brought_within, quarter_turned
 
 REST_SHIFT = 0.1
 """How far a corner may creep while its item is at rest [cm], where items are not large."""
@@ -64,12 +66,13 @@ _FACETS = 8
 
 
 def _towers(tested: MethodUnderTest) -> SearchStrategy[Case]:
-    return towers(planar=tested.planar).map(Case)
+    return tested.within_range(towers(planar=tested.planar)).map(Case)
 
 
 def _items(tested: MethodUnderTest) -> SearchStrategy[Case]:
     plain = single_items(planar=tested.planar)
-    return st.one_of(plain, with_offsets(plain, planar=tested.planar)).map(Case)
+    shifted = with_offsets(plain, planar=tested.planar)
+    return tested.within_range(st.one_of(plain, shifted)).map(Case)
 
 
 def stands(tested: MethodUnderTest, case: Case) -> bool:
@@ -78,7 +81,9 @@ def stands(tested: MethodUnderTest, case: Case) -> bool:
         return False
     failing = tested.verdict(case.layout).failing_step
     if failing is not None:
-        raise Violation(f"{spoken(failing)}; expected: stable")
+        raise Violation(
+            f"{spoken(failing)}; expected: stable", steps=steps_between(case.layout, failing, None)
+        )
     return True
 
 
@@ -92,7 +97,8 @@ def _over_an_edge(draw: DrawFn, tested: MethodUnderTest, least: int, most: int) 
     if tested.has(Trait.CENTRES_OF_MASS):
         # 1 cm of contact has to be left.
         fewest = math.ceil(100.0 * (past - 0.5 * width + 1.0) / width)
-        offset = draw(st.integers(max(-40, fewest), 40)) / 100.0 * width
+        most_shift = int(min(40.0, 100.0 * tested.method.layout_range.mass_offset))
+        offset = draw(st.integers(max(-most_shift, fewest), most_shift)) / 100.0 * width
     lower, upper = (2.0 * width, math.ceil(0.5 * width), 20.0), (width, height, 20.0)
     boxes = [
         Placed((-lower[0], 0.0, 0.0), lower, density_weight(lower)),
@@ -103,13 +109,18 @@ def _over_an_edge(draw: DrawFn, tested: MethodUnderTest, least: int, most: int) 
             (offset, 0.0, 0.0),
         ),
     ]
-    layout = built("edge", boxes)
+    layout = brought_within(built("edge", boxes), tested.method.layout_range)
+    scale = layout.items[1].size[1] / height
     turns = draw(st.integers(0, 1)) * 2 if tested.planar else draw(st.integers(0, 3))
     for _ in range(turns):
         layout = quarter_turned(layout)
     return Case(
         layout,
-        {"past the edge [cm]": past, "offset [cm]": offset, "width [cm]": width},
+        {
+            "past the edge [cm]": scale * past,
+            "offset [cm]": scale * offset,
+            "width [cm]": scale * width,
+        },
     )
 
 
@@ -123,26 +134,25 @@ def _inside(tested: MethodUnderTest) -> SearchStrategy[Case]:
 
 def falls(tested: MethodUnderTest, case: Case) -> bool:
     """The upper of two boxes tips, in good time by the equation of the pendulum."""
-    if tested.has(Trait.MOVEMENT) and not _tips_in_time(tested, case):
+    limits = tested.method.movement_limits
+    if limits is not None and not _tips_in_time(limits, case):
         return False
     failing = tested.verdict(case.layout).failing_step
     if failing != 1:
-        raise Violation(f"{spoken(failing)}; expected: {spoken(1)}")
+        raise Violation(
+            f"{spoken(failing)}; expected: {spoken(1)}",
+            steps=steps_between(case.layout, failing, 1),
+        )
     return True
 
 
-def _tips_in_time(tested: MethodUnderTest, case: Case) -> bool:
-    parameters = tested.method.parameters
-    if parameters.eps_r > _STEEP:
+def _tips_in_time(limits: MovementLimits, case: Case) -> bool:
+    if limits.rotation > _STEEP or not limits.gravity:
         return False
     size = (0.01 * case.change["width [cm]"], 0.01 * case.layout.items[1].size[1])
     past = 0.01 * case.change["past the edge [cm]"]
-    needed = tipping_time(size, past, math.radians(parameters.eps_r))
-    if tested.engine is None:
-        return needed <= _IN_TIME * parameters.time
-    if not parameters.gravity:
-        return False
-    return needed * math.sqrt(GRAVITY / parameters.gravity) <= _IN_TIME * parameters.t_max
+    needed = tipping_time(size, past, math.radians(limits.rotation))
+    return needed * math.sqrt(GRAVITY / limits.gravity) <= _IN_TIME * limits.time
 
 
 def balanced_stays(tested: MethodUnderTest, case: Case) -> bool:
@@ -209,14 +219,15 @@ def _reseats(tested: MethodUnderTest) -> bool:
 
 
 def _balanced(tested: MethodUnderTest) -> SearchStrategy[Case]:
-    return layouts(planar=tested.planar).map(Case)
+    return tested.within_range(layouts(planar=tested.planar)).map(Case)
 
 
 def _often_unbalanced(tested: MethodUnderTest) -> SearchStrategy[Case]:
     """Few ordinary layouts are out of balance clearly, most stacks of drawn shifts are."""
     stacks = overhanging_stacks(planar=tested.planar)
     shifted = with_offsets(stacks, planar=tested.planar)
-    return st.one_of(stacks, shifted, ordinary_layouts(planar=tested.planar)).map(Case)
+    drawn = st.one_of(stacks, shifted, ordinary_layouts(planar=tested.planar))
+    return tested.within_range(drawn).map(Case)
 
 
 def _needs_half_a_base(tested: MethodUnderTest) -> bool:

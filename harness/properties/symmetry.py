@@ -19,6 +19,7 @@ from steadyload.properties.property import (
     Violation,
     declaring,
     spoken,
+    steps_between,
 )
 from steadyload.properties.strategies import ordinary_layouts
 from steadyload.properties.transforms import mirrored, quarter_turned, translated
@@ -38,26 +39,33 @@ def _keeps_failing_step(what: str, change: Change) -> Check:
             return False
         second = tested.verdict(change(case.layout, case)).failing_step
         if second != first.failing_step:
-            raise Violation(f"{spoken(first.failing_step)}; {what}: {spoken(second)}")
+            raise Violation(
+                f"{spoken(first.failing_step)}; {what}: {spoken(second)}",
+                steps=steps_between(case.layout, first.failing_step, second),
+            )
         return True
 
     return check
 
 
 def _ordinary(tested: MethodUnderTest) -> SearchStrategy[Case]:
-    return ordinary_layouts(planar=tested.planar).map(Case)
+    return tested.within_range(ordinary_layouts(planar=tested.planar)).map(Case)
 
 
 @st.composite
 def _elsewhere(draw: DrawFn, tested: MethodUnderTest) -> Case:
     way = st.integers(0, _FARTHEST).map(float)
-    layout = draw(ordinary_layouts(planar=tested.planar))
-    return Case(layout, {"along x": draw(way), "along z": draw(way)})
+    layout = draw(tested.within_range(ordinary_layouts(planar=tested.planar)))
+    x, z = (
+        min(draw(way), max(0.0, tested.method.layout_range.pallet_side[1] - side))
+        for side in (layout.pallet.width, layout.pallet.depth)
+    )
+    return Case(layout, {"along x": x, "along z": z})
 
 
 @st.composite
 def _heavier(draw: DrawFn, tested: MethodUnderTest) -> Case:
-    layout = draw(ordinary_layouts(planar=tested.planar))
+    layout = draw(tested.within_range(ordinary_layouts(planar=tested.planar)))
     return Case(layout, {"factor": draw(st.integers(2, _HEAVIEST).map(float))})
 
 

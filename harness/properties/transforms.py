@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
+import numpy as np
+
 from steadyload.layouts.model import Layout, Vector
+from steadyload.methods.declared import LayoutRange
 
 
 def translated(layout: Layout, along_x: float, along_z: float) -> Layout:
@@ -34,6 +38,79 @@ def drawn_in(layout: Layout, by: float) -> Layout:
         replace(item, position=_sum(item.position, (-by, 0.0, -by))) for item in layout.items
     )
     return Layout(layout.name, deck, items)
+
+
+def brought_within(layout: Layout, declared: LayoutRange) -> Layout:
+    """The layout with the least changes that bring it into a method's range, where there are some.
+
+    Items beyond the greatest number are left out. All lengths are scaled alike, by a power of two
+    where one will do, so that positions still add up exactly; weights go with the cube. Light items
+    then get heavier and shifts of centres of mass smaller, as far as they have to. Sides too
+    unequal for the range stay outside of it, and so does an overhang.
+    """
+    if len(layout) > declared.items:
+        layout = layout.first(int(declared.items))
+    factor = _scale_into(layout, declared)
+    weights = layout.weights * factor**3
+    least, most = declared.weight
+    weights = np.clip(weights, least, most)
+    # The quotient must not exceed the ratio by rounding.
+    weights = np.maximum(weights, weights.max() / declared.weight_ratio * (1.0 + 1e-9))
+    items = tuple(
+        replace(
+            item,
+            position=_times(item.position, factor),
+            size=_times(item.size, factor),
+            weight=float(weight),
+            mass_offset=_limited(
+                _times(item.mass_offset, factor), _times(item.size, factor), declared
+            ),
+        )
+        for item, weight in zip(layout.items, weights, strict=True)
+    )
+    width, height, depth = _times(layout.pallet.size, factor)
+    if max(width, height, depth) < declared.pallet_side[0]:
+        height = declared.pallet_side[0]
+    overhang = layout.pallet.overhang * max(1.0, factor)
+    pallet = replace(layout.pallet, width=width, height=height, depth=depth, overhang=overhang)
+    return Layout(layout.name, pallet, items)
+
+
+def _scale_into(layout: Layout, declared: LayoutRange) -> float:
+    """Factor of all lengths that brings sides into a range, the closest to 1; 1 if none does."""
+    sizes = layout.upper - layout.lower
+    shortest, longest = sizes.min(axis=1), sizes.max(axis=1)
+    least = max(
+        declared.shortest_side[0] / float(shortest.min()),
+        declared.longest_side[0] / float(longest.min()),
+    )
+    most = min(
+        declared.shortest_side[1] / float(shortest.max()),
+        declared.longest_side[1] / float(longest.max()),
+        declared.pallet_side[1] / max(layout.pallet.size),
+    )
+    if least > most or least <= 1.0 <= most:
+        return 1.0
+    if least > 1.0:
+        power = 2.0 ** math.ceil(math.log2(least))
+        return power if power <= most else least
+    power = 2.0 ** math.floor(math.log2(most))
+    return power if power >= least else most
+
+
+def _limited(offset: Vector, size: Vector, declared: LayoutRange) -> Vector:
+    """A shift of a centre of mass, within the range along every axis."""
+    if math.isinf(declared.mass_offset):
+        return offset
+    x, y, z = (
+        max(-declared.mass_offset * side, min(declared.mass_offset * side, value))
+        for value, side in zip(offset, size, strict=True)
+    )
+    return (x, y, z)
+
+
+def _times(vector: Vector, factor: float) -> Vector:
+    return (vector[0] * factor, vector[1] * factor, vector[2] * factor)
 
 
 def quarter_turned(layout: Layout) -> Layout:

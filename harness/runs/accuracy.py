@@ -27,6 +27,7 @@ def verdicts_against_labels(said: pd.Series, labels: pd.DataFrame) -> pd.DataFra
         Booleans, indexed as ``said``. ``right``: the same failing step (Eq. 5 of the paper).
         ``over``, ``under``: it is later, earlier. ``stable_or_not``: both say stable or neither
         does. ``within_one``: at most one item apart. A missing verdict is none of these.
+        ``under_or_none``: it is earlier, or missing.
     """
     count = labels["item_count"].astype(int).to_numpy()
     true = labels["failing_step"].fillna(labels["item_count"]).astype(int).to_numpy()
@@ -37,6 +38,7 @@ def verdicts_against_labels(said: pd.Series, labels: pd.DataFrame) -> pd.DataFra
             "right": known & (found == true),
             "over": known & (found > true),
             "under": known & (found < true),
+            "under_or_none": ~known | (found < true),
             "stable_or_not": known & ((found == count) == (true == count)),
             "within_one": known & (np.abs(found - true) <= 1),
         },

@@ -26,6 +26,7 @@ from steadyload.runs.accuracy import (
 )
 from steadyload.runs.costs import CPU, PHASES, WALL, CostKind, Costs, CostSource, judging_costs
 from steadyload.runs.judged import JudgedCases, load_judged
+from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.metrics import mean, ratio, share
 
@@ -56,6 +57,7 @@ class MethodEvaluation:
             counts as wrong, and as neither over nor under.
         over, under: share of cases whose failing step is later, earlier than the label's; a stable
             layout fails later than all.
+        under_or_none: share of cases that are underestimated, or without a verdict.
         stable_or_not: share of cases that both call stable, or neither does.
         within_one: share of cases whose numbers of items placed safely differ by at most one.
         robust, fragile: accuracy on cases whose label is so.
@@ -79,6 +81,7 @@ class MethodEvaluation:
     accuracy: Estimate = NOTHING
     over: Estimate = NOTHING
     under: Estimate = NOTHING
+    under_or_none: Estimate = NOTHING
     stable_or_not: Estimate = NOTHING
     within_one: Estimate = NOTHING
     robust: Estimate = NOTHING
@@ -95,6 +98,11 @@ class MethodEvaluation:
     substeps: float = 0.0
     ahead: Estimate | None = None
     cost_ratio: Estimate | None = None
+
+    @property
+    def errors(self) -> ErrorShares | None:
+        """Errors by direction; None without labels."""
+        return ErrorShares(self.over, self.under_or_none) if self.over.n else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,6 +271,10 @@ def _rows(judged: JudgedCases, costs: Costs, group: str) -> tuple[MethodEvaluati
     )
 
 
+_SHARES = ("over", "under", "under_or_none", "stable_or_not")
+"""Comparisons with labels whose shares are fields of a row under the same names."""
+
+
 def _accuracies(judged: JudgedCases, here: BoolArray) -> dict[str, dict[str, Any]]:
     """Accuracies of every method by spec, as fields of a row; empty without labels."""
     if judged.labels is None:
@@ -283,7 +295,7 @@ def _accuracies(judged: JudgedCases, here: BoolArray) -> dict[str, dict[str, Any
         mine, top = is_["right"], compared[best]["right"].to_numpy(float)
         found[spec] = {
             "accuracy": accuracy(mine, lists),
-            **{name: share(is_[name], lists) for name in ("over", "under", "stable_or_not")},
+            **{name: share(is_[name], lists) for name in _SHARES},
             "within_one": share(is_["within_one"], lists),
             "robust": accuracy(mine[robust], lists[robust]),
             "fragile": accuracy(mine[fragile], lists[fragile]),

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import re
+import statistics
 import sys
 import types
 
@@ -166,23 +167,94 @@ def test_the_page_counts_apart_what_was_refused(planted, tmp_path, undrawn):
     assert row.refused == 40 - row.asked > 0
     assert other.refused == 0
     page = write_page(properties_page(table, {}), tmp_path).read_text()
-    assert f"holds {row.asked}/40; not asked: {row.refused} outside the method's range" in page
-    assert "| holds 40/40 |" in page
+    assert f"| holds {row.asked}/40, {row.refused} refused |" in page
+    assert "|             holds 40/40 |" in page
+    assert f"| {row.refused} of 40 |" in page
     assert f"Not asked, and no violation: {row.refused} cases outside the range" in page
     # Kept and read again as it was.
     assert run_properties(asked, tmp_path).rows == table.rows
     table = run_properties(PropertyStudy((planted(RefusesAll),), asked.properties, 7), tmp_path)
     assert table.rows[0].standing is Standing.NOT_ASKED
     page = write_page(properties_page(table, {}), tmp_path).read_text()
-    assert "-; not asked: 7 outside the method's range" in page
+    assert "| -, 7 refused |" in page
     assert "violated: 0," in page
 
 
-def test_the_command_says_how_much_a_learner_refused(tmp_path, capsys, undrawn):
-    arguments = ["properties", "-m", "lstm_1", "--property", "far item", "--examples", "3"]
-    assert main([*arguments, "-j", "1", "-o", str(tmp_path)]) == 0
+class RefusesNearlyAll(FullBaseSupport):
+    """Judges one item of one size."""
+
+    def _judge(self, layout, watch):
+        if layout.items[0].size != (1.0, 1.0, 1.0):
+            raise RefusedError("another size")
+        return super()._judge(layout, watch)
+
+
+def test_too_few_cases_are_not_said_to_hold(planted, tmp_path, undrawn):
+    asked = PropertyStudy((planted(RefusesNearlyAll),), tuple(chosen(["score"])), 60)
+    table = run_properties(asked, tmp_path)
+    [row] = table.rows
+    assert 0 < row.asked < 6
+    assert row.standing is Standing.TOO_FEW
+    page = write_page(properties_page(table, {}), tmp_path).read_text()
+    assert "pairs that hold: 0," in page
+    assert "with too few cases to say: 1," in page
+    assert f"| too few {row.asked}/60, {row.refused} refused |" in page
+
+
+def at_least_three(tested, case):
+    if len(case.layout) >= 3:
+        raise Violation("three or more", steps=len(case.layout))
+    return len(case.layout) == 2
+
+
+def test_the_frequency_of_violations_is_that_among_all_cases(tmp_path, monkeypatch, undrawn):
+    drawn = []
+
+    def look(tested, case):
+        drawn.append(len(case.layout))
+        return True
+
+    cases = lambda _: layouts().map(Case)  # noqa: E731
+    asked = Property("x", "", cases, at_least_three)
+    search(Property("x", "", cases, look), MethodUnderTest("fbs"), examples=80, seed=4)
+    found = search(asked, MethodUnderTest("fbs"), examples=80, seed=4).frequency
+    larger = sorted(count for count in drawn if count >= 3)
+    assert len(drawn) == 80
+    assert 0 < len(larger) < 80
+    assert (found.violated, found.tested) == (len(larger), sum(count >= 2 for count in drawn))
+    assert found.steps == pytest.approx(statistics.median(larger))
+    assert search(PROPERTIES["score"], MethodUnderTest("fbs"), examples=5, seed=1).frequency is None
+    # The page says the same, also of what was kept.
+    monkeypatch.setitem(registry.PROPERTIES, "x", asked)
+    study = PropertyStudy(("fbs",), (asked,), 80, seed=4)
+    for _ in range(2):
+        table = run_properties(study, tmp_path)
+        [row] = table.rows
+        assert row.share.value == found.violated / found.tested
+        assert row.share.low < row.share.value < row.share.high
+        assert row.steps == found.steps
+    page = write_page(properties_page(table, {}), tmp_path).read_text()
+    percentage = f"{100 * found.violated / found.tested:.1f} ["
+    shown = rf"\| x +\| FBS +\| violated +\| +{found.tested} \| +{re.escape(percentage)}"
+    assert re.search(shown, page)
+
+
+def test_the_command_says_how_much_was_refused(planted, tmp_path, capsys, undrawn):
+    arguments = ["properties", "-m", planted(RefusesAll), "--property", "far item"]
+    assert main([*arguments, "--examples", "3", "-j", "1", "-o", str(tmp_path)]) == 0
     said = capsys.readouterr().err
-    assert re.search("lstm_1: not asked on [1-3] of 3 cases, which lie outside its range", said)
+    assert "planted: not asked on 3 of 3 cases, which lie outside its range" in said
+
+
+def test_learners_and_cascades_are_asked_without_a_refusal(tmp_path, capsys, undrawn):
+    arguments = ["properties", "--examples", "3", "--seed", "1", "-j", "1", "-o", str(tmp_path)]
+    for spec in ("lstm_1", "lstm_e:question=stands", "cascade@bullet", "settling"):
+        arguments += ["-m", spec]
+    assert main(arguments) == 0
+    assert "not asked" not in capsys.readouterr().err
+    page = (tmp_path / "report.md").read_text()
+    for title in ("LSTM_1", "LSTM_e (question=stands)", "Cascade @ bullet", "Settling"):
+        assert re.search(rf"\| {re.escape(title)} +\| +1[0-9] \| - +\| - +\| - ", page), title
 
 
 def test_a_cascade_is_asked_like_any_method(tmp_path, undrawn):
@@ -244,8 +316,11 @@ def test_the_page_shows_a_counterexample_as_table_picture_and_file(tmp_path, few
     asked = study("fbs")
     found = run_properties(asked, tmp_path)
     page = write_page(properties_page(found, made_with(asked)), tmp_path).read_text()
-    assert "| few items | **violated**" in page
+    assert "| FBS    | **violated** " in page
     assert "| score     |" in page
+    assert (
+        page.index("## Methods") < page.index("## Violated: few items") < page.index("**Others**")
+    )
     assert "## Violated: few items, FBS" in page
     assert "3 items" in page
     (picture,) = (tmp_path / "figures").glob("counterexample_few_items_fbs_*.svg")
@@ -327,7 +402,7 @@ def test_properties_static_baselines_and_accuracies_stand_on_one_page(tmp_path, 
     )  # fmt: skip
     text = write_page(page, tmp_path / "page").read_text()
     assert "## Properties and methods" in text
-    assert "| tower    | holds 10/10 | holds 10/10 |" in text
+    assert "| SME    | holds 10/10 |" in text
     assert text.index("## Accuracy") < text.index("## Properties and methods")
     assert (tmp_path / "page/figures").is_dir()
 

@@ -9,9 +9,13 @@ from hypothesis import strategies as st
 from steadyload.layouts.contacts import find_contacts
 from steadyload.layouts.scenarios import Scenario
 from steadyload.methods import make_method
+from steadyload.methods.declared import EVERY_LAYOUT, LABEL_LIMITS, LayoutRange
 from steadyload.methods.scene import planar_scene
 from steadyload.properties import strategies as s
-from steadyload.properties.transforms import mirrored, quarter_turned, translated
+from steadyload.properties.property import Case, MethodUnderTest
+from steadyload.properties.registry import PROPERTIES
+from steadyload.properties.search import search
+from steadyload.properties.transforms import brought_within, mirrored, quarter_turned, translated
 
 FEW = settings(
     max_examples=60, deadline=None, derandomize=True, database=None,
@@ -117,3 +121,81 @@ def test_four_quarter_turns_and_two_mirrors_lead_back(layout):
     for back in (turned, mirrored(mirrored(layout))):
         assert np.allclose(back.lower, layout.lower)
         assert np.allclose(back.mass_offsets, layout.mass_offsets)
+
+
+NARROW = LayoutRange(
+    items=3, pallet_side=(30.0, 90.0), shortest_side=(2.0, 30.0), longest_side=(4.0, 60.0),
+    weight=(0.001, 50.0), weight_ratio=100.0, mass_offset=0.2,
+)  # fmt: skip
+
+
+@FEW
+@given(s.layouts())
+def test_what_is_brought_within_a_range_is_valid_and_inside(layout):
+    sizes = layout.upper[:3] - layout.lower[:3]
+    found = brought_within(layout, NARROW)
+    assert len(found) == min(3, len(layout))
+    ratio = found.weights.max() / found.weights.min()
+    assert ratio <= 100.0
+    assert (np.abs(found.mass_offsets) <= 0.2 * (found.upper - found.lower) + 1e-12).all()
+    # One factor for all lengths; where one can do it, every side is inside then.
+    sides = found.upper - found.lower
+    factor = sides[0, 0] / sizes[0, 0]
+    np.testing.assert_allclose(sides, sizes * factor, rtol=1e-12)
+    np.testing.assert_allclose(found.lower, layout.lower[: len(found)] * factor, atol=1e-9)
+    low = max(2.0 / sizes.min(), 4.0 / sizes.max(axis=1).min())
+    high = min(
+        30.0 / sizes.min(axis=1).max(),
+        60.0 / sizes.max(),
+        90.0 / max(layout.first(len(found)).pallet.size),
+    )
+    if low <= high:
+        assert low * (1 - 1e-12) <= factor <= high * (1 + 1e-12)
+        assert found.weights.min() >= 0.001
+        assert found.weights.max() <= 50.0
+        assert max(found.pallet.size) >= 30.0
+    assert (found.floor.corners == brought_within(found, NARROW).floor.corners).all()
+
+
+@FEW
+@given(s.layouts())
+def test_a_method_without_a_range_is_asked_about_layouts_as_they_are(layout):
+    assert brought_within(layout, EVERY_LAYOUT).content_hash() == layout.content_hash()
+
+
+@pytest.mark.parametrize("name", ["lstm_1", "lstm_e", "lstm_e:question=stands"])
+def test_a_learner_judges_all_that_is_drawn_for_it(name):
+    tested = MethodUnderTest(name)
+    for asked in ("score", "far item", "tower", "floor", "translation"):
+        outcome = search(PROPERTIES[asked], tested, examples=60, seed=2)
+        assert (outcome.refused, outcome.counterexample) == (0, None), asked
+        assert outcome.asked == outcome.examples
+
+
+def test_a_learner_that_accepts_all_and_a_cascade_are_asked_about_every_layout():
+    for name in ("lstm_1:outside=accept", "cascade@mujoco", "ps_opt@mujoco", "fbs"):
+        assert make_method(name).layout_range == EVERY_LAYOUT, name
+
+
+def test_the_limits_of_labels_are_those_of_the_preset_that_labels():
+    for question, limits in LABEL_LIMITS.items():
+        own = make_method(f"label@mujoco:question={question}").parameters
+        expected = own.t_max, own.eps_t, own.eps_r, own.gravity
+        assert expected == (
+            limits.time, limits.displacement, limits.rotation, limits.gravity
+        )  # fmt: skip
+
+
+def test_a_box_that_tips_slowly_is_asked_only_of_those_who_wait():
+    """10 cm wide, 33 cm high, 1 cm past the edge: it turns by 9.3 degrees in 0.3 s."""
+    boxes = [
+        s.Placed((0.0, 0.0, 0.0), (20.0, 5.0, 20.0), 0.5),
+        s.Placed((16.0, 5.0, 0.0), (10.0, 33.0, 20.0), 1.65),
+    ]
+    change = {"past the edge [cm]": 1.0, "offset [cm]": 0.0, "width [cm]": 10.0}
+    case = Case(s.built("edge", boxes), change)
+    falls = PROPERTIES["past the edge"].check
+    for waits in ("equilibrium", "settling", "lstm_e:question=stands", "label@mujoco:t_max=3"):
+        assert falls(MethodUnderTest(waits), case), waits
+    for name in ("lstm_1", "cascade@mujoco", "equilibrium:time=0.3", "label@mujoco"):
+        assert not falls(MethodUnderTest(name), case), name

@@ -160,6 +160,7 @@ def test_verdicts_count_as_by_hand():
         "right": [1, 0, 0, 1, 0, 0, 0],
         "over": [0, 1, 0, 0, 0, 1, 0],
         "under": [0, 0, 1, 0, 1, 0, 0],
+        "under_or_none": [0, 0, 1, 0, 1, 0, 1],
         "stable_or_not": [1, 1, 1, 1, 0, 0, 0],
         "within_one": [1, 0, 1, 1, 1, 1, 0],
     }

@@ -19,6 +19,7 @@ from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition, load_study
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
+from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.real.study import RealStudyOptions, judge_real
 from steadyload.studies.recommend import kept
@@ -110,6 +111,77 @@ def test_a_method_within_the_time_or_accurate_enough(front, asked, method):
 def test_where_nothing_fits_the_closest_is_named(front, asked, message):
     with pytest.raises(FrontError, match=message):
         recommend(front, **asked)
+
+
+def erring(method, over, under, cpu, engine=None):
+    """A method that over- and underestimates these shares of 300 cases."""
+    shares = ErrorShares(*(Estimate(each, each / 2, each * 2, 300) for each in (over, under)))
+    entry = measured(method, 1.0 - over - under, cpu, engine)
+    return dataclasses.replace(entry, errors=shares)
+
+
+@pytest.fixture
+def errors():
+    return front_of(
+        erring("strict", 0.001, 0.30, 0.01),
+        erring("rule", 0.10, 0.02, 0.04),
+        erring("ps@mujoco", 0.02, 0.01, 5.0, "mujoco"),
+        erring("lazy", 0.09, 0.001, 0.5),
+    )
+
+
+@pytest.mark.parametrize(
+    ("ratio", "asked", "method"),
+    [
+        # 0.02 r + 0.01 against 0.001 r + 0.3: equal at 15.3; against 0.09 r + 0.001: at 0.129.
+        (15.2, {}, "ps@mujoco"),
+        (15.4, {}, "strict"),
+        (0.13, {}, "ps@mujoco"),
+        (0.128, {}, "lazy"),
+        (1.0, {"budget": 1.0}, "lazy"),
+        # 0.1 r + 0.02 against 0.001 r + 0.3: equal at 2.83.
+        (2.82, {"budget": 0.1}, "rule"),
+        (2.84, {"budget": 0.1}, "strict"),
+        (100.0, {"accuracy": 0.9}, "ps@mujoco"),
+        (100.0, {"accuracy": 0.9, "budget": 1.0}, "lazy"),
+        (0.01, {"engine": "mujoco"}, "lazy"),
+    ],
+)
+def test_a_method_by_what_its_errors_cost(errors, ratio, asked, method):
+    assert recommend(errors, overestimation_costs=ratio, **asked).method == method
+
+
+def test_errors_that_cost_alike_are_the_share_of_wrong_cases(errors):
+    assert best(errors.measured, None, 1.0) == best(errors.measured)
+    assert recommend(errors, overestimation_costs=1.0) == recommend(errors)
+
+
+def test_without_the_directions_of_errors_there_is_a_sentence(front, tmp_path, capsys):
+    with pytest.raises(FrontError, match=r"measurement of rule .* does not tell over- from under"):
+        recommend(front, overestimation_costs=10.0)
+    write_fronts([front], tmp_path / "fronts.json")
+    asked = ["recommend", "--from", str(tmp_path), "--budget", "1ms"]
+    assert main(asked) == 0
+    capsys.readouterr()
+    assert main([*asked, "--overestimation-costs", "10"]) == 2
+    assert "--overestimation-costs has nothing to go by" in capsys.readouterr().err
+
+
+def test_the_command_takes_the_cost_of_an_overestimation(errors, tmp_path, capsys):
+    write_fronts([errors], tmp_path / "fronts.json")
+    assert load_fronts(tmp_path / "fronts.json") == (errors,)
+    asked = ["recommend", "--from", str(tmp_path), "--overestimation-costs", "2"]
+    assert main([*asked, "--budget", "1ms"]) == 0
+    first, *printed = capsys.readouterr().out.splitlines()
+    assert first.startswith("lazy is right in 90.9 % of cases ")
+    # 2 * 0.09 + 0.001; 2 * 0.045 and 0.0005 below, 2 * 0.09 and 0.001 above.
+    assert "its errors cost 0.181 [0.091, 0.361] a layout, where an overestimation costs 2" in first
+    assert [line.split()[1:3] for line in printed if line.startswith("->")] == [["lazy", "0.181"]]
+    # Nothing is cheaper in both: the front of costs, by rising CPU time.
+    names = [line.replace("->", "").split()[0] for line in printed[2:-2] if "to" in line]
+    assert names == ["strict", "rule", "lazy", "ps@mujoco"]
+    assert main([*asked, "--accuracy", "95%"]) == 0
+    assert capsys.readouterr().out.startswith("ps@mujoco is right")
 
 
 @pytest.fixture
@@ -286,6 +358,10 @@ def test_a_refused_case_counts_as_wrong_and_is_counted(tmp_path, networks):
     refused = (rows[rows["method"] == spec]["status"] == "refused").sum()
     assert refused
     entry = measured_in(tmp_path)[0].measured[1]
+    # Who refuses does not load: that costs as much as an underestimation.
+    wrong = entry.errors.over.value + entry.errors.under.value
+    assert wrong == pytest.approx(1.0 - entry.accuracy.value)
+    assert entry.errors.under.value >= refused / 120
     assert (entry.method, entry.without_verdict, entry.accuracy.n) == (spec, refused, 120)
     assert entry.accuracy.value <= 1.0 - refused / 120
 
@@ -378,7 +454,8 @@ def test_a_goal_above_the_interval_is_said(run, capsys):
     "wrong",
     [
         ["--budget", "5"], ["--budget", "0ms"], ["--accuracy", "120%"], ["--boxes", "0"],
-        ["--question", "falls"],
+        ["--question", "falls"], ["--overestimation-costs", "0"],
+        ["--overestimation-costs", "inf"], ["--overestimation-costs", "much"],
     ],
 )  # fmt: skip
 def test_a_number_that_is_none_is_refused(wrong):

@@ -85,6 +85,42 @@ def test_the_page_says_which_conclusions_other_rules_turn_round(written):
     assert (written / "page" / "figures" / "ranks.svg").exists()
 
 
+def test_errors_cost_what_verdicts_and_labels_say(written, assert_drawn):
+    text = (written / "page" / "report.md").read_text()
+    benchmark = load_benchmark()
+    chosen = benchmark.select("test", limit=3)
+    lines = {}
+    for spec, title in zip(SPECS, ("FBS", "SME", "Equilibrium"), strict=True):
+        method, over, under = make_method(spec), 0, 0
+        for name, scenario, label in zip(
+            chosen["layout"], chosen["scenario"], chosen["failing_step"], strict=True
+        ):
+            layout = benchmark.layout(name, scenario)
+            said = method.judge(layout).failing_step
+            placed = [len(layout) if k is None or pd.isna(k) else k for k in (said, label)]
+            over, under = over + (placed[0] > placed[1]), under + (placed[0] < placed[1])
+        lines[title] = (over / 9, under / 9)
+    assert len(set(lines.values())) > 1
+    part = text[text.index("## What errors cost") :]
+    header, *told = rows(part, "The methods of the chart:")
+    for line in told:
+        over, under = lines[line[0]]
+        for name, cell in zip(header, line, strict=True):
+            if name.startswith("cost at "):
+                cost = float(name.removeprefix("cost at ")) * over + under
+                assert float(cell.split()[0]) == pytest.approx(cost, rel=0.051, abs=1e-9)
+    _, *ranges = rows(part, "Of all methods, by ratio:")
+    assert [ranges[0][0], ranges[-1][1]] == ["0.010", "100"]
+    for least, most, title, *_ in ranges:
+        middle = (float(least) * float(most)) ** 0.5
+        best = min(middle * over + under for over, under in lines.values())
+        assert middle * lines[title][0] + lines[title][1] == pytest.approx(best)
+        assert title in {line[0] for line in told}
+    assert "Whose errors cost least" in text[: text.index("## Accuracy and cost")]
+    [figure] = (written / "page" / "figures").glob("error_costs.*")
+    assert_drawn(figure)
+
+
 def test_all_tables_say_how_many(written):
     text = (written / "page" / "report.md").read_text()
     headers = re.findall(r"^\| .*(?=\n\| -)", text, re.MULTILINE)

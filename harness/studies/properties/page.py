@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import PurePosixPath
 
+from steadyload.methods.naming import MethodKey
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.scene import plot_scene
-from steadyload.reports.table import MISSING, Column, Table, columns_for, general, words
-from steadyload.studies.properties.study import PropertyRow, PropertyTable, Standing
+from steadyload.reports.table import (
+    MISSING,
+    Column,
+    Table,
+    columns_for,
+    general,
+    names,
+    percent,
+    words,
+)
+from steadyload.studies.properties.study import ENOUGH, PropertyRow, PropertyTable, Standing
 
 _SIGNS = {
     Standing.HOLDS: "holds",
+    Standing.TOO_FEW: "too few",
     Standing.FINDING: "**finding**",
     Standing.VIOLATED: "**violated**",
     Standing.NOT_ASKED: MISSING,
@@ -41,9 +52,10 @@ def properties_page(found: PropertyTable, manifest: Mapping[str, str]) -> Page:
     summary = (
         f"Properties: {len(found.about)}; methods: {len(found.methods)}; pairs that hold: "
         f"{counts[Standing.HOLDS]}, declared findings: {counts[Standing.FINDING]}, violated: "
-        f"{counts[Standing.VIOLATED]}, on {examples} cases in all. A property is "
-        "asked only of methods that declare what it is about; a case is drawn at random, built "
-        "so that it can be loaded, and one that violates a property is made as small as it gets."
+        f"{counts[Standing.VIOLATED]}, with too few cases to say: {counts[Standing.TOO_FEW]}, on "
+        f"{examples} cases in all. A property is asked only of methods that declare what it is "
+        "about; a case is drawn at random within the range that the method declares, built so "
+        "that it can be loaded, and one that violates a property is made as small as it gets."
     )
     refused = sum(row.refused for row in found.rows)
     if refused:
@@ -55,24 +67,77 @@ def properties_page(found: PropertyTable, manifest: Mapping[str, str]) -> Page:
 
 
 def property_sections(found: PropertyTable) -> list[Section]:
-    """The matrix, the properties in words, and the counterexamples; for any page."""
+    """Methods, counterexamples, all pairs, and the properties in words; for any page."""
     failing = [row for row in found.rows if row.smallest is not None or row.why]
-    return [_matrix(found), _in_words(found), *(_counterexample(row) for row in failing)]
+    return [
+        _by_method(found),
+        *([_counted(failing)] if failing else []),
+        *(_counterexample(row) for row in failing),
+        _pairs(found),
+        _in_words(found),
+    ]
 
 
-def _matrix(found: PropertyTable) -> Section:
-    cells = {(row.method.spec, row.property): row for row in found.rows}
-    columns = columns_for(
-        found.methods,
-        lambda method: method.title,
-        lambda name, method: cells.get((method.spec, name)),
-        _cell,
+def _by_method(found: PropertyTable) -> Section:
+    own = {method: [row for row in found.rows if row.method == method] for method in found.methods}
+
+    def named(standing: Standing) -> Callable[[MethodKey], Iterable[str]]:
+        return lambda method: [row.property for row in own[method] if row.standing is standing]
+
+    columns = [
+        words("method", "title"),
+        Column("holds", lambda method: len(list(named(Standing.HOLDS)(method)))),
+        words("violated", named(Standing.VIOLATED), names),
+        words("declared finding", named(Standing.FINDING), names),
+        words("too few cases", named(Standing.TOO_FEW), names),
+        Column("refused", lambda method: f"{sum(row.refused for row in own[method])} of "
+               f"{sum(row.examples for row in own[method])}"),
+    ]  # fmt: skip
+    text = (
+        "Number of properties that hold, and the names of those that do not. *Refused*: cases that "
+        "the method refused, which test nothing. *Too few cases*: without a violation, but tested "
+        f"by less than {100.0 * ENOUGH:g} % of the cases tried."
     )
+    return Section("Methods", text, [Table(found.methods, columns)])
+
+
+def _counted(failing: Sequence[PropertyRow]) -> Section:
+    columns = [
+        words("property"),
+        words("method", "method.title"),
+        words("standing"),
+        Column("n", lambda row: row.share.n if row.share else None),
+        Column("violated %", "share", percent),
+        Column("steps off, median", "steps", general),
+    ]
+    text = (
+        "How often each is violated, among the cases that tested it, with 95 % intervals "
+        "(Wilson's), and by how many steps. A "
+        f"finding that no case drawn here shows has {MISSING}."
+    )
+    return Section("What does not hold", text, [Table(failing, columns)])
+
+
+def _pairs(found: PropertyTable) -> Section:
+    cells = {(row.method.spec, row.property): row for row in found.rows}
+    tables = [
+        Table(
+            found.methods,
+            [
+                words("method", "title"),
+                *columns_for(
+                    of_kind, "{}", lambda method, name: cells.get((method.spec, name)), _cell
+                ),
+            ],
+            f"**{kind}**",
+        )
+        for kind, of_kind in found.kinds.items()
+    ]
     return Section(
         "Properties and methods",
-        "In each cell, how the method stands to the property, and on how many of the cases tried "
-        f"the property said anything. {MISSING}: not asked.",
-        [Table(found.about, [words("property", str), *columns])],
+        "In each cell, how the method stands to the property, and how many of the cases tried "
+        f"tested it. {MISSING}: not asked.",
+        tables,
     )
 
 
@@ -83,7 +148,7 @@ def _cell(row: PropertyRow | None) -> str:
     if row.standing is not Standing.NOT_ASKED:
         shown += f" {row.asked}/{row.examples}"
     if row.refused:
-        shown += f"; not asked: {row.refused} outside the method's range"
+        shown += f", {row.refused} refused"
     return shown
 
 

@@ -6,6 +6,7 @@ property and method. ``counterexamples/*.json`` beside the page are layout files
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import re
 import zlib
@@ -14,6 +15,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from importlib import metadata, resources
 from pathlib import Path
+
+import numpy as np
 
 from steadyload.engines.registry import engine_names, engines, package_versions
 from steadyload.errors import nearest
@@ -24,14 +27,17 @@ from steadyload.layouts.record import Record, to_layout
 from steadyload.layouts.writers import as_native
 from steadyload.methods.envelope import ENVELOPES
 from steadyload.methods.naming import MethodKey, method_key
+from steadyload.methods.tuned import TUNED, tuned
 from steadyload.properties import PropertyError
 from steadyload.properties.findings import finding
 from steadyload.properties.property import Case, MethodUnderTest, Property
-from steadyload.properties.registry import PROPERTIES
-from steadyload.properties.search import VERSION, Counterexample, PropertyResult, search
+from steadyload.properties.registry import PROPERTIES, by_kind
+from steadyload.properties.search import VERSION, Counterexample, Frequency, PropertyResult, search
 from steadyload.runs.pool import IN_THIS_PROCESS, SinglePart
 from steadyload.runs.provenance import key_of, made_by, provenance_lines
 from steadyload.runs.store import Codec, Progress, Store, locked
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.metrics import share
 
 STATIC_METHODS = (
     "fbs",
@@ -41,22 +47,32 @@ STATIC_METHODS = (
     "equilibrium:sides=frictionless",
     "equilibrium:sides=friction",
     "equilibrium:time=0.3",
+    "settling",
 )
+
+FITTED_METHODS = ("lstm_1", "lstm_e", "cascade@mujoco")
+"""Methods that were trained or fitted on labels, which the default tests beside all others."""
 
 _READABLE = 100
 """Number of characters of a counterexample's file name that name property and method."""
 
 
+ENOUGH = 0.1
+"""Share of the cases tried that have to test a property before it counts as one that holds."""
+
+
 class Standing(StrEnum):
     """Result of a property for a method.
 
-    ``holds``: no counterexample among the cases tried. ``finding``: it does not hold, and that is
+    ``holds``: no counterexample among the cases tried. ``too few cases``: none either, but less
+    than the share :data:`ENOUGH` of the cases tested it. ``finding``: it does not hold, and that is
     declared. ``violated``: it does not hold, and that is not declared. ``not asked``: the method
     does not declare what the property needs, or the property applies to no case, or the method
     refused all cases to which it applies.
     """
 
     HOLDS = "holds"
+    TOO_FEW = "too few cases"
     FINDING = "finding"
     VIOLATED = "violated"
     NOT_ASKED = "not asked"
@@ -82,7 +98,9 @@ class PropertyRow:
 
     ``examples``: cases tried; ``asked``: those to which the property applies; ``refused``: those
     that the method refused, which lie outside its range. ``why``: the reason of a declared finding,
-    or how an engine ended its process.
+    or how an engine ended its process. ``share``: of the cases that tested it, those that violate
+    it, and ``steps``, the median distance of their failing steps from the expected ones; None where
+    no case drawn violates it, or it is not about failing steps.
     """
 
     property: str
@@ -93,13 +111,19 @@ class PropertyRow:
     why: str = ""
     smallest: SmallestCase | None = None
     refused: int = 0
+    share: Estimate | None = None
+    steps: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class PropertyTable:
-    """Properties x methods: the statement of each property, and a row for each pair."""
+    """Properties x methods: the statement of each property, and a row for each pair.
+
+    ``kinds``: names of properties by what they are about.
+    """
 
     about: Mapping[str, str]
+    kinds: Mapping[str, tuple[str, ...]]
     methods: tuple[MethodKey, ...]
     rows: tuple[PropertyRow, ...]
 
@@ -134,11 +158,12 @@ class _Unit(SinglePart):
 
 
 def methods_on(names: Sequence[str] | None) -> list[str]:
-    """The methods that are tested by default: all static ones, and the label's on engines.
+    """The methods that are tested by default.
 
     Args:
-        names: engines; None takes the static methods and all engines that are installed and not
-            optional.
+        names: engines, on which the label's way is tested; None takes the static methods, the
+            label's way and the tuned preset on all engines that are installed and not optional,
+            and the methods that were fitted on labels.
 
     Raises:
         PropertyError: no engine of that name.
@@ -149,7 +174,12 @@ def methods_on(names: Sequence[str] | None) -> list[str]:
             raise PropertyError(f"unknown engine {name!r}; {nearest(name, known)}")
     if names is not None:
         return [f"label@{name}" for name in names]
-    return [*STATIC_METHODS, *(f"label@{name}" for name in engine_names())]
+    return [
+        *STATIC_METHODS,
+        *(f"label@{name}" for name in engine_names()),
+        *(f"{TUNED}@{name}" for name in engine_names() if name in tuned()[TUNED]),
+        *FITTED_METHODS,
+    ]
 
 
 def run_properties(
@@ -196,6 +226,7 @@ def run_properties(
         rows = [_row(unit, store.read(unit.key), output or directory) for unit in units]
     return PropertyTable(
         about={asked.name: asked.about for asked in study.properties},
+        kinds=by_kind(asked.name for asked in study.properties),
         methods=tuple(method_key(subject.method) for subject in subjects),
         rows=tuple(rows),
     )
@@ -255,6 +286,7 @@ def _encoded(answers: Sequence[PropertyResult]) -> bytes:
         "refused": outcome.refused,
         "failure": failure,
         "crashed": outcome.crashed,
+        "frequency": outcome.frequency and dataclasses.asdict(outcome.frequency),
     }
     return (json.dumps(result, indent=1) + "\n").encode()
 
@@ -267,8 +299,14 @@ def _decoded(content: bytes) -> PropertyResult:
         assert isinstance(record, Record)
         case = Case(to_layout(record), failure["change"])
         counterexample = Counterexample(case, failure["found"])
+    frequency = result["frequency"]
     return PropertyResult(
-        result["examples"], result["asked"], counterexample, result["refused"], result["crashed"]
+        result["examples"],
+        result["asked"],
+        counterexample,
+        result["refused"],
+        result["crashed"],
+        None if frequency is None else Frequency(**frequency),
     )
 
 
@@ -287,6 +325,9 @@ def _row(unit: _Unit, outcome: PropertyResult, directory: Path) -> PropertyRow:
         standing = Standing.VIOLATED
     elif not outcome.asked:
         standing = Standing.NOT_ASKED
+    elif outcome.asked < ENOUGH * outcome.examples:
+        standing = Standing.TOO_FEW
+    found = outcome.frequency
     return PropertyRow(
         property=unit.property,
         method=method_key(MethodUnderTest(unit.method).method),
@@ -296,6 +337,8 @@ def _row(unit: _Unit, outcome: PropertyResult, directory: Path) -> PropertyRow:
         refused=outcome.refused,
         why=known.why if known else outcome.crashed,
         smallest=None if shown is None else _smallest(unit, shown, directory),
+        share=None if found is None else share(np.arange(found.tested) < found.violated),
+        steps=None if found is None else found.steps,
     )
 
 

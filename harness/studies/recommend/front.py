@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from steadyload.engines.registry import engines
 from steadyload.errors import UserError, nearest
 from steadyload.layouts.question import Question
+from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import Estimate
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ class Measured:
             wrong, whatever the reason.
         cpu: CPU time a layout [ms].
         without_verdict: number of cases without a verdict.
+        errors: by direction; None where the measurement did not keep them.
     """
 
     method: str
@@ -45,12 +47,13 @@ class Measured:
     accuracy: Estimate
     cpu: Estimate
     without_verdict: int = 0
+    errors: ErrorShares | None = None
 
     @classmethod
     def of(cls, row: MethodEvaluation) -> Measured:
         """A method as an evaluation has it."""
         key, lost = row.method, sum(row.without_verdict.values())
-        return cls(key.spec, key.title, key.engine, row.accuracy, row.cpu, lost)
+        return cls(key.spec, key.title, key.engine, row.accuracy, row.cpu, lost, row.errors)
 
 
 @dataclass(frozen=True)
@@ -133,26 +136,56 @@ def sizes_of(fronts: Iterable[Front]) -> str:
     return ", ".join(dict.fromkeys(front.sizes for front in ordered))
 
 
-def best(measured: Iterable[Measured], engine: str | None = None) -> list[Measured]:
-    """Methods than which no cheaper one is as accurate, by rising cost.
+def best(
+    measured: Iterable[Measured],
+    engine: str | None = None,
+    overestimation_costs: float | None = None,
+) -> list[Measured]:
+    """Methods than which no cheaper one is as good, by rising CPU time.
 
     Args:
         measured: the methods.
         engine: only methods on this engine, and those that need none; None for all.
+        overestimation_costs: the cost of an overestimation over that of an underestimation: good is
+            whose errors cost little. None: good is who is right often.
 
     Raises:
-        FrontError: no such engine, or no such method was measured.
+        FrontError: no such engine, or no such method was measured; or the directions of errors are
+            asked for and were not kept.
     """
     if engine is not None and engine not in engines():
         raise FrontError(f"unknown engine {engine!r}; {nearest(engine, engines())}")
     asked = [m for m in measured if engine is None or m.engine in (None, engine)]
+    losses = {id(m): _loss(m, overestimation_costs) for m in asked}
     found: list[Measured] = []
-    for entry in sorted(asked, key=lambda m: (m.cpu.value, -m.accuracy.value)):
-        if not found or entry.accuracy.value > found[-1].accuracy.value:
+    for entry in sorted(asked, key=lambda m: (m.cpu.value, losses[id(m)])):
+        if not found or losses[id(entry)] < losses[id(found[-1])]:
             found.append(entry)
     if not found:
         raise FrontError("no such method was measured")
     return found
+
+
+def _loss(entry: Measured, overestimation_costs: float | None) -> float:
+    """Number that is lower for better methods."""
+    if overestimation_costs is None:
+        return -entry.accuracy.value
+    return error_cost(entry, overestimation_costs).value
+
+
+def error_cost(entry: Measured, overestimation_costs: float) -> Estimate:
+    """Expected cost of a method's errors a layout, where an underestimation costs 1.
+
+    Raises:
+        FrontError: the directions of its errors were not kept.
+    """
+    if entry.errors is None:
+        raise FrontError(
+            f"the measurement of {entry.method} on these layouts does not tell over- from "
+            "underestimations, so that --overestimation-costs has nothing to go by; leave it out, "
+            f"or measure anew. {_HOW_TO_MEASURE}"
+        )
+    return entry.errors.cost(overestimation_costs)
 
 
 def recommend(
@@ -161,26 +194,32 @@ def recommend(
     budget: float | None = None,
     accuracy: float | None = None,
     engine: str | None = None,
+    overestimation_costs: float | None = None,
 ) -> Measured:
-    """The method to use: the most accurate one within a budget, or the cheapest accurate enough.
+    """The method to use: the best one within a budget, or the cheapest that is accurate enough.
+
+    The best one is the most accurate, or the one whose errors cost least.
 
     Args:
         front: the measurements.
         budget: CPU time that a layout may take [ms]; None for any.
-        accuracy: share of cases that must be right; None for any. With both, the result is the
-            most accurate method that meets both.
+        accuracy: share of cases that must be right; None for any. With a budget or a cost of
+            errors, the result is the best method that meets all.
         engine: see :func:`best`.
+        overestimation_costs: see :func:`best`.
 
     Raises:
-        FrontError: no method meets the requirements; the message names the closest one.
+        FrontError: no method meets the requirements; the message names the closest one. Or as
+            :func:`best`.
     """
+    best(front.measured, engine, overestimation_costs)  # all can be compared
     asked = best(front.measured, engine)
-    cheap = [m for m in asked if budget is None or m.cpu.value <= budget]
-    if not cheap:
+    if budget is not None and not any(m.cpu.value <= budget for m in asked):
         raise FrontError(
             f"budget is {budget:g} ms a layout; the cheapest measured: {described(asked[0])}. "
             f"{front.measured_on()}"
         )
+    cheap = [m for m in asked if budget is None or m.cpu.value <= budget]
     fit = [m for m in cheap if accuracy is None or m.accuracy.value >= accuracy]
     if not fit:
         within = "" if budget is None else f" within {budget:g} ms"
@@ -188,13 +227,28 @@ def recommend(
             f"accuracy is {100 * (accuracy or 0.0):g} %; the most accurate measured{within}: "
             f"{described(cheap[-1])}. {front.measured_on()}"
         )
+    if overestimation_costs is not None:
+        allowed = [
+            m
+            for m in front.measured
+            if (budget is None or m.cpu.value <= budget)
+            and (accuracy is None or m.accuracy.value >= accuracy)
+        ]
+        return best(allowed, engine, overestimation_costs)[-1]
     return fit[-1] if budget is not None or accuracy is None else fit[0]
 
 
-def described(entry: Measured) -> str:
-    """Sentence on the accuracy and cost of a method."""
+def described(entry: Measured, overestimation_costs: float | None = None) -> str:
+    """Sentence on the accuracy and cost of a method, and on what its errors cost."""
     share = entry.accuracy
-    return (
+    told = (
         f"{entry.method} is right in {100 * share.value:.1f} % of cases "
         f"[{100 * share.low:.1f}, {100 * share.high:.1f}] and takes {entry.cpu.value:.3g} ms"
+    )
+    if overestimation_costs is None:
+        return told
+    cost = error_cost(entry, overestimation_costs)
+    return (
+        f"{told}; its errors cost {cost.value:.3g} [{cost.low:.3g}, {cost.high:.3g}] a layout, "
+        f"where an overestimation costs {overestimation_costs:g} and an underestimation 1"
     )

@@ -12,6 +12,7 @@ from typing import Any
 
 from steadyload.atomic import manifest_text, verified_manifest, write_atomically
 from steadyload.layouts.question import Question
+from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.real.study import SIZES
 from steadyload.studies.recommend.front import Front, FrontError, Measured
@@ -61,9 +62,13 @@ def _read(entry: Mapping[str, Any]) -> Front:
 
 def _read_measured(entry: Mapping[str, Any]) -> Measured:
     estimates = {name: Estimate(**entry[name]) for name in ("accuracy", "cpu")}
-    found = Measured(**{**entry, **estimates})
+    shares, errors = entry.get("errors"), None
+    if shares is not None:
+        errors = ErrorShares(Estimate(**shares["over"]), Estimate(**shares["under"]))
+    found = Measured(**{**entry, **estimates, "errors": errors})
     texts = found.method, found.title, found.engine or ""
-    numbers = [number for each in estimates.values() for number in dataclasses.astuple(each)]
+    read = [*estimates.values(), *((errors.over, errors.under) if errors else ())]
+    numbers = [number for each in read for number in dataclasses.astuple(each)]
     if not all(isinstance(text, str) for text in texts):
         raise TypeError
     if not all(isinstance(number, int | float) for number in (*numbers, found.without_verdict)):

@@ -13,6 +13,7 @@ from steadyload.studies.table5.accuracy_sections import (
     planar_layouts,
     time_a_layout,
 )
+from steadyload.studies.table5.cost_sections import cheapest_in_words, errors_and_costs
 from steadyload.studies.table5.detail_sections import (
     beside_the_paper,
     by_size,
@@ -47,6 +48,7 @@ def table5_page(found: Table5) -> Page:
         _found(found),
         accuracy_and_cost(found),
         *([ranks_section(found.rules)] if found.rules is not None else []),
+        errors_and_costs(own),
         *([significantly_different(own), what_the_engine_changes(own)] if tested else []),
         *([noise_of_labels(own, ceiling)] if ceiling is not None else []),
         time_a_layout(own),
@@ -83,7 +85,8 @@ def _summary(found: Table5) -> str:
 def _found(found: Table5) -> Section:
     own = found.spatial
     rows = [
-        _best(own), *_cheap(own), *_rules(found), *_spread(own), *_labels(found), *_order(found),
+        _best(own), *_cheap(own), *_rules(found), _errors(own), *_spread(own), *_labels(found),
+        *_order(found),
     ]  # fmt: skip
     table = markdown_table(("question", "answer", "n"), rows, left=2)
     return Section("What was found", "", [table])
@@ -143,6 +146,15 @@ def _spread(own: JudgedSet) -> list[Finding]:
             )
             rows.append((question, answer, str(own.about.cases)))
     return rows
+
+
+def _errors(own: JudgedSet) -> Finding:
+    return (
+        "Whose errors cost least, by the ratio of the cost of an overestimation to that of an "
+        "underestimation?",
+        cheapest_in_words(own.error_costs),
+        str(own.about.cases),
+    )
 
 
 def _labels(found: Table5) -> list[Finding]:

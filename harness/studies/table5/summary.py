@@ -32,6 +32,7 @@ from steadyload.runs.evaluation import (
 )
 from steadyload.runs.judged import load_judged
 from steadyload.runs.labels import load_labels
+from steadyload.statistics.error_costs import CheapestRange, cheapest_by_ratio
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.comparison.summary import (
     AgreementMatrix,
@@ -73,6 +74,22 @@ class Timing:
 
 
 @dataclass(frozen=True, slots=True)
+class ErrorCosts:
+    """Expected costs of errors, where an overestimation costs more than an underestimation or less.
+
+    ``methods``: those on the front of accuracy and cost, and those that are the cheapest at some
+    ratio of costs. ``cheapest``: of all methods, by ratio.
+    """
+
+    methods: tuple[MethodEvaluation, ...]
+    cheapest: tuple[CheapestRange, ...]
+
+    def title(self, spec: str) -> str:
+        """Title of one of the methods."""
+        return next(m.method.title for m in self.methods if m.method.spec == spec)
+
+
+@dataclass(frozen=True, slots=True)
 class JudgedSet:
     """All methods on a part of a labelled set.
 
@@ -107,6 +124,15 @@ class JudgedSet:
     def best(self) -> MethodEvaluation:
         """The most accurate method."""
         return max(self.evaluation.methods, key=lambda m: m.accuracy.value)
+
+    @property
+    def error_costs(self) -> ErrorCosts:
+        """Expected costs of errors, on all cases."""
+        own = {m.method.spec: m for m in self.evaluation.methods}
+        shares = {spec: m.errors for spec, m in own.items() if m.errors is not None}
+        cheapest = cheapest_by_ratio(shares)
+        shown = dict.fromkeys((*self.fronts.get(ALL, ()), *(each.method for each in cheapest)))
+        return ErrorCosts(tuple(own[spec] for spec in own if spec in shown), cheapest)
 
     def simulation_pairs(self, *, same_tuning: bool) -> list[PairTest]:
         """Pairs of simulations with one tuning on two engines, or two tunings on one engine."""
