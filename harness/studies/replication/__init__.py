@@ -1,0 +1,1 @@
+"""The paper's experiment as it was run: its files, its splits, and all of its methods on each."""

@@ -1,0 +1,181 @@
+"""Labels of the files' cases, made as those of the labelled sets are; a shard at a time.
+
+A label belongs to the content of a case, whatever its name. Those of the package's own options come
+with it, in :data:`SHIPPED`; what is missing is made by ``label@reference`` in a
+:class:`steadyload.runs.store.Store`, and an interrupted run is resumed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+
+import pandas as pd
+import pyarrow as pa
+
+from steadyload.atomic import write_atomically
+from steadyload.layouts.benchmark.tables import as_parquet, read_parquet
+from steadyload.layouts.model import Layout
+from steadyload.methods.method import Status
+from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.pool import Executor, PartLimit
+from steadyload.runs.results import SCHEMA
+from steadyload.runs.store import Progress, Store, locked, parquet
+from steadyload.runs.units import (
+    Unit,
+    crashed_row,
+    judge_unit,
+    made_now,
+    study_units,
+    timed_out_row,
+)
+from steadyload.studies.benchmark.label_rows import CASE_SECONDS, LABEL
+from steadyload.studies.replication.files import Case, PaperFiles
+
+SHIPPED = Path(__file__).parent / "labels.parquet"
+
+LABELS = pa.schema(
+    [
+        pa.field("content", pa.int64(), nullable=False),
+        pa.field("failing_step", pa.int16()),
+    ]
+)
+"""A row a labelled case. ``content``: see :func:`content_of`. ``failing_step``: counted from 0,
+null for a stable layout."""
+
+_SHARD = 48
+_DIGITS = 15
+"""Hexadecimal digits of a hash that a whole number of 64 bits holds in any case."""
+
+Labels = Mapping[int, int | None]
+"""The failing step by content of the case, None for a stable one; without the unlabelled ones."""
+
+
+def content_of(layout: Layout) -> int:
+    """A number for everything that the label of a case depends on."""
+    return int(layout.content_hash()[:_DIGITS], 16)
+
+
+def shipped_labels(path: Path = SHIPPED) -> dict[int, int | None]:
+    """The labels that come with the package.
+
+    Raises:
+        BenchmarkError: the file is damaged or of another schema.
+    """
+    return _by_content(read_parquet(path, LABELS)) if path.exists() else {}
+
+
+def ship_labels(labels: Labels, path: Path = SHIPPED) -> None:
+    """Write labels into the package; equal labels give equal bytes."""
+    rows = sorted(labels.items())
+    frame = pd.DataFrame(rows, columns=LABELS.names).astype({"failing_step": "Int16"})
+    write_atomically(path, as_parquet(frame, LABELS))
+
+
+def _by_content(frame: pd.DataFrame) -> dict[int, int | None]:
+    steps = [None if pd.isna(step) else int(step) for step in frame["failing_step"]]
+    return dict(zip(map(int, frame["content"]), steps, strict=True))
+
+
+@dataclass(frozen=True, slots=True)
+class Labelling:
+    """Labels, and how many cases have none.
+
+    Attributes:
+        labels: of all cases that have one.
+        cases: all distinct cases of the files.
+        without: cases that ended without a label, by status.
+    """
+
+    labels: Labels
+    cases: int
+    without: Mapping[str, int]
+
+
+def label_files(
+    files: PaperFiles,
+    work: Path,
+    *,
+    known: Labels | None = None,
+    workers: int | Executor = 1,
+    progress: Progress = lambda done, total: None,
+) -> Labelling:
+    """Label all cases of some files, as far as that is missing.
+
+    Args:
+        files: of which every distinct case is labelled, in the order of their turns.
+        work: folder of the shards.
+        known: labels that are there already; None for those of the package.
+        workers: see :func:`steadyload.runs.runner.run_study`.
+        progress: called with the cases done and those of all shards.
+
+    Raises:
+        ResultsError: another run is at work in the folder.
+        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
+    """
+    found = dict(shipped_labels() if known is None else known)
+    units, cases = [], 0
+    for unit in label_units(files):
+        cases += len(unit)
+        if any(content_of(layout) not in found for _, _, layout in unit.judgements):
+            units.append(unit)
+    without: dict[str, int] = {}
+    if units:
+        with locked(work):
+            store = Store(work / "labels", parquet(SCHEMA))
+            store.complete(
+                units,
+                judge_unit,
+                crashed=crashed_row,
+                limit=PartLimit(CASE_SECONDS, timed_out_row),
+                workers=workers,
+                progress=progress,
+            )
+        for unit in units:
+            statuses = _add(found, unit, store.read(unit.key))
+            for status, count in statuses.items():
+                without[status] = without.get(status, 0) + count
+    return Labelling(found, cases, without)
+
+
+def labels_so_far(files: PaperFiles, work: Path) -> dict[int, int | None]:
+    """The labels whose shards exist in a work folder, also while a run is at work in it."""
+    store: Store[dict[str, object], pd.DataFrame] = Store(work / "labels", parquet(SCHEMA))
+    found: dict[int, int | None] = {}
+    for unit in label_units(files):
+        if unit.key in store:
+            _add(found, unit, store.read(unit.key))
+    return found
+
+
+def label_units(files: PaperFiles) -> Iterator[Unit]:
+    """Units of work of all cases; those of the quick run and the others are never in one unit.
+
+    They do not depend on which labels are known, so that shards stay valid when some are shipped.
+    """
+    definition = StudyDefinition("labels", (LABEL,), shard_size=_SHARD)
+    made = made_now(definition.methods)
+    for scenario, rows in files.in_turns():
+        cases = ((scenario, files.case(row, scenario)) for row in rows)
+        for part in _parts(cases):
+            yield from study_units(definition, part, made)
+
+
+def _parts(cases: Iterable[Case]) -> Iterator[tuple[Case, ...]]:
+    ahead = iter(cases)
+    while part := tuple(islice(ahead, _SHARD)):
+        yield part
+
+
+def _add(found: dict[int, int | None], unit: Unit, rows: pd.DataFrame) -> dict[str, int]:
+    """Add the labels of a shard; returns the number of cases without one, by status."""
+    without: dict[str, int] = {}
+    statuses, steps = rows["status"], rows["failing_step"]
+    for (_, _, layout), status, step in zip(unit.judgements, statuses, steps, strict=True):
+        if status == Status.DONE:
+            found[content_of(layout)] = None if pd.isna(step) else int(step)
+        else:
+            without[str(status)] = without.get(str(status), 0) + 1
+    return without

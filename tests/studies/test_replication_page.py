@@ -1,0 +1,159 @@
+"""The paper's experiment from end to end, on a data set of a hundred files."""
+
+import dataclasses
+
+import numpy as np
+import pandas as pd
+import pytest
+
+pytest.importorskip("torch")
+
+from steadyload.layouts.heuristics import Heuristic
+from steadyload.methods.registry import make_method
+from steadyload.reports.page import write_page
+from steadyload.runs.evaluation import ALL
+from steadyload.studies.replication.files import FileOptions
+from steadyload.studies.replication.labels import Labelling
+from steadyload.studies.replication.methods import ALL_LINES
+from steadyload.studies.replication.networks import MEMBERS, paper_options
+from steadyload.studies.replication.page import replication_page
+from steadyload.studies.replication.splits import PartSizes, SplitKind
+from steadyload.studies.replication.study import (
+    LSTM_1,
+    LSTM_E,
+    MEMORISER,
+    SUPPORT,
+    ReplicationOptions,
+    case_layouts,
+    replicate,
+)
+from steadyload.studies.replication.summary import fall, paper_of, summarise
+
+SIZES = dict.fromkeys(("S1", "S2a", "S2b"), PartSizes(test=(4, 2), validation=(2, 1)))
+OPTIONS = ReplicationOptions(
+    files=FileOptions(
+        seed=5,
+        lists=3,
+        item_counts={1: 4, 2: 4, 3: 6},
+        heuristics=tuple(map(Heuristic.numbered, (1, 2, 41, 42))),
+    ),
+    epochs=2,
+    budget=3600.0,
+    seeds=2,
+    methods=("fbs", "sme"),
+    sizes=SIZES,
+)
+
+
+@pytest.fixture(scope="module")
+def work(tmp_path_factory):
+    return tmp_path_factory.mktemp("replication")
+
+
+@pytest.fixture(scope="module")
+def done(work):
+    return replicate(OPTIONS, work, workers=0)
+
+
+@pytest.fixture(scope="module")
+def found(done):
+    return summarise(done)
+
+
+def test_rules_are_judged_on_every_test_file(done):
+    tests = done.tests
+    assert len(tests) == 18
+    layouts = case_layouts(done.files, tests)
+    for spec in OPTIONS.methods:
+        steps = [make_method(spec).judge(layout).failing_step for layout in layouts]
+        labels = [None if pd.isna(step) else int(step) for step in tests["failing_step"]]
+        right = [a == b for a, b in zip(steps, labels, strict=True)]
+        assert done.rights[spec].tolist() == [right]
+
+
+def test_all_learn_on_all_splits(done):
+    for kind, split in done.splits.items():
+        expected = {MEMORISER, LSTM_1}
+        expected |= set() if kind is SplitKind.FEWER else {LSTM_E}
+        expected |= {SUPPORT} if kind is SplitKind.LIST else set()
+        assert set(split.rights) == expected
+        assert split.rights[MEMORISER].shape == (1, 18)
+        assert split.rights[LSTM_1].shape == (2, 18)
+        assert len(split.folds) == (3 if kind is SplitKind.LIST else 1)
+        assert len(split.efforts[LSTM_1]) == 2 * len(split.folds)
+        assert all(effort.epochs == 2 for effort in split.efforts[LSTM_1])
+
+
+def test_networks_are_those_of_table_4():
+    assert [hidden for hidden, _ in MEMBERS] == [125, 175, 150, 150, 200]
+    assert [rate for _, rate in MEMBERS] == [0.35e-3, 0.15e-3, 0.67e-3, 0.19e-3, 0.71e-3]
+    options = paper_options(1, 4)
+    assert (options.hidden, options.layers, options.learning_rate) == (175, 2, 0.15e-3)
+    assert (str(options.features), options.symmetries, options.epochs) == ("plain", 1, 700)
+
+
+def test_a_second_run_judges_and_trains_nothing(done, work):
+    def files():
+        return {path: path.stat().st_mtime_ns for path in work.rglob("*.p*") if path.is_file()}
+
+    judged = {p: t for p, t in files().items() if "set" not in p.parts}
+    again = replicate(OPTIONS, work, workers=0)
+    assert {p: t for p, t in files().items() if "set" not in p.parts} == judged
+    for kind, split in done.splits.items():
+        for name, right in split.rights.items():
+            assert (again.splits[kind].rights[name] == right).all()
+
+
+def test_the_summary_counts_what_was_judged(done, found):
+    tests = done.tests
+    row = found.method("sme")
+    assert row.accuracy[ALL].value == pytest.approx(done.rights["sme"].mean())
+    assert row.paper[ALL] == pytest.approx(0.8356)
+    s1 = (tests["scenario"] == "S1").to_numpy()
+    split = done.splits[SplitKind.FILE]
+    learnt = found.learnt(LSTM_1, SplitKind.FILE)
+    assert learnt.accuracy["S1"].value == pytest.approx(split.rights[LSTM_1][:, s1].mean())
+    assert learnt.with_twin.n + learnt.without_twin.n == 18
+    assert [count.test for count in found.counts] == [6, 6, 6]
+    first, second = found.networks[:2]
+    fewer = done.splits[SplitKind.FEWER].rights[LSTM_1].mean()
+    assert first.change is None
+    assert second.change.value == pytest.approx(fewer - split.rights[LSTM_1].mean())
+
+
+def test_a_fall_is_the_difference_of_two_accuracies(done):
+    tests = done.tests
+    right = np.zeros((1, len(tests)), bool)
+    s1 = (tests["scenario"] == "S1").to_numpy()
+    right[0, np.flatnonzero(s1)[:5]] = True
+    right[0, np.flatnonzero(~s1)[:3]] = True
+    assert fall(right, tests).value == pytest.approx(5 / 6 - 3 / 12)
+
+
+def test_the_paper_is_quoted():
+    assert paper_of("LSTM_e")["S1"] == pytest.approx(0.9867)
+    assert paper_of("no such method") == {}
+    assert {line.paper for line in ALL_LINES} - {""} <= {
+        "FBS", "PBS 0.9", "PBS 0.7", "PBS 0.5", "SME", "PS_3", "PS_5", "PS_opt"
+    }  # fmt: skip
+    for line in ALL_LINES:
+        assert not line.paper or paper_of(line.paper)
+
+
+def test_the_page_answers_and_marks_a_quick_run(found, tmp_path):
+    text = write_page(replication_page(found), tmp_path / "full").read_text()
+    assert "LSTM_e is right on" in text.split("##")[0]
+    assert "98.7 % there" in text.split("##")[0]
+    assert "under-trained" not in text
+    assert "Not all readings of PS_3 and PS_5 were judged" in text
+    quick = dataclasses.replace(found, quick=True)
+    text = write_page(replication_page(quick), tmp_path / "quick").read_text()
+    assert "under-trained" in text.split("##")[0]
+    assert text.count("under-trained") >= 3
+
+
+def test_labels_alone_have_a_page(tmp_path):
+    page = replication_page(Labelling({1: None, 2: 0}, 5, {"crashed": 1}))
+    text = write_page(page, tmp_path).read_text()
+    assert "2 labels are known; the files have 5 distinct cases" in text
+    assert "1 crashed" in text
