@@ -136,7 +136,8 @@ def test_make_pages_remakes_what_is_registered(toys, capsys):
 def test_an_engine_is_a_class_and_one_line(toys):
     planned = standard_methods()
     assert [spec for spec in planned if spec.endswith("@toyworld")] == [
-        f"{name}@toyworld" for name in ("ps5", "ps3", "ps_opt-paper", "ps_opt")
+        f"{name}@toyworld"
+        for name in ("ps5-literal", "ps3-literal", "ps5", "ps3", "ps_opt-paper", "ps_opt")
     ]
     assert "Toy engine" in engines_markdown(engine_records())
     key = method_key(make_method("ps3@toyworld"))

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.studies.options import methods_option, option
-from steadyload.studies.study import Progress, Study, silent
+from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,7 @@ class Sensitivity(Study[SensitivityConfig, Any]):
     about = "rank of every method over the rule by which a loading fails, told the rule and not"
     Config = SensitivityConfig
     workers = 0
+    published = (PublishedPage("sensitivity", "--limit 25"),)
 
     def run(
         self,
