@@ -11,6 +11,7 @@ from steadyload.studies.replication.labels import Labelling
 from steadyload.studies.replication.methods import OURS, PRINTED, PS_OPT, READINGS, STATIC
 from steadyload.studies.replication.sections import (
     KINDS,
+    costs_section,
     counts_section,
     depends_section,
     method_table,
@@ -45,6 +46,7 @@ def replication_page(found: ReplicationSummary | Labelling) -> Page:
             splits_section(found),
             counts_section(found),
             trainings_section(found),
+            costs_section(found),
             depends_section(found),
         ],
         found.made_with,
@@ -191,9 +193,15 @@ def _learned(found: ReplicationSummary) -> Section:
         "The same test files under every split; what differs is the training. *File*: twins of a "
         "test file stay in the training. *Fewer*: likewise, with as many training files as in the "
         "next. *Geometry*: nothing with the geometry of a held-out file. *Item list*: nothing of "
-        f"its item list.{_note(found)}",
+        f"its item list. n = {_each(found)} in every scenario.{_note(found)}",
         [printed, Table(_sorted(found.learned), columns), _differences(found)],
     )
+
+
+def _each(found: ReplicationSummary) -> str:
+    """The number of test files of a scenario, or the least and the greatest."""
+    counts = sorted({row.test for row in found.counts})
+    return " to ".join(map(str, dict.fromkeys((counts[0], counts[-1]))))
 
 
 def _note(found: ReplicationSummary) -> str:

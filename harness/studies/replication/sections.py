@@ -47,8 +47,26 @@ def method_table(rows: Sequence[MethodRow]) -> Table:
                 for group in GROUPS
             ),
             Column("the paper, all %", lambda row: row.paper.get(ALL), plain_percent),
-            Column("no verdict", "lost"),
-            Column("CPU ms", "cpu", significant),
+        ],
+    )
+
+
+def costs_section(found: ReplicationSummary) -> Section:
+    """Section of the cost of the methods that learn nothing, and of their missing verdicts."""
+    return Section(
+        "Cost, and cases without a verdict",
+        "CPU time of judging, beside whatever else the machine did: the timing pass is that of "
+        "[table5](../table5/report.md). A case without a verdict counts as wrong.",
+        [
+            Table(
+                found.methods,
+                [
+                    words("method", "line.title"),
+                    Column("test files", lambda row: row.accuracy[ALL].n),
+                    Column("no verdict", "lost"),
+                    Column("CPU ms", "cpu", significant),
+                ],
+            )
         ],
     )
 
@@ -135,11 +153,10 @@ def trainings_section(found: ReplicationSummary) -> Section:
                 [
                     words("network", "name"),
                     words("split by", lambda row: KINDS[row.kind]),
-                    Column("trainings"),
+                    Column("trainings", lambda row: f"{row.trainings}, {row.cut_off} cut off"),
                     Column("epochs", lambda row: _between(row.epochs)),
                     Column("best epoch", lambda row: _between(row.best)),
                     Column("hours", "hours", significant),
-                    Column("cut off", "cut_off"),
                 ],
             )
         ],
