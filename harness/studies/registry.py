@@ -22,6 +22,7 @@ STUDIES: dict[str, str] = {
     "cascade": "steadyload.studies.cascade.config:STUDY",
     "tuning": "steadyload.studies.tuning.config:STUDY",
     "learned": "steadyload.studies.learned.config:STUDY",
+    "replication": "steadyload.studies.replication.config:STUDY",
     "uncertain": "steadyload.studies.uncertain.config:STUDY",
     "session": "steadyload.studies.session.config:STUDY",
     "speed": "steadyload.studies.speed.config:STUDY",
