@@ -206,10 +206,12 @@ def test_the_sentence_names_what_survives_and_what_is_turned_round(found):
     )
     text = what_survives(Sensitivity(found.rankings, claims, 9, 3, {}, {}))
     kept, loose, tight = text.split("Turned round")
+    kept, where_told = kept.split("Where methods are told the rule")
     assert "Of 3 conclusions" in kept
     assert "A is better" in kept
     assert "B is better" not in kept
     assert "C is better" not in kept
+    assert "1 more holds: B is better" in where_told
     second = RULES[1]
     assert "B is better (label)" in loose if second is USUAL else second.name in loose
     assert f"C is better ({RULES[0].name})" in tight

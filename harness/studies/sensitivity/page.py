@@ -51,9 +51,14 @@ def what_survives(found: Sensitivity) -> str:
     rules = len(found.by(Knowledge.TOLD))
     both = [c for c in told if c.fate is Fate.SURVIVES and _twin(c, standing).fate is c.fate]
     parts = [
-        f"Of {len(told)} conclusions that Table 5 invites, {len(both)} hold under all {rules} "
+        f"Of {len(told)} conclusions that Table 5 invites, {_hold(len(both))} under all {rules} "
         f"rules, whether methods are told the rule or not{_listed(both)}."
     ]
+    more = [c for c in told if c.fate is Fate.SURVIVES and c not in both]
+    if more:
+        parts.append(
+            f"Where methods are told the rule, {len(more)} more {_verb(len(more))}{_listed(more)}."
+        )
     turned = [c for c in standing if c.fate is Fate.TURNS]
     if turned:
         parts.append(
@@ -69,6 +74,14 @@ def what_survives(found: Sensitivity) -> str:
             + "."
         )
     return " ".join(parts)
+
+
+def _hold(count: int) -> str:
+    return f"{count} {_verb(count)}"
+
+
+def _verb(count: int) -> str:
+    return "holds" if count == 1 else "hold"
 
 
 def _twin(claim: Claim, among: Sequence[Claim]) -> Claim:
