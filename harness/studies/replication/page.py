@@ -82,13 +82,15 @@ def _twins(found: ReplicationSummary) -> str:
     kinds = (SplitKind.FILE, SplitKind.GEOMETRY, SplitKind.LIST)
     learnt = [_in_s1(found, name, kind) for kind in kinds]
     recalled = [_in_s1(found, MEMORISER, kind) for kind in kinds]
+    trained = f", under-trained with {found.epochs} epochs instead of 700," if found.quick else ""
     return (
-        f"{name} is right on {learnt[0]} of the test files of S1 when files are split one by one, "
-        f"as the paper's seem to be ({plain_percent(paper_of(name)['S1'])} % there), on "
-        f"{learnt[1]} when nothing with the geometry of a held-out file may be learnt from, and on "
-        f"{learnt[2]} when whole item lists are held out; a memoriser, which only repeats the "
-        "label of the training file that begins most alike, on "
-        f"{recalled[0]}, {recalled[1]} and {recalled[2]}."
+        "Of the test files of S1, of which the paper's "
+        f"{name} is right on {plain_percent(paper_of(name)['S1'])} %, a memoriser, which only "
+        "repeats the label of the training file that begins most alike, is right on "
+        f"{recalled[0]} when files are split one by one, as the paper's seem to be, on "
+        f"{recalled[1]} when nothing with the geometry of a held-out file may be learnt from, and "
+        f"on {recalled[2]} when whole item lists are held out. {name}{trained} is right on "
+        f"{learnt[0]}, {learnt[1]} and {learnt[2]}."
     )
 
 
