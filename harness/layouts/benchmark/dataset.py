@@ -326,3 +326,9 @@ def row_of(
         "sizes": [side for item in layout.items for side in item.size],
         "weights": layout.weights.tolist(),
     }
+
+
+def stored_offsets(layout: Layout) -> list[float] | None:
+    """The cell ``offsets`` of the table of cases for a layout; None where all are zero."""
+    offsets = layout.mass_offsets
+    return offsets.ravel().tolist() if offsets.any() else None

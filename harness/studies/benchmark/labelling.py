@@ -16,7 +16,7 @@ import pandas as pd
 from steadyload.engines.registry import package_versions
 from steadyload.layouts.benchmark.build import BuildOptions, build
 from steadyload.layouts.benchmark.confidence import Reason
-from steadyload.layouts.benchmark.dataset import Benchmark, load_benchmark
+from steadyload.layouts.benchmark.dataset import Benchmark, load_benchmark, stored_offsets
 from steadyload.layouts.benchmark.real import (
     RealInputs,
     RealOptions,
@@ -183,7 +183,7 @@ def write_unlabelled(
             "layout": layout.name,
             "scenario": scenario,
             "item_count": len(layout),
-            "offsets": layout.mass_offsets.ravel().tolist() if layout.mass_offsets.any() else None,
+            "offsets": stored_offsets(layout),
             "status": UNLABELLED,
         }
         for scenario, layout in cases

@@ -25,7 +25,7 @@ from steadyload.learners.sequences import Sequences
 from steadyload.learners.training import Training
 from steadyload.methods.spec import as_plain
 from steadyload.runs.store import locked
-from steadyload.studies.replication.splits import Fold
+from steadyload.studies.replication.splits import Fold, steps_safe
 
 MEMBERS: tuple[tuple[int, float], ...] = (
     (125, 0.35e-3),
@@ -100,7 +100,7 @@ def _sequences(material: Material, kind: FeatureKind) -> Sequences:
         kind=kind,
         rows=np.concatenate(rows),
         starts=np.concatenate(([0], np.cumsum([len(row) for row in rows]))),
-        safe=cases["failing_step"].fillna(cases["item_count"]).to_numpy(dtype=np.int64),
+        safe=steps_safe(cases),
         scenarios=cases["scenario"].to_numpy(dtype=object),
         instances=cases["instance"].to_numpy(dtype=object),
         geometries=cases["geometry"].to_numpy(dtype=object),

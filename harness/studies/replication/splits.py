@@ -2,7 +2,7 @@
 
 Test and validation files are drawn once, by scenario and half of them stable, as in Table 2 of the
 paper. A split says which of the other files may be learnt from: a method that is tested under all
-three meets the same files, and what changes is what it has seen.
+splits meets the same files, and what changes is what it has seen.
 """
 
 from __future__ import annotations
@@ -104,6 +104,14 @@ def labelled_cases(files: PaperFiles, labels: Labels) -> pd.DataFrame:
             )
         )
     return pd.concat(parts, ignore_index=True)
+
+
+def steps_safe(cases: pd.DataFrame) -> NDArray[np.int64]:
+    """Items placed safely by the label of every case, all of them for a stable one."""
+    steps: NDArray[np.int64] = (
+        cases["failing_step"].fillna(cases["item_count"]).to_numpy(dtype=np.int64)
+    )
+    return steps
 
 
 def draw_parts(

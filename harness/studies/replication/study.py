@@ -11,7 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark import Part
-from steadyload.layouts.benchmark.dataset import row_of
+from steadyload.layouts.benchmark.dataset import row_of, stored_offsets
 from steadyload.layouts.benchmark.tables import CASES, OPINIONS, write_tables
 from steadyload.layouts.model import Layout
 from steadyload.learners.features import FeatureKind
@@ -44,6 +44,7 @@ from steadyload.studies.replication.splits import (
     folds,
     labelled_cases,
     share_with_twin,
+    steps_safe,
 )
 from steadyload.studies.study import Progress, silent
 
@@ -220,10 +221,7 @@ def write_test_set(files: PaperFiles, tests: pd.DataFrame, folder: Path) -> None
             "layout": cases["name"].to_numpy(),
             "scenario": cases["scenario"].to_numpy(),
             "item_count": cases["item_count"].to_numpy(),
-            "offsets": [
-                layout.mass_offsets.ravel().tolist() if layout.mass_offsets.any() else None
-                for layout in layouts
-            ],
+            "offsets": list(map(stored_offsets, layouts)),
             "split": str(Part.TEST),
             "rank": cases.groupby("scenario").cumcount().to_numpy(),
             "status": "done",
@@ -259,6 +257,7 @@ def _trained(
     progress: Progress,
 ) -> dict[SplitKind, SplitResult]:
     made = {kind: folds(cases, part, kind) for kind in SplitKind}
+    labels = steps_safe(cases)
     seeds = range(asked.seeds)
     plans: dict[SplitKind, dict[str, list[list[tuple[int, int, FeatureKind]]]]] = {}
     for kind in SplitKind:
@@ -299,7 +298,7 @@ def _trained(
                         for k, seed, features in ensemble
                     ]
                     safe, effort = network_steps(material, fold, options, work, budget, advance)
-                    right[which, fold.test] = safe == _label_steps(cases)[fold.test]
+                    right[which, fold.test] = safe == labels[fold.test]
                     efforts.setdefault(name, []).extend(effort)
             rights[name] = right[:, test]
         twins = np.zeros(len(cases), dtype=bool)
@@ -320,10 +319,3 @@ def _memorised(
         for k in np.flatnonzero(fold.test).tolist():
             right[0, k] = memoriser.failing_step(layouts[k]) == steps[k]
     return right
-
-
-def _label_steps(cases: pd.DataFrame) -> NDArray[np.int64]:
-    steps: NDArray[np.int64] = (
-        cases["failing_step"].fillna(cases["item_count"]).to_numpy(dtype=np.int64)
-    )
-    return steps

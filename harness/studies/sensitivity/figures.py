@@ -5,10 +5,8 @@ from __future__ import annotations
 from matplotlib.figure import Figure
 
 from steadyload.reports.style import colour, face, marker
-from steadyload.studies.sensitivity.rules import LIMITS, TIMES, USUAL, Rule
+from steadyload.studies.sensitivity.rules import LIMITS, TIMES
 from steadyload.studies.sensitivity.summary import Knowledge, Sensitivity
-
-_SHORT = {USUAL.name: "label"}
 
 
 def plot_ranks(found: Sensitivity) -> Figure:
@@ -31,7 +29,7 @@ def plot_ranks(found: Sensitivity) -> Figure:
                     # Neighbours in time stand in an order; other rules do not.
                     linestyle="-" if rules is TIMES else ":",
                 )
-            axes.set_xticks(range(len(rules)), [_named(rule) for rule in rules], rotation=30)
+            axes.set_xticks(range(len(rules)), [rule.short for rule in rules], rotation=30)
             axes.set_title(f"methods {knowledge}", fontsize=9)
             axes.grid(visible=True, axis="y", linewidth=0.4, alpha=0.6)
         last = rankings[LIMITS[-1]]
@@ -51,10 +49,6 @@ def plot_ranks(found: Sensitivity) -> Figure:
     panels[0][0].set_yticks(range(1, len(found.methods) + 1))
     figure.tight_layout()
     return figure
-
-
-def _named(rule: Rule) -> str:
-    return _SHORT.get(rule.name, rule.name)
 
 
 def _step(found: Sensitivity, knowledge: Knowledge, spec: str) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from operator import attrgetter
 
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import (
@@ -15,7 +16,7 @@ from steadyload.reports.table import (
     words,
 )
 from steadyload.studies.sensitivity.figures import plot_ranks
-from steadyload.studies.sensitivity.rules import LIMITS, TIMES, USUAL, Rule
+from steadyload.studies.sensitivity.rules import LIMITS, RULES, TIMES, Rule
 from steadyload.studies.sensitivity.summary import (
     Claim,
     Fate,
@@ -25,7 +26,8 @@ from steadyload.studies.sensitivity.summary import (
     Sensitivity,
 )
 
-_TITLES = {USUAL.name: "label"}
+_BY_VALUE = attrgetter("value")
+_SHORT = {rule.name: rule.short for rule in RULES}
 
 
 def sensitivity_page(found: Sensitivity) -> Page:
@@ -59,20 +61,15 @@ def what_survives(found: Sensitivity) -> str:
         parts.append(
             f"Where methods are told the rule, {len(more)} more {_verb(len(more))}{_listed(more)}."
         )
-    turned = [c for c in standing if c.fate is Fate.TURNS]
-    if turned:
-        parts.append(
-            "Turned round by some rule where methods are not told it: "
-            + "; ".join(f"{_plain(c)} ({names(map(_short, c.turned))})" for c in turned)
-            + "."
-        )
-    turned = [c for c in told if c.fate is Fate.TURNS]
-    if turned:
-        parts.append(
-            "Turned round even where they are told: "
-            + "; ".join(f"{_plain(c)} ({names(map(_short, c.turned))})" for c in turned)
-            + "."
-        )
+    for claims, where in (
+        (standing, "by some rule where methods are not told it"),
+        (told, "even where they are told"),
+    ):
+        turned = [
+            f"{_plain(c)} ({names(map(_short, c.turned))})" for c in claims if c.fate is Fate.TURNS
+        ]
+        if turned:
+            parts.append(f"Turned round {where}: {'; '.join(turned)}.")
     return " ".join(parts)
 
 
@@ -137,8 +134,8 @@ def _claims(found: Sensitivity) -> Section:
         words("fate", lambda claim: str(claim.fate)),
         Column("holds under", lambda c: f"{len(c.holds)} of {len(c.differences)}"),
         words("turned under", lambda claim: names(map(_short, claim.turned))),
-        Column("least difference", lambda c: percent(min(c.differences.values(), key=_value))),
-        Column("greatest", lambda c: percent(max(c.differences.values(), key=_value))),
+        Column("least difference", lambda c: percent(min(c.differences.values(), key=_BY_VALUE))),
+        Column("greatest", lambda c: percent(max(c.differences.values(), key=_BY_VALUE))),
     )
     rows = sorted(found.claims, key=lambda claim: list(Fate).index(claim.fate))
     return Section(
@@ -147,10 +144,6 @@ def _claims(found: Sensitivity) -> Section:
         f"Differences in percentage points, n = {found.cases} under each rule.",
         [Table(rows, columns)],
     )
-
-
-def _value(estimate: object) -> float:
-    return float(getattr(estimate, "value"))  # noqa: B009
 
 
 def _labels(found: Sensitivity) -> Section:
@@ -204,10 +197,10 @@ def _table(
 
     columns = [
         words("method", 0),
-        *columns_for([rule.name for rule in rules], lambda name: _short(name), accuracy),
+        *columns_for([rule.name for rule in rules], _short, accuracy),
     ]
     return Table(rows, columns, caption)
 
 
 def _short(name: str) -> str:
-    return _TITLES.get(name, name)
+    return _SHORT[name]

@@ -55,14 +55,17 @@ class Rule:
         values = {key: value for key, value in self._parameters.items() if key in known}
         if not values:
             return str(method.spec)
-        kept, _, stated = str(method.spec).partition(":")
-        before = dict(pair.split("=", 1) for pair in stated.split(",") if pair)
-        together = {**before, **values}
+        together = {**dict(method.spec.values), **values}
         if self.seconds is None:
             for key in ("t_max", "time", "early_exit"):
                 together.pop(key, None)
-        text = ",".join(f"{key}={value}" for key, value in together.items())
-        return str(make_method(f"{kept}:{text}" if text else kept).spec)
+        stated = dataclasses.replace(method.spec, values=tuple(together.items()))
+        return str(make_method(str(stated)).spec)
+
+    @property
+    def short(self) -> str:
+        """Its name where there is little room."""
+        return "label" if self == USUAL else self.name
 
     @property
     def label(self) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib import resources
 
 from steadyload.methods.naming import MethodKey
@@ -56,6 +57,7 @@ class Paper:
         return [group for group in groups if group in self.rows[0].accuracy]
 
 
+@cache
 def paper() -> Paper:
     """The paper's own numbers, from ``paper.toml``; accuracies as shares."""
     content = tomllib.loads((resources.files(__package__) / "paper.toml").read_text())
