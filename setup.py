@@ -1,5 +1,7 @@
 """Where the packages of ``steadyload`` lie: every top-level folder is installed below one name."""
 
+import atexit
+import shutil
 import tempfile
 
 from setuptools import find_packages, setup
@@ -12,6 +14,7 @@ FOLDERS = {
 }
 
 BUILD = tempfile.mkdtemp(prefix="steadyload-build-")
+atexit.register(shutil.rmtree, BUILD, ignore_errors=True)
 
 setup(
     packages=[

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 def command() -> int:
     """Run the command with the arguments of the process; returns its exit status."""
     starting()
+    # Nothing is rendered: with its renderer MuJoCo loads glfw, which asks a process of its own for
+    # a version, and that one complains when this one is killed.
+    os.environ.setdefault("MUJOCO_GL", "disable")
     return ended(main())
 
 

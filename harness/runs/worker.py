@@ -33,8 +33,7 @@ _ENVIRONMENT = {
 """Variables of workers. A new interpreter imports nothing from the working directory; what this
 process can import it can, too, because multiprocessing hands it ``sys.path``. Linear algebra uses
 one thread: processes fill the cores already, and threads that wait for each other by spinning made
-small factorisations ten times as slow. Nothing is rendered: with its renderer MuJoCo loads glfw,
-which asks a process of its own for a version, and that one complains when its parent is killed."""
+small factorisations ten times as slow. Nothing is rendered, as in the command itself."""
 
 _FATAL_ERRORS = frozenset(
     {signal.SIGABRT, signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL}

@@ -38,10 +38,12 @@ class Victim:
         begin: the fixture.
         folder: where it is called.
         words: of the command.
+        last: word with which the last line begins that it says when it was not killed, if any.
     """
 
-    def __init__(self, begin, folder, words):
+    def __init__(self, begin, folder, words, last=None):
         self._start = lambda: begin(*words, cwd=folder)
+        self._last = last
         self.kills = []
 
     def kill(self, number, seconds, *, alone):
@@ -61,8 +63,9 @@ class Victim:
         while _group(process.pid) and time.monotonic() < deadline:
             time.sleep(0.02)  # Python's tracker of shared resources goes last, by itself
         assert not _group(process.pid), "processes are left"
-        if process.returncode == 0:
-            return False
+        lines = [line.split() for line in said.splitlines()]
+        if process.returncode == 0 or any(self._last in line[:1] for line in lines):
+            return False  # it had said all that it had to say
         self.kills.append((number.name, round(seconds, 2), alone, process.returncode, said))
         print(*self.kills[-1])
         # A search tells of every generation when it is judged.
@@ -81,11 +84,14 @@ class Victim:
                 moment *= 0.7
 
     def finish(self):
-        """Let it come to its end; returns the seconds it took."""
+        """Let it come to its end.
+
+        Returns the seconds it took, and the word with which its last line began, if any.
+        """
         process, begun = self._start(), time.monotonic()
         _, said = process.communicate(timeout=300)
         assert process.returncode == 0, said
-        return time.monotonic() - begun
+        return time.monotonic() - begun, (said.splitlines() or [""])[-1].partition(" ")[0] or None
 
 
 def _cpu_seconds(pid):
@@ -235,10 +241,10 @@ def test_a_killed_command_goes_on_to_the_same_output(name, begin, tmp_path, unla
     for folder in (whole, killed):
         folder.mkdir()
         anew(folder)
-    seconds = Victim(begin, whole, words.split()).finish()
+    seconds, last = Victim(begin, whole, words.split()).finish()
     if name == "tune":  # what judging costs is measured
         shutil.copy(whole / "cost.json", killed)
-    random, victim = Random(name), Victim(begin, killed, words.split())
+    random, victim = Random(name), Victim(begin, killed, words.split(), last)
     moments = [random.uniform(0.2, 0.7) * seconds for _ in STATUS]
     victim.kill_at(moments, lambda: anew(killed))
     victim.finish()
