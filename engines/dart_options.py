@@ -14,7 +14,10 @@ class DartOptions:
     DART writes the contacts that hang together as one linear complementarity problem, and solves it
     by Dantzig's method, whose cost grows with the cube of their number. From some number of rows on
     it can solve them by projected Gauss-Seidel without writing the matrix (DART 6.20, "matrix-free
-    contact solver"); where that does not converge, Dantzig's method is used after all.
+    contact solver"); where that does not converge, Dantzig's method is used after all. Penetration
+    is pushed out by impulses of their own ("split impulse"), which are solved a second time and
+    always by Dantzig's method, or by those of the contacts: a pile of 100 boxes then takes a tenth
+    of the time.
 
     Raises:
         ValueError: a value outside its range.
@@ -33,6 +36,14 @@ class DartOptions:
         "change of forces in a sweep, in shares of them, at which these have converged",
         least=1e-9,
         most=0.1,
+        later=True,
+    )
+    split_impulse: int = quantity(
+        1,
+        "1: penetration is pushed out by impulses of their own, which leave no velocity; 0: by "
+        "those of the contacts",
+        least=0,
+        most=1,
         later=True,
     )
 

@@ -80,7 +80,8 @@ class DartWorld(FixedStepWorld):
         "linear complementarity problem. DART keeps 1000 contacts (some 250 touching pairs): a "
         "layout that needs more ends with status `error`, never with contacts dropped in silence. "
         "Contacts of large piles can be solved by iteration, with no matrix (`matrix_free_rows`): "
-        "loose tolerances are quick, and let piles creep.",
+        "loose tolerances are quick, and let piles creep; that takes effect on large piles with "
+        "`split_impulse=0`, because split impulses are always solved by Dantzig's method.",
     )
 
     def __init__(self, settings: WorldSettings) -> None:
@@ -92,7 +93,7 @@ class DartWorld(FixedStepWorld):
         world.setGravity(list(settings.gravity))
         world.setCollisionDetector(dart.simulation.CollisionDetectorType.BULLET)
         solver = world.getConstraintSolver()
-        solver.setSplitImpulseEnabled(True)
+        solver.setSplitImpulseEnabled(bool(options.split_impulse))
         if options.matrix_free_rows:
             matrix_free = solver.getMatrixFreeContactSolverOptions()
             matrix_free.mEnabled, matrix_free.mMinRows = True, options.matrix_free_rows

@@ -41,6 +41,13 @@ def test_a_pile_stands_without_a_matrix(rows):
     assert not np.array_equal(found, usual)  # it is another solver
 
 
+def test_a_pile_stands_without_split_impulses():
+    planned = np.array([box.centre for box in PILE + ACROSS])
+    found = settled(DartOptions(97, split_impulse=0))
+    assert np.abs(found - planned).max() < 2e-3
+    assert not np.array_equal(found, settled(DartOptions(97)))
+
+
 def test_without_a_matrix_a_reseated_world_moves_as_a_new_one():
     options = DartOptions(97)
     assert np.array_equal(settled(options), settled(options, twice=True))
