@@ -16,7 +16,7 @@ TEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 # Tests start many processes, each of which would compile all sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help study test test-deep fuzz lint types lock bench engines verify extremes properties benchmark planar packers accuracy uncertain tuning learned cascade session scale scope sensitivity table real docs clean pages
+.PHONY: help study test test-deep fuzz lint types lock bench engines verify extremes properties benchmark planar lists packers accuracy uncertain tuning learned cascade session scale scope sensitivity table real docs clean pages
 
 help: ## list these targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -86,6 +86,10 @@ benchmark: $(READY) ## remake the labelled set (hours) and its page; goes on whe
 planar: $(READY) ## remake the planar labelled set (a quarter of an hour); goes on where it was
 	test -e runs/planar/manifest.json || $(BIN)/steadyload benchmark build --planar -o runs/planar
 	$(BIN)/steadyload benchmark label runs/planar --judges none
+
+lists: $(READY) ## remake the labelled set of many item lists (an hour); goes on where it was
+	test -e runs/lists/manifest.json || $(BIN)/steadyload benchmark build --lists -o runs/lists
+	$(BIN)/steadyload benchmark label runs/lists --judges none
 
 packers: $(READY) ## remake the page of packers' plans from the labels of the set of real size (seconds)
 	$(BIN)/steadyload pages remake packers

@@ -47,7 +47,14 @@ PLANAR = "planar"
 REAL = "real"
 """Name of the set of layouts of real size, 25 to 150 boxes."""
 
-SETS: Mapping[str, Path] = {PLANAR: _PACKAGE / "data_planar", REAL: _PACKAGE / "data_real"}
+LISTS = "lists"
+"""Name of the set that is a test alone: few layouts of each of many item lists."""
+
+SETS: Mapping[str, Path] = {
+    PLANAR: _PACKAGE / "data_planar",
+    REAL: _PACKAGE / "data_real",
+    LISTS: _PACKAGE / "data_lists",
+}
 """Names of further sets of the package, and their folders."""
 
 

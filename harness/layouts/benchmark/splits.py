@@ -102,9 +102,9 @@ def assign_splits(cases: pd.DataFrame, *, seed: int, sizes: SplitSizes = SIZES) 
 def spread_over_lists(cases: pd.DataFrame, *, seed: int, most: int) -> pd.DataFrame:
     """The cases with the columns ``split`` and ``rank``, for a set that is a test alone.
 
-    Of every item list equally many stable and unstable cases of every scenario may take part, up
-    to ``most`` in all; they are drawn in turns over the lists, until stable or unstable ones run
-    out. So the first ranks come from as many item lists as there are.
+    Of every item list up to a sixth of ``most`` stable and as many unstable cases of every scenario
+    take part; they are drawn in turns over the lists, until the stable or the unstable ones of the
+    scenario run out. So the first ranks come from as many item lists as there are.
 
     Args:
         cases: labelled or not, with ``instance``; only ``done`` ones take part.
