@@ -14,7 +14,7 @@ from typing import Any
 
 from steadyload.errors import UserError, nearest
 from steadyload.layouts.benchmark import Part
-from steadyload.layouts.benchmark.dataset import SETS
+from steadyload.layouts.benchmark.dataset import set_named
 from steadyload.layouts.dialect import Dialect, DialectError, load_profile
 from steadyload.layouts.floor import FloorKind
 from steadyload.layouts.formats import Reading, scan_layouts
@@ -281,16 +281,11 @@ def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
         floor=None if floor is None else FloorKind(floor),
         timeout=timeout,
         benchmark=benchmark,
-        benchmark_directory=_set_of(folder, path.parent),
+        benchmark_directory=set_named(folder, path.parent),
         dialect=Dialect() if profile is None else load_profile(path.parent / profile),
         strict=strict,
         **numbers,
     )
-
-
-def _set_of(folder: str | None, beside: Path) -> Path | str | None:
-    """A labelled set as a study file names it: a word of the package's, or a folder."""
-    return folder if folder is None or folder in SETS else (beside / folder).resolve()
 
 
 def _texts(content: dict[str, Any], key: str) -> list[str]:

@@ -72,6 +72,16 @@ def methods_option(about: str) -> Any:
     return option((), about, names=("--method", "-m"), metavar="SPEC")
 
 
+def set_option(default: str = "") -> Any:
+    """A field for a labelled set, as :func:`steadyload.layouts.benchmark.dataset.set_named` takes.
+
+    Args:
+        default: a word of the package, or empty for its large set.
+    """
+    about = "folder of a labelled set, or a set of the package: lists, planar, real"
+    return option(default, f"{about} (default: {default or 'the large one'})", metavar="DIR")
+
+
 REQUIRED = dataclasses.MISSING
 """The default of a field that must be given."""
 

@@ -20,6 +20,7 @@ from steadyload.methods.naming import method_key
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import ALL, MethodEvaluation
+from steadyload.runs.labels import load_labels
 from steadyload.runs.runner import run_study
 from steadyload.statistics.metrics import mean
 from steadyload.studies.recommend.measuring import measured_in
@@ -253,6 +254,18 @@ def test_a_page_whose_methods_all_refuse_says_that_nothing_was_timed(choosy, mon
     assert spatial.times.cpu == {}
     text = time_a_layout(summarise(asked, spatial, None).spatial).text
     assert "choosy was not timed: of 3 cases to be timed 3 refused" in text
+
+
+def test_the_table_is_made_on_another_set(tmp_path):
+    """Its 3-D methods judge the named set, and the page and its commands say so."""
+    lists = load_benchmark("lists").select("test", limit=2)
+    words = ["table5", "-m", "fbs", "-m", "sme", "--directory", "lists", "--limit", "2"]
+    words += ["--timed", "1", "--repeats", "1", "-j", "1", "--work", str(tmp_path / "work")]
+    assert main([*words, "-o", str(tmp_path / "page")]) == 0
+    judged = load_labels(tmp_path / "work" / table5.SPATIAL)
+    assert judged.index.tolist() == list(zip(lists["layout"], lists["scenario"], strict=True))
+    text = (tmp_path / "page" / "report.md").read_text()
+    assert "2 methods on 6 cases of part `lists test` of the labelled set" in text
 
 
 SIMULATED = ("ps3@bullet", "ps3@mujoco", "ps_opt@bullet", "ps_opt@mujoco", "cascade@mujoco", "sme")

@@ -58,6 +58,18 @@ SETS: Mapping[str, Path] = {
 """Names of further sets of the package, and their folders."""
 
 
+def set_named(directory: str | None, beside: Path = Path()) -> str | Path | None:
+    """A labelled set as a study names it: a word of :data:`SETS`, or a folder.
+
+    Args:
+        directory: the word or the folder; empty or None for the large set of the package.
+        beside: what the folder is relative to.
+    """
+    if not directory:
+        return None
+    return directory if directory in SETS else (beside / directory).resolve()
+
+
 class Part(StrEnum):
     """A part of the labelled set.
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from steadyload.studies.options import methods_option, option, positive_number
+from steadyload.studies.options import methods_option, option, positive_number, set_option
 from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
 
@@ -18,9 +18,7 @@ class RealConfig:
         "may be repeated (default: rules, equilibrium, settling, tuned simulations, "
         "networks, the cascade)"
     )
-    directory: str = option(
-        "real", "folder of the set, or a set of the package (default: real)", metavar="DIR"
-    )
+    directory: str = set_option("real")
     timeout: float = option(
         20.0, "wall seconds a judgement may take (default: 20)", metavar="S", read=positive_number
     )

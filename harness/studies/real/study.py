@@ -11,7 +11,7 @@ from pathlib import Path
 import pandas as pd
 
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
-from steadyload.layouts.benchmark.dataset import SETS
+from steadyload.layouts.benchmark.dataset import set_named
 from steadyload.layouts.benchmark.real import PALLET_SOFTWARE
 from steadyload.layouts.floor import FloorKind
 from steadyload.layouts.formats import Format, write_layouts
@@ -101,9 +101,9 @@ class RealStudyOptions:
         vars(self).update(methods=able, sizes=sizes, left_out=left_out)
 
     @property
-    def benchmark(self) -> str | Path:
+    def benchmark(self) -> str | Path | None:
         """The set as studies name it: a word, or a folder."""
-        return self.directory if self.directory in SETS else Path(self.directory)
+        return set_named(self.directory)
 
     @property
     def on_floors(self) -> tuple[str, ...]:

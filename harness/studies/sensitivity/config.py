@@ -6,18 +6,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from steadyload.studies.options import methods_option, option
+from steadyload.studies.options import methods_option, option, set_option
 from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
 
 @dataclass(frozen=True)
 class SensitivityConfig:
-    """Which methods, and on how many cases of the test part."""
+    """Which methods, and on how many cases of the test part of which set."""
 
     methods: tuple[str, ...] = methods_option(
         "may be repeated (default: the paper's methods, and the best of ours)"
     )
     limit: int = option(50, "cases a scenario, those of the first ranks (default: 50)", least=2)
+    directory: str = set_option()
 
 
 class Sensitivity(Study[SensitivityConfig, Any]):
@@ -39,11 +40,13 @@ class Sensitivity(Study[SensitivityConfig, Any]):
         progress: Progress = silent,
     ) -> Any:
         """Accuracy of every method by every rule, as it stands and told the rule."""
+        from steadyload.layouts.benchmark.dataset import set_named
         from steadyload.studies.sensitivity.study import METHODS, run_sensitivity
 
         return run_sensitivity(
-            config.methods or METHODS, config.limit, work, workers=workers, progress=progress
-        )
+            config.methods or METHODS, config.limit, work, benchmark=set_named(config.directory),
+            workers=workers, progress=progress,
+        )  # fmt: skip
 
     def page(self, result: Any) -> Any:
         """The page of ranks over rules, and of the conclusions that survive."""

@@ -44,6 +44,7 @@ def run_sensitivity(
     limit: int | None,
     work: Path,
     *,
+    benchmark: str | Path | None = None,
     workers: int | Executor = 1,
     progress: Progress = silent,
 ) -> Sensitivity:
@@ -53,6 +54,8 @@ def run_sensitivity(
         methods: specs.
         limit: cases a scenario, those of the first ranks; None for all.
         work: the run folder.
+        benchmark: folder of the labelled set, or a word of
+            :data:`steadyload.layouts.benchmark.dataset.SETS`; None for the large one.
         workers: see :func:`steadyload.runs.runner.run_study`.
         progress: called with the rows done and those to be done.
 
@@ -67,6 +70,7 @@ def run_sensitivity(
         "sensitivity",
         tuple(dict.fromkeys([*labels, *plain, *told])),
         benchmark=PART,
+        benchmark_directory=benchmark,
         limit=limit,
         shard_size=_SHARD,
     )

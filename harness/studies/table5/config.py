@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from steadyload.studies.options import methods_option, option
+from steadyload.studies.options import methods_option, option, set_option
 from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ class Table5Config:
     methods: tuple[str, ...] = methods_option(
         "may be repeated (default: the paper's methods on every engine, and our own)"
     )
+    directory: str = set_option()
     limit: int | None = option(None, "only the first N cases a scenario", least=2)
     timed: int = option(
         100, "cases a scenario that are timed, in one process (default: 100)", least=1
@@ -34,7 +35,9 @@ class Table5Config:
         """The options of the study, with the methods that can judge and reasons for the others."""
         from steadyload.studies.table5.study import Table5Options
 
-        return Table5Options(self.methods, self.limit, self.timed, self.repeats)
+        return Table5Options(
+            self.methods, self.limit, self.timed, self.repeats, directory=self.directory
+        )
 
 
 class Table5(Study[Table5Config, Any]):
@@ -63,7 +66,7 @@ class Table5(Study[Table5Config, Any]):
         write_fronts([timed_front(found)], work / NAME)
         if config.rules:
             rules = Sensitivity().run(
-                SensitivityConfig(config.methods, config.rules), work / "rules",
+                SensitivityConfig(config.methods, config.rules, config.directory), work / "rules",
                 workers=workers, progress=progress,
             )  # fmt: skip
             found = dataclasses.replace(found, rules=rules)

@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 
 from steadyload.engines.registry import EngineNotInstalledError, capabilities, engine_names
-from steadyload.layouts.benchmark.dataset import PLANAR
+from steadyload.layouts.benchmark.dataset import PLANAR, set_named
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method, method_class, method_classes
 from steadyload.methods.spec import parse_spec
@@ -82,6 +82,8 @@ class Table5Options:
         repeats: number of repetitions of the timing.
         block: cases that a method judges in a turn while it is timed.
         part: of the labelled sets.
+        directory: folder of the labelled set that 3-D methods judge, or a word of
+            :data:`steadyload.layouts.benchmark.dataset.SETS`; empty for the large one.
 
     Raises:
         StudyError: a number out of range, or no method judges 3-D layouts.
@@ -95,6 +97,7 @@ class Table5Options:
     repeats: int = 3
     block: int = BLOCK
     part: str = PART
+    directory: str = ""
     spatial: tuple[str, ...] = field(init=False)
     """Specs of the methods that judge 3-D layouts."""
     planar: tuple[str, ...] = field(init=False)
@@ -118,12 +121,12 @@ class Table5Options:
         vars(self).update(spatial=spatial, planar=planar, left_out=left_out)
 
     def study(self, *, planar: bool) -> StudyDefinition:
-        """Definition of all 3-D methods on the large set, or all methods on the planar one."""
+        """Definition of all 3-D methods on their set, or all methods on the planar one."""
         return StudyDefinition(
             name=f"table5 {PLANAR}" if planar else "table5",
             methods=(*self.spatial, *self.planar) if planar else self.spatial,
             benchmark=self.part,
-            benchmark_directory=PLANAR if planar else None,
+            benchmark_directory=PLANAR if planar else set_named(self.directory),
             limit=self.limit,
             shard_size=_SHARD_SIZE,
         )
