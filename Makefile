@@ -87,9 +87,10 @@ planar: $(READY) ## remake the planar labelled set (a quarter of an hour); goes 
 	test -e runs/planar/manifest.json || $(BIN)/steadyload benchmark build --planar -o runs/planar
 	$(BIN)/steadyload benchmark label runs/planar --judges none
 
-lists: $(READY) ## remake the labelled set of many item lists (an hour); goes on where it was
+lists: $(READY) ## remake the labelled set of many item lists (two hours); goes on where it was
 	test -e runs/lists/manifest.json || $(BIN)/steadyload benchmark build --lists -o runs/lists
 	$(BIN)/steadyload benchmark label runs/lists --judges none
+	$(BIN)/steadyload benchmark label runs/lists --question stands
 
 packers: $(READY) ## remake the page of packers' plans from the labels of the set of real size (seconds)
 	$(BIN)/steadyload pages remake packers

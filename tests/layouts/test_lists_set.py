@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.benchmark.dataset import LISTS, SETS
+from steadyload.layouts.benchmark.dataset import KEYS, LISTS, SETS
 from steadyload.methods.registry import make_method
 from steadyload.methods.verdict import Status
 
@@ -67,8 +67,26 @@ def test_almost_every_case_is_labelled_and_some_labels_are_the_reference_asked_a
         assert verdict.failing_step == step, (case["layout"], case["scenario"])
 
 
+def test_whatever_fails_within_the_time_does_not_stand_longer(lists):
+    """The second question has the same thresholds and more time: it never names a later step."""
+    test = lists.cases[lists.cases["split"] == "test"]
+    both = test.merge(lists.stands, on=KEYS, suffixes=("", "_stands"))
+    assert len(both) == len(lists.stands) == len(test)
+    done = both[both["status_stands"] == Status.DONE]
+    assert len(done) > 0.99 * len(both)
+    within, stands = (
+        done[c].fillna(done["item_count"]) for c in ("failing_step", "failing_step_stands")
+    )
+    assert (stands <= within).all()
+    assert 0.02 < (stands < within).mean() < 0.2
+
+
 def test_the_manifest_names_clean_commits():
     manifest = json.loads((SETS[LISTS] / "manifest.json").read_text())
-    for step in ("built_with", "labelled_with"):
-        assert manifest[step]["git"]
-        assert "dirty" not in manifest[step]["git"]
+    for made in (
+        manifest["built_with"],
+        manifest["labelled_with"],
+        manifest["stands"]["labelled_with"],
+    ):
+        assert made["git"]
+        assert "dirty" not in made["git"]
