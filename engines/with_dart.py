@@ -80,8 +80,8 @@ class DartWorld(FixedStepWorld):
         "linear complementarity problem. DART keeps 1000 contacts (some 250 touching pairs): a "
         "layout that needs more ends with status `error`, never with contacts dropped in silence. "
         "Contacts of large piles can be solved by iteration, with no matrix (`matrix_free_rows`): "
-        "loose tolerances are quick, and let piles creep; that takes effect on large piles with "
-        "`split_impulse=0`, because split impulses are always solved by Dantzig's method.",
+        "loose tolerances are quick, and let piles creep. Impulses against penetration are solved "
+        "a second time, which then takes most of the time; `split_impulse=0` does without.",
     )
 
     def __init__(self, settings: WorldSettings) -> None:

@@ -78,7 +78,7 @@ def set_option(default: str = "") -> Any:
     Args:
         default: a word of the package, or empty for its large set.
     """
-    about = "folder of a labelled set, or a set of the package: lists, planar, real"
+    about = "folder of a labelled set, or a set of the package, such as lists"
     return option(default, f"{about} (default: {default or 'the large one'})", metavar="DIR")
 
 
