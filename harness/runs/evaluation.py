@@ -61,7 +61,7 @@ class MethodEvaluation:
         stable_or_not: share of cases that both call stable, or neither does.
         within_one: share of cases whose numbers of items placed safely differ by at most one.
         robust, fragile: accuracy on cases whose label is so.
-        natural: accuracy at the natural share of stable layouts.
+        natural: accuracy at the natural share of stable layouts, where that is known.
         stands: accuracy on the labels of the question ``stands``, of cases that have one.
         behind: accuracy minus that of the most accurate method of the group, on the same cases;
             None for that method itself, and without labels.
@@ -111,8 +111,8 @@ class LabelledPart:
 
     ``stable``, ``robust``, ``fragile``: cases whose label is so; labels that are neither robust nor
     fragile have no ensemble. ``natural_stable``: share of stable layouts by scenario in the whole
-    set. ``stands``: cases that were labelled for the question ``stands``, too, by status of that
-    label; empty where none was.
+    set; empty where that is not known. ``stands``: cases that were labelled for the question
+    ``stands``, too, by status of that label; empty where none was.
     """
 
     part: str
@@ -248,7 +248,7 @@ def _labelled(judged: JudgedCases) -> LabelledPart | None:
 def _natural_stable(judged: JudgedCases) -> dict[str, float]:
     shares: Mapping[str, Any] = judged.manifest["labels"]["natural_stable"]
     scenarios = dict.fromkeys(judged.said.index.get_level_values("scenario"))
-    return {str(s): float(shares[s]) for s in scenarios}
+    return {str(s): float(shares[s]) for s in scenarios if s in shares}
 
 
 def in_group(cases: pd.Index, group: str) -> BoolArray:
@@ -299,7 +299,7 @@ def _accuracies(judged: JudgedCases, here: BoolArray) -> dict[str, dict[str, Any
             "within_one": share(is_["within_one"], lists),
             "robust": accuracy(mine[robust], lists[robust]),
             "fragile": accuracy(mine[fragile], lists[fragile]),
-            "natural": at_natural_prevalence(mine, labels, natural),
+            "natural": at_natural_prevalence(mine, labels, natural) if natural else NOTHING,
             "stands": accuracy_of(judged.said[spec][here][asked], other),
             "behind": None if spec == best else mean(mine - top, lists),
         }

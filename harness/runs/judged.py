@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -72,18 +73,37 @@ class JudgedCases:
             clusters=self.clusters[cases],
         )
 
+    def of(self, specs: Iterable[str]) -> JudgedCases:
+        """Some of the methods, in the order of the study.
+
+        Args:
+            specs: canonical ones.
+        """
+        chosen = set(specs)
+        keys = {spec: key for spec, key in self.keys.items() if spec in chosen}
+        own = self.results[self.results["method"].isin(chosen)]
+        return replace(self, keys=keys, results=own, said=self.said[list(keys)])
+
     def asked(self, question: Question) -> JudgedCases:
         """The cases that have a label of a question, with that as the label.
 
-        The cases are labelled; none of them may have a label of the question.
+        The cases are labelled; none of them may have a label of the question. What is known of the
+        labels of the question ``within`` alone, its ensemble and the share of stable layouts in the
+        whole set, is left behind with them.
         """
         assert self.labels is not None, "the run is on a labelled set"
         if question is Question.WITHIN:
             return self
         found = self.only((self.labels["stands"] == "done").fillna(False).to_numpy(bool))
         assert found.labels is not None
-        failing = found.labels["failing_step_stands"]
-        return replace(found, labels=found.labels.assign(failing_step=failing))
+        labels = found.labels.assign(
+            failing_step=found.labels["failing_step_stands"],
+            confidence=math.nan,
+            robust=pd.array([pd.NA] * len(found.labels), "boolean"),
+            stands=None,
+        )
+        about = {**self.manifest["labels"], "natural_stable": {}}
+        return replace(found, manifest={**self.manifest, "labels": about}, labels=labels)
 
 
 def load_judged(directory: str | Path) -> JudgedCases:

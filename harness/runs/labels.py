@@ -36,6 +36,7 @@ LABELS = pa.schema(
         pa.field("confidence", pa.float64()),
         pa.field("robust", pa.bool_()),
         pa.field("offsets", pa.list_(pa.float64())),
+        later(pa.field("item_class", pa.string())),
         later(pa.field("stands", pa.string())),
         later(pa.field("failing_step_stands", pa.int16())),
     ]
@@ -44,7 +45,8 @@ LABELS = pa.schema(
 label, counted from 0, null for a stable layout. ``confidence``, ``robust``: see
 :func:`steadyload.layouts.benchmark.confidence.confidence`; null where there is no ensemble.
 ``offsets``: centre of mass minus geometric centre [cm], x, y, z of item 0, then of item 1, ...;
-null when all are zero. ``stands``: how labelling for the question ``stands`` ended, ``done``,
+null when all are zero. ``item_class``: of the set, from which the item list was drawn.
+``stands``: how labelling for the question ``stands`` ended, ``done``,
 ``unsettled`` or otherwise; null where it was not asked. ``failing_step_stands``: that label, where
 it is ``done``."""
 
@@ -111,7 +113,7 @@ def labelled_material(study: StudyDefinition) -> Material:
     layouts = {layout.name: layout for _, layout in cases}
     centred = [layout.with_mass_offsets(np.zeros((len(layout), 3))) for layout in layouts.values()]
     labels = _labels(benchmark, chosen)
-    answers = labels.drop(columns="offsets").to_csv(index=False)
+    answers = labels.drop(columns=["offsets", "item_class"]).to_csv(index=False)
     about = {
         "part": str(study.benchmark),
         "cases": len(labels),
@@ -127,7 +129,8 @@ def _labels(benchmark: Benchmark, chosen: pd.DataFrame) -> pd.DataFrame:
     sure = benchmark.confidence[["confidence", "robust"]]
     stands = benchmark.stands.set_index(KEYS)[["status", "failing_step"]]
     stands.columns = pd.Index(["stands", "failing_step_stands"])
-    joined = chosen.join(sure, on=KEYS).join(stands, on=KEYS)
+    classes = benchmark.layouts["item_class"].astype(str)
+    joined = chosen.join(sure, on=KEYS).join(stands, on=KEYS).join(classes, on="layout")
     return joined.astype({"robust": "boolean"})[LABELS.names]
 
 

@@ -55,7 +55,12 @@ CASE = (words("layout", form=markdown), words("scenario"), Column("items", "item
 
 
 def robust_and_fragile(rows: Sequence[MethodEvaluation]) -> list[Column]:
-    """Accuracy on robust and on fragile labels, with their numbers in the titles."""
+    """Accuracy on robust and on fragile labels, with their numbers in the titles.
+
+    There are no such columns where no label has an ensemble.
+    """
+    if not rows[0].robust.n + rows[0].fragile.n:
+        return []
     return [
         Column(f"robust % (n {rows[0].robust.n})", "robust", percent),
         Column(f"fragile % (n {rows[0].fragile.n})", "fragile", percent),
@@ -65,6 +70,11 @@ def robust_and_fragile(rows: Sequence[MethodEvaluation]) -> list[Column]:
 def of_stands(about: LabelledPart) -> list[Column]:
     """Accuracy on labels of the question ``stands``, where there are any."""
     return [STANDS] if about.stands else []
+
+
+def natural_prevalence(about: LabelledPart) -> list[Column]:
+    """Accuracy at the natural share of stable layouts, where that is known."""
+    return [NATURAL] if about.natural_stable else []
 
 
 def stands_explained(about: LabelledPart) -> str:
@@ -100,14 +110,22 @@ def by_group(groups: Iterable[str], table: Callable[[str], Table]) -> list[Table
 
 def terms_explained(about: LabelledPart) -> str:
     """Sentences on the columns of errors, of robust and fragile labels, and of prevalence."""
-    natural = ", ".join(f"{s} {100 * share:.1f} %" for s, share in about.natural_stable.items())
-    return (
+    told = (
         "*Overestimated*: the method lets the loading fail later than the label does, or not at "
-        "all; *underestimated*: earlier. A label is *robust* when every judge of the ensemble that "
-        "was asked again names the same step, and *fragile* when one does not. *Natural "
-        "prevalence*: accuracy on stable and on unstable cases, weighted by scenario with the "
-        f"share of stable layouts in the whole set ({natural})."
+        "all; *underestimated*: earlier."
     )
+    if about.robust + about.fragile:
+        told += (
+            " A label is *robust* when every judge of the ensemble that was asked again names the "
+            "same step, and *fragile* when one does not."
+        )
+    natural = ", ".join(f"{s} {100 * share:.1f} %" for s, share in about.natural_stable.items())
+    if natural:
+        told += (
+            " *Natural prevalence*: accuracy on stable and on unstable cases, weighted by scenario "
+            f"with the share of stable layouts in the whole set ({natural})."
+        )
+    return told
 
 
 def agreement_picture(matrix: AgreementMatrix, more: str = "") -> Picture:

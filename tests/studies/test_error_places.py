@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from steadyload.studies.table5.error_places import MARGINS, margin_bins, size_bins
+from steadyload.studies.table5.error_places import MARGINS, class_bins, margin_bins, size_bins
 
 
 def made_up(seed, cases=80):
@@ -94,6 +94,23 @@ def test_sizes_hold_every_case_once():
         here = ((count >= bin_.fewest) & (count <= bin_.most)).to_numpy()
         assert bin_.cases == here.sum()
         assert bin_.accuracy["two"].value == pytest.approx(right["two"].to_numpy()[here].mean())
+
+
+def test_classes_hold_every_case_once_and_one_class_says_nothing():
+    labels, said, _, failing = made_up(4)
+    right = pd.DataFrame({m: (said[m] == failing).fillna(False).to_numpy(bool) for m in said})
+    classes = np.resize(["1", "2", "2"], len(labels))
+    found = class_bins(right, labels.assign(item_class=classes))
+    assert [(b.name, b.cases) for b in found] == [
+        (name, int((classes == name).sum())) for name in ("1", "2")
+    ]
+    for bin_ in found:
+        here = classes == bin_.name
+        assert bin_.accuracy["two"].value == pytest.approx(right["two"].to_numpy()[here].mean())
+        assert bin_.items == pytest.approx(labels["item_count"].to_numpy(float)[here].mean())
+        assert bin_.item_lists == labels["instance"][here].nunique()
+    assert class_bins(right, labels.assign(item_class="1")) == ()
+    assert class_bins(right, labels.assign(item_class=None)) == ()
 
 
 def test_larger_layouts_than_the_papers_are_in_the_last_bin():

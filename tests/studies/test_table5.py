@@ -13,16 +13,19 @@ import pytest
 
 from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.question import Question
 from steadyload.methods import registry
 from steadyload.methods.base_support import FullBaseSupport
-from steadyload.methods.method import RefusedError
+from steadyload.methods.method import RefusedError, judge
 from steadyload.methods.naming import method_key
 from steadyload.methods.registry import make_method
+from steadyload.methods.spec import parse_spec
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.runs.labels import load_labels
 from steadyload.runs.runner import run_study
 from steadyload.statistics.metrics import mean
+from steadyload.studies.able import asked_question
 from steadyload.studies.recommend.measuring import measured_in
 from steadyload.studies.table5 import study as table5
 from steadyload.studies.table5.accuracy_sections import time_a_layout, what_rows_are
@@ -266,6 +269,58 @@ def test_the_table_is_made_on_another_set(tmp_path):
     assert judged.index.tolist() == list(zip(lists["layout"], lists["scenario"], strict=True))
     text = (tmp_path / "page" / "report.md").read_text()
     assert "2 methods on 6 cases of part `lists test` of the labelled set" in text
+
+
+def test_one_run_answers_both_questions(tmp_path, monkeypatch):
+    """The second page judges and times nothing anew; it has other labels and other methods."""
+    usual = ("sme", "lstm_1", "lstm_1:question=stands")
+    monkeypatch.setattr(table5, "standard_methods", lambda: usual)
+    words = ["table5", "--directory", "lists", "--limit", "60", "--timed", "1", "--repeats", "1"]
+    words += ["-j", "1", "--work", str(tmp_path / "work")]
+    assert main([*words, "-o", str(tmp_path / "within")]) == 0
+    kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "work").rglob("*-*.*")}
+    assert main([*words, "--question", "stands", "-o", str(tmp_path / "stands")]) == 0
+    assert {path: path.stat().st_mtime_ns for path in (tmp_path / "work").rglob("*-*.*")} == kept
+    benchmark = load_benchmark("lists")
+    shown = {"within": ("lstm_1", "LSTM_1"), "stands": (usual[2], "LSTM_1 (question=stands)")}
+    for question, (spec, title) in shown.items():
+        text = (tmp_path / question / "report.md").read_text()
+        header, *lines = rows(text, "## Accuracy and cost")
+        assert [line[0] for line in lines] == ["SME", title]
+        assert ("paper %" in header) == (question == "within")
+        assert ("natural prevalence %" in header) == (question == "within")
+        chosen = benchmark.select("test", limit=60, question=Question(question))
+        method = make_method(spec)
+        said = [
+            judge(method, benchmark.layout(name, scenario))
+            for name, scenario in zip(chosen["layout"], chosen["scenario"], strict=True)
+        ]
+        right = [
+            one.status == "done" and one.failing_step == (None if pd.isna(label) else label)
+            for one, label in zip(said, chosen["failing_step"], strict=True)
+        ]
+        told = dict(zip(header, lines[1], strict=True))
+        assert told["n"] == str(len(chosen))
+        assert told["accuracy %"].startswith(f"{100 * np.mean(right):.1f} [")
+    fronts = measured_in(tmp_path / "work")
+    assert {front.question: [m.method for m in front.measured] for front in fronts} == {
+        "within": ["sme", "lstm_1"],
+        "stands": ["sme", "lstm_1:question=stands"],
+    }
+
+
+def test_methods_made_for_both_questions_are_judged_and_shown_once_a_question():
+    judged = {question: Table5Options(question=question) for question in Question}
+    one, other = (asked.spatial for asked in judged.values())
+    assert one == other
+    for question, asked in judged.items():
+        for spec in asked.shown:
+            name = parse_spec(spec).name
+            if name in table5.FOR_BOTH:
+                assert asked_question(spec) is question
+    within, stands = ({s.partition(":question")[0] for s in a.shown} for a in judged.values())
+    assert within == stands
+    assert {"ps_opt@dart", "label@mujoco", "lstm_e", "ps3@bullet"} <= within
 
 
 SIMULATED = ("ps3@bullet", "ps3@mujoco", "ps_opt@bullet", "ps_opt@mujoco", "cascade@mujoco", "sme")

@@ -111,7 +111,8 @@ def _refused(comparison: Comparison) -> str:
 
 def _accuracy(found: Evaluation, about: LabelledPart) -> Section:
     columns = [*column.JUDGED, column.STABLE_OR_NOT, column.WITHIN_ONE]
-    more = [column.NATURAL, column.CPU, column.WALL, column.NO_VERDICT]
+    natural = column.natural_prevalence(about)
+    more = [*natural, column.CPU, column.WALL, column.NO_VERDICT]
 
     def table(group: str) -> Table:
         rows = found.rows[group]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -29,6 +29,7 @@ from steadyload.studies import method_sections as column
 from steadyload.studies.method_sections import by_group, terms_explained
 from steadyload.studies.table5.figures import plot_fronts
 from steadyload.studies.table5.label_ceiling import Ceiling
+from steadyload.studies.table5.paper import Paper
 from steadyload.studies.table5.summary import JudgedSet, Table5
 
 _NETWORKS = frozenset({"lstm_1", "lstm_e"})
@@ -52,13 +53,18 @@ def accuracy_and_cost(found: Table5) -> Section:
     """All methods, by group, with Fig. 3 of the paper."""
     own, yard = found.spatial, found.spatial.timing.yardstick
     share = "" if yard is None else f" *Share*: of the CPU time of {yard.title} on the same cases."
+    paper = (
+        "*Paper*: what the paper's Table 5 has; it does not part over- and underestimation. "
+        if found.paper is not None
+        else ""
+    )
     return Section(
         "Accuracy and cost",
-        "All scenarios first, then each by itself. *Paper*: what the paper's Table 5 has; it does "
-        "not part over- and underestimation. *Letters*: two methods share one just where their "
-        f"accuracies are not told apart (next section). {terms_explained(own.about)}"
+        f"All scenarios first, then each by itself. {paper}*Letters*: two methods share one just "
+        f"where their accuracies are not told apart (next section). {terms_explained(own.about)}"
         f"{column.stands_explained(own.about)} "
-        f"{own.evaluation.cost_source.explained()}{share}{what_rows_are(own)}",
+        f"{own.evaluation.cost_source.explained()}{share}"
+        f"{what_rows_are(own) if found.paper is not None else ''}",
         by_group(own.groups, partial(_methods, found)),
         [
             Picture(
@@ -87,8 +93,7 @@ def what_rows_are(own: JudgedSet) -> str:
 def _methods(found: Table5, group: str) -> Table:
     """A row a method on a group of cases; those that judged none of them say why, below."""
     own, rows = found.spatial, found.spatial.evaluation.rows[group]
-    printed = {m.method.spec: found.paper.like(m.method) for m in rows}
-    paper = {spec: row.accuracy[group] for spec, row in printed.items() if row is not None}
+    paper = None if found.paper is None else _printed(found.paper, rows, group)
     planar = "judges planar layouts alone, see there"
     if group == ALL:
         planar += f" ({found.flat} of these cases are planar)"
@@ -99,7 +104,7 @@ def _methods(found: Table5, group: str) -> Table:
         [
             column.METHOD,
             column.N,
-            column.by_spec("paper %", paper, partial(plain_percent, digits=2)),
+            *([] if paper is None else [paper]),
             column.ACCURACY,
             column.by_spec("letters", own.tests[group].letters),
             column.OVER,
@@ -107,7 +112,7 @@ def _methods(found: Table5, group: str) -> Table:
             column.STABLE_OR_NOT,
             *column.of_stands(own.about),
             *column.robust_and_fragile(rows),
-            column.NATURAL,
+            *column.natural_prevalence(own.about),
             column.CPU,
             share_of_time(own, group),
             Column(
@@ -115,6 +120,33 @@ def _methods(found: Table5, group: str) -> Table:
                 lambda row: why.get(row.method.spec) or counts(row.without_verdict),
             ),
         ],
+    )
+
+
+def _printed(paper: Paper, rows: Sequence[MethodEvaluation], group: str) -> Column:
+    """The paper's accuracies of those methods that it has."""
+    found = {m.method.spec: paper.like(m.method) for m in rows}
+    printed = {spec: row.accuracy[group] for spec, row in found.items() if row is not None}
+    return column.by_spec("paper %", printed, partial(plain_percent, digits=2))
+
+
+def by_class(own: JudgedSet) -> Section:
+    """Accuracy by class of items."""
+    columns = columns_for(
+        own.classes,
+        lambda b: f"class {b.name} (n {b.cases})",
+        lambda row, b: b.accuracy[row.method.spec],
+        percent,
+    )
+    about = "; ".join(
+        f"Class {b.name}: {b.cases} cases of {b.item_lists} lists, {b.items:.1f} items in the mean"
+        for b in own.classes
+    )
+    return Section(
+        "By class of items",
+        f"{about}. Every accuracy over all classes is a mean weighted with these numbers: a set "
+        "of another mix gives other figures for the same methods.",
+        [Table(own.evaluation.methods, [column.METHOD, column.ACCURACY, *columns])],
     )
 
 

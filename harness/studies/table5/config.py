@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from steadyload.layouts.question import Question
 from steadyload.studies.options import methods_option, option, set_option
 from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
@@ -22,13 +23,21 @@ class Table5Config:
         "may be repeated (default: the paper's methods on every engine, and our own)"
     )
     directory: str = set_option()
+    question: str = option(
+        str(Question.WITHIN),
+        "question whose labels and methods the page shows; all methods of both are judged",
+        choices=tuple(Question),
+    )
     limit: int | None = option(None, "only the first N cases a scenario", least=2)
     timed: int = option(
         100, "cases a scenario that are timed, in one process (default: 100)", least=1
     )
     repeats: int = option(3, "how often they are timed (default: 3)", least=1)
     rules: int = option(
-        0, "cases a scenario on which other rules are compared, too (default: 0, none)", least=0
+        0,
+        "cases a scenario on which other rules are compared, too, with the question within "
+        "(default: 0, none)",
+        least=0,
     )
 
     def options(self) -> Table5Options:
@@ -36,8 +45,13 @@ class Table5Config:
         from steadyload.studies.table5.study import Table5Options
 
         return Table5Options(
-            self.methods, self.limit, self.timed, self.repeats, directory=self.directory
-        )
+            self.methods, self.limit, self.timed, self.repeats, directory=self.directory,
+            question=Question(self.question),
+        )  # fmt: skip
+
+
+_PUBLISHED = "--directory lists --limit 300 --timed 20 --repeats 2"
+"""300 cases a scenario, as many as the paper has, of many item lists."""
 
 
 class Table5(Study[Table5Config, Any]):
@@ -48,23 +62,29 @@ class Table5(Study[Table5Config, Any]):
     about = "all methods on the labelled test split, as Table 5 of the paper, every engine"
     Config = Table5Config
     workers = 0
-    published = (PublishedPage("table5", "--timed 60 --repeats 2 --rules 50"),)
+    published = (
+        PublishedPage("table5", f"{_PUBLISHED} --rules 25"),
+        PublishedPage(
+            "table5_stands",
+            f"{_PUBLISHED} --question stands",
+            question="How accurate is every method where a load has to stand until it rests?",
+        ),
+    )
 
     def run(
         self, config: Table5Config, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """The summary of the run, judged over processes and timed in one; also writes the front."""
-        from steadyload.studies.recommend.kept import NAME, write_fronts
         from steadyload.studies.sensitivity.config import Sensitivity, SensitivityConfig
         from steadyload.studies.table5.study import judge_table5, time_table5
-        from steadyload.studies.table5.summary import summarise, timed_front
+        from steadyload.studies.table5.summary import summarise, write_timed_front
 
         asked = config.options()
         judge_table5(asked, work, workers=workers, progress=lambda *of: progress("judging", *of))
         spatial, planar = time_table5(asked, work, progress=lambda *of: progress("timing", *of))
         found = summarise(asked, spatial, planar)
-        write_fronts([timed_front(found)], work / NAME)
-        if config.rules:
+        write_timed_front(found, work)
+        if config.rules and found.question is Question.WITHIN:
             rules = Sensitivity().run(
                 SensitivityConfig(config.methods, config.rules, config.directory), work / "rules",
                 workers=workers, progress=progress,

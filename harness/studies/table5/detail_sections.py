@@ -20,7 +20,7 @@ from steadyload.studies.table5.figures import (
     plot_sizes,
 )
 from steadyload.studies.table5.paper import Paper
-from steadyload.studies.table5.summary import JudgedSet, Table5
+from steadyload.studies.table5.summary import JudgedSet
 from steadyload.studies.table5.watched import Watch
 
 _LINKED = "A linked layout opens in the browser, both loadings side by side. "
@@ -29,9 +29,9 @@ _ROUNDED = 0.0101
 """Largest difference [ms] of a mean of printed numbers to a printed mean, rounded to 0.01 ms."""
 
 
-def beside_the_paper(found: Table5) -> Section:
+def beside_the_paper(own: JudgedSet, paper: Paper) -> Section:
     """Accuracy and relative cost of the paper's methods, there and here."""
-    own, paper, yard = found.spatial, found.paper, found.spatial.timing.yardstick
+    yard = own.timing.yardstick
     columns_of = {m.method.spec: paper.row_of(m.method) for m in own.evaluation.methods}
     printed = {spec: row for spec, row in columns_of.items() if row is not None}
     rows = [m for m in own.evaluation.methods if m.method.spec in printed]

@@ -1,4 +1,4 @@
-"""Errors of methods by number of items, and by the margin of balance of a step."""
+"""Errors of methods by class and number of items, and by the margin of balance of a step."""
 
 from __future__ import annotations
 
@@ -32,6 +32,17 @@ class SizeBin:
 
 
 @dataclass(frozen=True, slots=True)
+class ClassBin:
+    """Accuracy on layouts of one class of items: ``accuracy`` by spec; ``items`` in the mean."""
+
+    name: str
+    cases: int
+    item_lists: int
+    items: float
+    accuracy: Mapping[str, Estimate]
+
+
+@dataclass(frozen=True, slots=True)
 class MarginBin:
     """Steps with a margin of balance in [low, high) cm, and the errors of methods on them.
 
@@ -46,6 +57,28 @@ class MarginBin:
     failing: int
     false_alarms: Mapping[str, Estimate]
     misses: Mapping[str, Estimate]
+
+
+def class_bins(right: pd.DataFrame, labels: pd.DataFrame) -> tuple[ClassBin, ...]:
+    """Accuracy by class of items; nothing where all cases are of one class, or that is not known.
+
+    Arguments as :func:`size_bins`.
+    """
+    of, lists = labels["item_class"], labels["instance"].to_numpy()
+    names = sorted(of.dropna().unique())
+    if len(names) < 2:
+        return ()
+    masks = {str(name): (of == name).fillna(False).to_numpy(bool) for name in names}
+    return tuple(
+        ClassBin(
+            name,
+            int(here.sum()),
+            len(set(lists[here])),
+            float(labels["item_count"].to_numpy(float)[here].mean()),
+            {str(spec): accuracy(right[spec].to_numpy()[here], lists[here]) for spec in right},
+        )
+        for name, here in masks.items()
+    )
 
 
 def size_bins(right: pd.DataFrame, labels: pd.DataFrame) -> tuple[SizeBin, ...]:

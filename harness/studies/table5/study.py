@@ -10,9 +10,10 @@ from pathlib import Path
 import pandas as pd
 
 from steadyload.engines.registry import EngineNotInstalledError, capabilities, engine_names
-from steadyload.layouts.benchmark.dataset import PLANAR, set_named
+from steadyload.layouts.benchmark.dataset import KEYS, PLANAR, set_named
+from steadyload.layouts.question import Question, with_question
 from steadyload.methods.method import Status
-from steadyload.methods.registry import make_method, method_class, method_classes
+from steadyload.methods.registry import method_class, method_classes
 from steadyload.methods.spec import parse_spec
 from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.labels import labelled_material
@@ -20,25 +21,34 @@ from steadyload.runs.pool import Executor
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.timing import BLOCK, Times, timed
-from steadyload.studies.able import able_methods
+from steadyload.studies.able import able_methods, asked_question
 
 RULES = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3")
 TUNINGS = ("ps5-literal", "ps3-literal", "ps5", "ps3", "ps_opt-paper", "ps_opt")
 OTHERS = ("settling", "lstm_1", "lstm_e", "cascade@mujoco", "label@mujoco")
 """Methods of our own; ``simulation`` is included by its tunings."""
 
+FOR_BOTH = frozenset({"ps_opt", "lstm_1", "lstm_e", "cascade", "label"})
+"""Names of methods that were made for both questions, each for one at a time."""
+
 
 def standard_methods() -> tuple[str, ...]:
     """Specs of the methods compared by default: the paper's on every engine, our own, and more.
 
     Every registered engine with fixed steps takes part; a registered method that none of these
-    specs names takes part with its own defaults, on every such engine where it needs one.
+    specs names takes part with its own defaults, on every such engine where it needs one. Methods
+    of :data:`FOR_BOTH` stand in the list once a question, those on planar engines once.
     """
     engines = tuple(name for name in engine_names() if _takes_steps(name))
     listed = (*RULES, *(f"{name}@{engine}" for name in TUNINGS for engine in engines), *OTHERS)
     named = {method_class(parse_spec(spec).name) for spec in listed}
     more = [name for name in method_classes() if method_class(name) not in named]
-    return (*listed, *(spec for name in more for spec in _everywhere(name, engines)))
+    stands = [
+        with_question(spec, Question.STANDS)
+        for spec in listed
+        if parse_spec(spec).name in FOR_BOTH and not _flat(parse_spec(spec).engine)
+    ]
+    return (*listed, *(spec for name in more for spec in _everywhere(name, engines)), *stands)
 
 
 def _takes_steps(engine: str) -> bool:
@@ -46,6 +56,14 @@ def _takes_steps(engine: str) -> bool:
         return not capabilities(engine).error_controlled
     except EngineNotInstalledError:
         return True  # it is left out for that reason, not for this
+
+
+def _flat(engine: str | None) -> bool:
+    """Whether an engine has two dimensions; not so where that cannot be told."""
+    try:
+        return engine is not None and capabilities(engine).dimensions == 2
+    except EngineNotInstalledError:
+        return False
 
 
 def _everywhere(name: str, engines: tuple[str, ...]) -> tuple[str, ...]:
@@ -84,6 +102,8 @@ class Table5Options:
         part: of the labelled sets.
         directory: folder of the labelled set that 3-D methods judge, or a word of
             :data:`steadyload.layouts.benchmark.dataset.SETS`; empty for the large one.
+        question: whose labels and methods the page shows. What is judged and timed does not hang
+            on it, but that planar layouts have no labels of the question ``stands``.
 
     Raises:
         StudyError: a number out of range, or no method judges 3-D layouts.
@@ -98,6 +118,7 @@ class Table5Options:
     block: int = BLOCK
     part: str = PART
     directory: str = ""
+    question: Question = Question.WITHIN
     spatial: tuple[str, ...] = field(init=False)
     """Specs of the methods that judge 3-D layouts."""
     planar: tuple[str, ...] = field(init=False)
@@ -120,11 +141,25 @@ class Table5Options:
             )
         vars(self).update(spatial=spatial, planar=planar, left_out=left_out)
 
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """Specs of the 3-D methods that the page shows.
+
+        Of a method that stands in the list once a question only the one that is asked this one;
+        named methods all.
+        """
+        if self.methods:
+            return self.spatial
+        stands = {spec for spec in self.spatial if asked_question(spec) is Question.STANDS}
+        if self.question is Question.WITHIN:
+            return tuple(spec for spec in self.spatial if spec not in stands)
+        return tuple(s for s in self.spatial if with_question(s, Question.STANDS) not in stands)
+
     def study(self, *, planar: bool) -> StudyDefinition:
-        """Definition of all 3-D methods on their set, or all methods on the planar one."""
+        """Definition of all 3-D methods on their set, or of those shown and 2-D ones on planar."""
         return StudyDefinition(
             name=f"table5 {PLANAR}" if planar else "table5",
-            methods=(*self.spatial, *self.planar) if planar else self.spatial,
+            methods=(*self.shown, *self.planar) if planar else self.spatial,
             benchmark=self.part,
             benchmark_directory=PLANAR if planar else set_named(self.directory),
             limit=self.limit,
@@ -133,8 +168,7 @@ class Table5Options:
 
 
 def _is_planar(spec: str) -> bool:
-    engine = make_method(spec).spec.engine
-    return engine is not None and capabilities(engine).dimensions == 2
+    return _flat(parse_spec(spec).engine)
 
 
 @dataclass(frozen=True)
@@ -156,6 +190,17 @@ class Ran:
     times: Times
     untimed: Mapping[str, str]
     refused: Mapping[str, int]
+
+    def timed_among(self, cases: pd.Index) -> Ran:
+        """The same with the times of those cases alone that are among some."""
+        kept = pd.MultiIndex.from_tuples(self.cases, names=KEYS).isin(cases)
+        cpu, wall = (
+            {spec: taken[:, kept] for spec, taken in clock.items()}
+            for clock in (self.times.cpu, self.times.wall)
+        )
+        chosen = tuple(case for case, is_kept in zip(self.cases, kept, strict=True) if is_kept)
+        times = dataclasses.replace(self.times, cpu=cpu, wall=wall)
+        return dataclasses.replace(self, cases=chosen, times=times)
 
 
 def judge_table5(
@@ -214,7 +259,9 @@ def time_table5(
 def _folders(asked: Table5Options, work: Path) -> dict[bool, Path]:
     """Run folders by planarity of their layouts: True for planar ones."""
     folders = {False: work / SPATIAL}
-    return folders | {True: work / PLANAR} if asked.planar else folders
+    if asked.planar and asked.question is Question.WITHIN:
+        folders[True] = work / PLANAR
+    return folders
 
 
 def _timed(

@@ -8,12 +8,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
-from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.benchmark.dataset import KEYS, PLANAR
 from steadyload.layouts.question import Question
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
@@ -41,9 +42,17 @@ from steadyload.studies.comparison.summary import (
     tuning,
 )
 from steadyload.studies.recommend.front import Front, Measured, best
+from steadyload.studies.recommend.kept import NAME, load_fronts, merged, write_fronts
 from steadyload.studies.recommend.measuring import front_of
 from steadyload.studies.sensitivity.summary import Sensitivity
-from steadyload.studies.table5.error_places import MarginBin, SizeBin, margin_bins, size_bins
+from steadyload.studies.table5.error_places import (
+    ClassBin,
+    MarginBin,
+    SizeBin,
+    class_bins,
+    margin_bins,
+    size_bins,
+)
 from steadyload.studies.table5.label_ceiling import Ceiling, label_ceiling
 from steadyload.studies.table5.pair_tests import PairTest, PairTests, pair_tests
 from steadyload.studies.table5.paper import Paper, paper
@@ -95,7 +104,9 @@ class JudgedSet:
 
     ``tunings``: by spec of a simulation, a text of its parameters; equal for equal parameters.
     ``fronts``: by group, specs of methods than which no cheaper one is as accurate, by rising cost;
-    empty where nothing was timed. ``margins`` is empty where the set has none.
+    empty where nothing was timed. ``classes``: accuracy by class of items, of two classes or more.
+    ``margins`` is empty where the set has none. ``without_label``: cases that were judged and have
+    no label of the question, by the way in which labelling ended.
     """
 
     evaluation: Evaluation
@@ -105,9 +116,11 @@ class JudgedSet:
     tunings: Mapping[str, str]
     fronts: Mapping[str, tuple[str, ...]]
     matrix: AgreementMatrix
+    classes: tuple[ClassBin, ...]
     sizes: tuple[SizeBin, ...]
     margins: tuple[MarginBin, ...]
     watched: tuple[Watch, ...]
+    without_label: Mapping[str, int]
 
     @property
     def groups(self) -> tuple[str, ...]:
@@ -151,18 +164,20 @@ class JudgedSet:
 class Table5:
     """All results on the page.
 
-    ``spatial``: 3-D methods; ``planar``: these and 2-D methods on planar layouts, None without 2-D
-    methods. ``flat``: number of cases of ``spatial`` that a 2-D engine could judge. ``left_out``:
-    by spec, the reason for which a method is in no table. ``rules``: methods under other rules;
-    None where these were not asked for.
+    ``question``: that of labels and methods. ``spatial``: 3-D methods; ``planar``: these and 2-D
+    methods on planar layouts, None without 2-D methods. ``flat``: number of cases of ``spatial``
+    that a 2-D engine could judge. ``left_out``: by spec, the reason for which a method is in no
+    table. ``paper``: its own table; None where the question is not the paper's. ``rules``: methods
+    under other rules; None where these were not asked for.
     """
 
+    question: Question
     spatial: JudgedSet
     planar: JudgedSet | None
     flat: int
     planar_methods: tuple[MethodKey, ...]
     left_out: Mapping[str, str]
-    paper: Paper
+    paper: Paper | None
     ceiling: Ceiling | None
     same_order: tuple[int, int]
     manifest: Mapping[str, str]
@@ -184,16 +199,19 @@ def summarise(asked: Table5Options, spatial: Ran, planar: Ran | None) -> Table5:
         # Too few item lists for all pairs: no difference could be significant.
         beside, lines = _judged_set(asked, planar, small, all_pairs=False)
         about_planar = {f"planar {key}": lines[key] for key in ("labelled set", "layouts", "rows")}
-    labels, printed = load_labels(spatial.directory), paper()
+    labels = load_labels(spatial.directory)
+    the_papers = asked.question is Question.WITHIN
+    printed = paper() if the_papers else None
     return Table5(
+        question=asked.question,
         spatial=found,
         planar=beside,
         flat=_flat(large, labels) if planar is not None else 0,
-        planar_methods=tuple(method_key(make_method(spec)) for spec in asked.planar),
+        planar_methods=tuple(method_key(make_method(s)) for s in asked.planar if the_papers),
         left_out=asked.left_out,
         paper=printed,
-        ceiling=label_ceiling(labels, large.opinions),
-        same_order=same_order(printed, found.evaluation.methods),
+        ceiling=label_ceiling(labels, large.opinions) if the_papers else None,
+        same_order=(0, 0) if printed is None else same_order(printed, found.evaluation.methods),
         manifest={**about, **about_planar},
     )
 
@@ -226,10 +244,15 @@ def _judged_set(
     asked: Table5Options, ran: Ran, benchmark: Benchmark, *, all_pairs: bool
 ) -> tuple[JudgedSet, Mapping[str, str]]:
     judged = load_judged(ran.directory)
+    assert judged.labels is not None, "the study is on a labelled set"
+    ended = judged.labels["stands"].fillna("not asked").value_counts()
+    if ran.study.benchmark_directory != PLANAR:
+        judged = judged.of(asked.shown).asked(asked.question)
+        ran = ran.timed_among(judged.said.index)
     timed = pd.MultiIndex.from_tuples(ran.cases, names=KEYS)
     evaluation = evaluate(judged, costs=timed_costs(ran.times, timed))
     said, labels = judged.said, judged.labels
-    assert labels is not None, "the study is on a labelled set"
+    assert labels is not None, "there are labels of either question"
     specs = list(judged.keys)
     right = pd.DataFrame({spec: names_the_label(judged, spec) for spec in specs}, said.index)
     groups = {group: in_group(judged.said.index, group) for group in evaluation.groups}
@@ -251,9 +274,15 @@ def _judged_set(
         tunings=tunings(specs),
         fronts={group: _front(evaluation.rows[group]) for group in groups},
         matrix=agreement_matrix(judged),
+        classes=class_bins(right, labels),
         sizes=size_bins(right, labels),
         margins=margin_bins(said, labels, list(cases["margin"])),
         watched=watched(ran.study, evaluation.methods, said, right, labels),
+        without_label={
+            str(status): int(cases)
+            for status, cases in ended.items()
+            if status != "done" and asked.question is Question.STANDS
+        },
     )
     return found, manifest_lines(judged)
 
@@ -300,9 +329,16 @@ def _front(methods: Sequence[MethodEvaluation]) -> tuple[str, ...]:
     return tuple(m.method for m in best(timed)) if timed else ()
 
 
+def write_timed_front(found: Table5, work: Path) -> None:
+    """Write what ``recommend`` reads to a work folder, beside what it holds of another question."""
+    file = work / NAME
+    kept = load_fronts(file) if file.exists() else ()
+    write_fronts(merged(kept, [timed_front(found)]), file)
+
+
 def timed_front(found: Table5) -> Front:
     """3-D methods of Table 5, with the times of its timing pass; those untimed are left out."""
     own = found.spatial.evaluation
     timing = found.spatial.timing
     times = f"mean of {timing.layouts} cases, {timing.repeats} times each, one thread"
-    return front_of(own.judged, Question.WITHIN, own.methods, times, found.manifest)
+    return front_of(own.judged, found.question, own.methods, times, found.manifest)
