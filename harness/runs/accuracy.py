@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
+from steadyload.runs.labels import item_lists
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share, weighted_share
 
@@ -58,7 +59,7 @@ def accuracy(right: ArrayLike, lists: ArrayLike) -> Estimate:
 
 def accuracy_of(said: pd.Series, labels: pd.DataFrame) -> Estimate:
     """Accuracy of one method's verdicts; arguments as :func:`verdicts_against_labels`."""
-    return accuracy(verdicts_against_labels(said, labels)["right"], labels["instance"])
+    return accuracy(verdicts_against_labels(said, labels)["right"], item_lists(labels))
 
 
 def accuracy_of_seeds(right: BoolArray, lists: ArrayLike) -> Estimate:
@@ -107,4 +108,4 @@ def at_natural_prevalence(
     for scenario in dict.fromkeys(scenarios):
         weights[f"{scenario} stable"] = natural[scenario]
         weights[f"{scenario} unstable"] = 1.0 - natural[scenario]
-    return weighted_share(right, strata, weights, labels["instance"].to_numpy())
+    return weighted_share(right, strata, weights, item_lists(labels))

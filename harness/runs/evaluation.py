@@ -26,6 +26,7 @@ from steadyload.runs.accuracy import (
 )
 from steadyload.runs.costs import CPU, PHASES, WALL, CostKind, Costs, CostSource, judging_costs
 from steadyload.runs.judged import JudgedCases, load_judged
+from steadyload.runs.labels import item_lists
 from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.metrics import mean, ratio, share
@@ -280,7 +281,7 @@ def _accuracies(judged: JudgedCases, here: BoolArray) -> dict[str, dict[str, Any
     if judged.labels is None:
         return {}
     labels, natural = judged.labels[here], _natural_stable(judged)
-    lists = labels["instance"].to_numpy()
+    lists = item_lists(labels)
     robust = labels["robust"].fillna(False).to_numpy(bool)
     fragile = ~labels["robust"].fillna(True).to_numpy(bool)
     compared = {

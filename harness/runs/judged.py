@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from steadyload.layouts.question import Question
 from steadyload.layouts.scenarios import Scenario
 from steadyload.methods.naming import MethodKey, named
-from steadyload.runs.labels import load_labels
+from steadyload.runs.labels import item_lists, load_labels
 from steadyload.runs.results import KEYS, ResultsError, load_manifest, load_results
 from steadyload.statistics.metrics import outcomes
 
@@ -38,8 +38,8 @@ class JudgedCases:
         said: cases x specs, as :func:`steadyload.statistics.metrics.outcomes` gives it.
         labels: of the same cases in the same order, :data:`steadyload.runs.labels.LABELS`; None
             without labels.
-        clusters: by case, the cluster for intervals: the item list where it is known, else the
-            layout.
+        clusters: by case, the cluster for intervals: the item list where it is known, with its
+            class of items as stratum, else the layout.
     """
 
     manifest: Mapping[str, Any]
@@ -124,7 +124,7 @@ def load_judged(directory: str | Path) -> JudgedCases:
     labels = _labels(directory, said) if "labels" in manifest else None
     # Layouts packed from one item list are alike: where lists are known, they are the clusters.
     layouts = said.index.get_level_values("layout")
-    clusters = pd.Series(layouts if labels is None else labels["instance"].to_numpy(), said.index)
+    clusters = pd.Series(layouts if labels is None else item_lists(labels), said.index)
     keys = {m: _key(m, first.loc[m]) for m in order}
     return JudgedCases(manifest, keys, rows, results, said, labels, clusters)
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pyarrow as pa
+from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
@@ -132,6 +133,20 @@ def _labels(benchmark: Benchmark, chosen: pd.DataFrame) -> pd.DataFrame:
     classes = benchmark.layouts["item_class"].astype(str)
     joined = chosen.join(sure, on=KEYS).join(stands, on=KEYS).join(classes, on="layout")
     return joined.astype({"robust": "boolean"})[LABELS.names]
+
+
+def item_lists(labels: pd.DataFrame) -> NDArray[np.object_]:
+    """The clusters of intervals: the item list of each case, with its class of items as stratum.
+
+    Args:
+        labels: a row a case, :data:`LABELS`.
+
+    Returns:
+        Pairs, as :meth:`steadyload.statistics.clusters.Clusters.of` takes them, shape (cases,).
+    """
+    found = np.empty(len(labels), dtype=object)
+    found[:] = list(zip(labels["item_class"].fillna(""), labels["instance"], strict=True))
+    return found
 
 
 def as_labels(labels: pd.DataFrame) -> bytes:

@@ -1,32 +1,35 @@
 """Estimates with intervals. Every function is pure and deterministic.
 
-Cases that share a layout (the same geometry in several scenarios), or an item list that several
-layouts were packed from, are not independent. Wherever such cases are pooled, ``clusters`` says
-which belong together, and intervals are as wide as the number of *clusters* allows.
+Cases that share a layout, or an item list that several layouts were packed from, are not
+independent. Wherever such cases are pooled, ``clusters`` says which belong together, by a label for
+each as :meth:`steadyload.statistics.clusters.Clusters.of` takes it, and intervals are as wide as
+the number of *clusters* allows.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
+from steadyload.statistics.clusters import Clusters
 from steadyload.statistics.estimate import NOTHING, Estimate
 
+Labels = Clusters | ArrayLike | pd.Series | None
+"""What says which cases belong together; see :meth:`Clusters.of`."""
+
 _Z = 1.959963984540054
-_RESAMPLES = 2000
-_SEED = 0
 
 
-def share(hits: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
+def share(hits: ArrayLike, clusters: Labels = None) -> Estimate:
     """A proportion with its 95 % Wilson interval.
 
     With clusters, the interval is taken at the effective sample size p (1 - p) / Var(p), where the
-    variance is that between clusters (Kish's design effect), at least the size that clusters of
-    equal cases would have (their number, where they are of one size) and at most n.
+    variance is that between clusters of a stratum (Kish's design effect), at least the size that
+    clusters of equal cases would have (their number, where they are of one size) and at most n.
 
     Args:
         hits: what happened in each case, as booleans.
@@ -41,8 +44,9 @@ def share(hits: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
     return Estimate(p, low, high, n)
 
 
-def mean(values: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
-    """A mean with its 95 % percentile-bootstrap interval (2000 resamples of clusters, fixed seed).
+def mean(values: ArrayLike, clusters: Labels = None) -> Estimate:
+    """A mean with its 95 % percentile-bootstrap interval (2000 resamples of clusters, drawn
+    within their strata, fixed seed).
 
     Args:
         values: a number for each case.
@@ -51,8 +55,9 @@ def mean(values: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
     array = np.asarray(values, dtype=float)
     if len(array) == 0:
         return NOTHING
-    sums, sizes = _cluster_sums(array, clusters)
-    means = [sums[drawn].sum(axis=1) / sizes[drawn].sum(axis=1) for drawn in resamples(len(sums))]
+    groups = Clusters.of(clusters, len(array))
+    sums, sizes = groups.sums(array), groups.sizes
+    means = [sums[drawn].sum(axis=1) / sizes[drawn].sum(axis=1) for drawn in groups.resamples()]
     low, high = np.quantile(np.concatenate(means), (0.025, 0.975))
     return Estimate(float(array.mean()), float(low), float(high), len(array))
 
@@ -79,7 +84,7 @@ def median(values: ArrayLike) -> Estimate:
     return Estimate(float(np.median(ordered)), float(ordered[end]), float(ordered[-1 - end]), n)
 
 
-def ratio(above: ArrayLike, below: ArrayLike, clusters: ArrayLike | None = None) -> Estimate:
+def ratio(above: ArrayLike, below: ArrayLike, clusters: Labels = None) -> Estimate:
     """The ratio of two means over the same cases, with a 95 % percentile-bootstrap interval.
 
     Args:
@@ -90,9 +95,9 @@ def ratio(above: ArrayLike, below: ArrayLike, clusters: ArrayLike | None = None)
     over, under = np.asarray(above, dtype=float), np.asarray(below, dtype=float)
     if len(over) == 0:
         return NOTHING
-    top, _ = _cluster_sums(over, clusters)
-    bottom, _ = _cluster_sums(under, clusters)
-    drawn_ratios = [top[d].sum(axis=1) / bottom[d].sum(axis=1) for d in resamples(len(top))]
+    groups = Clusters.of(clusters, len(over))
+    top, bottom = groups.sums(over), groups.sums(under)
+    drawn_ratios = [top[d].sum(axis=1) / bottom[d].sum(axis=1) for d in groups.resamples()]
     low, high = np.quantile(np.concatenate(drawn_ratios), (0.025, 0.975))
     return Estimate(float(over.sum() / under.sum()), float(low), float(high), len(over))
 
@@ -101,11 +106,11 @@ def weighted_share(
     hits: ArrayLike,
     strata: ArrayLike,
     weights: Mapping[str, float],
-    clusters: ArrayLike | None = None,
+    clusters: Labels = None,
 ) -> Estimate:
     """The shares of several strata, weighted, with a 95 % percentile-bootstrap interval.
 
-    Resamples draw clusters over all strata at once. One in which a stratum has no case says
+    Resamples draw clusters over all these strata at once. One in which a stratum has no case says
     nothing and is left out.
 
     Args:
@@ -123,15 +128,15 @@ def weighted_share(
     happened, member = np.asarray(hits, dtype=float)[kept], member[kept]
     if len(set(member.tolist())) < len(used):
         return NOTHING
-    group = np.arange(len(kept)) if clusters is None else np.asarray(clusters)
-    _, group = np.unique(group[kept], return_inverse=True)
-    shape = (int(group.max()) + 1, len(used))
+    labels = None if clusters is None else pd.Series(clusters).to_numpy()[kept]
+    groups = Clusters.of(labels, len(happened))
+    shape = (len(groups), len(used))
     sums, sizes = np.zeros(shape), np.zeros(shape)
-    np.add.at(sums, (group, member), happened)
-    np.add.at(sizes, (group, member), 1.0)
+    np.add.at(sums, (groups.member, member), happened)
+    np.add.at(sizes, (groups.member, member), 1.0)
     factors = np.array(list(used.values())) / sum(used.values())
     found = []
-    for drawn in resamples(shape[0]):
+    for drawn in groups.resamples():
         counts = sizes[drawn].sum(axis=1)
         whole = (counts > 0.0).all(axis=1)
         found.append((sums[drawn].sum(axis=1)[whole] / counts[whole]) @ factors)
@@ -156,9 +161,7 @@ def outcomes(results: pd.DataFrame) -> pd.DataFrame:
     return table.astype("Int32")
 
 
-def agreement(
-    said: pd.DataFrame, first: str, second: str, clusters: ArrayLike | None = None
-) -> Estimate:
+def agreement(said: pd.DataFrame, first: str, second: str, clusters: Labels = None) -> Estimate:
     """Share of cases with the same failing step; a missing verdict agrees with nothing.
 
     Args:
@@ -176,19 +179,7 @@ def same(said: pd.DataFrame, first: str, second: str) -> NDArray[np.bool_]:
     return (said[first] == said[second]).fillna(False).to_numpy(bool)
 
 
-def resamples(count: int) -> Iterator[NDArray[np.int64]]:
-    """The clusters that every resample of ``count`` of them draws, the same at every call.
-
-    Yields:
-        Blocks that fit in memory, shape (resamples, count).
-    """
-    random = np.random.default_rng(_SEED)
-    block = max(1, 4_000_000 // count)
-    for start in range(0, _RESAMPLES, block):
-        yield random.integers(0, count, (min(block, _RESAMPLES - start), count))
-
-
-def effective_size(hits: ArrayLike, clusters: ArrayLike | None) -> float:
+def effective_size(hits: ArrayLike, clusters: Labels) -> float:
     """Effective sample size of a proportion: the number of independent cases, see :func:`share`.
 
     Args:
@@ -197,14 +188,15 @@ def effective_size(hits: ArrayLike, clusters: ArrayLike | None) -> float:
     """
     happened = np.asarray(hits, dtype=float)
     n, p = len(happened), float(happened.mean())
-    sums, sizes = _cluster_sums(happened, clusters)
-    count = len(sums)
+    groups = Clusters.of(clusters, n)
+    sums, sizes = groups.sums(happened), groups.sizes
+    count = len(groups)
     if count == n:
         return n
     alike = n * n / float((sizes * sizes).sum())  # clusters of equal cases
     if count == 1 or p in (0.0, 1.0):
         return alike
-    spread = ((sums - p * sizes) ** 2).sum() / (n * n) * count / (count - 1)
+    spread = groups.squared_spread(sums - p * sizes) / (n * n)
     return float(np.clip(p * (1 - p) / max(spread, 1e-300), alike, n))
 
 
@@ -216,13 +208,3 @@ def _wilson(p: float, n: float) -> tuple[float, float]:
     low = 0.0 if p == 0.0 else max(0.0, middle - half)
     high = 1.0 if p == 1.0 else min(1.0, middle + half)
     return low, high
-
-
-def _cluster_sums(
-    values: NDArray[np.float64], clusters: ArrayLike | None
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Sum and size of every cluster; without clusters every value is its own."""
-    if clusters is None:
-        return values, np.ones(len(values))
-    _, member = np.unique(np.asarray(clusters), return_inverse=True)
-    return np.bincount(member, weights=values).astype(float), np.bincount(member).astype(float)

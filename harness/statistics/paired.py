@@ -14,13 +14,16 @@ import math
 from collections.abc import Iterator, Mapping, Sequence, Set
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike
+
+from steadyload.statistics.clusters import Clusters
 
 LEVEL = 0.05
 """Level of significance: two methods differ significantly if the corrected p is below this."""
 
 
-def sign_flip(differences: ArrayLike, clusters: ArrayLike) -> float:
+def sign_flip(differences: ArrayLike, clusters: Clusters | ArrayLike | pd.Series) -> float:
     """The exact two-sided p of the sign-flip test, over all 2^lists ways to turn signs.
 
     Args:
@@ -35,9 +38,9 @@ def sign_flip(differences: ArrayLike, clusters: ArrayLike) -> float:
     whole = np.asarray(differences, dtype=np.int64)
     if not len(whole):
         return 1.0
-    _, member = np.unique(np.asarray(clusters), return_inverse=True)
-    sums = np.zeros(int(member.max()) + 1, dtype=np.int64)
-    np.add.at(sums, member, whole)
+    groups = Clusters.of(clusters, len(whole))
+    sums = np.zeros(len(groups), dtype=np.int64)
+    np.add.at(sums, groups.member, whole)
     found, sizes = abs(int(sums.sum())), np.abs(sums[sums != 0])
     # The law of the sum, built list by list: exact, and as quick for 50 lists as for 5.
     law = np.ones(1)

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike
 
+from steadyload.statistics.clusters import Clusters
 from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.metrics import mean, resamples, share
+from steadyload.statistics.metrics import mean, share
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +68,7 @@ _CURVE = 20
 def reliability(
     said: ArrayLike,
     happened: ArrayLike,
-    clusters: ArrayLike,
+    clusters: ArrayLike | pd.Series,
     edges: Sequence[float] = EDGES,
 ) -> Reliability:
     """Calibration of probabilities.
@@ -82,17 +84,18 @@ def reliability(
         edges: of the bins, rising from 0 to 1; a probability on an edge is in the upper bin.
     """
     p, y = np.asarray(said, dtype=float), np.asarray(happened, dtype=float)
-    _, member = np.unique(np.asarray(clusters), return_inverse=True)
+    together = pd.Series(clusters).to_numpy()
+    groups = Clusters.of(together, len(p))
     count = len(edges) - 1
     where = np.minimum(np.searchsorted(edges, p, side="right") - 1, count - 1)
-    shape = (int(member.max()) + 1, count)
+    shape = (len(groups), count)
     gaps, sizes = np.zeros(shape), np.zeros(shape)
-    np.add.at(gaps, (member, where), p - y)
-    np.add.at(sizes, (member, where), 1.0)
+    np.add.at(gaps, (groups.member, where), p - y)
+    np.add.at(sizes, (groups.member, where), 1.0)
     drawn = np.concatenate(
         [
             np.abs(gaps[d].sum(axis=1)).sum(axis=1) / sizes[d].sum(axis=(1, 2))
-            for d in resamples(shape[0])
+            for d in groups.resamples()
         ]
     )
     low, high = np.quantile(drawn, (0.025, 0.975))
@@ -101,14 +104,14 @@ def reliability(
     for number, ends in enumerate(pairwise(edges)):
         inside = where == number
         if inside.any():
-            happening = share(y[inside], member[inside])
+            happening = share(y[inside], together[inside])
             bins.append(ReliabilityBin(*ends, float(p[inside].mean()), happening))
     return Reliability(
-        mean((p - y) ** 2, member), Estimate(error, float(low), float(high), len(p)), tuple(bins)
+        mean((p - y) ** 2, groups), Estimate(error, float(low), float(high), len(p)), tuple(bins)
     )
 
 
-def abstention(sure: ArrayLike, right: ArrayLike, clusters: ArrayLike) -> Abstention:
+def abstention(sure: ArrayLike, right: ArrayLike, clusters: ArrayLike | pd.Series) -> Abstention:
     """Gain of abstaining from the tenth of the cases that a method is least sure of.
 
     Args:
@@ -117,7 +120,7 @@ def abstention(sure: ArrayLike, right: ArrayLike, clusters: ArrayLike) -> Absten
         clusters: a label for each; those of equal labels belong together.
     """
     certain, hits = np.asarray(sure, dtype=float), np.asarray(right, dtype=bool)
-    together = np.asarray(clusters)
+    together = pd.Series(clusters).to_numpy()
     order = np.argsort(-certain, kind="stable")
     judged = len(order) - round(UNSURE * len(order))
     first, last = order[:judged], order[judged:]

@@ -241,7 +241,9 @@ def test_what_is_naturally_frequent_needs_no_weights():
     """On cases that are stable as often as the set, it is the mean of the scenarios' accuracies."""
     index = pd.MultiIndex.from_product([["S1", "S2b"], range(10)], names=["scenario", "layout"])
     steps = ([None] * 7 + [1] * 3) + ([None] * 4 + [1] * 6)
-    labels = pd.DataFrame({"failing_step": steps, "instance": [*"aabbccddee"] * 2}, index=index)
+    labels = pd.DataFrame(
+        {"failing_step": steps, "instance": [*"aabbccddee"] * 2, "item_class": "1"}, index=index
+    )
     right = np.random.default_rng(3).random(20) < 0.6
     found = at_natural_prevalence(right, labels, {"S1": 0.7, "S2b": 0.4})
     assert found.value == pytest.approx(right.mean())

@@ -18,6 +18,7 @@ def made_up(seed, cases=80):
     labels = pd.DataFrame(
         {
             "instance": random.choice(list("abcde"), cases),
+            "item_class": "1",
             "item_count": pd.array(count, "Int16"),
             "failing_step": pd.array(np.where(failing == count, -1, failing), "Int16"),
         }

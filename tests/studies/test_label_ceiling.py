@@ -48,7 +48,9 @@ def judged():
     benchmark = load_benchmark()
     labels = benchmark.select("test", limit=40)
     sure = benchmark.confidence[["confidence", "robust"]]
-    return labels.join(sure, on=KEYS).set_index(KEYS), benchmark.opinions
+    classes = benchmark.layouts["item_class"].astype(str)
+    labels = labels.join(sure, on=KEYS).join(classes, on="layout").set_index(KEYS)
+    return labels, benchmark.opinions
 
 
 def test_against_the_label_it_is_the_mean_confidence(judged):

@@ -11,6 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from steadyload.runs.accuracy import accuracy
+from steadyload.runs.labels import item_lists
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
 
@@ -64,7 +65,7 @@ def class_bins(right: pd.DataFrame, labels: pd.DataFrame) -> tuple[ClassBin, ...
 
     Arguments as :func:`size_bins`.
     """
-    of, lists = labels["item_class"], labels["instance"].to_numpy()
+    of, lists = labels["item_class"], item_lists(labels)
     names = sorted(of.dropna().unique())
     if len(names) < 2:
         return ()
@@ -88,7 +89,7 @@ def size_bins(right: pd.DataFrame, labels: pd.DataFrame) -> tuple[SizeBin, ...]:
         right: mask of the cases on which a method is right, cases x specs.
         labels: of the same cases, :data:`steadyload.runs.labels.LABELS`, in the same order.
     """
-    count, lists = labels["item_count"].astype(int).to_numpy(), labels["instance"].to_numpy()
+    count, lists = labels["item_count"].astype(int).to_numpy(), item_lists(labels)
     most = max(int(count.max(initial=0)), SIZES[-1][1])
     edges = [*SIZES[:-1], (SIZES[-1][0], most)]
     found = []
@@ -117,7 +118,7 @@ def margin_bins(
         return ()
     number, step, margin, fails = _steps(labels, margins)
     place = np.digitize(margin, MARGINS[1:-1])
-    lists = pd.factorize(labels["instance"])[0][number]
+    lists = item_lists(labels)[number]
     alarms: list[dict[str, Estimate]] = [{} for _ in MARGINS[1:]]
     misses: list[dict[str, Estimate]] = [{} for _ in MARGINS[1:]]
     for spec in said:

@@ -19,6 +19,7 @@ from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.runs.accuracy import accuracy_of
 from steadyload.runs.evaluation import ALL, in_group
+from steadyload.runs.labels import item_lists
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean
 
@@ -90,7 +91,7 @@ def label_ceiling(labels: pd.DataFrame, opinions: pd.DataFrame) -> Ceiling | Non
     items = labels["item_count"].astype(float)
     table = table.mask(table == _STABLE, items, axis=0)
     label = labels["failing_step"].astype("Float64").fillna(items).to_numpy(float)
-    lists = labels["instance"].to_numpy()
+    lists = item_lists(labels)
     scenarios = tuple(labels.index.unique("scenario"))
     masks = {group: in_group(labels.index, group) for group in (ALL, *scenarios)}
     return Ceiling(

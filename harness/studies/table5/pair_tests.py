@@ -11,6 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from steadyload.methods.naming import MethodKey
+from steadyload.statistics.clusters import Clusters
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean
 from steadyload.statistics.paired import LEVEL, holm, letters, sign_flip
@@ -75,22 +76,22 @@ def pair_tests(
     Args:
         methods: to compare.
         right: mask of the cases on which a method is right, cases x specs.
-        lists: the item list of each case.
+        lists: the item list of each case, as :meth:`Clusters.of` takes it.
         against: the method to compare each of the others with; None tests all pairs.
     """
     of = {m: right[m.spec].to_numpy(int) for m in methods}
     pairs = list(combinations(methods, 2))
     if against is not None:
         pairs = [(m, against) for m in methods if m != against]
-    lists = pd.factorize(lists)[0]
-    raw = [sign_flip(of[a] - of[b], lists) for a, b in pairs]
+    groups = Clusters.of(lists, len(right))
+    raw = [sign_flip(of[a] - of[b], groups) for a, b in pairs]
     corrected = holm(raw)
     order = sorted(methods, key=lambda m: -of[m].mean())
     apart = {(a.spec, b.spec) for (a, b), p in zip(pairs, corrected, strict=True) if p < LEVEL}
-    sizes = sorted(np.bincount(lists).tolist(), reverse=True)
+    sizes = sorted(groups.sizes.astype(int).tolist(), reverse=True)
     return PairTests(
         pairs=tuple(
-            PairTest(a, b, mean(of[a] - of[b], lists), p, q)
+            PairTest(a, b, mean(of[a] - of[b], groups), p, q)
             for (a, b), p, q in zip(pairs, raw, corrected, strict=True)
         ),
         letters=letters([m.spec for m in order], apart) if against is None else {},

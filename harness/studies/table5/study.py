@@ -48,7 +48,7 @@ def standard_methods() -> tuple[str, ...]:
         for spec in listed
         if parse_spec(spec).name in FOR_BOTH and not _flat(parse_spec(spec).engine)
     ]
-    return (*listed, *(spec for name in more for spec in _everywhere(name, engines)), *stands)
+    return (*listed, *stands, *(spec for name in more for spec in _everywhere(name, engines)))
 
 
 def _takes_steps(engine: str) -> bool:

@@ -32,7 +32,7 @@ from steadyload.runs.evaluation import (
     names_the_label,
 )
 from steadyload.runs.judged import load_judged
-from steadyload.runs.labels import load_labels
+from steadyload.runs.labels import item_lists, load_labels
 from steadyload.statistics.error_costs import CheapestRange, cheapest_by_ratio
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.comparison.summary import (
@@ -266,7 +266,7 @@ def _judged_set(
             group: pair_tests(
                 list(judged.keys.values()),
                 right[here],
-                labels["instance"].to_numpy()[here],
+                item_lists(labels)[here],
                 against=against,
             )
             for group, here in groups.items()

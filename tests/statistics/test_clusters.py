@@ -1,0 +1,92 @@
+"""Clusters and their strata: resamples keep to them, and intervals follow their variance."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from steadyload.statistics.clusters import Clusters
+from steadyload.statistics.metrics import effective_size, mean, share
+from steadyload.statistics.paired import sign_flip
+
+
+def pairs(strata, names):
+    """Labels of clusters in strata, as an array of pairs."""
+    found = np.empty(len(names), dtype=object)
+    found[:] = list(zip(strata, names, strict=True))
+    return found
+
+
+def test_a_resample_draws_as_many_clusters_of_each_stratum_as_there_are():
+    labels = pairs("aabbbb", ["1", "2", "1", "2", "3", "3"])
+    groups = Clusters.of(labels, 6)
+    assert len(groups) == 5  # equal names in two strata are two clusters
+    assert groups.sizes.tolist() == [1, 1, 1, 1, 2]
+    drawn = np.concatenate(list(groups.resamples()))
+    assert drawn.shape == (2000, 5)
+    for own in groups.strata:
+        assert (np.isin(drawn, own).sum(axis=1) == len(own)).all()
+        counts = np.array([(drawn == cluster).sum() for cluster in own]) / len(drawn)
+        assert counts == pytest.approx(np.ones(len(own)), abs=0.1)
+
+
+def test_a_stratum_of_one_cluster_shows_no_spread_so_that_none_is_kept_apart():
+    values = np.array([1.0, 2.0, 5.0, 9.0])
+    apart = pairs("aabc", "wxyz")
+    assert mean(values, apart) == mean(values, list("wxyz"))
+
+
+@pytest.mark.parametrize("labels", [["b", "a", "b", "c"], [7, 3, 7, 9], None])
+def test_labels_without_strata_are_one_stratum(labels):
+    groups = Clusters.of(labels, 4)
+    assert len(groups.strata) == 1
+    same = np.arange(4) if labels is None else np.unique(labels, return_inverse=True)[1]
+    assert groups.member.tolist() == same.tolist()
+
+
+def test_a_series_of_pairs_and_an_array_say_the_same():
+    labels = pairs("aabb", "1212")
+    hits = np.array([1.0, 0.0, 1.0, 1.0])
+    assert mean(hits, pd.Series(labels)) == mean(hits, labels)
+
+
+def test_intervals_follow_the_variance_of_the_stratified_mean():
+    """Lists whose classes differ much: the closed form of stratified sampling, and less width."""
+    random = np.random.default_rng(3)
+    classes, lists = np.repeat(list("abc"), 40), np.arange(120)
+    values = np.repeat([0.0, 5.0, 10.0], 40) + random.normal(size=120)
+    found = mean(values, pairs(classes, lists))
+    spread = [values[classes == c].var(ddof=1) / 40 for c in "abc"]
+    half = 1.96 * np.sqrt(sum(spread) / 9)
+    assert found.high - found.low == pytest.approx(2 * half, rel=0.06)
+    plain = mean(values, lists)
+    assert found.high - found.low < 0.4 * (plain.high - plain.low)
+
+
+def test_a_share_covers_the_truth_and_is_narrower_where_classes_differ():
+    random = np.random.default_rng(5)
+    chances, lists, cases = np.array([0.95, 0.7, 0.45]), 12, 10
+    classes = np.repeat(list("abc"), lists * cases)
+    names = np.repeat(np.arange(3 * lists), cases)
+    held, narrower = 0, 0
+    for _ in range(300):
+        own = np.clip(np.repeat(chances, lists) + random.normal(0.0, 0.05, 3 * lists), 0.0, 1.0)
+        hits = random.random(3 * lists * cases) < np.repeat(own, cases)
+        found, plain = share(hits, pairs(classes, names)), share(hits, names)
+        held += found.low <= chances.mean() <= found.high
+        narrower += found.high - found.low < plain.high - plain.low
+    assert held >= 0.92 * 300
+    assert narrower >= 0.95 * 300
+
+
+def test_one_stratum_gives_the_size_without_strata():
+    hits = np.array([True, False, True, True, False, True])
+    names = ["1", "1", "2", "2", "3", "3"]
+    assert effective_size(hits, pairs("aaaaaa", names)) == effective_size(hits, names)
+
+
+def test_signs_turn_by_cluster_whatever_its_stratum():
+    differences = [1, 1, -1, 1, 0, 1]
+    names = ["1", "1", "2", "2", "3", "3"]
+    assert sign_flip(differences, pairs("ababab", names)) == sign_flip(
+        differences, [s + n for s, n in zip("ababab", names, strict=True)]
+    )
