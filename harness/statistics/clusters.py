@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -19,6 +20,10 @@ RESAMPLES = 2000
 _SEED = 0
 _BLOCK = 4_000_000
 """Numbers that are drawn at once."""
+
+
+Labels: TypeAlias = "Clusters | ArrayLike | pd.Series | None"
+"""What says which cases belong together; see :meth:`Clusters.of`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +40,7 @@ class Clusters:
     strata: tuple[NDArray[np.intp], ...]
 
     @staticmethod
-    def of(labels: Clusters | ArrayLike | pd.Series | None, count: int) -> Clusters:
+    def of(labels: Labels, count: int) -> Clusters:
         """The clusters of ``count`` cases.
 
         Args:
@@ -50,7 +55,7 @@ class Clusters:
             everyone = np.arange(count)
             return Clusters(everyone, (everyone,))
         member, names = pd.factorize(pd.Series(labels).to_numpy(), sort=True)
-        found = (np.arange(len(names)),)
+        found: tuple[NDArray[np.intp], ...] = (np.arange(len(names)),)
         if len(names) and isinstance(names[0], tuple):
             of, strata = pd.factorize(np.array([stratum for stratum, _ in names]))
             found = tuple(np.flatnonzero(of == number) for number in range(len(strata)))

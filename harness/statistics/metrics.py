@@ -15,11 +15,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from steadyload.statistics.clusters import Clusters
+from steadyload.statistics.clusters import Clusters, Labels
 from steadyload.statistics.estimate import NOTHING, Estimate
-
-Labels = Clusters | ArrayLike | pd.Series | None
-"""What says which cases belong together; see :meth:`Clusters.of`."""
 
 _Z = 1.959963984540054
 

@@ -14,16 +14,15 @@ import math
 from collections.abc import Iterator, Mapping, Sequence, Set
 
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike
 
-from steadyload.statistics.clusters import Clusters
+from steadyload.statistics.clusters import Clusters, Labels
 
 LEVEL = 0.05
 """Level of significance: two methods differ significantly if the corrected p is below this."""
 
 
-def sign_flip(differences: ArrayLike, clusters: Clusters | ArrayLike | pd.Series) -> float:
+def sign_flip(differences: ArrayLike, clusters: Labels) -> float:
     """The exact two-sided p of the sign-flip test, over all 2^lists ways to turn signs.
 
     Args:
