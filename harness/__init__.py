@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from steadyload.methods.session import LoadingSession as LoadingSession
     from steadyload.runs.results import load_results as load_results
     from steadyload.runs.scoring import score_layouts as score
+    from steadyload.studies.checking import check as check
     from steadyload.studies.viewing import write_view as view
 
 _PUBLIC = {
@@ -50,6 +51,7 @@ _PUBLIC = {
     "LoadingSession": "steadyload.methods.session:LoadingSession",
     "Pallet": "steadyload.layouts.model:Pallet",
     "Verdict": "steadyload.methods.method:Verdict",
+    "check": "steadyload.studies.checking:check",
     "from_packingsolver": "steadyload.layouts.packers.with_packingsolver:from_packingsolver",
     "from_packvium": "steadyload.layouts.packers.with_packvium:from_packvium",
     "from_py3dbp": "steadyload.layouts.packers.with_py3dbp:from_py3dbp",
@@ -72,6 +74,7 @@ __all__ = [
     "LoadingSession",
     "Pallet",
     "Verdict",
+    "check",
     "from_packingsolver",
     "from_packvium",
     "from_py3dbp",

@@ -91,6 +91,19 @@ def _named(made: Any, more: dict[str, Any]) -> Any:
     return made
 
 
+def question(text: str) -> str:
+    """The name of a question, from text; help on it imports nothing.
+
+    Raises:
+        ValueError: there is no such question.
+    """
+    from steadyload.layouts.question import Question
+
+    if text not in list(Question):
+        raise ValueError(f"{text!r}; allowed: {', '.join(Question)}")
+    return text
+
+
 def positive_number(text: str) -> float:
     """A number above 0, from text.
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from steadyload.layouts.question import Question
-from steadyload.studies.options import methods_option, option, set_option
+from steadyload.studies.options import methods_option, option, question, set_option
 from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
 if TYPE_CHECKING:
@@ -24,9 +23,11 @@ class Table5Config:
     )
     directory: str = set_option()
     question: str = option(
-        str(Question.WITHIN),
-        "question whose labels and methods the page shows; all methods of both are judged",
-        choices=tuple(Question),
+        "within",
+        "whose labels and methods the page shows, within or stands (default: within); those of "
+        "both are judged",
+        metavar="QUESTION",
+        read=question,
     )
     limit: int | None = option(None, "only the first N cases a scenario", least=2)
     timed: int = option(
@@ -42,6 +43,7 @@ class Table5Config:
 
     def options(self) -> Table5Options:
         """The options of the study, with the methods that can judge and reasons for the others."""
+        from steadyload.layouts.question import Question
         from steadyload.studies.table5.study import Table5Options
 
         return Table5Options(
@@ -84,7 +86,7 @@ class Table5(Study[Table5Config, Any]):
         spatial, planar = time_table5(asked, work, progress=lambda *of: progress("timing", *of))
         found = summarise(asked, spatial, planar)
         write_timed_front(found, work)
-        if config.rules and found.question is Question.WITHIN:
+        if config.rules and config.question == "within":
             rules = Sensitivity().run(
                 SensitivityConfig(config.methods, config.rules, config.directory), work / "rules",
                 workers=workers, progress=progress,

@@ -1,0 +1,140 @@
+"""``steadyload check``: do planned pallets stand while they are loaded?"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from steadyload.cli.flags import UsageError
+from steadyload.cli.reading import ReadingFlags
+from steadyload.cli.terminal import print_table, progress_bar
+from steadyload.escaping import printable
+from steadyload.studies.options import REQUIRED, operand, option, positive_number
+
+if TYPE_CHECKING:
+    from steadyload.studies.checking import Check as Checked
+
+STANDS, FAILS, BAD_INPUT, NOT_JUDGED = 0, 1, 2, 3
+"""Exit statuses; of several the worse one: bad input, then a load that fails."""
+
+_NAME, _SENTENCE = 20, 45
+"""Widths of columns: a row has at most 80 characters."""
+
+
+class FailOn(StrEnum):
+    """Answers that end the command with a status other than 0, as bad input always does."""
+
+    ANY = "any"
+    FAILS = "fails"
+    NOTHING = "nothing"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Check(ReadingFlags):
+    """Files, and the method that answers."""
+
+    files: tuple[Path, ...] = operand(REQUIRED, "layouts; - reads standard input", metavar="FILE")
+    method: str | None = option(
+        None, "default: cascade@mujoco:question=stands", names=("--method", "-m"), metavar="SPEC"
+    )
+    limit: int | None = option(None, "only the first N layouts", least=1)
+    timeout: float | None = option(
+        None, "wall seconds a pallet may take", metavar="S", read=positive_number
+    )
+    fail_on: str = option(
+        str(FailOn.ANY), "end with status 1 or 3 for any pallet that does not stand or was not "
+        "judged, only for one that fails, or for nothing (default: any)",
+        choices=tuple(FailOn),
+    )  # fmt: skip
+    json: bool = option(False, "print one JSON array of records, units in the names")
+    csv: bool = option(False, "print the same records as CSV")
+    workers: int | None = option(
+        None, "processes that judge (default: one a core)", names=("--workers", "-j"), least=1
+    )
+
+    def __post_init__(self) -> None:
+        if self.json and self.csv:
+            raise UsageError("--json: not allowed with --csv")
+
+    def run(self) -> int:
+        """Judge all pallets and print a row each; the exit status tells the worst answer."""
+        from steadyload.layouts.formats import scan_layouts
+        from steadyload.runs.pool import all_cores
+        from steadyload.studies.checking import METHOD, check_all
+
+        reading = self.reading()
+        entries = []
+        for file in self.files:
+            for entry in scan_layouts(file, **reading):
+                if self.limit is not None and len(entries) == self.limit:
+                    break
+                entries.append(entry)
+        workers = min(self.workers or all_cores(), len(entries))
+        with progress_bar("judging") as advance:
+            found = check_all(
+                entries,
+                self.method or METHOD,
+                timeout=self.timeout,
+                workers=workers if workers > 1 else 0,
+                progress=advance,
+            )
+        if self.json:
+            print(json.dumps([one.to_dict() for one in found], indent=1))
+        elif self.csv:
+            print(_as_csv(found), end="")
+        else:
+            print_table(_HEADER, [_row(one) for one in found])
+            print(_counts(found))
+        return self._status(found)
+
+    def _status(self, found: Sequence[Checked]) -> int:
+        answers = {str(one.answer) for one in found}
+        if "bad input" in answers:
+            return BAD_INPUT
+        if "fails" in answers and self.fail_on != FailOn.NOTHING:
+            return FAILS
+        return NOT_JUDGED if "not judged" in answers and self.fail_on == FailOn.ANY else STANDS
+
+
+_HEADER = ("pallet", "boxes", "sure", "answer")
+
+
+def _row(one: Checked) -> tuple[str, ...]:
+    sure = one.reliability
+    return (
+        _short(one.layout, _NAME),
+        "-" if one.items is None else str(one.items),
+        "-" if sure is None else f"{100 * sure.accuracy.value:.0f} %",
+        _short(one.sentence, _SENTENCE),
+    )
+
+
+def _short(text: str, width: int) -> str:
+    text = printable(text)
+    return text if len(text) <= width else text[: width - 3] + "..."
+
+
+def _counts(found: Sequence[Checked]) -> str:
+    """The last line: how many stand, fail and have no answer, and who said so."""
+    numbers = Counter(str(one.answer) for one in found)
+    told = [f"{numbers['stands']} stand", f"{numbers['fails']} fail"]
+    told += [f"{numbers[a]} {a}" for a in ("not judged", "bad input") if numbers[a]]
+    method = f" ({found[0].method})" if found else ""
+    return f"{len(found)} pallets: {', '.join(told)}{method}"
+
+
+def _as_csv(found: Sequence[Checked]) -> str:
+    text = io.StringIO()
+    records = [one.to_dict() for one in found]
+    if records:
+        writer = csv.DictWriter(text, list(records[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(records)
+    return text.getvalue()

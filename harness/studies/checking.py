@@ -1,0 +1,303 @@
+"""Whether planned loads stand while they are loaded: an answer a pallet, for those who load it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from steadyload.kernels.constants import FLOOR
+from steadyload.layouts.contacts import find_supports
+from steadyload.layouts.model import Layout
+from steadyload.layouts.naming import box_id, with_ids
+from steadyload.layouts.record import Refused
+from steadyload.methods.method import Status, Verdict, judge
+from steadyload.methods.registry import make_method
+from steadyload.runs.pool import SinglePart, run_units
+from steadyload.statistics.estimate import Estimate
+from steadyload.studies.able import asked_question
+from steadyload.studies.recommend.front import FrontError, front_for
+from steadyload.studies.recommend.kept import load_fronts
+
+METHOD = "cascade@mujoco:question=stands"
+"""The method that answers unless another is named: on layouts of real size it is the most accurate
+of those that take milliseconds (page ``real``)."""
+
+TIPPING = 5.0
+"""Angle [degrees] from which on a moved box is said to tip."""
+
+_WAYS = {"left": "left", "right": "right", "front": "forward", "back": "back"}
+"""Side of a box -> the way in which it tips over that side."""
+
+Progress = Callable[[int, int], None]
+
+
+class Answer(StrEnum):
+    """Answer to the question whether a load stands.
+
+    ``bad input``: the layout is not valid, and no method was asked.
+    """
+
+    STANDS = "stands"
+    FAILS = "fails"
+    NOT_JUDGED = "not judged"
+    BAD_INPUT = "bad input"
+
+
+@dataclass(frozen=True, slots=True)
+class Reliability:
+    """The accuracy that the method was measured to have on layouts of about so many boxes.
+
+    Attributes:
+        accuracy: share of cases on which it names the failing step of the label, 0 to 1.
+        cases: labelled cases behind it.
+        part: of which labelled set they are.
+    """
+
+    accuracy: Estimate
+    cases: int
+    part: str
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """The answer of a method on one layout.
+
+    Attributes:
+        layout: its name.
+        items: number of boxes; None where the layout is not valid.
+        method: spec of the method.
+        answer: see :class:`Answer`.
+        verdict: of the method; None where the layout is not valid.
+        failing_box, moved_box: ids of the boxes of the failing step and of the one that moves too
+            far; None where there is no such box, or it has no id.
+        side: of the pallet over which the box leaves its support: ``left`` or ``right`` (low or
+            high x), ``front`` or ``back`` (low or high z); None where its centre of mass lies above
+            its support.
+        reason: of the method, or what is wrong with the layout; empty for a load that stands.
+        reliability: None where the method was not measured on layouts of such a size.
+    """
+
+    layout: str
+    items: int | None
+    method: str
+    answer: Answer
+    verdict: Verdict | None = None
+    failing_box: str | None = None
+    moved_box: str | None = None
+    side: str | None = None
+    reason: str = ""
+    reliability: Reliability | None = None
+
+    @property
+    def stands(self) -> bool:
+        """Whether the load stands, box by box."""
+        return self.answer is Answer.STANDS
+
+    @property
+    def sentence(self) -> str:
+        """The answer in a few words: "fails at step 5: SKU-2002 tips forward, 13.1 cm"."""
+        if self.answer is Answer.STANDS:
+            return "stands"
+        if self.answer is not Answer.FAILS:
+            return f"{self.answer}: {self.reason}"
+        assert self.verdict is not None
+        said = self.verdict
+        moved = said.failing_step if said.moved_item is None else said.moved_item
+        box = self.moved_box if said.moved_item is not None else self.failing_box
+        told = [f"{box or f'item {moved}'} {self._motion}"]
+        told += [f"{said.displacement:.1f} cm"] if said.displacement is not None else []
+        return f"fails at step {said.failing_step}: {', '.join(told)}"
+
+    @property
+    def _motion(self) -> str:
+        """How the box moves, as far as the verdict and the plan tell."""
+        said = self.verdict
+        if said is None or said.displacement is None:  # a static method
+            return f"tips {_WAYS[self.side]}" if self.side else "is out of balance"
+        if said.rotation is None or said.rotation < TIPPING:
+            return "moves"
+        return f"tips {_WAYS[self.side]}" if self.side else "tips"
+
+    def __str__(self) -> str:
+        boxes = "" if self.items is None else f" ({self.items} boxes)"
+        sure = ""
+        if self.reliability is not None:
+            found = self.reliability
+            sure = (
+                f", right on {100 * found.accuracy.value:.1f} % of {found.cases} labelled cases "
+                "of this size"
+            )
+        return f"{self.layout}{boxes}: {self.sentence} [{self.method}{sure}]"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The answer as values that JSON can hold, with units in the names."""
+        said, sure = self.verdict, self.reliability
+        return {
+            "layout": self.layout,
+            "items": self.items,
+            "method": self.method,
+            "answer": str(self.answer),
+            "score": None if said is None else said.score,
+            "failing_step": None if said is None else said.failing_step,
+            "failing_box": self.failing_box,
+            "moved_step": None if said is None else said.moved_item,
+            "moved_box": self.moved_box,
+            "displacement_cm": None if said is None else said.displacement,
+            "rotation_deg": None if said is None else said.rotation,
+            "side": self.side,
+            "reason": self.reason,
+            "reliability": None if sure is None else sure.accuracy.value,
+            "reliability_low": None if sure is None else sure.accuracy.low,
+            "reliability_high": None if sure is None else sure.accuracy.high,
+            "reliability_cases": None if sure is None else sure.cases,
+            "cpu_seconds": None if said is None else said.cpu.total,
+        }
+
+
+def check(layout: Layout, method: str = METHOD, *, timeout: float | None = None) -> Check:
+    """Whether a load stands while it is loaded, box by box.
+
+    Args:
+        layout: the plan, in the order of loading.
+        method: spec of the method that answers.
+        timeout: wall seconds that it may take.
+
+    Raises:
+        SpecError, EngineNotInstalledError: there is no such method, or its engine is missing.
+    """
+    judging = make_method(method)
+    judging.prepare(len(layout))
+    spec = str(judging.spec)
+    verdict = judge(judging, layout, timeout)
+    if verdict.status is not Status.DONE:
+        answer = Answer.NOT_JUDGED
+    else:
+        answer = Answer.STANDS if verdict.stable else Answer.FAILS
+    reason = with_ids(verdict.reason, layout.items)
+    moved = verdict.failing_step if verdict.moved_item is None else verdict.moved_item
+    return Check(
+        layout=layout.name,
+        items=len(layout),
+        method=spec,
+        answer=answer,
+        verdict=verdict,
+        failing_box=box_id(layout.items, verdict.failing_step),
+        moved_box=box_id(layout.items, verdict.moved_item),
+        side=None if moved is None else leaning(layout, moved),
+        reason=reason or (str(verdict.status) if answer is Answer.NOT_JUDGED else ""),
+        reliability=reliability(spec, len(layout)),
+    )
+
+
+def check_all(
+    entries: Sequence[Layout | Refused],
+    method: str = METHOD,
+    *,
+    timeout: float | None = None,
+    workers: int = 1,
+    progress: Progress = lambda done, total: None,
+) -> list[Check]:
+    """Check several layouts, in their order; one that is not valid is an answer, too.
+
+    Args:
+        entries: as :func:`steadyload.layouts.formats.scan_layouts` gives them.
+        method: see :func:`check`.
+        timeout: likewise.
+        workers: processes that judge; 0 judges in this one.
+        progress: called with the layouts done and those in all.
+
+    Raises:
+        as :func:`check`.
+        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
+    """
+    make_method(method).prepare()  # what is wrong with the method is told at once, and once
+    found: list[Check | None] = [None] * len(entries)
+    units = []
+    for place, entry in enumerate(entries):
+        if isinstance(entry, Layout):
+            units.append(_Entry(place, entry, method, timeout))
+        else:
+            found[place] = Check(
+                entry.name, None, method, Answer.BAD_INPUT, reason=str(entry.error)
+            )
+    done = len(entries) - len(units)
+    progress(done, len(entries))
+    for unit, [answer] in run_units(_check, units, workers=workers, crashed=_crashed):
+        found[unit.place] = answer
+        done += 1
+        progress(done, len(entries))
+    return [answer for answer in found if answer is not None]
+
+
+@dataclass(frozen=True)
+class _Entry(SinglePart):
+    """A unit of work: one layout. ``place``: in the list of all."""
+
+    place: int
+    layout: Layout
+    method: str
+    timeout: float | None
+
+    def describe(self, part: int) -> str:
+        return f"{self.method} on layout {self.layout.name!r}"
+
+
+def _check(unit: _Entry) -> Iterator[Check]:
+    yield check(unit.layout, unit.method, timeout=unit.timeout)
+
+
+def _crashed(unit: _Entry, _: int, reason: str) -> Check:
+    verdict = Verdict(len(unit.layout), Status.CRASHED, reason=reason)
+    return Check(
+        unit.layout.name, len(unit.layout), unit.method, Answer.NOT_JUDGED, verdict, reason=reason
+    )
+
+
+def reliability(method: str, boxes: int) -> Reliability | None:
+    """How often a method was right on labelled cases of about so many boxes; None: not measured.
+
+    Args:
+        method: canonical spec; it is held against the labels of the question that it is asked.
+        boxes: of a layout.
+    """
+    question = asked_question(method)
+    if question is None:
+        return None
+    try:
+        front = front_for(load_fronts(), question, boxes)
+    except FrontError:
+        return None
+    entry = next((m for m in front.measured if m.method == method), None)
+    return None if entry is None else Reliability(entry.accuracy, front.cases, front.part)
+
+
+def leaning(layout: Layout, item: int) -> str | None:
+    """The side over which a box's centre of mass lies beyond everything that it stands on.
+
+    Args:
+        layout: the plan.
+        item: number of the box; those that are loaded after it do not matter.
+
+    Returns:
+        ``left``, ``right`` (low, high x), ``front`` or ``back`` (low, high z), the side on which it
+        lies farther out; None where it lies within the rectangle about its support, or nothing
+        supports it.
+    """
+    box = layout.items[item]
+    patches = [p for p in find_supports(layout).below[item] if p.below == FLOOR or p.below < item]
+    if not patches:
+        return None
+    x, _, z = (
+        low + 0.5 * side + offset
+        for low, side, offset in zip(box.position, box.size, box.mass_offset, strict=True)
+    )
+    out = {
+        "left": min(p.x0 for p in patches) - x,
+        "right": x - max(p.x1 for p in patches),
+        "front": min(p.z0 for p in patches) - z,
+        "back": z - max(p.z1 for p in patches),
+    }
+    side, farthest = max(out.items(), key=lambda entry: entry[1])
+    return side if farthest > 0.0 else None

@@ -1,0 +1,187 @@
+"""``steadyload check``: an answer a pallet, its exit status, and records with units in names."""
+
+import csv
+import io
+import json
+
+import pytest
+
+import steadyload as sl
+from steadyload.cli import main
+from steadyload.layouts.formats import Format, scan_layouts, write_layouts
+from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.methods.registry import make_method
+from steadyload.studies.checking import METHOD, check_all, leaning, reliability
+from steadyload.studies.recommend.kept import load_fronts
+
+PALLET = Pallet(120, 150, 80)
+
+
+def stack(name, shift, offset=(0.0, 0.0, 0.0), id_="SKU-2002"):
+    """A box on another one, shifted along x or z [cm]."""
+    return Layout(
+        name,
+        PALLET,
+        (
+            Item(0, position=(40, 0, 30), size=(30, 20, 20), weight=10, name="SKU-2001"),
+            Item(
+                1, position=(40 + shift[0], 20, 30 + shift[1]), size=(30, 20, 20), weight=8,
+                mass_offset=offset, name=id_,
+            ),
+        ),
+    )  # fmt: skip
+
+
+STANDING, FALLING = stack("stands", (5.0, 0.0)), stack("falls", (22.0, 0.0))
+
+
+@pytest.fixture
+def run(capsys, tmp_path):
+    """Run the command on layouts; returns status, output and errors."""
+
+    def of(layouts, *words):
+        file = tmp_path / "pallets.json"
+        write_layouts(file, layouts, Format.NATIVE)
+        status = main(["check", str(file), "-j", "1", *words])
+        said = capsys.readouterr()
+        return status, said.out, said.err
+
+    return of
+
+
+def test_a_row_a_pallet_and_counts_that_fit_eighty_columns(run):
+    long = stack("a name that is far too long to stand in a narrow table", (22.0, 0.0),
+                 id_="an id that is long enough to fill a whole column by itself")  # fmt: skip
+    status, out, _ = run([STANDING, FALLING, long])
+    header, first, second, third, last = out.splitlines()
+    assert status == 1
+    assert header.split() == ["pallet", "boxes", "sure", "answer"]
+    assert first.split() == ["stands", "2", "98", "%", "stands"]
+    assert "fails at step 1: SKU-2002 tips right" in second
+    assert third.startswith("a name that is fa...")
+    assert last == f"3 pallets: 1 stand, 2 fail ({METHOD})"
+    assert max(map(len, out.splitlines())) <= 80
+
+
+def test_answers_are_those_of_the_method_and_of_score(run, tmp_path, capsys):
+    _, out, _ = run([STANDING, FALLING], "--json")
+    told = json.loads(out)
+    assert main(["score", str(tmp_path / "pallets.json"), "-m", METHOD, "--json"]) == 0
+    scored = json.loads(capsys.readouterr().out)
+    for mine, theirs in zip(told, scored, strict=True):
+        assert mine["score"] == theirs["score"]
+        assert mine["failing_step"] == theirs["failing_step"]
+        assert mine["displacement_cm"] == theirs["displacement"]
+        assert mine["rotation_deg"] == theirs["rotation"]
+        assert (mine["items"], mine["layout"]) == (theirs["items"], theirs["layout"])
+    assert [one["answer"] for one in told] == ["stands", "fails"]
+    assert (told[1]["failing_box"], told[1]["side"]) == ("SKU-2002", "right")
+
+
+def test_csv_and_json_hold_the_same_records(run):
+    status, out, _ = run([STANDING, FALLING], "--json")
+    told = json.loads(out)
+    assert (status, run([STANDING, FALLING], "--csv")[0]) == (1, 1)
+    rows = list(csv.DictReader(io.StringIO(run([STANDING, FALLING], "--csv")[1])))
+    texts = [{k: "" if v is None else str(v) for k, v in one.items()} for one in told]
+    for mine, theirs in zip(rows, texts, strict=True):
+        del mine["cpu_seconds"], theirs["cpu_seconds"]
+        assert mine == theirs
+
+
+@pytest.mark.parametrize(
+    ("layouts", "words", "status"),
+    [
+        ([STANDING], (), 0),
+        ([STANDING, FALLING], (), 1),
+        ([STANDING, FALLING], ("--fail-on", "nothing"), 0),
+        ([STANDING], ("--timeout", "1e-9"), 3),
+        ([STANDING], ("--timeout", "1e-9", "--fail-on", "fails"), 0),
+        ([FALLING], ("--fail-on", "fails"), 1),
+        ([STANDING, FALLING], ("--limit", "1"), 0),
+    ],
+)
+def test_the_exit_status_tells_the_worst_answer(run, layouts, words, status):
+    assert run(layouts, *words, "-m", "ps_opt@mujoco:question=stands")[0] == status
+
+
+def test_what_is_not_valid_is_told_and_the_others_are_judged(capsys, tmp_path):
+    file = tmp_path / "two.json"
+    write_layouts(file, [STANDING, FALLING], Format.NATIVE)
+    content = json.loads(file.read_text())
+    content["layouts"][1]["items"][0]["weight"] = -1
+    file.write_text(json.dumps(content))
+    assert main(["check", str(file), "-j", "1"]) == 2
+    out = capsys.readouterr().out
+    assert "bad input" in out
+    assert out.splitlines()[-1].startswith("2 pallets: 1 stand, 0 fail, 1 bad input")
+    found = check_all(list(scan_layouts(file)), workers=0)
+    assert "weight" in found[1].reason
+    assert found[1].to_dict()["score"] is None
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("-m", "smee"), "did you mean 'sme'"),
+        (("--json", "--csv"), "not allowed with"),
+        (("--fail-on", "never"), "any, fails, nothing"),
+    ],
+)
+def test_wrong_words_end_with_status_two(run, words, message):
+    status, out, err = run([STANDING], *words)
+    assert (status, out) == (2, "")
+    assert message in err
+
+
+def test_several_processes_say_the_same():
+    layouts = [stack(str(k), (3.0 * k, 0.0)) for k in range(9)]
+    here, there = (check_all(layouts, workers=workers) for workers in (0, 2))
+    assert [str(one) for one in here] == [str(one) for one in there]
+    assert [one.layout for one in there] == [layout.name for layout in layouts]
+
+
+@pytest.mark.parametrize(
+    ("shift", "offset", "side"),
+    [
+        ((22.0, 0.0), (0.0, 0.0, 0.0), "right"),
+        ((-22.0, 0.0), (0.0, 0.0, 0.0), "left"),
+        ((0.0, 15.0), (0.0, 0.0, 0.0), "back"),
+        ((0.0, -15.0), (0.0, 0.0, 0.0), "front"),
+        ((5.0, 0.0), (0.0, 0.0, 0.0), None),
+        ((14.0, 0.0), (2.0, 0.0, 0.0), "right"),
+        ((14.0, 0.0), (0.0, 0.0, 0.0), None),
+    ],
+)
+def test_a_box_leans_to_where_its_centre_of_mass_lies(shift, offset, side):
+    assert leaning(stack("one", shift, offset), 1) == side
+    assert leaning(stack("one", shift, offset), 0) is None  # on the floor
+
+
+def test_reliability_is_what_was_measured_on_layouts_of_the_size():
+    spec = str(make_method(METHOD).spec)
+    for boxes in (2, 30, 50):
+        found = reliability(spec, boxes)
+        [front] = [
+            f for f in load_fronts()
+            if f.question == "stands" and f.fewest <= boxes <= f.most
+            and any(m.method == spec for m in f.measured)
+            and (f.cases, f.part) == (found.cases, found.part)
+        ]  # fmt: skip
+        [entry] = [m for m in front.measured if m.method == spec]
+        assert found.accuracy == entry.accuracy
+    assert reliability(spec, 1000) is None
+    assert reliability("sme", 2) is None  # it is asked no question
+
+
+def test_in_python_an_answer_prints_in_one_line():
+    told = str(sl.check(FALLING))
+    assert told.startswith("falls (2 boxes): fails at step 1: SKU-2002 tips right [")
+    assert METHOD in told
+    assert "\n" not in told
+    assert sl.check(STANDING).stands
+    simulated = sl.check(FALLING, "ps_opt@mujoco:question=stands")
+    assert f"tips right, {simulated.verdict.displacement:.1f} cm" in simulated.sentence
+    static = sl.check(FALLING, "sme")
+    assert static.sentence == "fails at step 1: SKU-2002 tips right"
+    assert static.reliability is None
