@@ -19,6 +19,8 @@ from steadyload.escaping import printable
 from steadyload.studies.options import REQUIRED, operand, option, positive_number
 
 if TYPE_CHECKING:
+    from steadyload.layouts.model import Layout
+    from steadyload.layouts.record import Refused
     from steadyload.studies.checking import Check as Checked
 
 STANDS, FAILS, BAD_INPUT, NOT_JUDGED = 0, 1, 2, 3
@@ -70,7 +72,7 @@ class Check(ReadingFlags):
         from steadyload.studies.checking import METHOD, check_all
 
         reading = self.reading()
-        entries = []
+        entries: list[Layout | Refused] = []
         for file in self.files:
             for entry in scan_layouts(file, **reading):
                 if self.limit is not None and len(entries) == self.limit:
