@@ -28,7 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command.
 
     Returns the exit status: 0 done, 1 failed, 2 wrong input, 3 done but some layouts were
-        refused, 130 interrupted.
+        refused, 130 interrupted; ``check`` has its own, see :mod:`steadyload.cli.check`.
     """
     try:
         from steadyload.cli.running import run
@@ -36,8 +36,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         status = run(sys.argv[1:] if arguments is None else list(arguments))
         sys.stdout.flush()
     except BrokenPipeError:
-        # The reader (head, less) has closed the pipe; Python must not report that again at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        from steadyload.cli.terminal import drop_output
+
+        drop_output()
         return 0
     except (KeyboardInterrupt, Exception) as error:
         if not is_behind(error):

@@ -14,13 +14,11 @@ from typing import TYPE_CHECKING
 
 from steadyload.cli.flags import UsageError
 from steadyload.cli.reading import ReadingFlags
-from steadyload.cli.terminal import print_table, progress_bar
+from steadyload.cli.terminal import kept_status, print_table, progress_bar, say
 from steadyload.escaping import printable
 from steadyload.studies.options import REQUIRED, operand, option, positive_number
 
 if TYPE_CHECKING:
-    from steadyload.layouts.model import Layout
-    from steadyload.layouts.record import Refused
     from steadyload.studies.checking import Check as Checked
 
 STANDS, FAILS, BAD_INPUT, NOT_JUDGED = 0, 1, 2, 3
@@ -67,26 +65,34 @@ class Check(ReadingFlags):
 
     def run(self) -> int:
         """Judge all pallets and print a row each; the exit status tells the worst answer."""
-        from steadyload.layouts.formats import scan_layouts
+        from steadyload.errors import FailedError
+        from steadyload.layouts.question import Question
         from steadyload.runs.pool import all_cores
+        from steadyload.runs.scoring import read_entries
+        from steadyload.studies.able import asked_question
         from steadyload.studies.checking import METHOD, check_all
 
-        reading = self.reading()
-        entries: list[Layout | Refused] = []
-        for file in self.files:
-            for entry in scan_layouts(file, **reading):
-                if self.limit is not None and len(entries) == self.limit:
-                    break
-                entries.append(entry)
-        workers = min(self.workers or all_cores(), len(entries))
-        with progress_bar("judging") as advance:
-            found = check_all(
-                entries,
-                self.method or METHOD,
-                timeout=self.timeout,
-                workers=workers if workers > 1 else 0,
-                progress=advance,
-            )
+        method = self.method or METHOD
+        entries = read_entries(self.files, limit=self.limit, **self.reading())
+        if asked_question(method) is Question.WITHIN:
+            say(f"{method} looks at the first 0.3 s of a placement; question=stands at all of it")
+        try:
+            with progress_bar("judging") as advance:
+                found = check_all(
+                    entries, method, timeout=self.timeout, workers=self.workers or all_cores(),
+                    progress=advance,
+                )  # fmt: skip
+        except FailedError as error:
+            say(f"steadyload: {error}")
+            return NOT_JUDGED
+        for one in found:
+            if str(one.answer) == "bad input":
+                say(f"steadyload: {one.reason}")
+        with kept_status():
+            self._print(found)
+        return self._status(found)
+
+    def _print(self, found: Sequence[Checked]) -> None:
         if self.json:
             print(json.dumps([one.to_dict() for one in found], indent=1))
         elif self.csv:
@@ -94,7 +100,6 @@ class Check(ReadingFlags):
         else:
             print_table(_HEADER, [_row(one) for one in found])
             print(_counts(found))
-        return self._status(found)
 
     def _status(self, found: Sequence[Checked]) -> int:
         answers = {str(one.answer) for one in found}
@@ -129,12 +134,16 @@ def _counts(found: Sequence[Checked]) -> str:
     told = [f"{numbers['stands']} stand", f"{numbers['fails']} fail"]
     told += [f"{numbers[a]} {a}" for a in ("not judged", "bad input") if numbers[a]]
     method = f" ({found[0].method})" if found else ""
-    return f"{len(found)} pallets: {', '.join(told)}{method}"
+    pallets = "1 pallet" if len(found) == 1 else f"{len(found)} pallets"
+    return f"{pallets}: {', '.join(told)}{method}"
 
 
 def _as_csv(found: Sequence[Checked]) -> str:
     text = io.StringIO()
-    records = [one.to_dict() for one in found]
+    records = [
+        {key: printable(v) if isinstance(v, str) else v for key, v in one.to_dict().items()}
+        for one in found
+    ]
     if records:
         writer = csv.DictWriter(text, list(records[0]), lineterminator="\n")
         writer.writeheader()

@@ -6,6 +6,7 @@ Rich is imported when something is shown, so that wrong flags are reported at on
 from __future__ import annotations
 
 import logging
+import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -52,6 +53,21 @@ def resumable(where: Path) -> Iterator[None]:
             kept = printable(str(where))
             error.add_note(f"what is finished stays in {kept}, and the same command goes on")
         raise
+
+
+@contextmanager
+def kept_status() -> Iterator[None]:
+    """Context of output whose reader (head, less) may close the pipe; the status stays."""
+    try:
+        yield
+        sys.stdout.flush()
+    except BrokenPipeError:
+        drop_output()
+
+
+def drop_output() -> None:
+    """Send all further output nowhere; Python must not report a closed pipe again at its exit."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def print_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

@@ -68,7 +68,9 @@ def score_layouts(
         EngineNotInstalledError: a method's engine is missing.
     """
     judges = [make_method(spec) for spec in methods]
-    entries = _read(files, limit, strict, reading)  # What is wrong with a file is told first.
+    entries = read_entries(
+        files, limit=limit, strict=strict, **reading
+    )  # What is wrong with a file is told first.
     if any(isinstance(entry, Layout) for _, entry in entries):
         for method in judges:
             method.prepare()
@@ -125,9 +127,24 @@ def uncertain_record(found: VerdictReliability, boxes: Sequence[Item] = ()) -> R
     }
 
 
-def _read(
-    files: Sequence[str | Path], limit: int | None, strict: bool, reading: Reading
+def read_entries(
+    files: Sequence[str | Path],
+    *,
+    limit: int | None = None,
+    strict: bool = False,
+    **reading: Unpack[Reading],
 ) -> list[tuple[str, Layout | Refused]]:
+    """The layouts of some files, each with the name of its file.
+
+    Args:
+        files: layout files in any known format.
+        limit: only the first layouts; files after them are not read.
+        strict: end at the first layout that is not valid.
+        reading: see :class:`steadyload.layouts.formats.Reading`.
+
+    Raises:
+        LayoutError: a file cannot be read as a whole; or a layout is not valid, if ``strict``.
+    """
     entries: list[tuple[str, Layout | Refused]] = []
     for file in files:
         for entry in scan_layouts(file, **reading):

@@ -18,6 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 
 RESAMPLES = 2000
 _SEED = 0
+FEWEST = 10
+"""Clusters of a stratum. Resamples within a smaller one vary too little, by a share of one over
+their number, so that strata with fewer are put together."""
+
 _BLOCK = 4_000_000
 """Numbers that are drawn at once."""
 
@@ -32,8 +36,8 @@ class Clusters:
 
     Attributes:
         member: number of the cluster of every case, shape (cases,).
-        strata: numbers of the clusters of every stratum; one stratum where any has a single
-            cluster, from which no spread can be seen.
+        strata: numbers of the clusters of every stratum, those with fewer than :data:`FEWEST` put
+            together, and with the smallest other one where they are too few even so.
     """
 
     member: NDArray[np.intp]
@@ -59,9 +63,7 @@ class Clusters:
         if len(names) and isinstance(names[0], tuple):
             of, strata = pd.factorize(np.array([stratum for stratum, _ in names]))
             found = tuple(np.flatnonzero(of == number) for number in range(len(strata)))
-        if min(map(len, found)) < 2:
-            found = (np.arange(len(names)),)
-        return Clusters(member, found)
+        return Clusters(member, _large_enough(found))
 
     def __len__(self) -> int:
         """Number of clusters."""
@@ -99,3 +101,13 @@ class Clusters:
             rows = min(block, RESAMPLES - start)
             drawn = [own[random.integers(0, len(own), (rows, len(own)))] for own in self.strata]
             yield np.concatenate(drawn, axis=1)
+
+
+def _large_enough(strata: tuple[NDArray[np.intp], ...]) -> tuple[NDArray[np.intp], ...]:
+    """Strata of :data:`FEWEST` clusters or more, as far as there are so many."""
+    ordered = sorted(strata, key=len)
+    kept = [own for own in ordered if len(own) >= FEWEST]
+    few = [own for own in ordered if len(own) < FEWEST]
+    if few and kept and sum(map(len, few)) < FEWEST:
+        few.append(kept.pop(0))
+    return (*([np.sort(np.concatenate(few))] if few else []), *kept)

@@ -103,7 +103,7 @@ def weighted_share(
     hits: ArrayLike,
     strata: ArrayLike,
     weights: Mapping[str, float],
-    clusters: Labels = None,
+    clusters: ArrayLike | pd.Series | None = None,
 ) -> Estimate:
     """The shares of several strata, weighted, with a 95 % percentile-bootstrap interval.
 

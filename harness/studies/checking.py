@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
@@ -11,10 +11,11 @@ from steadyload.kernels.constants import FLOOR
 from steadyload.layouts.contacts import find_supports
 from steadyload.layouts.model import Layout
 from steadyload.layouts.naming import box_id, with_ids
+from steadyload.layouts.question import Question
 from steadyload.layouts.record import Refused
 from steadyload.methods.method import Status, Verdict, judge
 from steadyload.methods.registry import make_method
-from steadyload.runs.pool import SinglePart, run_units
+from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.able import asked_question
 from steadyload.studies.recommend.front import FrontError, front_for
@@ -26,6 +27,9 @@ of those that take milliseconds (page ``real``)."""
 
 TIPPING = 5.0
 """Angle [degrees] from which on a moved box is said to tip."""
+
+_PATIENCE = 5.0
+"""Wall seconds that a process is given beyond twice the time that a layout may take."""
 
 _WAYS = {"left": "left", "right": "right", "front": "forward", "back": "back"}
 """Side of a box -> the way in which it tips over that side."""
@@ -66,15 +70,16 @@ class Check:
 
     Attributes:
         layout: its name.
+        file: name of its file; empty for one that is of none.
         items: number of boxes; None where the layout is not valid.
         method: spec of the method.
         answer: see :class:`Answer`.
         verdict: of the method; None where the layout is not valid.
         failing_box, moved_box: ids of the boxes of the failing step and of the one that moves too
             far; None where there is no such box, or it has no id.
-        side: of the pallet over which the box leaves its support: ``left`` or ``right`` (low or
-            high x), ``front`` or ``back`` (low or high z); None where its centre of mass lies above
-            its support.
+        side: of its support beyond which the centre of mass of the moved box lies in the plan, or
+            that of the failing step where none is known to move: ``left`` or ``right`` (low or high
+            x), ``front`` or ``back`` (low or high z); None where it lies above its support.
         reason: of the method, or what is wrong with the layout; empty for a load that stands.
         reliability: None where the method was not measured on layouts of such a size.
     """
@@ -83,6 +88,7 @@ class Check:
     items: int | None
     method: str
     answer: Answer
+    file: str = ""
     verdict: Verdict | None = None
     failing_box: str | None = None
     moved_box: str | None = None
@@ -100,25 +106,25 @@ class Check:
         """The answer in a few words: "fails at step 5: SKU-2002 tips forward, 13.1 cm"."""
         if self.answer is Answer.STANDS:
             return "stands"
-        if self.answer is not Answer.FAILS:
+        if self.answer is Answer.BAD_INPUT:
+            return str(self.answer)
+        if self.answer is Answer.NOT_JUDGED:
             return f"{self.answer}: {self.reason}"
         assert self.verdict is not None
         said = self.verdict
         moved = said.failing_step if said.moved_item is None else said.moved_item
         box = self.moved_box if said.moved_item is not None else self.failing_box
-        told = [f"{box or f'item {moved}'} {self._motion}"]
-        told += [f"{said.displacement:.1f} cm"] if said.displacement is not None else []
-        return f"fails at step {said.failing_step}: {', '.join(told)}"
+        motion = f"{box or f'item {moved}'}{self._motion}"
+        return f"fails at step {said.failing_step}: {motion}"
 
     @property
     def _motion(self) -> str:
-        """How the box moves, as far as the verdict and the plan tell."""
-        said = self.verdict
-        if said is None or said.displacement is None:  # a static method
-            return f"tips {_WAYS[self.side]}" if self.side else "is out of balance"
-        if said.rotation is None or said.rotation < TIPPING:
-            return "moves"
-        return f"tips {_WAYS[self.side]}" if self.side else "tips"
+        """Motion of the box, as far as verdict and plan tell it, to follow its name."""
+        said, way = self.verdict, f" {_WAYS[self.side]}" if self.side else ""
+        if said is None or said.displacement is None:  # a method that measures no movement
+            return f" leans{way}" if way else ""
+        how = "moves" if said.rotation is None or said.rotation < TIPPING else f"tips{way}"
+        return f" {how}, {said.displacement:.1f} cm"
 
     def __str__(self) -> str:
         boxes = "" if self.items is None else f" ({self.items} boxes)"
@@ -127,7 +133,7 @@ class Check:
             found = self.reliability
             sure = (
                 f", right on {100 * found.accuracy.value:.1f} % of {found.cases} labelled cases "
-                "of this size"
+                "of about this size"
             )
         return f"{self.layout}{boxes}: {self.sentence} [{self.method}{sure}]"
 
@@ -136,6 +142,7 @@ class Check:
         said, sure = self.verdict, self.reliability
         return {
             "layout": self.layout,
+            "file": self.file,
             "items": self.items,
             "method": self.method,
             "answer": str(self.answer),
@@ -192,7 +199,7 @@ def check(layout: Layout, method: str = METHOD, *, timeout: float | None = None)
 
 
 def check_all(
-    entries: Sequence[Layout | Refused],
+    entries: Sequence[tuple[str, Layout | Refused]],
     method: str = METHOD,
     *,
     timeout: float | None = None,
@@ -202,9 +209,9 @@ def check_all(
     """Check several layouts, in their order; one that is not valid is an answer, too.
 
     Args:
-        entries: as :func:`steadyload.layouts.formats.scan_layouts` gives them.
+        entries: as :func:`steadyload.runs.scoring.read_entries` gives them.
         method: see :func:`check`.
-        timeout: likewise.
+        timeout: likewise; a process that does not heed it is ended some seconds later.
         workers: processes that judge; 0 judges in this one.
         progress: called with the layouts done and those in all.
 
@@ -212,20 +219,25 @@ def check_all(
         as :func:`check`.
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
-    make_method(method).prepare()  # what is wrong with the method is told at once, and once
+    judging = make_method(method)
+    judging.prepare()  # what is wrong with the method is told at once, and once
+    spec = str(judging.spec)
     found: list[Check | None] = [None] * len(entries)
     units = []
-    for place, entry in enumerate(entries):
+    for place, (file, entry) in enumerate(entries):
         if isinstance(entry, Layout):
-            units.append(_Entry(place, entry, method, timeout))
+            units.append(_Entry(place, entry, spec, timeout))
         else:
             found[place] = Check(
-                entry.name, None, method, Answer.BAD_INPUT, reason=str(entry.error)
+                entry.name, None, spec, Answer.BAD_INPUT, file, reason=str(entry.error)
             )
     done = len(entries) - len(units)
     progress(done, len(entries))
-    for unit, [answer] in run_units(_check, units, workers=workers, crashed=_crashed):
-        found[unit.place] = answer
+    limit = None if timeout is None else PartLimit(2.0 * timeout + _PATIENCE, _timed_out)
+    for unit, [answer] in run_units(
+        _check, units, workers=min(workers, len(units)), crashed=_crashed, limit=limit
+    ):
+        found[unit.place] = replace(answer, file=entries[unit.place][0])
         done += 1
         progress(done, len(entries))
     return [answer for answer in found if answer is not None]
@@ -249,9 +261,18 @@ def _check(unit: _Entry) -> Iterator[Check]:
 
 
 def _crashed(unit: _Entry, _: int, reason: str) -> Check:
-    verdict = Verdict(len(unit.layout), Status.CRASHED, reason=reason)
+    return _not_judged(unit, Status.CRASHED, reason)
+
+
+def _timed_out(unit: _Entry, _: int, reason: str) -> Check:
+    return _not_judged(unit, Status.TIMEOUT, reason)
+
+
+def _not_judged(unit: _Entry, status: Status, reason: str) -> Check:
+    items = len(unit.layout)
+    verdict = Verdict(items, status, reason=reason)
     return Check(
-        unit.layout.name, len(unit.layout), unit.method, Answer.NOT_JUDGED, verdict, reason=reason
+        unit.layout.name, items, unit.method, Answer.NOT_JUDGED, verdict=verdict, reason=reason
     )
 
 
@@ -259,12 +280,11 @@ def reliability(method: str, boxes: int) -> Reliability | None:
     """How often a method was right on labelled cases of about so many boxes; None: not measured.
 
     Args:
-        method: canonical spec; it is held against the labels of the question that it is asked.
+        method: canonical spec; it is held against the labels of the question that it is asked, and
+            of ``stands`` where it knows no questions.
         boxes: of a layout.
     """
-    question = asked_question(method)
-    if question is None:
-        return None
+    question = asked_question(method) or Question.STANDS
     try:
         front = front_for(load_fronts(), question, boxes)
     except FrontError:

@@ -3,14 +3,18 @@
 import csv
 import io
 import json
+import subprocess
+import sys
 
 import pytest
 
 import steadyload as sl
 from steadyload.cli import main
-from steadyload.layouts.formats import Format, scan_layouts, write_layouts
+from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.methods.registry import make_method
+from steadyload.runs.scoring import read_entries
+from steadyload.studies import checking
 from steadyload.studies.checking import METHOD, check_all, leaning, reliability
 from steadyload.studies.recommend.kept import load_fronts
 
@@ -57,7 +61,7 @@ def test_a_row_a_pallet_and_counts_that_fit_eighty_columns(run):
     assert status == 1
     assert header.split() == ["pallet", "boxes", "sure", "answer"]
     assert first.split() == ["stands", "2", "98", "%", "stands"]
-    assert "fails at step 1: SKU-2002 tips right" in second
+    assert "fails at step 1: SKU-2002 leans right" in second
     assert third.startswith("a name that is fa...")
     assert last == f"3 pallets: 1 stand, 2 fail ({METHOD})"
     assert max(map(len, out.splitlines())) <= 80
@@ -73,7 +77,8 @@ def test_answers_are_those_of_the_method_and_of_score(run, tmp_path, capsys):
         assert mine["failing_step"] == theirs["failing_step"]
         assert mine["displacement_cm"] == theirs["displacement"]
         assert mine["rotation_deg"] == theirs["rotation"]
-        assert (mine["items"], mine["layout"]) == (theirs["items"], theirs["layout"])
+        for key in ("items", "layout", "file"):
+            assert mine[key] == theirs[key]
     assert [one["answer"] for one in told] == ["stands", "fails"]
     assert (told[1]["failing_box"], told[1]["side"]) == ("SKU-2002", "right")
 
@@ -115,8 +120,9 @@ def test_what_is_not_valid_is_told_and_the_others_are_judged(capsys, tmp_path):
     out = capsys.readouterr().out
     assert "bad input" in out
     assert out.splitlines()[-1].startswith("2 pallets: 1 stand, 0 fail, 1 bad input")
-    found = check_all(list(scan_layouts(file)), workers=0)
+    found = check_all(read_entries([file]), workers=0)
     assert "weight" in found[1].reason
+    assert found[1].file == file.name or found[1].file == str(file)
     assert found[1].to_dict()["score"] is None
 
 
@@ -134,9 +140,50 @@ def test_wrong_words_end_with_status_two(run, words, message):
     assert message in err
 
 
+def test_files_beyond_the_limit_are_not_read(capsys, tmp_path):
+    good, bad = tmp_path / "good.json", tmp_path / "bad.json"
+    write_layouts(good, [STANDING], Format.NATIVE)
+    bad.write_text("")
+    words = ["check", str(good), str(bad), "-j", "1"]
+    assert main([*words, "--limit", "1"]) == 0
+    assert main(words) == 2
+    assert "is empty" in capsys.readouterr().err
+
+
+def test_a_method_of_the_other_question_says_so(run):
+    _, _, err = run([STANDING], "-m", "ps_opt@mujoco")
+    assert "looks at the first 0.3 s" in err
+    assert run([STANDING])[2] == ""
+
+
+def test_a_reader_that_closes_the_pipe_takes_no_status(tmp_path):
+    file = tmp_path / "many.json"
+    write_layouts(file, [stack(f"{k}-" + "x" * 80, (22.0, 0.0)) for k in range(300)], Format.NATIVE)
+    command = [sys.executable, "-m", "steadyload.cli", "check", str(file)]
+    words = [*command, "-m", "sme", "--csv"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as made:
+        first = made.stdout.readline()
+        made.stdout.close()
+        said = made.stderr.read()
+    assert first.startswith(b"layout,file,"), said
+    assert said == b""
+    assert made.returncode == 1
+
+
+def test_what_ends_its_process_or_hangs_is_not_judged():
+    entry = ("f.json", STANDING)
+    unit = checking._Entry(0, STANDING, "sme", None)
+    for make, status in ((checking._crashed, "crashed"), (checking._timed_out, "timeout")):
+        found = make(unit, 0, "because")
+        assert (str(found.answer), str(found.verdict.status)) == ("not judged", status)
+        assert found.sentence == "not judged: because"
+    assert [one.file for one in check_all([entry], "sme", workers=1)] == ["f.json"]
+
+
 def test_several_processes_say_the_same():
     layouts = [stack(str(k), (3.0 * k, 0.0)) for k in range(9)]
-    here, there = (check_all(layouts, workers=workers) for workers in (0, 2))
+    entries = [("", layout) for layout in layouts]
+    here, there = (check_all(entries, workers=workers) for workers in (0, 2))
     assert [str(one) for one in here] == [str(one) for one in there]
     assert [one.layout for one in there] == [layout.name for layout in layouts]
 
@@ -171,17 +218,21 @@ def test_reliability_is_what_was_measured_on_layouts_of_the_size():
         [entry] = [m for m in front.measured if m.method == spec]
         assert found.accuracy == entry.accuracy
     assert reliability(spec, 1000) is None
-    assert reliability("sme", 2) is None  # it is asked no question
+    assert reliability("sme", 2).part == "test"  # it knows no questions: held against stands
+    assert reliability("ps3@mujoco", 2) is None
+    assert reliability("pbs:alpha=0.123", 2) is None
 
 
 def test_in_python_an_answer_prints_in_one_line():
     told = str(sl.check(FALLING))
-    assert told.startswith("falls (2 boxes): fails at step 1: SKU-2002 tips right [")
+    assert told.startswith("falls (2 boxes): fails at step 1: SKU-2002 leans right [")
     assert METHOD in told
     assert "\n" not in told
     assert sl.check(STANDING).stands
     simulated = sl.check(FALLING, "ps_opt@mujoco:question=stands")
     assert f"tips right, {simulated.verdict.displacement:.1f} cm" in simulated.sentence
     static = sl.check(FALLING, "sme")
-    assert static.sentence == "fails at step 1: SKU-2002 tips right"
-    assert static.reliability is None
+    assert static.sentence == "fails at step 1: SKU-2002 leans right"
+    assert sl.check(stack("off", (22.0, 0.0), (-8.0, 0.0, 0.0)), "fbs").sentence == (
+        "fails at step 1: SKU-2002"
+    )

@@ -17,22 +17,48 @@ def pairs(strata, names):
 
 
 def test_a_resample_draws_as_many_clusters_of_each_stratum_as_there_are():
-    labels = pairs("aabbbb", ["1", "2", "1", "2", "3", "3"])
-    groups = Clusters.of(labels, 6)
-    assert len(groups) == 5  # equal names in two strata are two clusters
-    assert groups.sizes.tolist() == [1, 1, 1, 1, 2]
+    names = [*range(10), *range(12), 11]
+    labels = pairs("a" * 10 + "b" * 13, names)
+    groups = Clusters.of(labels, len(labels))
+    assert len(groups) == 22  # equal names in two strata are two clusters
+    assert groups.sizes.tolist() == [1] * 21 + [2]
+    assert [len(own) for own in groups.strata] == [10, 12]
     drawn = np.concatenate(list(groups.resamples()))
-    assert drawn.shape == (2000, 5)
+    assert drawn.shape == (2000, 22)
     for own in groups.strata:
         assert (np.isin(drawn, own).sum(axis=1) == len(own)).all()
         counts = np.array([(drawn == cluster).sum() for cluster in own]) / len(drawn)
         assert counts == pytest.approx(np.ones(len(own)), abs=0.1)
 
 
-def test_a_stratum_of_one_cluster_shows_no_spread_so_that_none_is_kept_apart():
-    values = np.array([1.0, 2.0, 5.0, 9.0])
-    apart = pairs("aabc", "wxyz")
-    assert mean(values, apart) == mean(values, list("wxyz"))
+@pytest.mark.parametrize(
+    ("sizes", "kept"),
+    [
+        ((2, 1, 1), [4]),
+        ((9, 9, 9), [27]),
+        ((40, 40, 1), [40, 41]),
+        ((40, 6, 5), [11, 40]),
+        ((10, 12, 11), [10, 11, 12]),
+        ((9,), [9]),
+    ],
+)
+def test_strata_of_few_clusters_are_put_together(sizes, kept):
+    classes = np.repeat([f"{k}" for k in range(len(sizes))], sizes)
+    groups = Clusters.of(pairs(classes, range(sum(sizes))), sum(sizes))
+    assert sorted(map(len, groups.strata)) == kept
+    assert sorted(np.concatenate(groups.strata).tolist()) == list(range(sum(sizes)))
+
+
+@pytest.mark.parametrize("lists", [2, 3, 5, 10])
+def test_the_interval_of_a_mean_covers_with_few_lists_a_class(lists):
+    random = np.random.default_rng(lists)
+    classes, names = np.repeat(list("abc"), lists), np.arange(3 * lists)
+    covered = 0
+    for _ in range(400):
+        found = mean(random.normal(size=3 * lists), pairs(classes, names))
+        covered += found.low <= 0.0 <= found.high
+    least = {2: 0.8, 3: 0.85, 5: 0.87, 10: 0.9}  # a bootstrap of few is narrow, strata or not
+    assert covered / 400 >= least[lists]
 
 
 @pytest.mark.parametrize("labels", [["b", "a", "b", "c"], [7, 3, 7, 9], None])

@@ -40,9 +40,8 @@ _ASKED = {
     ),
     Question.STANDS: (
         "The question is `stands`: does anything move too far until everything rests, within 3 s? "
-        "The paper asks another, of 0.3 s, so its figures do not stand here. Methods that were "
-        "made for both questions are asked this one (`question=stands`); all others have no such "
-        "choice, and judge as they do for the paper's question."
+        "The paper asks another, of 0.3 s, so its figures do not stand here. Methods whose name "
+        "says `question=stands` are asked this one; all others judge as they do for the paper's."
     ),
 }
 

@@ -85,6 +85,8 @@ _SHARD_SIZE = 60
 _FEW = 0.1
 """Largest share of the timed cases that a method may refuse and still be timed on the others."""
 
+_NO_PLANAR_LABELS = "judges planar layouts alone, which have no labels of this question"
+
 Progress = Callable[[int, int], None]
 
 
@@ -139,6 +141,9 @@ class Table5Options:
                 f"methods {', '.join(able)}: none judges layouts in space; name one more, such as "
                 "sme"
             )
+        if self.question is Question.STANDS and planar:
+            left_out |= dict.fromkeys(planar, _NO_PLANAR_LABELS)
+            planar = ()
         vars(self).update(spatial=spatial, planar=planar, left_out=left_out)
 
     @property
@@ -259,9 +264,7 @@ def time_table5(
 def _folders(asked: Table5Options, work: Path) -> dict[bool, Path]:
     """Run folders by planarity of their layouts: True for planar ones."""
     folders = {False: work / SPATIAL}
-    if asked.planar and asked.question is Question.WITHIN:
-        folders[True] = work / PLANAR
-    return folders
+    return folders | {True: work / PLANAR} if asked.planar else folders
 
 
 def _timed(

@@ -207,7 +207,7 @@ def summarise(asked: Table5Options, spatial: Ran, planar: Ran | None) -> Table5:
         spatial=found,
         planar=beside,
         flat=_flat(large, labels) if planar is not None else 0,
-        planar_methods=tuple(method_key(make_method(s)) for s in asked.planar if the_papers),
+        planar_methods=tuple(method_key(make_method(spec)) for spec in asked.planar),
         left_out=asked.left_out,
         paper=printed,
         ceiling=label_ceiling(labels, large.opinions) if the_papers else None,
