@@ -64,7 +64,14 @@ class Table5(Study[Table5Config, Any]):
     about = "all methods on the labelled test split, as Table 5 of the paper, every engine"
     Config = Table5Config
     workers = 0
-    published = (PublishedPage("table5", f"{_PUBLISHED} --rules 25"),)
+    published = (
+        PublishedPage("table5", f"{_PUBLISHED} --rules 25"),
+        PublishedPage(
+            "table5_stands",
+            f"{_PUBLISHED} --question stands",
+            question="How accurate is every method where a load has to stand until it rests?",
+        ),
+    )
 
     def run(
         self, config: Table5Config, work: Path, *, workers: int = 1, progress: Progress = silent
