@@ -25,7 +25,7 @@ STANDS, FAILS, BAD_INPUT, NOT_JUDGED = 0, 1, 2, 3
 """Exit statuses; of several the worse one: bad input, then a load that fails."""
 
 _NAME, _SENTENCE = 20, 45
-"""Widths of columns: a row has at most 80 characters."""
+"""Widths of columns, escapes included: a row has at most 80 characters."""
 
 
 class FailOn(StrEnum):
@@ -70,7 +70,7 @@ class Check(ReadingFlags):
         from steadyload.runs.pool import all_cores
         from steadyload.runs.scoring import read_entries
         from steadyload.studies.able import asked_question
-        from steadyload.studies.checking import METHOD, check_all
+        from steadyload.studies.checking import METHOD, Answer, check_all
 
         method = self.method or METHOD
         entries = read_entries(self.files, limit=self.limit, **self.reading())
@@ -86,7 +86,7 @@ class Check(ReadingFlags):
             say(f"steadyload: {error}")
             return NOT_JUDGED
         for one in found:
-            if str(one.answer) == "bad input":
+            if one.answer is Answer.BAD_INPUT:
                 say(f"steadyload: {one.reason}")
         with kept_status():
             self._print(found)
@@ -102,12 +102,15 @@ class Check(ReadingFlags):
             print(_counts(found))
 
     def _status(self, found: Sequence[Checked]) -> int:
-        answers = {str(one.answer) for one in found}
-        if "bad input" in answers:
+        from steadyload.studies.checking import Answer
+
+        answers = {one.answer for one in found}
+        if Answer.BAD_INPUT in answers:
             return BAD_INPUT
-        if "fails" in answers and self.fail_on != FailOn.NOTHING:
+        if Answer.FAILS in answers and self.fail_on != FailOn.NOTHING:
             return FAILS
-        return NOT_JUDGED if "not judged" in answers and self.fail_on == FailOn.ANY else STANDS
+        lost = Answer.NOT_JUDGED in answers and self.fail_on == FailOn.ANY
+        return NOT_JUDGED if lost else STANDS
 
 
 _HEADER = ("pallet", "boxes", "sure", "answer")
@@ -116,23 +119,20 @@ _HEADER = ("pallet", "boxes", "sure", "answer")
 def _row(one: Checked) -> tuple[str, ...]:
     sure = one.reliability
     return (
-        _short(one.layout, _NAME),
+        printable(printable(one.layout), _NAME),
         "-" if one.items is None else str(one.items),
         "-" if sure is None else f"{100 * sure.accuracy.value:.0f} %",
-        _short(one.sentence, _SENTENCE),
+        printable(printable(one.sentence), _SENTENCE),
     )
-
-
-def _short(text: str, width: int) -> str:
-    text = printable(text)
-    return text if len(text) <= width else text[: width - 3] + "..."
 
 
 def _counts(found: Sequence[Checked]) -> str:
     """The last line: how many stand, fail and have no answer, and who said so."""
-    numbers = Counter(str(one.answer) for one in found)
-    told = [f"{numbers['stands']} stand", f"{numbers['fails']} fail"]
-    told += [f"{numbers[a]} {a}" for a in ("not judged", "bad input") if numbers[a]]
+    from steadyload.studies.checking import Answer
+
+    numbers = Counter(one.answer for one in found)
+    told = [f"{numbers[Answer.STANDS]} stand", f"{numbers[Answer.FAILS]} fail"]
+    told += [f"{numbers[a]} {a}" for a in (Answer.NOT_JUDGED, Answer.BAD_INPUT) if numbers[a]]
     method = f" ({found[0].method})" if found else ""
     pallets = "1 pallet" if len(found) == 1 else f"{len(found)} pallets"
     return f"{pallets}: {', '.join(told)}{method}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import cache
 from typing import Any
 
 from steadyload.kernels.constants import FLOOR
@@ -18,7 +19,7 @@ from steadyload.methods.registry import make_method
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.able import asked_question
-from steadyload.studies.recommend.front import FrontError, front_for
+from steadyload.studies.recommend.front import Front, FrontError, front_for
 from steadyload.studies.recommend.kept import load_fronts
 
 METHOD = "cascade@mujoco:question=stands"
@@ -286,11 +287,17 @@ def reliability(method: str, boxes: int) -> Reliability | None:
     """
     question = asked_question(method) or Question.STANDS
     try:
-        front = front_for(load_fronts(), question, boxes)
+        front = front_for(_measured(), question, boxes)
     except FrontError:
         return None
     entry = next((m for m in front.measured if m.method == method), None)
     return None if entry is None else Reliability(entry.accuracy, front.cases, front.part)
+
+
+@cache
+def _measured() -> tuple[Front, ...]:
+    """The measurements of the package; reading them takes as long as judging a pallet."""
+    return load_fronts()
 
 
 def leaning(layout: Layout, item: int) -> str | None:

@@ -46,7 +46,7 @@ def standard_methods() -> tuple[str, ...]:
     stands = [
         with_question(spec, Question.STANDS)
         for spec in listed
-        if parse_spec(spec).name in FOR_BOTH and not _flat(parse_spec(spec).engine)
+        if parse_spec(spec).name in FOR_BOTH and not _is_planar(spec)
     ]
     return (*listed, *stands, *(spec for name in more for spec in _everywhere(name, engines)))
 
@@ -58,8 +58,9 @@ def _takes_steps(engine: str) -> bool:
         return True  # it is left out for that reason, not for this
 
 
-def _flat(engine: str | None) -> bool:
-    """Whether an engine has two dimensions; not so where that cannot be told."""
+def _is_planar(spec: str) -> bool:
+    """Whether a method is on an engine of two dimensions; not so where that cannot be told."""
+    engine = parse_spec(spec).engine
     try:
         return engine is not None and capabilities(engine).dimensions == 2
     except EngineNotInstalledError:
@@ -170,10 +171,6 @@ class Table5Options:
             limit=self.limit,
             shard_size=_SHARD_SIZE,
         )
-
-
-def _is_planar(spec: str) -> bool:
-    return _flat(parse_spec(spec).engine)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
-from steadyload.layouts.benchmark.dataset import KEYS, PLANAR
+from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.question import Question
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
@@ -243,12 +243,11 @@ def same_order(printed: Paper, methods: Sequence[MethodEvaluation]) -> tuple[int
 def _judged_set(
     asked: Table5Options, ran: Ran, benchmark: Benchmark, *, all_pairs: bool
 ) -> tuple[JudgedSet, Mapping[str, str]]:
-    judged = load_judged(ran.directory)
-    assert judged.labels is not None, "the study is on a labelled set"
-    ended = judged.labels["stands"].fillna("not asked").value_counts()
-    if ran.study.benchmark_directory != PLANAR:
-        judged = judged.of(asked.shown).asked(asked.question)
-        ran = ran.timed_among(judged.said.index)
+    every = load_judged(ran.directory).of((*asked.shown, *asked.planar))
+    judged = every.asked(asked.question)
+    ran = ran.timed_among(judged.said.index)
+    assert every.labels is not None, "the study is on a labelled set"
+    lost = every.labels["stands"].drop(judged.said.index).fillna("not asked")
     timed = pd.MultiIndex.from_tuples(ran.cases, names=KEYS)
     evaluation = evaluate(judged, costs=timed_costs(ran.times, timed))
     said, labels = judged.said, judged.labels
@@ -278,11 +277,7 @@ def _judged_set(
         sizes=size_bins(right, labels),
         margins=margin_bins(said, labels, list(cases["margin"])),
         watched=watched(ran.study, evaluation.methods, said, right, labels),
-        without_label={
-            str(status): int(cases)
-            for status, cases in ended.items()
-            if status != "done" and asked.question is Question.STANDS
-        },
+        without_label={str(status): int(n) for status, n in lost.value_counts().items()},
     )
     return found, manifest_lines(judged)
 
