@@ -1,0 +1,37 @@
+"""README's table says what the published pages of Table 5 say."""
+
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PAGES = ROOT / "reports" / "published"
+
+
+def table(text, start):
+    """Cells by the first one, of the first table after some words."""
+    found = re.search(r"(?:^\|.*\n)+", text[text.index(start) :], re.MULTILINE)
+    header, _, *lines = (
+        [cell.strip() for cell in line.strip("|").split("|")] for line in found[0].splitlines()
+    )
+    return header, {line[0]: line for line in lines}
+
+
+def test_the_table_of_the_readme_is_that_of_the_published_pages():
+    header, rows = table((ROOT / "README.md").read_text(), "## What came out")
+    assert header == [
+        "method", "paper %", "within 0.3 s %", "by class %", "CPU ms", "stands %", "CPU ms",
+    ]  # fmt: skip
+    pages = {name: (PAGES / name / "report.md").read_text() for name in ("table5", "table5_stands")}
+    titles, within = table(pages["table5"], "## Accuracy and cost")
+    also, stands = table(pages["table5_stands"], "## Accuracy and cost")
+    named, classes = table(pages["table5"], "## By class of items")
+    by_class = [k for k, title in enumerate(named) if title.startswith("class ")]
+    assert len(by_class) == 3
+    for method, (_, paper, accuracy, parts, cpu, other, other_cpu) in rows.items():
+        one = within[method]
+        asked = stands.get(f"{method} (question=stands)") or stands[method]
+        assert (paper, accuracy) == (one[titles.index("paper %")], one[titles.index("accuracy %")])
+        assert parts == " / ".join(classes[method][k].split()[0] for k in by_class)
+        assert cpu == one[titles.index("CPU ms")].split()[0]
+        assert other == asked[also.index("accuracy %")]
+        assert other_cpu == asked[also.index("CPU ms")].split()[0]
