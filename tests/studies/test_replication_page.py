@@ -15,9 +15,14 @@ from steadyload.runs.evaluation import ALL
 from steadyload.studies.replication.files import FileOptions
 from steadyload.studies.replication.labels import Labelling
 from steadyload.studies.replication.methods import ALL_LINES
-from steadyload.studies.replication.networks import MEMBERS, paper_options
+from steadyload.studies.replication.networks import (
+    MEMBERS,
+    Material,
+    paper_options,
+    train_networks,
+)
 from steadyload.studies.replication.page import replication_page
-from steadyload.studies.replication.splits import PartSizes, SplitKind
+from steadyload.studies.replication.splits import PartSizes, SplitKind, folds
 from steadyload.studies.replication.study import (
     LSTM_1,
     LSTM_E,
@@ -69,6 +74,23 @@ def test_rules_are_judged_on_every_test_file(done):
         labels = [None if pd.isna(step) else int(step) for step in tests["failing_step"]]
         right = [a == b for a, b in zip(steps, labels, strict=True)]
         assert done.rights[spec].tolist() == [right]
+
+
+def test_processes_train_what_one_process_does(done, tmp_path):
+    material = Material(done.cases, case_layouts(done.files, done.cases))
+    (fold,) = folds(done.cases, done.part, SplitKind.GEOMETRY)
+    wanted = [(fold, paper_options(0, seed, epochs=1)) for seed in (0, 1)]
+    found = [
+        {
+            network.options.seed: network.arrays
+            for _, network in train_networks(material, wanted, tmp_path / str(n), 60.0, workers=n)
+        }
+        for n in (0, 2)
+    ]
+    for seed in (0, 1):
+        here, beside = (arrays[seed] for arrays in found)
+        assert here.keys() == beside.keys()
+        assert all(np.array_equal(here[name], beside[name]) for name in here)
 
 
 def test_all_learn_on_all_splits(done):

@@ -20,7 +20,10 @@ class ReplicationConfig:
         False, "every third file, labels of the package, networks of 10 epochs: some minutes"
     )
     budget: float = option(
-        8.0, "hours of wall time of all trainings together (default: 8)", unit="h", least=0.001
+        8.0,
+        "hours of wall time of all trainings, one after the other (default: 8)",
+        unit="h",
+        least=0.001,
     )
     epochs: int = option(700, "most epochs of a training (default: 700)", least=1)
     seeds: int = option(3, "trainings of LSTM_1 a fold (default: 3)", least=1)

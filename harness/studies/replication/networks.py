@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -16,6 +16,7 @@ import torch
 from numpy.typing import NDArray
 
 from steadyload.layouts.model import Layout
+from steadyload.learners import LearnerError
 from steadyload.learners.features import FeatureKind, features
 from steadyload.learners.inference import Network
 from steadyload.learners.options import TrainingOptions, options_from, training_preset
@@ -24,6 +25,7 @@ from steadyload.learners.scoring import items_safe
 from steadyload.learners.sequences import Sequences
 from steadyload.learners.training import Training
 from steadyload.methods.spec import as_plain
+from steadyload.runs.pool import SinglePart, run_units
 from steadyload.runs.store import locked
 from steadyload.studies.replication.splits import Fold, steps_safe
 
@@ -41,14 +43,6 @@ PATIENCE = 100
 
 Steps = NDArray[np.int64]
 """Items that a network says are placed safely, (cases,)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Budget:
-    """Limits of a training: ``epochs``, and wall seconds (``seconds``)."""
-
-    epochs: int
-    seconds: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,47 +121,104 @@ def paper_options(member: int, seed: int, **changes: Any) -> TrainingOptions:
     )
 
 
-def network_steps(
+@dataclass(frozen=True)
+class NetworkTraining(SinglePart):
+    """The training of a network on a fold of a split, in a folder of its own.
+
+    Attributes:
+        fold: of a split.
+        options: of the network.
+        learnt: what it learns from.
+        stopping: what says which epoch is best.
+        work: folder of all trainings; that of this one is named by all it depends on.
+        budget: wall seconds, over all runs.
+    """
+
+    fold: Fold
+    options: TrainingOptions
+    learnt: Sequences
+    stopping: Sequences
+    work: Path
+    budget: float
+
+    def describe(self, part: int) -> str:
+        """Description of the training for messages."""
+        return f"{self.fold.kind} {self.fold.number}, {self.options.hidden} cells"
+
+
+@dataclass(frozen=True)
+class TrainedNetwork:
+    """A network with its weights by name, and the effort of its training."""
+
+    options: TrainingOptions
+    arrays: Mapping[str, np.ndarray]
+    effort: Effort
+
+
+def train_networks(
     material: Material,
-    fold: Fold,
-    options: Sequence[TrainingOptions],
+    wanted: Iterable[tuple[Fold, TrainingOptions]],
     work: Path,
-    budget: Budget,
-    progress: Callable[[], None] = lambda: None,
-) -> tuple[Steps, list[Effort]]:
-    """Train networks on a fold, or take up their trainings, and let their mean judge its test.
+    budget: float,
+    *,
+    workers: int = 0,
+) -> Iterator[tuple[Fold, TrainedNetwork]]:
+    """Train networks, or take up their trainings, each with one thread.
 
     Args:
         material: all cases.
-        fold: of a split.
-        options: of the networks; their probabilities are averaged (Eq. 8).
-        work: folder of the trainings; each has a folder of its own, named by all it depends on.
-        budget: of every network.
-        progress: called after every epoch.
+        wanted: folds and options of networks.
+        work: folder of the trainings.
+        budget: wall seconds of every network, over all runs.
+        workers: processes that train; 0 trains in this one.
 
-    Returns:
-        Items placed safely, by case of the test, and the effort of every training.
+    Yields:
+        Every network with its fold, in the order in which they are trained.
 
     Raises:
-        ResultsError: another run is at work in the folder.
+        ResultsError: another run is at work in the folder of a training.
+        LearnerError: a training ended its process twice.
     """
-    data = material.sequences(options[0].features)
-    learnt, stopping = data.chosen(fold.train), data.chosen(fold.validation)
-    asked = data.chosen(fold.test)
-    probabilities, efforts = [], []
-    for own in options:
-        folder = work / _folder(fold, own, learnt, stopping)
-        torch.set_num_threads(1)
-        with locked(folder):
-            training = Training(folder, own, learnt, stopping, held_out=None)
-            trained = training.run(budget=budget.seconds, progress=lambda epoch: progress())
-        last = trained.history[-1]
-        efforts.append(
-            Effort(last.number, last.best_epoch, last.seconds, cut_off=not training.finished)
+    trainings = (
+        NetworkTraining(
+            fold,
+            options,
+            material.sequences(options.features).chosen(fold.train),
+            material.sequences(options.features).chosen(fold.validation),
+            work,
+            budget,
         )
-        arrays: Mapping[str, np.ndarray] = trained.arrays
-        probabilities.append(Network(arrays).probabilities_of_many(asked.padded()))
-    return items_safe(np.mean(probabilities, axis=0), asked.counts), efforts
+        for fold, options in wanted
+    )
+    for training, (network,) in run_units(_train, trainings, workers=workers, crashed=_refuse):
+        yield training.fold, network
+
+
+def items_safe_by(networks: Sequence[TrainedNetwork], material: Material, fold: Fold) -> Steps:
+    """Items placed safely, by case of the fold's test, by the mean of networks (Eq. 8)."""
+    asked = material.sequences(networks[0].options.features).chosen(fold.test)
+    rows = asked.padded()
+    found = [Network(network.arrays).probabilities_of_many(rows) for network in networks]
+    return items_safe(np.mean(found, axis=0), asked.counts)
+
+
+def _train(training: NetworkTraining) -> Iterator[TrainedNetwork]:
+    return (_trained(training) for _ in range(1))
+
+
+def _trained(asked: NetworkTraining) -> TrainedNetwork:
+    folder = asked.work / _folder(asked.fold, asked.options, asked.learnt, asked.stopping)
+    torch.set_num_threads(1)
+    with locked(folder):
+        training = Training(folder, asked.options, asked.learnt, asked.stopping, held_out=None)
+        trained = training.run(budget=asked.budget)
+    last = trained.history[-1]
+    effort = Effort(last.number, last.best_epoch, last.seconds, cut_off=not training.finished)
+    return TrainedNetwork(asked.options, trained.arrays, effort)
+
+
+def _refuse(training: NetworkTraining, part: int, reason: str) -> TrainedNetwork:
+    raise LearnerError(f"{training.describe(part)}: {reason}")
 
 
 def _folder(fold: Fold, own: TrainingOptions, learnt: Sequences, stopping: Sequences) -> str:

@@ -15,6 +15,7 @@ from steadyload.layouts.benchmark.dataset import row_of, stored_offsets
 from steadyload.layouts.benchmark.tables import CASES, OPINIONS, write_tables
 from steadyload.layouts.model import Layout
 from steadyload.learners.features import FeatureKind
+from steadyload.learners.options import TrainingOptions
 from steadyload.runs.accuracy import verdicts_against_labels
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import evaluate
@@ -28,11 +29,11 @@ from steadyload.studies.replication.memoriser import Memoriser
 from steadyload.studies.replication.methods import ALL_LINES
 from steadyload.studies.replication.networks import (
     MEMBERS,
-    Budget,
     Effort,
     Material,
-    network_steps,
+    items_safe_by,
     paper_options,
+    train_networks,
 )
 from steadyload.studies.replication.splits import (
     TABLE_2,
@@ -66,7 +67,7 @@ class ReplicationOptions:
         files: the data set.
         seed: of the splits.
         epochs: most epochs of a training.
-        budget: wall seconds of all trainings together; all have an equal share.
+        budget: wall seconds of all trainings, one after the other; all have an equal share.
         seeds: trainings of LSTM_1 a fold.
         ensemble: whether LSTM_e is trained.
         methods: specs that are judged; empty for those of the page.
@@ -144,7 +145,7 @@ def replicate(
     Args:
         asked: the options.
         work: folder of labels, verdicts and trainings.
-        workers: processes that label and judge; networks are trained in this one.
+        workers: processes that label, judge and train.
         progress: of item lists, labels, verdicts and epochs.
 
     Raises:
@@ -189,7 +190,7 @@ def replicate(
         unlabelled=len(files.table) * len(TABLE_2) - len(cases),
         judged=judged,
         rights={spec: rights_of(judged, spec, cases[test])[None] for spec in named},
-        splits=_trained(asked, cases, part, layouts, work / "networks", progress),
+        splits=_trained(asked, cases, part, layouts, work / "networks", workers, progress),
         left_out=left_out,
         made_with=provenance_lines(),
     )
@@ -248,44 +249,62 @@ def costs_of(judged: JudgedCases) -> Mapping[str, float]:
     return {row.method.spec: row.cpu.value for row in evaluate(judged, by_scenario=False).methods}
 
 
+@dataclass(frozen=True, slots=True)
+class Member:
+    """A network of a split: its place in Table 4, seed and features."""
+
+    place: int
+    seed: int
+    features: FeatureKind
+
+    def options(self, epochs: int) -> TrainingOptions:
+        """The options of its training."""
+        return paper_options(self.place, self.seed, features=self.features, epochs=epochs)
+
+
+def ensembles_of(kind: SplitKind, asked: ReplicationOptions) -> dict[str, list[list[Member]]]:
+    """By name the ensembles that are trained on every fold of a split, each with its members."""
+    plain = FeatureKind.PLAIN
+    found = {LSTM_1: [[Member(0, seed, plain)] for seed in range(asked.seeds)]}
+    if asked.ensemble and kind is not SplitKind.FEWER:
+        found[LSTM_E] = [[Member(place, 0, plain) for place in range(len(MEMBERS))]]
+    if kind is SplitKind.LIST:
+        found[SUPPORT] = [[Member(0, 0, FeatureKind.SUPPORT)]]
+    return found
+
+
 def _trained(
     asked: ReplicationOptions,
     cases: pd.DataFrame,
     part: pd.Series,
     layouts: Sequence[Layout],
     work: Path,
+    workers: int,
     progress: Progress,
 ) -> dict[SplitKind, SplitResult]:
     made = {kind: folds(cases, part, kind) for kind in SplitKind}
-    labels = steps_safe(cases)
-    seeds = range(asked.seeds)
-    plans: dict[SplitKind, dict[str, list[list[tuple[int, int, FeatureKind]]]]] = {}
-    for kind in SplitKind:
-        # By name a list of ensembles, of which each has members: place in Table 4, seed, features.
-        own = {LSTM_1: [[(0, seed, FeatureKind.PLAIN)] for seed in seeds]}
-        if asked.ensemble and kind is not SplitKind.FEWER:
-            own[LSTM_E] = [[(k, 0, FeatureKind.PLAIN) for k in range(len(MEMBERS))]]
-        if kind is SplitKind.LIST:
-            own[SUPPORT] = [[(0, 0, FeatureKind.SUPPORT)]]
-        plans[kind] = own
-    trainings = {
-        (kind, fold.number, *member)
+    plans = {kind: ensembles_of(kind, asked) for kind in SplitKind}
+    wanted = {
+        (kind, fold.number, member.options(asked.epochs)): fold
         for kind, own in plans.items()
         for fold in made[kind]
         for ensembles in own.values()
         for ensemble in ensembles
         for member in ensemble
     }
-    budget = Budget(asked.epochs, asked.budget / len(trainings))
     material, test = Material(cases, layouts), (part == TEST).to_numpy(bool)
-    done = 0
-
-    def advance() -> None:
-        nonlocal done
-        done += 1
-        progress("training, epochs", done, len(trainings) * asked.epochs)
-
-    found = {}
+    progress("training", 0, len(wanted))
+    networks = {}
+    for fold, network in train_networks(
+        material,
+        ((fold, options) for (*_, options), fold in wanted.items()),
+        work,
+        asked.budget / len(wanted),
+        workers=workers,
+    ):
+        networks[fold.kind, fold.number, network.options] = network
+        progress("training", len(networks), len(wanted))
+    labels, found = steps_safe(cases), {}
     for kind, own in plans.items():
         rights = {MEMORISER: _memorised(cases, layouts, made[kind])[:, test]}
         efforts: dict[str, list[Effort]] = {}
@@ -293,13 +312,13 @@ def _trained(
             right = np.zeros((len(ensembles), len(cases)), dtype=bool)
             for which, ensemble in enumerate(ensembles):
                 for fold in made[kind]:
-                    options = [
-                        paper_options(k, seed, features=features, epochs=asked.epochs)
-                        for k, seed, features in ensemble
+                    trained = [
+                        networks[kind, fold.number, member.options(asked.epochs)]
+                        for member in ensemble
                     ]
-                    safe, effort = network_steps(material, fold, options, work, budget, advance)
+                    safe = items_safe_by(trained, material, fold)
                     right[which, fold.test] = safe == labels[fold.test]
-                    efforts.setdefault(name, []).extend(effort)
+                    efforts.setdefault(name, []).extend(each.effort for each in trained)
             rights[name] = right[:, test]
         twins = np.zeros(len(cases), dtype=bool)
         for fold in made[kind]:
