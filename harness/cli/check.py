@@ -55,6 +55,10 @@ class Check(ReadingFlags):
     )  # fmt: skip
     json: bool = option(False, "print one JSON array of records, units in the names")
     csv: bool = option(False, "print the same records as CSV")
+    html: Path | None = option(
+        None, "also write a page of all pallets, DIR/index.html, each with its player",
+        metavar="DIR",
+    )  # fmt: skip
     workers: int | None = option(
         None, "processes that judge (default: one a core)", names=("--workers", "-j"), least=1
     )
@@ -90,6 +94,15 @@ class Check(ReadingFlags):
                 say(f"steadyload: {one.reason}")
         with kept_status():
             self._print(found)
+        if self.html is not None:
+            from steadyload.studies.checked_page import write_checked
+
+            with progress_bar("drawing") as advance:
+                page = write_checked(
+                    entries, found, self.html, workers=self.workers or all_cores(),
+                    progress=advance,
+                )  # fmt: skip
+            say(f"page: {page}")
         return self._status(found)
 
     def _print(self, found: Sequence[Checked]) -> None:

@@ -90,9 +90,9 @@ def record_loading(layout: Layout, method: Method) -> Recording:
     if verdict.status is Status.REFUSED:
         reason = with_ids(verdict.reason, layout.items)
         raise RecordingError(f"{method.spec} refuses layout {layout.name!r}: {reason}")
-    planned, sizes = 0.5 * (layout.lower + layout.upper), layout.upper - layout.lower
     if not isinstance(method, Simulation):
-        return Recording(str(method.spec), verdict, planned, sizes, False, (), reseats=True)
+        return record_plan(layout, str(method.spec), verdict)
+    sizes = layout.upper - layout.lower
     assert method.spec.engine is not None, "a simulation has an engine"
     run = _RecordedLoading(layout, method.spec.engine, method.parameters, Stopwatch())
     try:
@@ -107,6 +107,52 @@ def record_loading(layout: Layout, method: Method) -> Recording:
     return Recording(
         str(method.spec), verdict, run.planned.centres, sizes, True, run.steps(), run.reseats
     )
+
+
+def record_plan(layout: Layout, method: str, verdict: Verdict) -> Recording:
+    """A recording in which nothing moves.
+
+    Args:
+        layout: what was judged.
+        method: spec of the method that judged it.
+        verdict: of the method.
+    """
+    planned, sizes = 0.5 * (layout.lower + layout.upper), layout.upper - layout.lower
+    return Recording(method, verdict, planned, sizes, False, (), reseats=True)
+
+
+def record_failure(
+    layout: Layout, method: str, verdict: Verdict, shown_by: Simulation
+) -> Recording:
+    """Record what a simulation does with the step at which another method says that a load fails.
+
+    Args:
+        layout: what was judged.
+        method: spec of the method that judged it.
+        verdict: of the method, with a failing step.
+        shown_by: simulates that step alone, with all items before it as planned.
+
+    Returns:
+        The recording; one without motion where that simulation lets the step stand, or breaks.
+
+    Raises:
+        RecordingError: the simulation carries its state over from step to step.
+    """
+    step = verdict.failing_step
+    assert step is not None, "the load fails"
+    if shown_by.parameters.between_steps is not BetweenSteps.RESEAT:
+        raise RecordingError(f"{shown_by.spec} does not begin a step with the items as planned")
+    run = _RecordedLoading(layout, shown_by.engine, shown_by.parameters, Stopwatch())
+    try:
+        finding = run.place(step)
+    except EngineError:
+        finding = None
+    finally:
+        run.close()
+    if finding is None or finding.status is not Status.DONE:
+        return record_plan(layout, method, verdict)
+    sizes = layout.upper - layout.lower
+    return Recording(method, verdict, run.planned.centres, sizes, True, run.steps(), run.reseats)
 
 
 def _said(answer: Verdict | Finding) -> str:

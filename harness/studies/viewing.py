@@ -49,17 +49,21 @@ def write_view(layout: Layout, methods: Sequence[str], output: str | Path) -> Pa
     judges = [make_method(spec) for spec in methods]
     for judge in judges:
         judge.prepare(len(layout))
-    loadings = tuple(_loading(record_loading(layout, judge), layout) for judge in judges)
-    view = View(
+    view = view_of(layout, [record_loading(layout, judge) for judge in judges])
+    write_atomically(Path(output), view_html(view))
+    return Path(output)
+
+
+def view_of(layout: Layout, recordings: Sequence[Recording]) -> View:
+    """The content of a page that plays loadings of a layout side by side."""
+    return View(
         name=layout.name,
         pallet=layout.pallet.size,
         deck=layout.floor.height,
         items=_items(layout),
-        loadings=loadings,
+        loadings=tuple(_loading(recording, layout) for recording in recordings),
         manifest=provenance_lines(),
     )
-    write_atomically(Path(output), view_html(view))
-    return Path(output)
 
 
 def pick_layout(file: str | Path, name: str | None = None, **reading: Unpack[Reading]) -> Layout:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import base64
 import gzip
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from typing import Any
 
@@ -30,7 +30,6 @@ STILL_CM = 0.01
 _STILL_TURN = 1e-4
 _PER_CM = 1000
 _PER_UNIT = 10_000
-_PARTS = ("page.html.j2", "viewer.css", "stage.js", "player.js")
 
 
 def view_html(view: View) -> str:
@@ -39,24 +38,58 @@ def view_html(view: View) -> str:
     Raises:
         ThreeJsError: see :func:`steadyload.reports.viewer.three_js.three_js`.
     """
-    folder = resources.files("steadyload.reports.templates.viewer")
+    return player_html(view, shared_texts())
+
+
+def shared_texts() -> dict[str, str]:
+    """Style, scripts and library of every page that plays a loading, by name.
+
+    Raises:
+        ThreeJsError: see :func:`steadyload.reports.viewer.three_js.three_js`.
+    """
+    return {
+        "style": template_text("viewer.css"),
+        "script": "\n".join(map(template_text, ("unpack.js", "stage.js", "player.js"))),
+        "library": packed(three_js()),
+    }
+
+
+def player_html(view: View, texts: Mapping[str, str]) -> str:
+    """The page as text.
+
+    Args:
+        view: what it plays.
+        texts: those of :func:`shared_texts`, or marks in their places.
+    """
+    return rendered(
+        "page.html.j2",
+        view=view,
+        summary=_summary(view),
+        captions=[_caption(loading, view.items) for loading in view.loadings],
+        texts=texts,
+        data=packed(json.dumps(_plain(view), separators=(",", ":"))),
+    )
+
+
+def rendered(template: str, **values: Any) -> str:
+    """A template of the viewer, filled in; values are escaped."""
     environment = jinja2.Environment(
-        loader=jinja2.DictLoader({n: folder.joinpath(n).read_text() for n in _PARTS}),
+        loader=jinja2.FunctionLoader(template_text),
         autoescape=jinja2.select_autoescape(["html", "j2"], default=False),
         trim_blocks=True,
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    return environment.get_template("page.html.j2").render(
-        view=view,
-        summary=_summary(view),
-        captions=[_caption(loading, view.items) for loading in view.loadings],
-        library=_packed(three_js()),
-        data=_packed(json.dumps(_plain(view), separators=(",", ":"))),
-    )
+    return environment.get_template(template).render(**values)
 
 
-def _packed(text: str) -> str:
+def template_text(name: str) -> str:
+    """A file beside the templates of the viewer."""
+    return resources.files("steadyload.reports.templates.viewer").joinpath(name).read_text()
+
+
+def packed(text: str) -> str:
+    """A text as gzip in base64, which the browser unpacks."""
     return base64.b64encode(gzip.compress(text.encode(), 9, mtime=0)).decode()
 
 

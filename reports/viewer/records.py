@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,4 +98,52 @@ class View:
     deck: float
     items: tuple[ViewedItem, ...]
     loadings: tuple[ViewedLoading, ...]
+    manifest: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """A layout among others: its picture, the answer, and the page that plays it.
+
+    Attributes:
+        name: of the layout.
+        kind: ``stands``, ``fails``, or another one; the gallery counts and filters by it.
+        answer: in a few words.
+        facts: what else is known, each in a few words.
+        pallet: width, height and depth [cm].
+        boxes: lower corners and sizes in the order of loading [cm], shape (boxes, 6); those that
+            are drawn.
+        marked: number of the box that is marked; None for none.
+        player: page of :func:`steadyload.reports.viewer.page.player_html` with the marks of
+            :data:`steadyload.reports.viewer.gallery.MARKS`; empty where nothing can be played.
+    """
+
+    name: str
+    kind: str
+    answer: str
+    facts: tuple[str, ...] = ()
+    pallet: Triple = (0.0, 0.0, 0.0)
+    boxes: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 6)))
+    marked: int | None = None
+    player: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Gallery:
+    """Layouts as cards.
+
+    Attributes:
+        title: of the page.
+        summary: of all answers, a sentence.
+        kinds: of cards, in the order of the filter.
+        cards: in their order.
+        notes: sentences below the cards.
+        manifest: provenance.
+    """
+
+    title: str
+    summary: str
+    kinds: tuple[str, ...]
+    cards: tuple[Card, ...]
+    notes: tuple[str, ...]
     manifest: Mapping[str, str]

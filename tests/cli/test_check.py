@@ -10,12 +10,14 @@ import pytest
 
 import steadyload as sl
 from steadyload.cli import main
+from steadyload.layouts.benchmark import REAL, load_benchmark
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.methods.registry import make_method
 from steadyload.runs.scoring import read_entries
-from steadyload.studies import checking
+from steadyload.studies import checking, demo
 from steadyload.studies.checking import METHOD, check_all, leaning, reliability
+from steadyload.studies.demo import demo_pallets
 from steadyload.studies.recommend.kept import load_fronts
 
 PALLET = Pallet(120, 150, 80)
@@ -236,3 +238,28 @@ def test_in_python_an_answer_prints_in_one_line():
     assert sl.check(stack("off", (22.0, 0.0), (-8.0, 0.0, 0.0)), "fbs").sentence == (
         "fails at step 1: SKU-2002"
     )
+
+
+def test_a_page_of_all_pallets_is_written_beside_the_rows(run, tmp_path):
+    status, out, err = run([STANDING, FALLING], "--html", str(tmp_path / "out"))
+    assert status == 1
+    assert out.splitlines()[-1].startswith("2 pallets: 1 stand, 1 fail")
+    assert f"page: {tmp_path / 'out' / 'index.html'}" in err
+    page = (tmp_path / "out" / "index.html").read_text()
+    assert "2 pallets: 1 stand, 1 fail." in page
+    assert [name in page for name in ("fails at step 1: SKU-2002", "player-0", "player-1")] == [True] * 3
+
+
+def test_the_demo_checks_pallets_of_which_half_are_labelled_as_standing(
+    capsys, monkeypatch, tmp_path
+):
+    monkeypatch.chdir(tmp_path)
+    pallets = demo_pallets(4)
+    monkeypatch.setattr(demo, "demo_pallets", lambda: pallets)
+    assert main(["demo"]) == 0
+    out = capsys.readouterr().out.splitlines()
+    assert out[-1].startswith("4 pallets: ")
+    assert (tmp_path / "demo" / "index.html").exists()
+    labels = load_benchmark(REAL).stands.set_index(["layout", "scenario"])["failing_step"]
+    assert [labels.isna()[layout.name, "S1"] for layout in pallets].count(True) == 2
+    assert main(["check", "demo/pallets.json", "--fail-on", "nothing"]) == 0

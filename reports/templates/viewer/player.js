@@ -2,13 +2,6 @@
 
 const PLACING = 0.3; // share of a step in which its item comes down
 const SECONDS = { step: 1.1, failing: 3.5, still: 0.6 };
-const find = (id) => document.getElementById(id);
-
-async function unpacked(id) {
-  const bytes = Uint8Array.from(atob(find(id).textContent), (c) => c.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return new Response(stream).text();
-}
 
 class Player {
   constructor(data) {

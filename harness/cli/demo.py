@@ -1,0 +1,38 @@
+"""``steadyload demo``: what ``steadyload check`` says of the package's own pallets."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from steadyload.cli.check import Check, FailOn
+from steadyload.cli.terminal import say
+from steadyload.studies.options import option
+
+
+@dataclass(frozen=True, kw_only=True)
+class Demo:
+    """Where the pallets and their page go."""
+
+    output: Path = option(
+        Path("demo"), "folder of the pallets and the page (default: demo)", names=("--output", "-o")
+    )
+    no_open: bool = option(False, "do not open the page in the browser")
+
+    def run(self) -> int:
+        """Write the pallets, check them, and open their page where somebody looks."""
+        from steadyload.layouts.formats import Format, write_layouts
+        from steadyload.studies.checked_page import PAGE
+        from steadyload.studies.demo import demo_pallets
+
+        self.output.mkdir(parents=True, exist_ok=True)
+        file = self.output / "pallets.json"
+        write_layouts(file, demo_pallets(), Format.NATIVE)
+        say(f"steadyload check {file} --html {self.output}")
+        status = Check(files=(file,), html=self.output, fail_on=str(FailOn.NOTHING)).run()
+        if sys.stdout.isatty() and not self.no_open:
+            import webbrowser
+
+            webbrowser.open((self.output / PAGE).resolve().as_uri())
+        return status

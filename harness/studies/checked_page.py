@@ -1,0 +1,185 @@
+"""The page of a check: every pallet with its picture and answer, each opening its player."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from steadyload.atomic import write_atomically
+from steadyload.engines.errors import EngineNotInstalledError
+from steadyload.layouts.model import Layout
+from steadyload.layouts.record import Refused
+from steadyload.methods.method import Method, Verdict
+from steadyload.methods.recording import Recording, record_failure, record_plan
+from steadyload.methods.registry import make_method
+from steadyload.methods.simulation import Simulation
+from steadyload.methods.simulation_parameters import BetweenSteps
+from steadyload.reports.viewer.gallery import MARKS, gallery_html
+from steadyload.reports.viewer.page import player_html
+from steadyload.reports.viewer.records import Card, Gallery
+from steadyload.runs.pool import PartLimit, SinglePart, run_units
+from steadyload.runs.provenance import provenance_lines
+from steadyload.studies.checking import Answer, Check
+from steadyload.studies.viewing import view_of
+
+PAGE = "index.html"
+
+PLAYED = "ps_opt@mujoco:question=stands"
+"""The simulation that shows the fall where the method that answered cannot: a cheap one moves
+nothing, and a cascade is no simulation of one engine and tuning."""
+
+_PATIENCE = 60.0
+"""Wall seconds that a simulation may take for a player; then the plan is shown."""
+
+_KINDS = tuple(map(str, (Answer.FAILS, Answer.NOT_JUDGED, Answer.BAD_INPUT, Answer.STANDS)))
+
+Progress = Callable[[int, int], None]
+
+
+def write_checked(
+    entries: Sequence[tuple[str, Layout | Refused]],
+    found: Sequence[Check],
+    folder: Path,
+    *,
+    workers: int = 1,
+    progress: Progress = lambda done, total: None,
+) -> Path:
+    """Write the page of a check into a folder; returns its path.
+
+    Of a load that fails the failing step is simulated once more, and its fall recorded; of the
+    others the plan is shown box by box.
+
+    Args:
+        entries: what was checked.
+        found: the answers, in the same order.
+        folder: is made where it does not exist; the page in it is replaced.
+        workers: processes that simulate; 0 does so in this one.
+        progress: called with the cards done and those in all.
+
+    Raises:
+        ThreeJsError: the library that draws is missing.
+        OSError: the page cannot be written.
+        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
+    """
+    cards: list[Card | None] = [None] * len(found)
+    units = []
+    for place, ((_, entry), check) in enumerate(zip(entries, found, strict=True)):
+        if isinstance(entry, Layout):
+            units.append(_Unit(place, entry, check))
+        else:
+            cards[place] = _card(check)
+    done = len(found) - len(units)
+    progress(done, len(found))
+    for unit, [card] in run_units(
+        _play, units, workers=min(workers, len(units)), crashed=_as_planned,
+        limit=PartLimit(_PATIENCE, _as_planned),
+    ):  # fmt: skip
+        cards[unit.place] = card
+        done += 1
+        progress(done, len(found))
+    folder.mkdir(parents=True, exist_ok=True)
+    write_atomically(folder / PAGE, gallery_html(_gallery([c for c in cards if c is not None])))
+    return folder / PAGE
+
+
+def _gallery(cards: Sequence[Card]) -> Gallery:
+    count = {kind: sum(card.kind == kind for card in cards) for kind in _KINDS}
+    told = [f"{count['stands']} stand", f"{count['fails']} fail"]
+    told += [f"{count[kind]} {kind}" for kind in ("not judged", "bad input") if count[kind]]
+    return Gallery(
+        title="Do these pallets stand while they are loaded?",
+        summary=f"{len(cards)} pallet{'s' if len(cards) != 1 else ''}: {', '.join(told)}.",
+        kinds=_KINDS,
+        cards=tuple(cards),
+        notes=(
+            "A picture shows a load up to the box at whose placement it fails; the box that moves "
+            "too far is red. Colours are the order of loading. Seen from the side of high x and z.",
+            "Sure: the share of labelled cases of about so many boxes on which the method names "
+            "the failing step.",
+            f"Falls are simulated from the plan by the method that answered, or by {PLAYED} where "
+            "that one is no simulation; a load that it lets stand is shown as planned.",
+        ),
+        manifest=provenance_lines(),
+    )
+
+
+@dataclass(frozen=True)
+class _Unit(SinglePart):
+    """A unit of work: one card. ``place``: among all."""
+
+    place: int
+    layout: Layout
+    check: Check
+
+    def describe(self, part: int) -> str:
+        return f"the player of {self.layout.name!r}"
+
+
+def _play(unit: _Unit) -> Iterator[Card]:
+    yield _card(unit.check, unit.layout, _recorded(unit))
+
+
+def _as_planned(unit: _Unit, _: int, __: str) -> Card:
+    return _card(unit.check, unit.layout, _plan(unit))
+
+
+def _recorded(unit: _Unit) -> Recording:
+    """The recording of the fall; of the plan where nothing falls or no engine shows it."""
+    layout, check = unit.layout, unit.check
+    if check.answer is not Answer.FAILS or check.verdict is None:
+        return _plan(unit)
+    own = make_method(check.method)
+    shown_by = own if _reseats(own) else make_method(PLAYED)
+    assert isinstance(shown_by, Simulation)
+    try:
+        shown_by.prepare(len(layout))
+    except EngineNotInstalledError:
+        return _plan(unit)
+    return record_failure(layout, check.method, check.verdict, shown_by)
+
+
+def _reseats(method: Method) -> bool:
+    return isinstance(method, Simulation) and method.parameters.between_steps is BetweenSteps.RESEAT
+
+
+def _plan(unit: _Unit) -> Recording:
+    assert unit.check.verdict is not None, "a valid layout has a verdict"
+    return record_plan(unit.layout, unit.check.method, unit.check.verdict)
+
+
+def _card(check: Check, layout: Layout | None = None, recording: Recording | None = None) -> Card:
+    facts = [] if check.items is None else [f"{check.items} box{'es' if check.items != 1 else ''}"]
+    if check.reliability is not None:
+        facts.append(f"{100.0 * check.reliability.accuracy.value:.0f} % sure")
+    if check.file:
+        facts.append(Path(check.file).name)
+    kind = str(check.answer)
+    answer = check.reason if check.answer is Answer.BAD_INPUT else check.sentence
+    if layout is None or recording is None:
+        return Card(check.layout, kind, answer, tuple(facts))
+    drawn = _placed(check.verdict, len(layout))
+    return Card(
+        name=check.layout,
+        kind=kind,
+        answer=answer,
+        facts=tuple(facts),
+        pallet=layout.pallet.size,
+        boxes=np.hstack((layout.lower, layout.upper - layout.lower))[:drawn],
+        marked=_marked(check.verdict),
+        player=player_html(view_of(layout, [recording]), MARKS),
+    )
+
+
+def _placed(verdict: Verdict | None, items: int) -> int:
+    if verdict is None or verdict.failing_step is None:
+        return items
+    return verdict.failing_step + 1
+
+
+def _marked(verdict: Verdict | None) -> int | None:
+    if verdict is None or verdict.failing_step is None:
+        return None
+    return verdict.failing_step if verdict.moved_item is None else verdict.moved_item

@@ -1,0 +1,150 @@
+// Cards: their pictures, what is shown of them, and the player of the one that is opened.
+
+const RAMP = ["#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39"];
+const MARKED = "#e31a1c", WOOD = "#c9b997", EDGE = "#10151f99";
+const cards = [...document.querySelectorAll("#cards li")];
+const dialog = find("dialog");
+let pictures = [], shared = null, opened = null;
+
+// A colour of the ramp, darkened.
+function shade(colour, light) {
+  const parts = [1, 3, 5].map((at) => Math.round(light * parseInt(colour.slice(at, at + 2), 16)));
+  return `rgb(${parts})`;
+}
+
+// Numbers of boxes from the farthest to the nearest one, seen from high x, y and z.
+function behindFirst(boxes) {
+  const behind = (a, b) => [0, 1, 2].some((k) => a[k] + a[k + 3] <= b[k]);
+  const order = [], seen = new Set();
+  const visit = (n) => {
+    seen.add(n);
+    boxes.forEach((box, m) => {
+      if (!seen.has(m) && behind(box, boxes[n]) && !behind(boxes[n], box)) visit(m);
+    });
+    order.push(n);
+  };
+  boxes.forEach((_, n) => seen.has(n) || visit(n));
+  return order;
+}
+
+function draw(canvas, { pallet, boxes: flat, marked }) {
+  const boxes = [];
+  for (let k = 0; k < flat.length; k += 6) boxes.push(flat.slice(k, k + 6));
+  const flatPoint = ([x, y, z]) => [(x - z) * 0.866, (x + z) * 0.5 - y];
+  const [width, , depth] = pallet, deck = [[0, 0, 0], [width, 0, 0], [width, 0, depth], [0, 0, depth]];
+  const corners = boxes.flatMap(([x, y, z, w, h, d]) => [[x, y + h, z], [x + w, y, z], [x + w, y, z + d], [x, y, z + d], [x, y + h, z + d], [x + w, y + h, z]]);
+  const points = [...deck, ...corners].map(flatPoint);
+  const low = [0, 1].map((k) => Math.min(...points.map((p) => p[k]))), high = [0, 1].map((k) => Math.max(...points.map((p) => p[k])));
+  const scale = Math.min((canvas.width - 24) / (high[0] - low[0] || 1), (canvas.height - 24) / (high[1] - low[1] || 1));
+  const shift = [canvas.width, canvas.height].map((side, k) => (side - scale * (low[k] + high[k])) / 2);
+  const pen = canvas.getContext("2d");
+  pen.lineJoin = "round";
+  const face = (corners3, colour) => {
+    pen.beginPath();
+    corners3.map(flatPoint).forEach((p, n) => pen[n ? "lineTo" : "moveTo"](...p.map((v, k) => scale * v + shift[k])));
+    pen.closePath();
+    pen.fillStyle = colour;
+    pen.fill();
+    pen.strokeStyle = EDGE;
+    pen.stroke();
+  };
+  face(deck, WOOD);
+  for (const n of behindFirst(boxes)) {
+    const [x, y, z, w, h, d] = boxes[n], [X, Y, Z] = [x + w, y + h, z + d];
+    const colour = n === marked ? MARKED : RAMP[Math.floor((RAMP.length * n) / boxes.length)];
+    face([[x, Y, z], [X, Y, z], [X, Y, Z], [x, Y, Z]], shade(colour, 1));
+    face([[X, y, z], [X, Y, z], [X, Y, Z], [X, y, Z]], shade(colour, 0.72));
+    face([[x, y, Z], [X, y, Z], [X, Y, Z], [x, Y, Z]], shade(colour, 0.86));
+  }
+}
+
+function filter() {
+  const kind = document.querySelector(".kinds [aria-pressed=true]").dataset.kind;
+  const words = find("search").value.trim().toLowerCase();
+  let shown = 0;
+  for (const card of cards) {
+    card.hidden = (kind && card.dataset.kind !== kind) || !card.textContent.toLowerCase().includes(words);
+    shown += !card.hidden;
+  }
+  find("shown").textContent = `${shown} of ${cards.length} shown`;
+  find("none").hidden = shown > 0;
+}
+
+function sort() {
+  const number = (card, name) => Number(card.dataset[name]);
+  const by = {
+    file: () => 0,
+    kind: (a, b) => number(a, "rank") - number(b, "rank"),
+    boxes: (a, b) => number(b, "boxes") - number(a, "boxes"),
+  }[find("order").value];
+  cards.sort((a, b) => by(a, b) || number(a, "number") - number(b, "number"));
+  find("cards").append(...cards);
+}
+
+const playable = () => cards.filter((card) => !card.hidden && card.querySelector("button"));
+
+async function open(card) {
+  opened = card;
+  const { number } = card.dataset;
+  let page = await unpacked(`player-${number}`);
+  for (const [name, mark] of Object.entries(shared.marks)) page = page.split(mark).join(shared.texts[name]);
+  if (opened !== card) return;
+  const frame = document.createElement("iframe");
+  frame.title = `Loading of ${card.querySelector(".name").textContent}`;
+  frame.srcdoc = page;
+  dialog.querySelector("iframe")?.remove();
+  dialog.append(frame);
+  find("playing").textContent = `${card.querySelector(".name").textContent}: ${card.querySelector(".answer").textContent}`;
+  if (!dialog.open) dialog.showModal();
+  history.replaceState(null, "", `#${number}`);
+}
+
+function beside(way) {
+  const all = playable(), at = all.indexOf(opened);
+  if (all.length) open(all[(at + way + all.length) % all.length]);
+}
+
+function listen() {
+  for (const button of document.querySelectorAll(".kinds button")) {
+    button.onclick = () => {
+      document.querySelectorAll(".kinds button").forEach((b) => b.setAttribute("aria-pressed", b === button));
+      filter();
+    };
+  }
+  find("search").oninput = filter;
+  find("order").onchange = sort;
+  cards.forEach((card) => { const button = card.querySelector("button"); if (button) button.onclick = () => open(card); });
+  find("close").onclick = () => dialog.close();
+  find("earlier").onclick = () => beside(-1);
+  find("later").onclick = () => beside(1);
+  dialog.onclose = () => {
+    dialog.querySelector("iframe")?.remove();
+    history.replaceState(null, "", location.pathname + location.search);
+    opened?.querySelector("button")?.focus();
+    opened = null;
+  };
+}
+
+(async () => {
+  try {
+    pictures = JSON.parse(await unpacked("pictures"));
+    shared = JSON.parse(await unpacked("shared"));
+    const seen = new IntersectionObserver((entries) => {
+      for (const { target, isIntersecting } of entries) {
+        if (!isIntersecting) continue;
+        seen.unobserve(target);
+        draw(target.querySelector("canvas"), pictures[target.dataset.number]);
+      }
+    }, { rootMargin: "400px" });
+    cards.forEach((card) => seen.observe(card));
+    listen();
+    filter();
+    const asked = cards.find((card) => location.hash === `#${card.dataset.number}` && card.querySelector("button"));
+    if (asked) open(asked);
+    window.ready = true;
+  } catch (error) {
+    find("error").hidden = false;
+    find("error").textContent = `This page needs a browser of 2023 or later: ${error.message}`;
+    throw error;
+  }
+})();

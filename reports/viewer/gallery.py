@@ -1,0 +1,50 @@
+"""The page that shows many layouts as cards with pictures, each of which opens its player.
+
+It is one HTML file that needs nothing else. What all players share stands in it once: a card has a
+page with marks in the places of the shared texts, and the browser fills it in when the card is
+opened. Pictures are drawn by the browser when a card comes into sight.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from steadyload.reports.viewer.page import packed, rendered, shared_texts, template_text
+from steadyload.reports.viewer.records import Card, Gallery
+
+MARKS = {name: f"<!--{name}-->" for name in ("style", "script", "library")}
+"""Marks of the shared texts; escaped names cannot hold one."""
+
+_PER_CM = 10
+"""Pictures are drawn to the millimetre."""
+
+
+def gallery_html(gallery: Gallery) -> str:
+    """The page as text; the same gallery gives the same text.
+
+    Raises:
+        ThreeJsError: see :func:`steadyload.reports.viewer.three_js.three_js`.
+    """
+    kinds = Counter(card.kind for card in gallery.cards)
+    return rendered(
+        "gallery.html.j2",
+        gallery=gallery,
+        counts={kind: kinds[kind] for kind in gallery.kinds if kinds[kind]},
+        style=template_text("gallery.css"),
+        script=template_text("unpack.js") + "\n" + template_text("gallery.js"),
+        shared=packed(json.dumps({"marks": MARKS, "texts": shared_texts()})),
+        pictures=packed(json.dumps([_picture(c) for c in gallery.cards], separators=(",", ":"))),
+        players=[packed(card.player) if card.player else "" for card in gallery.cards],
+    )
+
+
+def _picture(card: Card) -> dict[str, Any]:
+    return {
+        "pallet": [round(_PER_CM * side) for side in card.pallet],
+        "boxes": np.rint(_PER_CM * card.boxes).astype(int).ravel().tolist(),
+        "marked": card.marked,
+    }

@@ -1,0 +1,135 @@
+"""The page of a check in a real browser: cards, pictures, filters, and the player of each."""
+
+import re
+
+import pytest
+
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.formats import Format, write_layouts
+from steadyload.runs.scoring import read_entries
+from steadyload.studies.checked_page import write_checked
+from steadyload.studies.checking import Answer, check_all
+
+PALLET = Pallet(100, 60, 100)
+
+
+def column(name, *shifts):
+    """Boxes of 10 cm above each other, shifted along x [cm]."""
+    return Layout(
+        name,
+        PALLET,
+        tuple(Item(n, (40.0 + x, 10.0 * n, 40.0), (10, 10, 10), 1.0) for n, x in enumerate(shifts)),
+    )
+
+
+LAYOUTS = [
+    column("stands", 0.0, 3.0, 0.0),
+    column("</script><b>falls</b><!--style-->", 0.0, 3.0, 9.0, 9.0),
+    column("also stands", 0.0, 1.0),
+]
+
+
+@pytest.fixture(scope="module")
+def checked(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("check")
+    file = folder / "pallets.json"
+    write_layouts(file, LAYOUTS, Format.NATIVE)
+    header = (
+        "layout,pallet_width,pallet_height,pallet_depth,sequence,x,y,z,width,height,depth,weight"
+    )
+    (folder / "bad.csv").write_text(f"{header}\nbad,100,60,100,0,0,0,0,10,-1,10,1\n")
+    entries = read_entries((file, folder / "bad.csv"))
+    found = check_all(entries, workers=0)
+    assert [one.answer for one in found] == [
+        Answer.STANDS, Answer.FAILS, Answer.STANDS, Answer.BAD_INPUT,
+    ]  # fmt: skip
+    return write_checked(entries, found, folder / "out", workers=0)
+
+
+@pytest.fixture
+def page(browser, checked):
+    browser.errors.clear()
+    browser.requests.clear()
+    browser("Emulation.setDeviceMetricsOverride", width=1000, height=700, deviceScaleFactor=1,
+            mobile=False)  # fmt: skip
+    browser("Page.navigate", url=checked.resolve().as_uri())
+    waits(browser, "window.ready === true")
+    yield browser
+    assert not browser.errors
+    assert all(url.startswith(("file:", "data:", "blob:", "about:")) for url in browser.requests)
+
+
+def waits(browser, condition):
+    """Wait until a condition holds in the page."""
+    said = browser.value(
+        f"new Promise(r => {{let n = 0; const t = () => ({condition}) ? r('') : ++n > 500 ? "
+        "r('it never held') : setTimeout(t, 20); t();})"
+    )
+    assert said == "", condition
+
+
+def names(browser):
+    return browser.value(
+        "[...document.querySelectorAll('#cards li:not([hidden]) .name')].map(n => n.textContent)"
+    )
+
+
+def test_a_card_for_every_pallet_with_its_answer(page):
+    assert names(page) == [*(layout.name for layout in LAYOUTS), "bad"]
+    text = page.value("document.body.innerText")
+    assert "4 pallets: 2 stand, 1 fail, 1 bad input." in text
+    assert re.search(r"fails at step 2: item 2 tips forward|fails at step 2: item 2", text)
+    assert "height" in page.value("document.querySelector('.bad-input.card').textContent")
+
+
+def test_pictures_are_drawn_and_the_failing_box_is_red(page):
+    waits(page, "document.querySelector('.fails canvas').getContext('2d')"
+          ".getImageData(0, 0, 440, 330).data.some(v => v > 0)")  # fmt: skip
+    red = (
+        "(() => {{const d = document.querySelector('{} canvas').getContext('2d').getImageData("
+        "0, 0, 440, 330).data; let n = 0; for (let k = 0; k < d.length; k += 4) "
+        "n += d[k] > 150 && d[k + 1] < 60 && d[k + 2] < 60; return n;}})()"
+    )
+    assert page.value(red.format(".card.fails")) > 500
+    assert page.value(red.format(".card.stands")) == 0
+
+
+def test_it_filters_by_answer_and_by_words_and_sorts(page):
+    page.value("document.querySelector('[data-kind=stands]').click()")
+    assert names(page) == ["stands", "also stands"]
+    page.value("search.value = 'ALSO'; search.oninput()")
+    assert names(page) == ["also stands"]
+    assert page.value("shown.textContent") == "1 of 4 shown"
+    page.value("document.querySelector('[data-kind=fails]').click()")
+    assert names(page) == []
+    assert page.value("none.hidden") is False
+    page.value("search.value = ''; document.querySelector('[data-kind=\"\"]').click()")
+    page.value("order.value = 'kind'; order.onchange()")
+    assert names(page)[:2] == [LAYOUTS[1].name, "bad"]
+
+
+def test_a_card_opens_the_player_of_its_loading(page):
+    page.value("document.querySelector('button.card.fails').click()")
+    frame = "document.querySelector('dialog iframe')"
+    waits(page, f"{frame}?.contentWindow.player?.frames > 1")
+    inside = f"{frame}.contentWindow"
+    assert page.value(f"{inside}.document.querySelector('h1').textContent") == LAYOUTS[1].name
+    assert page.value(f"{inside}.player.data.loadings[0].failing") == 2
+    assert page.value(f"{inside}.player.data.loadings[0].steps[2].times.length") > 10
+    assert "cascade@mujoco" in page.value(f"{inside}.document.querySelector('h2').textContent")
+    assert page.value(f"{inside}.document.querySelector('.now.bad').textContent")
+    page.value("later.click()")
+    waits(page, f"{inside}?.player?.data.items.length === 2")
+    assert page.value(f"{inside}.player.data.loadings[0].simulates") is False
+    page.value("document.getElementById('close').click()")
+    waits(page, "!dialog.open && !document.querySelector('iframe')")
+
+
+def test_an_address_opens_its_pallet(page, checked):
+    page("Page.navigate", url="about:blank")
+    page("Page.navigate", url=checked.resolve().as_uri() + "#1")
+    waits(page, "document.querySelector('dialog iframe')?.contentWindow.player?.frames > 1")
+
+
+def test_a_bad_pallet_cannot_be_played(page):
+    assert page.value("document.querySelector('.bad-input.card').tagName") == "DIV"
