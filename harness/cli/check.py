@@ -16,7 +16,7 @@ from steadyload.cli.flags import UsageError
 from steadyload.cli.reading import ReadingFlags
 from steadyload.cli.terminal import kept_status, print_table, progress_bar, say
 from steadyload.escaping import printable
-from steadyload.studies.options import REQUIRED, operand, option, positive_number
+from steadyload.studies.options import DEFAULT_METHOD, REQUIRED, operand, option, positive_number
 
 if TYPE_CHECKING:
     from steadyload.studies.checking import Check as Checked
@@ -41,8 +41,8 @@ class Check(ReadingFlags):
     """Files, and the method that answers."""
 
     files: tuple[Path, ...] = operand(REQUIRED, "layouts; - reads standard input", metavar="FILE")
-    method: str | None = option(
-        None, "default: cascade@mujoco:question=stands", names=("--method", "-m"), metavar="SPEC"
+    method: str = option(
+        DEFAULT_METHOD, f"default: {DEFAULT_METHOD}", names=("--method", "-m"), metavar="SPEC"
     )
     limit: int | None = option(None, "only the first N layouts", least=1)
     timeout: float | None = option(
@@ -74,9 +74,9 @@ class Check(ReadingFlags):
         from steadyload.runs.pool import all_cores
         from steadyload.runs.scoring import read_entries
         from steadyload.studies.able import asked_question
-        from steadyload.studies.checking import METHOD, Answer, check_all
+        from steadyload.studies.checking import Answer, check_all
 
-        method = self.method or METHOD
+        method = self.method
         entries = read_entries(self.files, limit=self.limit, **self.reading())
         if asked_question(method) is Question.WITHIN:
             say(f"{method} looks at the first 0.3 s of a placement; question=stands at all of it")

@@ -11,7 +11,14 @@ from typing import TYPE_CHECKING, Any
 from steadyload.cli.flags import UsageError
 from steadyload.cli.reading import SOME_REFUSED, ReadingFlags, Strict
 from steadyload.cli.terminal import print_table, progress_bar, say
-from steadyload.studies.options import REQUIRED, methods_option, operand, option, positive_number
+from steadyload.studies.options import (
+    DEFAULT_METHOD,
+    REQUIRED,
+    methods_option,
+    operand,
+    option,
+    positive_number,
+)
 
 if TYPE_CHECKING:
     from steadyload.layouts.refusals import Refusals
@@ -23,7 +30,7 @@ class Score(Strict, ReadingFlags):
 
     files: tuple[Path, ...] = operand(REQUIRED, "layouts; - reads standard input", metavar="FILE")
     methods: tuple[str, ...] = methods_option(
-        "for example sme, pbs:alpha=0.7, ps3@mujoco; may be repeated (default: sme)"
+        f"for example sme, pbs:alpha=0.7, ps3@mujoco; may be repeated (default: {DEFAULT_METHOD})"
     )
     scenario: str | None = option(
         None, "draw centres of mass (default: as in the file)",
@@ -69,7 +76,7 @@ class Score(Strict, ReadingFlags):
         with progress_bar("judging") as advance:
             records = score_layouts(
                 self.files,
-                self.methods or ["sme"],
+                self.methods or [DEFAULT_METHOD],
                 scenario=Scenario(self.scenario) if self.scenario else None,
                 seed=self.seed,
                 max_items=self.max_items,

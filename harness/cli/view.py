@@ -7,7 +7,7 @@ from pathlib import Path
 
 from steadyload.cli.reading import ReadingFlags
 from steadyload.cli.terminal import status_line
-from steadyload.studies.options import REQUIRED, operand, option
+from steadyload.studies.options import DEFAULT_METHOD, REQUIRED, operand, option
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,7 +17,7 @@ class View(ReadingFlags):
     file: Path = operand(REQUIRED, "layouts; - reads standard input", metavar="FILE")
     layout: str | None = option(None, "which one of a file of several")
     method: str = option(
-        "ps3@mujoco", "default: ps3@mujoco", names=("--method", "-m"), metavar="SPEC"
+        DEFAULT_METHOD, f"default: {DEFAULT_METHOD}", names=("--method", "-m"), metavar="SPEC"
     )
     beside: str | None = option(None, "another method, played side by side", metavar="SPEC")
     output: Path = option(

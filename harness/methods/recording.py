@@ -16,6 +16,7 @@ from steadyload.engines.world import EngineError, FixedStepWorld, FloatArray, Po
 from steadyload.errors import UserError
 from steadyload.layouts.model import Layout
 from steadyload.layouts.naming import with_ids
+from steadyload.methods.cascade import Cascade
 from steadyload.methods.criteria import Indices, Movement
 from steadyload.methods.loading import Loading
 from steadyload.methods.method import Finding, Method, Status, Stopwatch, Verdict
@@ -80,7 +81,8 @@ def record_loading(layout: Layout, method: Method) -> Recording:
 
     Args:
         layout: any layout.
-        method: any method; one that simulates nothing has no steps.
+        method: any method. Of a cascade the failing step alone is recorded; a method that
+            simulates nothing has no steps.
 
     Raises:
         RecordingError: the method refuses the layout, or the engine failed elsewhere the second
@@ -91,7 +93,10 @@ def record_loading(layout: Layout, method: Method) -> Recording:
         reason = with_ids(verdict.reason, layout.items)
         raise RecordingError(f"{method.spec} refuses layout {layout.name!r}: {reason}")
     if not isinstance(method, Simulation):
-        return record_plan(layout, str(method.spec), verdict)
+        shown_by = simulation_of(method)
+        if shown_by is None or verdict.failing_step is None:
+            return record_plan(layout, str(method.spec), verdict)
+        return record_failure(layout, str(method.spec), verdict, shown_by)
     sizes = layout.upper - layout.lower
     assert method.spec.engine is not None, "a simulation has an engine"
     run = _RecordedLoading(layout, method.spec.engine, method.parameters, Stopwatch())
@@ -107,6 +112,16 @@ def record_loading(layout: Layout, method: Method) -> Recording:
     return Recording(
         str(method.spec), verdict, run.planned.centres, sizes, True, run.steps(), run.reseats
     )
+
+
+def simulation_of(method: Method) -> Simulation | None:
+    """The simulation that can show a single step of a method: itself, or the last stage of a
+    cascade; None where there is none that begins a step with the items as planned.
+    """
+    last = method.stage_methods[-1] if isinstance(method, Cascade) else method
+    if not isinstance(last, Simulation):
+        return None
+    return last if last.parameters.between_steps is BetweenSteps.RESEAT else None
 
 
 def record_plan(layout: Layout, method: str, verdict: Verdict) -> Recording:
@@ -130,18 +145,13 @@ def record_failure(
         layout: what was judged.
         method: spec of the method that judged it.
         verdict: of the method, with a failing step.
-        shown_by: simulates that step alone, with all items before it as planned.
+        shown_by: simulates that step alone; see :func:`simulation_of`.
 
     Returns:
         The recording; one without motion where that simulation lets the step stand, or breaks.
-
-    Raises:
-        RecordingError: the simulation carries its state over from step to step.
     """
     step = verdict.failing_step
     assert step is not None, "the load fails"
-    if shown_by.parameters.between_steps is not BetweenSteps.RESEAT:
-        raise RecordingError(f"{shown_by.spec} does not begin a step with the items as planned")
     run = _RecordedLoading(layout, shown_by.engine, shown_by.parameters, Stopwatch())
     try:
         finding = run.place(step)

@@ -12,11 +12,14 @@ from steadyload.atomic import write_atomically
 from steadyload.engines.errors import EngineNotInstalledError
 from steadyload.layouts.model import Layout
 from steadyload.layouts.record import Refused
-from steadyload.methods.method import Method, Verdict
-from steadyload.methods.recording import Recording, record_failure, record_plan
+from steadyload.methods.method import Verdict
+from steadyload.methods.recording import (
+    Recording,
+    record_failure,
+    record_plan,
+    simulation_of,
+)
 from steadyload.methods.registry import make_method
-from steadyload.methods.simulation import Simulation
-from steadyload.methods.simulation_parameters import BetweenSteps
 from steadyload.reports.viewer.gallery import MARKS, gallery_html
 from steadyload.reports.viewer.page import player_html
 from steadyload.reports.viewer.records import Card, Gallery
@@ -28,8 +31,7 @@ from steadyload.studies.viewing import view_of
 PAGE = "index.html"
 
 PLAYED = "ps_opt@mujoco:question=stands"
-"""The simulation that shows the fall where the method that answered cannot: a cheap one moves
-nothing, and a cascade is no simulation of one engine and tuning."""
+"""The simulation that shows the fall where the method that answered moves nothing."""
 
 _PATIENCE = 60.0
 """Wall seconds that a simulation may take for a player; then the plan is shown."""
@@ -99,8 +101,9 @@ def _gallery(cards: Sequence[Card]) -> Gallery:
             "too far is red. Colours are the order of loading. Seen from the side of high x and z.",
             "Sure: the share of labelled cases of about so many boxes on which the method names "
             "the failing step.",
-            f"Falls are simulated from the plan by the method that answered, or by {PLAYED} where "
-            "that one is no simulation; a load that it lets stand is shown as planned.",
+            "A fall is simulated from the plan by the method that answered, or the last stage of "
+            f"a cascade, or {PLAYED} where neither simulates; where it lets the load stand, the "
+            "plan is shown.",
         ),
         manifest=provenance_lines(),
     )
@@ -131,18 +134,13 @@ def _recorded(unit: _Unit) -> Recording:
     layout, check = unit.layout, unit.check
     if check.answer is not Answer.FAILS or check.verdict is None:
         return _plan(unit)
-    own = make_method(check.method)
-    shown_by = own if _reseats(own) else make_method(PLAYED)
-    assert isinstance(shown_by, Simulation)
     try:
+        shown_by = simulation_of(make_method(check.method)) or simulation_of(make_method(PLAYED))
+        assert shown_by is not None, "the method that plays is a simulation"
         shown_by.prepare(len(layout))
     except EngineNotInstalledError:
         return _plan(unit)
     return record_failure(layout, check.method, check.verdict, shown_by)
-
-
-def _reseats(method: Method) -> bool:
-    return isinstance(method, Simulation) and method.parameters.between_steps is BetweenSteps.RESEAT
 
 
 def _plan(unit: _Unit) -> Recording:

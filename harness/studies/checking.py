@@ -19,12 +19,9 @@ from steadyload.methods.registry import make_method
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.able import asked_question
+from steadyload.studies.options import DEFAULT_METHOD
 from steadyload.studies.recommend.front import Front, FrontError, front_for
 from steadyload.studies.recommend.kept import load_fronts
-
-METHOD = "cascade@mujoco:question=stands"
-"""The method that answers unless another is named: on layouts of real size it is the most accurate
-of those that take milliseconds (page ``real``)."""
 
 TIPPING = 5.0
 """Angle [degrees] from which on a moved box is said to tip."""
@@ -164,7 +161,7 @@ class Check:
         }
 
 
-def check(layout: Layout, method: str = METHOD, *, timeout: float | None = None) -> Check:
+def check(layout: Layout, method: str = DEFAULT_METHOD, *, timeout: float | None = None) -> Check:
     """Whether a load stands while it is loaded, box by box.
 
     Args:
@@ -201,7 +198,7 @@ def check(layout: Layout, method: str = METHOD, *, timeout: float | None = None)
 
 def check_all(
     entries: Sequence[tuple[str, Layout | Refused]],
-    method: str = METHOD,
+    method: str = DEFAULT_METHOD,
     *,
     timeout: float | None = None,
     workers: int = 1,

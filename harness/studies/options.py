@@ -15,6 +15,10 @@ NAMES, METAVAR, READ, OPERAND, FEWEST, BARE = (
 )  # fmt: skip
 """Keys of a field's metadata, beside those of :func:`steadyload.engines.quantities.quantity`."""
 
+DEFAULT_METHOD = "cascade@mujoco:question=stands"
+"""The method that judges unless another is named: on layouts of real size it is the most accurate
+of those that take milliseconds (page ``real``)."""
+
 
 def option(
     default: Any,

@@ -23,13 +23,18 @@ from steadyload.reports.viewer.records import (
     ViewedStep,
 )
 from steadyload.runs.provenance import provenance_lines
+from steadyload.studies.options import DEFAULT_METHOD
 
 
 class ViewError(UserError):
     """A missing layout, or no name where a file holds several."""
 
 
-def write_view(layout: Layout, methods: Sequence[str], output: str | Path) -> Path:
+def write_view(
+    layout: Layout,
+    methods: Sequence[str] = (DEFAULT_METHOD,),
+    output: str | Path = "view.html",
+) -> Path:
     """Judge a layout, and write one HTML page that plays its loading; returns the page's path.
 
     Args:

@@ -16,8 +16,9 @@ from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.methods.registry import make_method
 from steadyload.runs.scoring import read_entries
 from steadyload.studies import checking, demo
-from steadyload.studies.checking import METHOD, check_all, leaning, reliability
+from steadyload.studies.checking import check_all, leaning, reliability
 from steadyload.studies.demo import demo_pallets
+from steadyload.studies.options import DEFAULT_METHOD
 from steadyload.studies.recommend.kept import load_fronts
 
 PALLET = Pallet(120, 150, 80)
@@ -65,14 +66,14 @@ def test_a_row_a_pallet_and_counts_that_fit_eighty_columns(run):
     assert first.split() == ["stands", "2", "98", "%", "stands"]
     assert "fails at step 1: SKU-2002 leans right" in second
     assert third.startswith("a name that is fa...")
-    assert last == f"3 pallets: 1 stand, 2 fail ({METHOD})"
+    assert last == f"3 pallets: 1 stand, 2 fail ({DEFAULT_METHOD})"
     assert max(map(len, out.splitlines())) <= 80
 
 
 def test_answers_are_those_of_the_method_and_of_score(run, tmp_path, capsys):
     _, out, _ = run([STANDING, FALLING], "--json")
     told = json.loads(out)
-    assert main(["score", str(tmp_path / "pallets.json"), "-m", METHOD, "--json"]) == 0
+    assert main(["score", str(tmp_path / "pallets.json"), "-m", DEFAULT_METHOD, "--json"]) == 0
     scored = json.loads(capsys.readouterr().out)
     for mine, theirs in zip(told, scored, strict=True):
         assert mine["score"] == theirs["score"]
@@ -208,7 +209,7 @@ def test_a_box_leans_to_where_its_centre_of_mass_lies(shift, offset, side):
 
 
 def test_reliability_is_what_was_measured_on_layouts_of_the_size():
-    spec = str(make_method(METHOD).spec)
+    spec = str(make_method(DEFAULT_METHOD).spec)
     for boxes in (2, 30, 50):
         found = reliability(spec, boxes)
         [front] = [
@@ -228,7 +229,7 @@ def test_reliability_is_what_was_measured_on_layouts_of_the_size():
 def test_in_python_an_answer_prints_in_one_line():
     told = str(sl.check(FALLING))
     assert told.startswith("falls (2 boxes): fails at step 1: SKU-2002 leans right [")
-    assert METHOD in told
+    assert DEFAULT_METHOD in told
     assert "\n" not in told
     assert sl.check(STANDING).stands
     simulated = sl.check(FALLING, "ps_opt@mujoco:question=stands")
@@ -247,7 +248,9 @@ def test_a_page_of_all_pallets_is_written_beside_the_rows(run, tmp_path):
     assert f"page: {tmp_path / 'out' / 'index.html'}" in err
     page = (tmp_path / "out" / "index.html").read_text()
     assert "2 pallets: 1 stand, 1 fail." in page
-    assert [name in page for name in ("fails at step 1: SKU-2002", "player-0", "player-1")] == [True] * 3
+    assert [name in page for name in ("fails at step 1: SKU-2002", "player-0", "player-1")] == [
+        True
+    ] * 3
 
 
 def test_the_demo_checks_pallets_of_which_half_are_labelled_as_standing(

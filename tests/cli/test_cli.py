@@ -169,7 +169,7 @@ def test_the_deck_is_an_option_of_commands_that_read_layouts(steadyload, tmp_pat
 
 
 def test_scores_for_people(steadyload, layout_file):
-    done = steadyload("score", layout_file, cwd=layout_file.parent)
+    done = steadyload("score", layout_file, "-m", "sme", cwd=layout_file.parent)
     header, first, second = done.stdout.splitlines()
     assert header.split()[:3] == ["layout", "method", "items"]
     assert first.split()[:4] == ["stands", "sme", "3", "1.000"]

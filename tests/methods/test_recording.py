@@ -6,8 +6,13 @@ import pytest
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods.criteria import Criterion
-from steadyload.methods.method import Status
-from steadyload.methods.recording import RecordingError, record_loading
+from steadyload.methods.method import Status, Verdict
+from steadyload.methods.recording import (
+    RecordingError,
+    record_failure,
+    record_loading,
+    simulation_of,
+)
 from steadyload.methods.registry import make_method
 
 SPECS = [
@@ -115,3 +120,46 @@ def test_a_state_that_is_not_finite_is_not_shown(monkeypatch, stack):
     seen = record(stack(0.0, 1.0), "label@mujoco")
     assert seen.verdict.status is Status.DIVERGED
     assert [len(step.times) > 0 for step in seen.steps] == [True, False]
+
+
+def test_of_a_cascade_the_failing_step_is_shown_by_its_last_stage():
+    cascade = make_method("cascade@mujoco:question=stands")
+    layout = Layout(
+        "falls",
+        Pallet(100, 60, 100),
+        tuple(
+            Item(n, (40.0 + x, 10.0 * n, 40.0), (10, 10, 10), 1.0)
+            for n, x in enumerate((0, 3, 9, 9))
+        ),
+    )
+    found = record_loading(layout, cascade)
+    assert found.method == "cascade@mujoco:question=stands"
+    assert found.verdict.failing_step == 2
+    assert found.simulates
+    assert [len(step.times) > 0 for step in found.steps] == [False, False, True]
+    # Its movement at the verdict is that of the simulation by itself.
+    alone = record_loading(layout, cascade.stage_methods[-1])
+    assert alone.verdict.failing_step == 2
+    assert np.array_equal(found.steps[2].poses.centres, alone.steps[2].poses.centres)
+
+
+def test_a_failure_that_the_simulation_does_not_see_is_shown_as_planned():
+    layout = Layout(
+        "stands", Pallet(100, 60, 100), (Item(0, (40.0, 0.0, 40.0), (10, 10, 10), 1.0),)
+    )
+    said = Verdict(1, failing_step=0)
+    shown_by = simulation_of(make_method("ps_opt@mujoco:question=stands"))
+    found = record_failure(layout, "sme", said, shown_by)
+    assert not found.simulates
+    assert found.steps == ()
+
+
+@pytest.mark.parametrize(("spec", "shown"), [
+    ("sme", None),
+    ("ps3@mujoco:between_steps=carry", None),
+    ("ps_opt@mujoco", "ps_opt@mujoco"),
+    ("cascade@mujoco", "ps_opt@mujoco"),
+])  # fmt: skip
+def test_only_what_begins_a_step_as_planned_shows_one(spec, shown):
+    found = simulation_of(make_method(spec))
+    assert (None if found is None else str(found.spec)) == shown
