@@ -151,11 +151,16 @@ def _counts(found: Sequence[Checked]) -> str:
     return f"{pallets}: {', '.join(told)}{method}"
 
 
+def _cell(text: str) -> str:
+    """A text that no spreadsheet takes for a formula."""
+    return "'" * text.startswith(("=", "+", "-", "@")) + printable(text)
+
+
 def _as_csv(found: Sequence[Checked]) -> str:
     text = io.StringIO()
     records = [
-        {key: printable(v) if isinstance(v, str) else v for key, v in one.to_dict().items()}
-        for one in found
+        {key: _cell(value) if isinstance(value, str) else value for key, value in fields.items()}
+        for fields in (one.to_dict() for one in found)
     ]
     if records:
         writer = csv.DictWriter(text, list(records[0]), lineterminator="\n")

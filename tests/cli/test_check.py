@@ -266,3 +266,10 @@ def test_the_demo_checks_pallets_of_which_half_are_labelled_as_standing(
     labels = load_benchmark(REAL).stands.set_index(["layout", "scenario"])["failing_step"]
     assert [labels.isna()[layout.name, "S1"] for layout in pallets].count(True) == 2
     assert main(["check", "demo/pallets.json", "--fail-on", "nothing"]) == 0
+
+
+@pytest.mark.parametrize("name", ["=1+1", "+1", "-1", "@SUM(A1)", "plain - name"])
+def test_no_name_is_a_formula_in_a_spreadsheet(run, name):
+    _, out, _ = run([stack(name, (5.0, 0.0))], "--csv")
+    [record] = csv.DictReader(io.StringIO(out))
+    assert record["layout"] == (name if name[0] == "p" else f"'{name}")
