@@ -198,3 +198,28 @@ def test_every_control_has_a_name_and_can_be_reached(browser, alone):
 def test_the_same_view_gives_the_same_page_and_a_small_one(alone):
     assert alone.stat().st_size < 400_000
     assert len(three_js.three_js()) > 500_000
+
+
+def test_dots_do_not_show_through_and_the_pointer_names_an_item(browser, tmp_path):
+    spots = [(x, y, z) for y in (0.0, 20.0) for x in (30.0, 50.0) for z in (10.0, 30.0)]
+    items = [
+        Item(n, spot, (20, 20, 20), 2.5, mass_offset=(1.5, 0.0, -2.0))
+        for n, spot in enumerate(spots)
+    ]
+    page = write_view(
+        Layout("cube", Pallet(100, 60, 100), tuple(items)), ["sme"], tmp_path / "view.html"
+    )
+    browser.open(page)
+    assert shown(browser) == 8
+    dots = browser.value(f"{BOXES.format(0)}.map(b => b.mass.visible)")
+    assert (dots[0], dots[7]) == (False, True)  # seen from high x, y and z
+    browser.value(
+        "(() => { const { stage, tip } = player.panes[0], a = stage.canvas.getBoundingClientRect();"
+        " const p = stage.boxes[7].position.clone().project(stage.camera);"
+        " player.point({ clientX: a.left + a.width * (1 + p.x) / 2,"
+        " clientY: a.top + a.height * (1 - p.y) / 2 }, stage, tip); })()"
+    )
+    assert browser.value("player.panes[0].tip.textContent") == (
+        "item 7: 20 × 20 × 20 cm, 2.5 kg, centre of mass +1.5 cm in x, −2 cm in z"
+    )
+    assert browser.errors == []

@@ -139,7 +139,7 @@ class Stage {
     const edges = new THREE.LineSegments(new THREE.EdgesGeometry(shape),
       new THREE.LineBasicMaterial({ color: "#10151f", transparent: true, opacity: 0.6 }));
     const label = numberOn(item.size, String(n), 0.09 * Math.hypot(...this.data.pallet));
-    // Drawn over everything: a centre of mass lies inside its box.
+    // Drawn over its own box, in which a centre of mass lies; hidden behind others, see draw.
     const mass = new THREE.Sprite(new THREE.SpriteMaterial({ map: dot, depthTest: false, sizeAttenuation: false }));
     mass.scale.setScalar(0.011);
     mass.position.set(...item.offset);
@@ -231,10 +231,19 @@ class Stage {
       view.target.y + Math.sin(view.pitch) * view.distance / Math.min(1, this.camera.aspect),
       view.target.z + flat * Math.cos(view.yaw));
     this.camera.lookAt(view.target);
+    this.scene.updateMatrixWorld();
+    const bodies = this.boxes.filter((box) => box.visible).map((box) => box.body);
     for (const box of this.boxes) {
       box.label.visible = numbers;
-      box.mass.visible = masses;
+      box.mass.visible = masses && box.visible && this.isFirst(box, bodies);
     }
     this.renderer.render(this.scene, this.camera);
+  }
+
+  // Whether no other box lies between the camera and the centre of mass of a box.
+  isFirst(box, bodies) {
+    const from = this.camera.position, way = box.mass.getWorldPosition(new THREE.Vector3()).sub(from).normalize();
+    const hit = new THREE.Raycaster(from, way).intersectObjects(bodies, false)[0];
+    return !hit || hit.object.parent === box;
   }
 }
