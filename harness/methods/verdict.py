@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,6 +99,35 @@ class Verdict:
         if self.status is not Status.DONE:
             return None
         return 1.0 if self.failing_step is None else self.failing_step / self.item_count
+
+    def to_dict(self) -> dict[str, Any]:
+        """The verdict as values that JSON can hold, with units in the names."""
+        return {
+            "items": self.item_count,
+            "status": str(self.status),
+            "score": self.score,
+            "failing_step": self.failing_step,
+            "moved_step": self.moved_item,
+            "displacement_cm": self.displacement,
+            "rotation_deg": self.rotation,
+            "reason": self.reason,
+            "ignored": list(self.ignored),
+            "emulated": list(self.emulated),
+            "cpu_seconds": self.cpu.total,
+            "wall_seconds": self.wall.total,
+        }
+
+    def __str__(self) -> str:
+        """One line: "fails at step 5 of 20 (score 0.25): item 4 moved 13.1 cm, 12.0 degrees"."""
+        if self.status is not Status.DONE:
+            return f"no verdict, {self.status}" + (f": {self.reason}" if self.reason else "")
+        if self.failing_step is None:
+            return f"stable, all {self.item_count} items placed (score 1)"
+        said = f"fails at step {self.failing_step} of {self.item_count} (score {self.score:.3g})"
+        if self.moved_item is None or self.displacement is None:
+            return said + (f": {self.reason}" if self.reason else "")
+        turned = "" if self.rotation is None else f", {self.rotation:.1f} degrees"
+        return f"{said}: item {self.moved_item} moved {self.displacement:.1f} cm{turned}"
 
 
 @dataclass(frozen=True, slots=True)

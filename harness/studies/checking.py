@@ -137,27 +137,28 @@ class Check:
 
     def to_dict(self) -> dict[str, Any]:
         """The answer as values that JSON can hold, with units in the names."""
-        said, sure = self.verdict, self.reliability
+        sure = self.reliability
+        of_verdict = (self.verdict.to_dict() if self.verdict is not None else {}).get
         return {
             "layout": self.layout,
             "file": self.file,
             "items": self.items,
             "method": self.method,
             "answer": str(self.answer),
-            "score": None if said is None else said.score,
-            "failing_step": None if said is None else said.failing_step,
+            "score": of_verdict("score"),
+            "failing_step": of_verdict("failing_step"),
             "failing_box": self.failing_box,
-            "moved_step": None if said is None else said.moved_item,
+            "moved_step": of_verdict("moved_step"),
             "moved_box": self.moved_box,
-            "displacement_cm": None if said is None else said.displacement,
-            "rotation_deg": None if said is None else said.rotation,
+            "displacement_cm": of_verdict("displacement_cm"),
+            "rotation_deg": of_verdict("rotation_deg"),
             "side": self.side,
             "reason": self.reason,
             "reliability": None if sure is None else sure.accuracy.value,
             "reliability_low": None if sure is None else sure.accuracy.low,
             "reliability_high": None if sure is None else sure.accuracy.high,
             "reliability_cases": None if sure is None else sure.cases,
-            "cpu_seconds": None if said is None else said.cpu.total,
+            "cpu_seconds": of_verdict("cpu_seconds"),
         }
 
 

@@ -82,8 +82,9 @@ def test_a_profile_and_flags_say_the_same(folder, capsys):
     assert "box SKU-2002 (step 1): 46.7% of its base is supported" in table
     flags = ["--units", "mm", "--weight", "g", "--up", "z", "--positions", "centre",
              "--columns", COLUMNS[0], "--columns", COLUMNS[1]]  # fmt: skip
-    _, out, _ = run(capsys, "score", "wms.csv", "--json", *flags)
-    _, same, _ = run(capsys, "score", "wms.csv", "--json", "--profile", "wms.toml")
+    _, out, _ = run(capsys, "score", "wms.csv", "--json", "-m", "sme", *flags)
+    profile = ["--profile", "wms.toml"]
+    _, same, _ = run(capsys, "score", "wms.csv", "--json", "-m", "sme", *profile)
     records, others = ([{**r, "seconds": 0, "cpu_seconds": 0} for r in json.loads(t)]
                        for t in (out, same))  # fmt: skip
     assert records == others
