@@ -83,10 +83,18 @@ def _leave(*signalled: Any) -> None:  # noqa: ARG001 - a handler is given the si
 
 
 def _unraisable(found: Any) -> None:
-    """Hook for exceptions that Python cannot raise, as in a destructor: it goes on after them."""
-    if issubclass(found.exc_type, KeyboardInterrupt):
+    """Hook for exceptions that Python cannot raise, as in a destructor: it goes on after them.
+
+    An interrupt that came there comes again a moment later, so that the command still cleans up.
+    """
+    if not issubclass(found.exc_type, KeyboardInterrupt):
+        sys.__unraisablehook__(found)
+    elif hasattr(signal, "setitimer"):
+        signal.signal(signal.SIGINT, _raise)
+        signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGINT))
+        signal.setitimer(signal.ITIMER_REAL, 0.01)
+    else:
         _leave()
-    sys.__unraisablehook__(found)
 
 
 def _keep_status() -> None:
