@@ -51,7 +51,7 @@ class Epoch:
         loss: mean cross entropy of the epoch's steps.
         accuracy: share of the stopping layouts whose score is the label's.
         best: the best accuracy by now, and ``best_epoch`` when it was reached.
-        seconds: wall time of all epochs by now, over all runs.
+        seconds: time of all epochs by now, over all runs, as a budget counts it.
     """
 
     number: int
@@ -145,7 +145,9 @@ class Training:
         """Train to the last epoch, until nothing gets better, or until time is up.
 
         Args:
-            budget: no epoch is begun that would likely end after this, wall seconds over all runs.
+            budget: no epoch is begun that would likely end after this, seconds over all runs: of
+                CPU time a thread, which other work on the machine does not lengthen, or of wall
+                time beside a GPU.
             progress: called after every epoch.
         """
         if not self.finished:
@@ -154,10 +156,10 @@ class Training:
             spent = self._history[-1].seconds if self._history else 0.0
             if self._history and spent * (1.0 + 1.0 / len(self._history)) > budget:
                 break
-            start = time.perf_counter()
+            start = self._clock()
             loss = self._learn(len(self._history))
             found = self._accuracy()
-            self._end(loss, found, spent + time.perf_counter() - start)
+            self._end(loss, found, spent + self._clock() - start)
             progress(self._history[-1])
         return Trained(
             {name: value.cpu().numpy() for name, value in self._best.items()}, tuple(self._history)
@@ -169,6 +171,11 @@ class Training:
         done = len(self._history)
         waited = done - self._history[-1].best_epoch if done else 0
         return done >= self.options.epochs or waited >= self.options.patience
+
+    def _clock(self) -> float:
+        if self._device.type == "cpu":
+            return time.process_time() / torch.get_num_threads()
+        return time.perf_counter()
 
     def _load(self) -> None:
         """Put all data where they are used."""

@@ -21,7 +21,7 @@ class ReplicationConfig:
     )
     budget: float = option(
         8.0,
-        "hours of wall time of all trainings, one after the other (default: 8)",
+        "hours of CPU time of all trainings (default: 8)",
         unit="h",
         least=0.001,
     )

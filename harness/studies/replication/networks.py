@@ -131,7 +131,7 @@ class NetworkTraining(SinglePart):
         learnt: what it learns from.
         stopping: what says which epoch is best.
         work: folder of all trainings; that of this one is named by all it depends on.
-        budget: wall seconds, over all runs.
+        budget: seconds of CPU time, over all runs.
     """
 
     fold: Fold
@@ -169,7 +169,7 @@ def train_networks(
         material: all cases.
         wanted: folds and options of networks.
         work: folder of the trainings.
-        budget: wall seconds of every network, over all runs.
+        budget: seconds of CPU time of every network, over all runs.
         workers: processes that train; 0 trains in this one.
 
     Yields:

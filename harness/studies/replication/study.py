@@ -67,7 +67,7 @@ class ReplicationOptions:
         files: the data set.
         seed: of the splits.
         epochs: most epochs of a training.
-        budget: wall seconds of all trainings, one after the other; all have an equal share.
+        budget: seconds of CPU time of all trainings; all have an equal share.
         seeds: trainings of LSTM_1 a fold.
         ensemble: whether LSTM_e is trained.
         methods: specs that are judged; empty for those of the page.
