@@ -56,7 +56,7 @@ class TrainingJob:
         options: of every member; the seeds of the members are drawn from that of the options.
         members: networks.
         left_out: see :class:`steadyload.learners.options.TrainingPreset`.
-        budget: seconds over all members; :meth:`~steadyload.learners.training.Training.run` says of what.
+        budget: seconds over all members, see :meth:`.Training.run`.
         data: names and folders of labelled sets, see
             :func:`steadyload.learners.sequences.load_sequences`; of each its training part is
             taken.

@@ -97,7 +97,7 @@ class TrainingPreset:
         members: networks, each trained on its own.
         left_out: share of the item lists that every member leaves out of its training; it is
             stopped by them. 0: all are learnt from, and the validation part stops.
-        budget: seconds over all members; :meth:`~steadyload.learners.training.Training.run` says of what.
+        budget: seconds over all members, see :meth:`.Training.run`.
     """
 
     name: str
