@@ -27,6 +27,9 @@ from steadyload.tuning import TuningError
 DEFAULT = "extended"
 """The space that presets are tuned in."""
 
+PAPERS = "table3"
+"""The space of the parameters that the paper searched."""
+
 Genotype = tuple[int, ...]
 """For every gene of a space the place of its value among those it may have."""
 

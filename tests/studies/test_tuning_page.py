@@ -21,6 +21,8 @@ from steadyload.studies.tuning.summary import (
     GenerationRow,
     GeneRow,
     JudgedGenotype,
+    KnowledgeStep,
+    KnowledgeTable,
     PricePoint,
     SearchRow,
     SeedRow,
@@ -118,6 +120,20 @@ FULL = replace(
         )
     },
     tests=(held_against("bullet"), held_against("dart", accuracy=0.971)),
+    knowledge=(
+        KnowledgeTable(
+            "bullet",
+            "test",
+            tuple(
+                KnowledgeStep(title, outcome(title, "bullet", accuracy, 9.0), gain)
+                for title, accuracy, gain in (
+                    ("the paper's values", 0.88, None),
+                    ("the label's protocol", 0.97, about(0.09)),
+                    ("tuned", 0.98, about(0.01)),
+                )
+            ),
+        ),
+    ),
     seeds=tuple(
         SeedRow(
             "bullet", seed, 0.97, 0.985, outcome("Tuned", "bullet", accuracy, cpu),
@@ -137,6 +153,7 @@ FULL = replace(
 )  # fmt: skip
 HEADINGS = {
     "tests": ["What came out"],
+    "knowledge": ["What the protocol brings, and what the search brings"],
     "prices": ["The price of accuracy"],
     "parameters": ["What was searched and found"],
     "searches": ["The searches", "Genetic against multi-objective"],
@@ -284,6 +301,21 @@ def test_outcomes_have_the_numbers_of_their_records():
         "1.2 [0.7, 1.7]", "0.7 [0.2, 1.2]",
     ]  # fmt: skip
     assert cells(table, "Tuned @ dart")[1:4] == ["97.1 [96.6, 97.6]", "-", "5.20 [4.68, 5.72]"]
+
+
+def test_what_the_protocol_brings_is_told_apart_from_what_the_search_brings():
+    section = sections(FULL)["What the protocol brings, and what the search brings"]
+    assert (
+        "- bullet: 88.0 [87.5, 88.5] % (the paper's values); each on top of the one before, 9.0 "
+        "[8.5, 9.5] points (the label's protocol), 1.0 [0.5, 1.5] points (tuned)."
+    ) in section.text
+    (table,) = section.tables
+    assert cells(table, "tuned") == [
+        "400",
+        "98.0 [97.5, 98.5]",
+        "1.0 [0.5, 1.5]",
+        "9.00 [8.10, 9.90]",
+    ]
 
 
 def test_where_measured_times_come_from_is_said_where_there_are_some():

@@ -20,6 +20,7 @@ from steadyload.reports.table import (
 )
 from steadyload.studies.tuning.change_sections import left_out, plausibility, transfer
 from steadyload.studies.tuning.figures import plot_price
+from steadyload.studies.tuning.knowledge_section import knowledge
 from steadyload.studies.tuning.outcome_section import came_out
 from steadyload.studies.tuning.search_sections import algorithms, luck, searches
 from steadyload.studies.tuning.summary import CostRow, GeneRow, PricePoint, Tuning
@@ -45,6 +46,8 @@ def tuning_page(tuning: Tuning, manifest: Mapping[str, str]) -> Page:
     sections: list[Section] = []
     if tuning.tests:
         sections.append(came_out(tuning.tests))
+    if tuning.knowledge:
+        sections.append(knowledge(tuning.knowledge))
     if tuning.prices:
         sections.append(_prices(tuning))
     if tuning.parameters:

@@ -18,6 +18,8 @@ from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import Evaluation, evaluate
 from steadyload.runs.runner import run_study
 from steadyload.studies.tuning.summary import (
+    KnowledgeStep,
+    KnowledgeTable,
     PricePoint,
     SeedRow,
     TransferCell,
@@ -40,6 +42,7 @@ from steadyload.tuning.cost import GOAL
 from steadyload.tuning.ledger import Entry
 from steadyload.tuning.presets import by_worth, preset
 from steadyload.tuning.search import Search, pareto_front
+from steadyload.tuning.space import PAPERS, space_on
 from steadyload.tuning.trial import fitness
 
 BUDGETS = (1.0, 3.0, 10.0, 30.0)
@@ -63,6 +66,7 @@ class _Engine:
     name: str
     tuned: str
     others: dict[str, MethodKey]
+    steps: list[tuple[str, str]]
     left_out: list[Change]
     physical: list[Change]
     seeds: list[tuple[Search, str]]
@@ -73,7 +77,8 @@ class _Engine:
         changed = [change.spec for change in (*self.left_out, *self.physical)]
         priced = [spec for _, _, spec in self.prices if spec]
         seeded = [spec for _, spec in self.seeds]
-        return [self.tuned, *self.others, *changed, *seeded, *priced]
+        stepped = [spec for _, spec in self.steps]
+        return [self.tuned, *self.others, *stepped, *changed, *seeded, *priced]
 
 
 @dataclass(frozen=True)
@@ -154,6 +159,7 @@ def _assembled(searches: Sequence[Search], judged: Sequence[_Judged]) -> Tuning:
     return dataclasses.replace(
         tuning_of(searches),
         tests=tuple(_tested(engine, part, found) for engine, part, found in own),
+        knowledge=tuple(_knowledge(engine, part, found) for engine, part, found in own),
         seeds=tuple(row for engine, _, found in own for row in _seed_rows(engine, found)),
         left_out=tuple(
             _changed(e, e.left_out, part, found) for e, part, found in own if e.left_out
@@ -179,6 +185,7 @@ def _engine(name: str, searches: Sequence[Search]) -> _Engine:
         name=name,
         tuned=canonical_spec(f"{TUNED}@{name}"),
         others=_others(name, values, main),
+        steps=_steps(name, searches, main),
         left_out=without_gains(main.space, values),
         physical=physical(name, values),
         seeds=apart_by_seeds(searches),
@@ -200,6 +207,26 @@ def _others(name: str, values: Mapping[str, Any], main: Search) -> dict[str, Met
         known = canonical_spec(spec)
         others[known] = MethodKey(f"{title} @ {name}", known, family, name)
     return others
+
+
+def _steps(name: str, searches: Sequence[Search], main: Search) -> list[tuple[str, str]]:
+    """Titles and specs from the paper's values to the tuned ones."""
+    papers = space_on(name, PAPERS)
+    over_them = [search for search in searches if search.options.space == PAPERS]
+    steps = [
+        ("the paper's protocol and values", papers.spec(papers.start)),
+        *(
+            (f"its protocol, {_effort(best)}", papers.spec(best.fittest().genotype))
+            for best in over_them[:1]
+        ),
+        ("the label's protocol, nothing searched", main.space.spec(main.space.start)),
+        (f"that protocol and how the engine is used, {_effort(main)}", f"{TUNED}@{name}"),
+    ]
+    return [(title, canonical_spec(spec)) for title, spec in steps]
+
+
+def _effort(search: Search) -> str:
+    return f"best of {len(search.judged())} searched"
 
 
 def _finder(engine: str, searches: Sequence[Search]) -> Search:
@@ -253,6 +280,20 @@ def _prices(searches: Sequence[Search]) -> list[tuple[float, Entry | None, str]]
 def _tested(engine: _Engine, part: str, found: Evaluation) -> TunedTable:
     others = (found.row(s, against=engine.tuned, key=key) for s, key in engine.others.items())
     return TunedTable(engine.name, part, found.row(engine.tuned), tuple(others))
+
+
+def _knowledge(engine: _Engine, part: str, found: Evaluation) -> KnowledgeTable:
+    before = [None, *(spec for _, spec in engine.steps)]
+    return KnowledgeTable(
+        engine.name,
+        part,
+        tuple(
+            KnowledgeStep(
+                title, found.row(spec), None if last is None else found.difference(spec, last)
+            )
+            for (title, spec), last in zip(engine.steps, before, strict=False)
+        ),
+    )
 
 
 def _changed(

@@ -133,6 +133,32 @@ class TunedTable:
 
 
 @dataclass(frozen=True, slots=True)
+class KnowledgeStep:
+    """A parameter set on the way from the paper's values to the tuned ones.
+
+    ``found``: on cases on which nothing was searched. ``gain``: its accuracy less that of the set
+    before it; None for the first.
+    """
+
+    title: str
+    found: MethodEvaluation
+    gain: Estimate | None
+
+
+@dataclass(frozen=True, slots=True)
+class KnowledgeTable:
+    """What a protocol brings on one engine, and what a search brings.
+
+    ``steps``: the paper's values; the best of a search over the paper's own parameters, where there
+    is one; the label's protocol with nothing searched; and the tuned parameters.
+    """
+
+    engine: str
+    part: str
+    steps: tuple[KnowledgeStep, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Variant:
     """The tuned parameters with some of them changed.
 
@@ -225,6 +251,7 @@ class Tuning:
     searches: tuple[SearchRow, ...] = ()
     parameters: Mapping[str, tuple[GeneRow, ...]] | None = None
     tests: tuple[TunedTable, ...] = ()
+    knowledge: tuple[KnowledgeTable, ...] = ()
     seeds: tuple[SeedRow, ...] = ()
     left_out: tuple[VariantTable, ...] = ()
     plausibility: tuple[VariantTable, ...] = ()
