@@ -13,6 +13,7 @@ from steadyload.layouts.scenarios import Scenario
 from steadyload.methods.registry import make_method
 from steadyload.runs.accuracy import accuracy_of_seeds, difference_of_seeds
 from steadyload.runs.evaluation import ALL
+from steadyload.runs.labels import item_lists
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
 from steadyload.studies.replication.methods import (
@@ -262,14 +263,14 @@ def by_group(right: Rights, tests: pd.DataFrame) -> dict[str, Estimate]:
 
 
 def _accuracy(right: Rights, tests: pd.DataFrame, mask: NDArray[np.bool_]) -> Estimate:
-    return accuracy_of_seeds(right[:, mask], tests["instance"].to_numpy()[mask])
+    return accuracy_of_seeds(right[:, mask], item_lists(tests)[mask])
 
 
 def fall(right: Rights, tests: pd.DataFrame) -> Estimate:
     """Accuracy in S1 minus that in S2a and S2b together, clustered by item list."""
     first = (tests["scenario"] == Scenario.S1).to_numpy(bool)
     weights = np.where(first, 1.0 / first.sum(), -1.0 / (~first).sum()) * len(tests)
-    return mean(right.mean(axis=0) * weights, tests["instance"].to_numpy())
+    return mean(right.mean(axis=0) * weights, item_lists(tests))
 
 
 def _answers(done: Replicated) -> list[Answer]:
@@ -278,7 +279,7 @@ def _answers(done: Replicated) -> list[Answer]:
     printed = paper_of(LSTM_1)
     papers_fall = printed["S1"] - (printed["S2a"] + printed["S2b"]) / 2.0
     first = (tests["scenario"] == Scenario.S1).to_numpy(bool)
-    lists = tests["instance"].to_numpy()
+    lists = item_lists(tests)
     pairs = (
         (SplitKind.FILE, SplitKind.FEWER, "fewer training files"),
         (SplitKind.FEWER, SplitKind.GEOMETRY, "no twins in training, as many files"),
@@ -316,7 +317,7 @@ def _simulation_steps(done: Replicated) -> list[tuple[str, Rights]]:
 
 
 def _changes(steps: Sequence[tuple[str, Rights]], tests: pd.DataFrame) -> list[Change]:
-    lists, found = tests["instance"].to_numpy(), []
+    lists, found = item_lists(tests), []
     before: Rights | None = None
     for title, right in steps:
         change = None if before is None else difference_of_seeds(right, before, lists)
@@ -333,7 +334,7 @@ def _counts(done: Replicated) -> list[CountRow]:
             CountRow(
                 str(scenario),
                 len(own),
-                share(own["failing_step"].isna(), own["instance"]),
+                share(own["failing_step"].isna(), item_lists(own)),
                 int((held == VALIDATION).sum()),
                 len(done.tests[done.tests["scenario"] == scenario]),
                 int(own["content"].nunique()),
