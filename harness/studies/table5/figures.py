@@ -250,7 +250,7 @@ def plot_differences(tests: PairTests, methods: Sequence[MethodKey]) -> Figure:
     """
     count = len(methods)
     side = 2.0 + 0.42 * count
-    figure = Figure(figsize=(side + 0.8, side))
+    figure = Figure(figsize=(side + 1.6, side))
     axes = figure.add_subplot()
     pairs = {(i, j): tests.of(methods[i], methods[j]) for i, j in permutations(range(count), 2)}
     points = {place: 100 * test.difference.value for place, test in pairs.items()}
@@ -259,7 +259,9 @@ def plot_differences(tests: PairTests, methods: Sequence[MethodKey]) -> Figure:
     shades = np.full((count, count), np.nan)
     for place in sure:
         shades[place] = points[place]
-    axes.imshow(shades, cmap="RdBu", vmin=-most, vmax=most)
+    shown = axes.imshow(shades, cmap="RdBu", vmin=-most, vmax=most)
+    bar = figure.colorbar(shown, ax=axes, fraction=0.046, pad=0.03)
+    bar.set_label("row minus column, where significant (points)")
     for (i, j), value in points.items():
         shade = "#a0a0a0"
         if (i, j) in sure:
