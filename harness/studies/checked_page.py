@@ -20,8 +20,8 @@ from steadyload.methods.recording import (
     simulation_of,
 )
 from steadyload.methods.registry import make_method
-from steadyload.reports.viewer.gallery import MARKS, gallery_html
-from steadyload.reports.viewer.page import player_html
+from steadyload.reports.viewer.gallery import gallery_html
+from steadyload.reports.viewer.page import MARKS, player_html
 from steadyload.reports.viewer.records import Card, Gallery
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.runs.provenance import provenance_lines

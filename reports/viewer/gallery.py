@@ -13,11 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.reports.viewer.page import packed, rendered, shared_texts, template_text
+from steadyload.reports.html import packed, rendered, template_text
+from steadyload.reports.viewer.page import MARKS, shared_texts
 from steadyload.reports.viewer.records import Card, Gallery
-
-MARKS = {name: f"<!--{name}-->" for name in ("style", "script", "library")}
-"""Marks of the shared texts; escaped names cannot hold one."""
 
 _PER_CM = 10
 """Pictures are drawn to the millimetre."""
@@ -31,11 +29,15 @@ def gallery_html(gallery: Gallery) -> str:
     """
     kinds = Counter(card.kind for card in gallery.cards)
     return rendered(
-        "gallery.html.j2",
+        "viewer/gallery.html.j2",
         gallery=gallery,
         counts={kind: kinds[kind] for kind in gallery.kinds if kinds[kind]},
-        style=template_text("gallery.css"),
-        script=template_text("unpack.js") + "\n" + template_text("gallery.js"),
+        style="\n".join(
+            map(template_text, ("colours.css", "viewer/gallery.css", "viewer/dialog.css"))
+        ),
+        script="\n".join(
+            map(template_text, ("viewer/unpack.js", "viewer/dialog.js", "viewer/gallery.js"))
+        ),
         shared=packed(json.dumps({"marks": MARKS, "texts": shared_texts()})),
         pictures=packed(json.dumps([_picture(c) for c in gallery.cards], separators=(",", ":"))),
         players=[packed(card.player) if card.player else "" for card in gallery.cards],

@@ -9,17 +9,14 @@ numbers are whole hundredths of a millimetre.
 
 from __future__ import annotations
 
-import base64
-import gzip
 import json
 from collections.abc import Mapping, Sequence
-from importlib import resources
 from typing import Any
 
-import jinja2
 import numpy as np
 from numpy.typing import NDArray
 
+from steadyload.reports.html import packed, rendered, template_text
 from steadyload.reports.table import significant
 from steadyload.reports.viewer.records import Movement, View, ViewedItem, ViewedLoading, ViewedStep
 from steadyload.reports.viewer.three_js import three_js
@@ -30,6 +27,11 @@ STILL_CM = 0.01
 _STILL_TURN = 1e-4
 _PER_CM = 1000
 _PER_UNIT = 10_000
+_SCRIPTS = ("viewer/unpack.js", "viewer/stage.js", "viewer/player.js")
+
+MARKS = {name: f"<!--{name}-->" for name in ("style", "script", "library")}
+"""Marks in the places of the shared texts, for pages that hold many players and the texts once;
+escaped names cannot hold one."""
 
 
 def view_html(view: View) -> str:
@@ -48,8 +50,8 @@ def shared_texts() -> dict[str, str]:
         ThreeJsError: see :func:`steadyload.reports.viewer.three_js.three_js`.
     """
     return {
-        "style": template_text("viewer.css"),
-        "script": "\n".join(map(template_text, ("unpack.js", "stage.js", "player.js"))),
+        "style": "\n".join(map(template_text, ("colours.css", "viewer/viewer.css"))),
+        "script": "\n".join(map(template_text, _SCRIPTS)),
         "library": packed(three_js()),
     }
 
@@ -62,35 +64,13 @@ def player_html(view: View, texts: Mapping[str, str]) -> str:
         texts: those of :func:`shared_texts`, or marks in their places.
     """
     return rendered(
-        "page.html.j2",
+        "viewer/page.html.j2",
         view=view,
         summary=_summary(view),
         captions=[_caption(loading, view.items) for loading in view.loadings],
         texts=texts,
         data=packed(json.dumps(_plain(view), separators=(",", ":"))),
     )
-
-
-def rendered(template: str, **values: Any) -> str:
-    """A template of the viewer, filled in; values are escaped."""
-    environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(template_text),
-        autoescape=jinja2.select_autoescape(["html", "j2"], default=False),
-        trim_blocks=True,
-        lstrip_blocks=True,
-        undefined=jinja2.StrictUndefined,
-    )
-    return environment.get_template(template).render(**values)
-
-
-def template_text(name: str) -> str:
-    """A file beside the templates of the viewer."""
-    return resources.files("steadyload.reports.templates.viewer").joinpath(name).read_text()
-
-
-def packed(text: str) -> str:
-    """A text as gzip in base64, which the browser unpacks."""
-    return base64.b64encode(gzip.compress(text.encode(), 9, mtime=0)).decode()
 
 
 def _summary(view: View) -> str:

@@ -115,7 +115,7 @@ class Card:
             are drawn.
         marked: number of the box that is marked; None for none.
         player: page of :func:`steadyload.reports.viewer.page.player_html` with the marks of
-            :data:`steadyload.reports.viewer.gallery.MARKS`; empty where nothing can be played.
+            :data:`steadyload.reports.viewer.page.MARKS`; empty where nothing can be played.
     """
 
     name: str

@@ -86,16 +86,10 @@ const playable = () => cards.filter((card) => !card.hidden && card.querySelector
 async function open(card) {
   opened = card;
   const { number } = card.dataset;
-  let page = await unpacked(`player-${number}`);
-  for (const [name, mark] of Object.entries(shared.marks)) page = page.split(mark).join(shared.texts[name]);
+  const page = await unpacked(`player-${number}`);
   if (opened !== card) return;
-  const frame = document.createElement("iframe");
-  frame.title = `Loading of ${card.querySelector(".name").textContent}`;
-  frame.srcdoc = page;
-  dialog.querySelector("iframe")?.remove();
-  dialog.append(frame);
-  find("playing").textContent = `${card.querySelector(".name").textContent}: ${card.querySelector(".answer").textContent}`;
-  if (!dialog.open) dialog.showModal();
+  const name = card.querySelector(".name").textContent;
+  play(page, shared, name, `${name}: ${card.querySelector(".answer").textContent}`);
   history.replaceState(null, "", `#${number}`);
 }
 
