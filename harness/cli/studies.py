@@ -73,7 +73,7 @@ def study_command(study: Study[Any, Any]) -> type[Any]:
 
 def write(study: Study[C, Any], config: C, work: Path, output: Path, workers: int) -> None:
     """Run a study, write its page, and print the path of that."""
-    from steadyload.reports.page import write_page
+    from steadyload.reports.writing import write_page
 
     with ExitStack() as stack:
         if study.resumable:

@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from steadyload.escaping import markdown
-from steadyload.reports.charts import plot_matrix
-from steadyload.reports.page import Picture
+from steadyload.reports.charts import CostPoint
+from steadyload.reports.interactive import CostChart
 from steadyload.reports.table import (
     Column,
     Table,
@@ -22,8 +22,7 @@ from steadyload.reports.table import (
     percent,
     words,
 )
-from steadyload.runs.evaluation import ALL, LabelledPart, MethodEvaluation
-from steadyload.studies.comparison.summary import AgreementMatrix
+from steadyload.runs.evaluation import ALL, Evaluation, LabelledPart, MethodEvaluation
 
 METHOD = words("method", "method.title")
 N = Column("n", "accuracy.n")
@@ -128,8 +127,23 @@ def terms_explained(about: LabelledPart) -> str:
     return told
 
 
-def agreement_picture(matrix: AgreementMatrix, more: str = "") -> Picture:
-    """Share of equal failing steps between every two methods, with a further sentence."""
-    figure = plot_matrix(matrix.titles, matrix.shares, label="same failing step (%)")
-    caption = "Share of cases on which two methods name the same failing step."
-    return Picture("agreement", figure, f"{caption} {more}".rstrip())
+def cost_chart(found: Evaluation, *, stands: bool = False) -> CostChart:
+    """Accuracy against CPU time, a group of cases at a time.
+
+    Args:
+        found: the evaluation.
+        stands: whether there are labels of the question ``stands`` beside the others.
+    """
+    names = {group: "all scenarios" if group == ALL else group for group in found.groups}
+    groups = {
+        names[group]: [CostPoint(m.method, m.accuracy, m.cpu) for m in found.rows[group]]
+        for group in found.groups
+    }
+    if stands:
+        groups |= {
+            f"{names[group]}, until all rests": [
+                CostPoint(m.method, m.stands, m.cpu) for m in found.rows[group]
+            ]
+            for group in found.groups
+        }
+    return CostChart(groups)

@@ -98,8 +98,9 @@ def _caption(loading: ViewedLoading, items: Sequence[ViewedItem]) -> dict[str, A
     safe = len(items) if loading.failing_step is None else loading.failing_step
     facts = {
         "score": f"{score} ({safe} of {len(items)} placed)" if loading.score is not None else score,
-        "CPU time": _time(loading.seconds),
     }
+    if loading.seconds:
+        facts["CPU time"] = _time(loading.seconds)
     moved = loading.moved_item
     if moved is not None and loading.displacement is not None and loading.rotation is not None:
         facts[f"{items[moved].label} moved"] = (

@@ -22,7 +22,7 @@ from steadyload.methods.envelope import (
     leaves,
 )
 from steadyload.methods.registry import make_method
-from steadyload.reports.page import write_page
+from steadyload.reports.writing import write_page
 from steadyload.runs.definition import load_study
 from steadyload.runs.results import load_manifest
 from steadyload.runs.runner import run_study

@@ -8,14 +8,16 @@ from pathlib import Path
 import matplotlib.figure
 import pytest
 
-from steadyload.reports import page as pages
-from steadyload.reports.page import Page, Picture, Section, write_page
+from steadyload.reports import writing
+from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.writing import write_page
 
 KILLED = """
 import os, sys
 from pathlib import Path
 import matplotlib.figure
-from steadyload.reports.page import Page, Picture, Section, write_page
+from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.writing import write_page
 left, replace = int(sys.argv[1]), Path.replace
 def killing(self, target):
     global left
@@ -63,7 +65,7 @@ def test_an_interrupted_page_leaves_the_one_before(tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return ".svg", b"half"
 
-    monkeypatch.setattr(pages, "image", interrupt)
+    monkeypatch.setattr(writing, "image", interrupt)
     with pytest.raises(KeyboardInterrupt):
         write_page(page("a", "c", summary="New."), tmp_path)
     assert {name: (tmp_path / name).read_bytes() for name in files(tmp_path)} == before

@@ -13,7 +13,7 @@ from steadyload.layouts.benchmark.tables import (
     UNLABELLED,
     write_tables,
 )
-from steadyload.reports.page import write_page
+from steadyload.reports.writing import write_page
 from steadyload.studies.benchmark.page import benchmark_page
 from steadyload.studies.benchmark.summary import made_with, summarise
 

@@ -16,7 +16,7 @@ from steadyload.methods.thresholds import (
     fingerprint,
     write_thresholds,
 )
-from steadyload.reports.page import write_page
+from steadyload.reports.writing import write_page
 from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.runs.results import load_results
 from steadyload.statistics.estimate import Estimate

@@ -10,8 +10,8 @@ import pytest
 from steadyload.engines.registry import ENGINES, EngineEntry, world_class
 from steadyload.engines.world import GRAVITY, EngineError, SettingSupport, Support
 from steadyload.properties import mechanics
-from steadyload.reports.page import write_page
 from steadyload.reports.table import compact
+from steadyload.reports.writing import write_page
 from steadyload.runs.definition import StudyError
 from steadyload.studies.closed_forms.figures import plot_closed_forms
 from steadyload.studies.closed_forms.measuring import NoValueError, boundary

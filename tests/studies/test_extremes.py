@@ -26,7 +26,7 @@ from steadyload.engines.world import (
 )
 from steadyload.methods.envelope import Envelope, envelopes
 from steadyload.properties import mechanics
-from steadyload.reports.page import write_page
+from steadyload.reports.writing import write_page
 from steadyload.runs.definition import StudyError
 from steadyload.studies.closed_forms.measuring import Stage
 from steadyload.studies.extremes import measuring as extreme_runs

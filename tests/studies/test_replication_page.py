@@ -10,7 +10,7 @@ pytest.importorskip("torch")
 
 from steadyload.layouts.heuristics import Heuristic
 from steadyload.methods.registry import make_method
-from steadyload.reports.page import write_page
+from steadyload.reports.writing import write_page
 from steadyload.runs.evaluation import ALL
 from steadyload.studies.replication.files import FileOptions
 from steadyload.studies.replication.labels import Labelling

@@ -9,7 +9,6 @@ from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.charts import CostPoint, plot_cost_accuracy
-from steadyload.reports.page import write_page
 from steadyload.reports.style import colour, face, marker
 from steadyload.reports.table import (
     Column,
@@ -23,6 +22,7 @@ from steadyload.reports.table import (
     words,
     yes_no,
 )
+from steadyload.reports.writing import write_page
 from steadyload.runs.definition import load_study
 from steadyload.runs.runner import run_study
 from steadyload.statistics.estimate import Estimate

@@ -13,7 +13,7 @@ from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, row_of
 from steadyload.layouts.benchmark.tables import CASES, OPINIONS, UNLABELLED, write_tables
 from steadyload.layouts.question import Question
 from steadyload.methods.registry import make_method
-from steadyload.reports.page import write_page
+from steadyload.reports.writing import write_page
 from steadyload.runs.results import load_results
 from steadyload.studies.benchmark.screening import label_screened
 from steadyload.studies.scope.balanced_steps import Balance, balance_of, balanced_steps, steps_of

@@ -10,13 +10,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from steadyload.layouts.formats import read_written
 from steadyload.layouts.model import Layout
 from steadyload.layouts.naming import box_id
-from steadyload.layouts.scenarios import Scenario, apply_scenario
-from steadyload.runs.definition import AS_GIVEN
 from steadyload.runs.judged import JudgedCases
-from steadyload.runs.labels import labelled_layout
+from steadyload.studies.comparison.answers import LABEL, judged_layouts
 
 _MOST = 10
 
@@ -45,7 +42,7 @@ def disagreements(judged: JudgedCases, kept: Path) -> tuple[Disagreement, ...]:
         kept: the file that the layouts were written to.
     """
     said, keys, labels = judged.said, judged.keys, judged.labels
-    results, seed = judged.results, judged.manifest["study"]["seed"]
+    results = judged.results
     simulated = [m for m, key in keys.items() if key.engine] or list(keys)
     ranking = pd.DataFrame(
         {
@@ -59,15 +56,11 @@ def disagreements(judged: JudgedCases, kept: Path) -> tuple[Disagreement, ...]:
     rows = results[results["repetition"] == 0].set_index(["layout", "scenario", "method"])
     found = []
     shown = ranking.index[:_MOST]
-    names = set(shown.get_level_values("layout"))
-    layouts = {layout.name: layout for layout in read_written(kept, names)} if names else {}
+    layouts = judged_layouts(judged, kept, list(shown))
     for name, scenario in shown:
-        layout, label = layouts[name], {}
+        layout, label = layouts[name, scenario], {}
         if labels is not None:
-            row = labels.loc[(name, scenario)]
-            layout, label = labelled_layout(layout, row), {"label": _step(row["failing_step"])}
-        elif scenario != AS_GIVEN:
-            layout = apply_scenario(layout, Scenario(scenario), seed)
+            label = {LABEL: _step(labels.loc[(name, scenario)]["failing_step"])}
         verdicts = {m: rows.loc[(name, scenario, m)] for m in keys}
         failing = [v["failing_step"] for v in verdicts.values() if not pd.isna(v["failing_step"])]
         found.append(

@@ -14,6 +14,7 @@ from steadyload.reports.table import (
     Table,
     columns_for,
     markdown_table,
+    milliseconds,
     names,
     percent,
     significant,
@@ -21,6 +22,7 @@ from steadyload.reports.table import (
 )
 from steadyload.runs.evaluation import ALL, Evaluation, LabelledPart, MethodEvaluation, PhaseTimes
 from steadyload.studies import method_sections as column
+from steadyload.studies.agreement_section import agreement_picture
 from steadyload.studies.comparison.figures import plot_phases
 from steadyload.studies.comparison.summary import (
     BeyondEnvelope,
@@ -28,9 +30,12 @@ from steadyload.studies.comparison.summary import (
     SameTuning,
     SettingsUse,
 )
-from steadyload.studies.method_sections import agreement_picture, by_group, terms_explained
+from steadyload.studies.method_sections import by_group, cost_chart, terms_explained
 
 _PICTURED_DISAGREEMENTS = 2
+
+_NEAR = 0.02
+"""Largest difference to the best accuracy at which a method counts as nearly as accurate."""
 
 _LABELS_EXPLAINED = (
     "A *label* is the failing step that the labelled set keeps for a case, found once by the "
@@ -66,8 +71,9 @@ def _summary(comparison: Comparison, labelled: LabelledPart | None) -> str:
     counted = "where scenarios are pooled, both count layouts, not cases"
     if labelled:
         counted = "both count item lists, not cases"
+    best = _best(comparison.evaluation) if labelled else ""
     return (
-        f"{len(comparison.evaluation.methods)} methods on {comparison.cases} cases: "
+        f"{best}{len(comparison.evaluation.methods)} methods on {comparison.cases} cases: "
         f"{comparison.layouts} layouts, {packed}scenarios {', '.join(comparison.scenarios)}. "
         f"On {comparison.disputed} of {comparison.cases} cases the methods do not all agree.\n\n"
         "A *score* is the share of a layout's items that can be loaded one after the other before "
@@ -80,6 +86,28 @@ def _summary(comparison: Comparison, labelled: LabelledPart | None) -> str:
             if labelled
             else "There are no reference labels on this page: agreement is not accuracy."
         )
+    )
+
+
+def _best(found: Evaluation) -> str:
+    """Sentences on the most accurate method, and on what is nearly as accurate for less."""
+    best = max(found.methods, key=lambda m: m.accuracy.value)
+    told = (
+        f"The most accurate method is {best.method.title}: {percent(best.accuracy)} % of "
+        f"{best.accuracy.n} cases at {milliseconds(best.cpu)} ms of CPU time a layout. "
+    )
+    least = best.accuracy.value - _NEAR
+    cheaper = [
+        m
+        for m in found.methods
+        if m.accuracy.value >= least and m.cpu.n and m.cpu.value < best.cpu.value
+    ]
+    if not cheaper:
+        return f"{told}No cheaper one is within {100 * _NEAR:g} points of it. "
+    least_dear = min(cheaper, key=lambda m: m.cpu.value)
+    return (
+        f"{told}The cheapest within {100 * _NEAR:g} points of it is {least_dear.method.title}: "
+        f"{percent(least_dear.accuracy)} % at {milliseconds(least_dear.cpu)} ms. "
     )
 
 
@@ -135,6 +163,7 @@ def _accuracy(found: Evaluation, about: LabelledPart) -> Section:
                 "accuracy",
                 plot_cost_accuracy([CostPoint(m.method, m.accuracy, m.cpu) for m in found.methods]),
                 f"Accuracy against CPU time; {_MARKS_EXPLAINED}",
+                cost_chart(found, stands=bool(about.stands)),
             ),
             *_stands(found, about),
         ],

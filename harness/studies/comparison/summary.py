@@ -21,6 +21,7 @@ from steadyload.runs.provenance import source_line
 from steadyload.runs.results import LAYOUTS_FILE, each_shard, kept_file
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import agreement, mean, same
+from steadyload.studies.comparison.answers import Answers, answers_of
 from steadyload.studies.comparison.disagreements import Disagreement, disagreements
 
 _COMMON = frozenset(f.name for f in dataclasses.fields(SimulationParameters))
@@ -28,10 +29,11 @@ _COMMON = frozenset(f.name for f in dataclasses.fields(SimulationParameters))
 
 @dataclass(frozen=True, slots=True)
 class AgreementMatrix:
-    """Share of equal failing steps between every two methods."""
+    """Share of equal failing steps between every two methods, and the answers themselves."""
 
     methods: tuple[MethodKey, ...]
     shares: tuple[tuple[Estimate, ...], ...]
+    answers: Answers | None = None
 
     @property
     def titles(self) -> tuple[str, ...]:
@@ -127,7 +129,7 @@ def compare(directory: str | Path) -> Comparison:
         scenarios=judged.scenarios,
         evaluation=evaluation,
         agreement={group: _mean_agreement(judged, group) for group in evaluation.groups},
-        matrix=agreement_matrix(judged),
+        matrix=agreement_matrix(judged, layouts),
         tunings=_same_tunings(judged, evaluation, uses),
         uses=uses,
         disagreements=disagreements(judged, layouts),
@@ -175,12 +177,18 @@ def _mean_agreement(judged: JudgedCases, group: str) -> dict[str, Estimate | Non
     return found
 
 
-def agreement_matrix(judged: JudgedCases) -> AgreementMatrix:
-    """Share of equal failing steps between every two methods."""
+def agreement_matrix(judged: JudgedCases, kept: Path) -> AgreementMatrix:
+    """Share of equal failing steps between every two methods.
+
+    Args:
+        judged: the cases and verdicts.
+        kept: the file that the layouts were written to.
+    """
     specs = list(judged.keys)
     return AgreementMatrix(
         tuple(judged.keys.values()),
         tuple(tuple(agreement(judged.said, a, b, judged.clusters) for b in specs) for a in specs),
+        answers_of(judged, kept),
     )
 
 

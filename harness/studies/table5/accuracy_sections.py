@@ -26,7 +26,7 @@ from steadyload.reports.table import (
 from steadyload.runs.costs import load_explained
 from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.studies import method_sections as column
-from steadyload.studies.method_sections import by_group, terms_explained
+from steadyload.studies.method_sections import by_group, cost_chart, terms_explained
 from steadyload.studies.table5.figures import plot_fronts
 from steadyload.studies.table5.label_ceiling import Ceiling
 from steadyload.studies.table5.paper import Paper
@@ -74,6 +74,7 @@ def accuracy_and_cost(found: Table5) -> Section:
                 "good methods stand at the upper left, and accuracies near 100 % are spread out. "
                 "The dashed line is the front: above it and to its left there is none. Hollow "
                 "markers have parameters of their own, bars are 95 % intervals.",
+                cost_chart(own.evaluation),
             )
         ],
     )
@@ -305,6 +306,7 @@ def planar_layouts(planar: JudgedSet) -> Section:
                 "planar",
                 plot_fronts(planar, None),
                 "Accuracy against CPU time on planar layouts, as above.",
+                cost_chart(planar.evaluation),
             )
         ],
     )

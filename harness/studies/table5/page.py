@@ -6,7 +6,7 @@ from steadyload.layouts.question import Question
 from steadyload.reports.page import Page, Section
 from steadyload.reports.table import counts, factor, markdown_table, milliseconds, names, percent
 from steadyload.runs.evaluation import ALL, MethodEvaluation
-from steadyload.studies.method_sections import agreement_picture
+from steadyload.studies.agreement_section import agreement_picture
 from steadyload.studies.sensitivity.page import ranks_section, what_survives
 from steadyload.studies.table5.accuracy_sections import (
     accuracy_and_cost,

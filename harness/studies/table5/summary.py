@@ -33,6 +33,7 @@ from steadyload.runs.evaluation import (
 )
 from steadyload.runs.judged import load_judged
 from steadyload.runs.labels import item_lists, load_labels
+from steadyload.runs.results import LAYOUTS_FILE, kept_file
 from steadyload.statistics.error_costs import CheapestRange, cheapest_by_ratio
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.comparison.summary import (
@@ -272,7 +273,7 @@ def _judged_set(
         },
         tunings=tunings(specs),
         fronts={group: _front(evaluation.rows[group]) for group in groups},
-        matrix=agreement_matrix(judged),
+        matrix=agreement_matrix(judged, kept_file(ran.directory, LAYOUTS_FILE)),
         classes=class_bins(right, labels),
         sizes=size_bins(right, labels),
         margins=margin_bins(said, labels, list(cases["margin"])),

@@ -1,0 +1,52 @@
+"""The part of a page on which methods say the same, and on which cases two of them differ."""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from steadyload.layouts.model import Layout
+from steadyload.methods.recording import record_plan
+from steadyload.methods.verdict import Verdict
+from steadyload.reports.charts import plot_matrix
+from steadyload.reports.interactive import STABLE, AnswerChart, AnsweredCase
+from steadyload.reports.page import Picture
+from steadyload.reports.viewer.page import MARKS, player_html
+from steadyload.studies.comparison.answers import Answers
+from steadyload.studies.comparison.summary import AgreementMatrix
+from steadyload.studies.viewing import view_of
+
+
+def agreement_picture(matrix: AgreementMatrix, more: str = "") -> Picture:
+    """Share of equal failing steps between every two methods, with a further sentence.
+
+    In a browser: numbers of cases on which two methods differ, which cases these are, and the plan
+    of each.
+    """
+    figure = plot_matrix(matrix.titles, matrix.shares, label="same failing step (%)")
+    caption = "Share of cases on which two methods name the same failing step."
+    chart = None if matrix.answers is None else _chart(matrix, matrix.answers)
+    return Picture("agreement", figure, f"{caption} {more}".rstrip(), chart)
+
+
+def _chart(matrix: AgreementMatrix, answers: Answers) -> AnswerChart:
+    titles = {method.spec: method.title for method in matrix.methods}
+    specs = list(answers.said.columns)
+    cases = []
+    for (name, scenario), said in answers.said.iterrows():
+        steps = tuple(_step(said[spec], answers.counts[name, scenario]) for spec in specs)
+        layout = answers.layouts.get((name, scenario))
+        player = "" if layout is None else _player(layout, specs[0], steps[0])
+        cases.append(AnsweredCase(name, str(scenario), steps, player))
+    return AnswerChart(tuple(titles.get(spec, spec) for spec in specs), tuple(cases))
+
+
+def _step(said: object, items: int) -> int | None:
+    if pd.isna(said):
+        return None
+    return STABLE if said == items else int(said)  # type: ignore[call-overload]
+
+
+def _player(layout: Layout, spec: str, step: int | None) -> str:
+    """The plan, up to the step at which one of the answers lets it fail."""
+    verdict = Verdict(len(layout), failing_step=None if step == STABLE else step)
+    return player_html(view_of(layout, [record_plan(layout, spec, verdict)]), MARKS)

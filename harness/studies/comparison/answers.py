@@ -1,0 +1,80 @@
+"""What every method said of every case of a run, and the layouts of those that divide them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from steadyload.layouts.formats import read_written
+from steadyload.layouts.model import Layout
+from steadyload.layouts.scenarios import Scenario, apply_scenario
+from steadyload.runs.definition import AS_GIVEN
+from steadyload.runs.judged import JudgedCases
+from steadyload.runs.labels import labelled_layout
+
+MOST_SHOWN = 300
+"""Cases whose layouts are kept for a page, those first on which methods give most answers."""
+
+Case = tuple[str, str]
+"""Layout and scenario."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answers:
+    """What every method said of every case.
+
+    Attributes:
+        said: cases x specs, as :func:`steadyload.statistics.metrics.outcomes` gives it; what a
+            label says stands first, under :data:`LABEL`, where there are labels.
+        counts: items of every case, in the same order.
+        layouts: as they were judged, of cases that divide the methods.
+    """
+
+    said: pd.DataFrame
+    counts: pd.Series
+    layouts: Mapping[Case, Layout]
+
+
+LABEL = "label"
+
+
+def answers_of(judged: JudgedCases, kept: Path) -> Answers:
+    """The answers of a run.
+
+    Args:
+        judged: the cases and verdicts.
+        kept: the file that the layouts were written to.
+    """
+    said = judged.said
+    first = judged.results.drop_duplicates(["layout", "scenario"])
+    counts = first.set_index(["layout", "scenario"])["item_count"].loc[said.index].astype(int)
+    if judged.labels is not None:
+        label = judged.labels["failing_step"].astype("Int32").fillna(counts.astype("Int32"))
+        said = pd.concat([label.rename(LABEL), said], axis=1)
+    distinct = said.nunique(axis=1, dropna=False).sort_values(ascending=False, kind="stable")
+    divided = list(distinct.index[distinct > 1][:MOST_SHOWN])
+    return Answers(said, counts, judged_layouts(judged, kept, divided))
+
+
+def judged_layouts(judged: JudgedCases, kept: Path, cases: Collection[Case]) -> dict[Case, Layout]:
+    """Layouts of some cases as they were judged, with the centres of mass of their scenario.
+
+    Args:
+        judged: the cases of a run.
+        kept: the file that its layouts were written to.
+        cases: those wanted.
+    """
+    names = {name for name, _ in cases}
+    layouts = {layout.name: layout for layout in read_written(kept, names)} if names else {}
+    found = {}
+    for name, scenario in cases:
+        layout = layouts[name]
+        if judged.labels is not None:
+            layout = labelled_layout(layout, judged.labels.loc[(name, scenario)])
+        elif scenario != AS_GIVEN:
+            layout = apply_scenario(layout, Scenario(scenario), judged.manifest["study"]["seed"])
+        found[name, scenario] = layout
+    return found

@@ -1,0 +1,90 @@
+"""A page as one HTML file that needs nothing else: the same sections, to sort, filter and ask.
+
+Tables and charts are our own few hundred lines. Libraries were weighed as they would stand in a
+page, compressed: Vega with Vega-Lite and its embedding 0.36 MB, Tabulator 0.13 MB, Plotly's basic
+bundle 0.39 MB. None of them brings the list of cases on which two methods differ, and none has a
+Python package that ships its script alone.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+from markdown_it import MarkdownIt
+from markupsafe import Markup
+
+from steadyload.reports.html import packed, rendered, template_text
+from steadyload.reports.interactive import AnswerChart, Interactive
+from steadyload.reports.page import Page, Picture
+from steadyload.reports.viewer.page import MARKS, shared_texts
+from steadyload.reports.viewer.three_js import ThreeJsError
+
+_TYPES = {".svg": "image/svg+xml", ".png": "image/png"}
+_SCRIPTS = (
+    "viewer/unpack.js", "viewer/dialog.js", "report/tables.js", "report/cost.js",
+    "report/answers.js", "report/report.js",
+)  # fmt: skip
+_STYLES = ("colours.css", "viewer/dialog.css", "report/report.css")
+
+
+def report_html(page: Page, images: Mapping[str, tuple[str, bytes]]) -> str:
+    """The page as text; the same page gives the same text.
+
+    Args:
+        page: what it shows.
+        images: ending and bytes of the file of every picture, by its name.
+    """
+    charts = [p.interactive for s in page.sections for p in s.pictures if p.interactive]
+    players = [player for chart in charts for player in _players(chart)]
+    try:
+        texts = shared_texts() if players else {}
+    except ThreeJsError:  # an extra that a report does not ask for
+        players, texts = [], {}
+    first, _, rest = page.summary.partition("\n\n")
+    return rendered(
+        "report/report.html.j2",
+        page=page,
+        answer=_html(first),
+        explained=_html(rest),
+        html=_html,
+        source=lambda picture: _source(*images[picture.name]),
+        plain=_plain,
+        caption=lambda picture: _inline(picture.caption),
+        style="\n".join(map(template_text, _STYLES)),
+        script="\n".join(map(template_text, _SCRIPTS)),
+        players=packed(json.dumps(players)) if players else "",
+        shared=packed(json.dumps({"marks": MARKS, "texts": texts})) if players else "",
+    )
+
+
+def _players(chart: Interactive) -> list[str]:
+    return chart.players() if isinstance(chart, AnswerChart) else []
+
+
+def _plain(picture: Picture) -> Markup:
+    """The data of a chart, for a script element."""
+    assert picture.interactive is not None, "asked of charts alone"
+    text: Any = json.dumps(picture.interactive.data(), separators=(",", ":"), allow_nan=False)
+    return Markup(packed(text))  # noqa: S704 - base64
+
+
+def _source(ending: str, drawn: bytes) -> str:
+    return f"data:{_TYPES[ending]};base64,{base64.b64encode(drawn).decode()}"
+
+
+def _html(text: object) -> Markup:
+    """Markdown, or what prints as such, as HTML; HTML in it is text."""
+    return Markup(_parser().render(str(text)))  # noqa: S704 - the parser escapes
+
+
+def _inline(text: str) -> Markup:
+    return Markup(_parser().renderInline(text))  # noqa: S704 - the parser escapes
+
+
+@cache
+def _parser() -> MarkdownIt:
+    return MarkdownIt("commonmark", {"html": False}).enable("table")
