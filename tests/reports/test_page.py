@@ -31,6 +31,9 @@ write_page(Page("New", "So.", [Section("One", pictures=pictures)], {}), Path("."
 """
 
 
+PAGES = ("report.md", "report.html")
+
+
 def page(*names, summary="So."):
     pictures = [
         Picture(name, matplotlib.figure.Figure(), f"Shows {name} (once).") for name in names
@@ -49,9 +52,9 @@ def test_pictures_that_the_new_page_has_not_are_removed_and_nothing_else(tmp_pat
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text("x")
     write_page(page("both", "new"), tmp_path)
-    assert files(tmp_path) == {"report.md", "figures/both.svg", "figures/new.svg", *mine}
+    assert files(tmp_path) == {*PAGES, "figures/both.svg", "figures/new.svg", *mine}
     write_page(page(), tmp_path)
-    assert files(tmp_path) == {"report.md", *mine}
+    assert files(tmp_path) == {*PAGES, *mine}
 
 
 def test_an_interrupted_page_leaves_the_one_before(tmp_path, monkeypatch):
@@ -85,7 +88,7 @@ def contents(folder):
     return {name: (folder / name).read_bytes() for name in files(folder)}
 
 
-@pytest.mark.parametrize("moved", [0, 1, 2])
+@pytest.mark.parametrize("moved", [0, 1, 2, 3])
 def test_a_page_interrupted_between_two_of_its_files_is_the_one_before(
     tmp_path, monkeypatch, moved
 ):
@@ -107,7 +110,7 @@ def test_a_page_interrupted_between_two_of_its_files_is_the_one_before(
     assert contents(tmp_path) == before
     write_page(page("b", "c", summary="New."), tmp_path)
     assert files(tmp_path) == {
-        "report.md", "figures/b.svg", "figures/c.svg", "figures/mine.png",
+        *PAGES, "figures/b.svg", "figures/c.svg", "figures/mine.png",
     }  # fmt: skip
 
 

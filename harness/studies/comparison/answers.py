@@ -1,4 +1,4 @@
-"""What every method said of every case of a run, and the layouts of those that divide them."""
+"""Answers of every method to every case of a run, and the layouts of those that divide them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Case = tuple[str, str]
 
 @dataclass(frozen=True, slots=True)
 class Answers:
-    """What every method said of every case.
+    """Answers of every method to every case.
 
     Attributes:
         said: cases x specs, as :func:`steadyload.statistics.metrics.outcomes` gives it; what a

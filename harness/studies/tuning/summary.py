@@ -147,7 +147,7 @@ class KnowledgeStep:
 
 @dataclass(frozen=True, slots=True)
 class KnowledgeTable:
-    """What a protocol brings on one engine, and what a search brings.
+    """The gain of a protocol on one engine, and that of a search.
 
     ``steps``: the paper's values; the best of a search over the paper's own parameters, where there
     is one; the label's protocol with nothing searched; and the tuned parameters.
