@@ -9,6 +9,8 @@ from __future__ import annotations
 import contextlib
 import importlib
 import importlib.metadata
+import platform
+import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
@@ -29,16 +31,20 @@ class EngineEntry:
     parameters of a simulation on this engine (see :func:`steadyload.engines.quantities.quantity`).
     ``extra`` names the optional dependencies of this distribution that bring them. An engine that
     has one takes part where it is named, and in nothing that runs over all engines.
+    ``newest``: the newest Python that its packages are published for; None where that is any.
     """
 
     target: str
     packages: tuple[str, ...] = ()
     options: str = ""
     extra: str = ""
+    newest: tuple[int, int] | None = None
 
 
 ENGINES: dict[str, EngineEntry] = {
-    "bullet": EngineEntry("steadyload.engines.with_bullet:BulletWorld", ("pybullet",)),
+    "bullet": EngineEntry(
+        "steadyload.engines.with_bullet:BulletWorld", ("pybullet",), newest=(3, 11)
+    ),
     "mujoco": EngineEntry(
         "steadyload.engines.with_mujoco:MujocoWorld",
         ("mujoco",),
@@ -74,9 +80,26 @@ def engine_names() -> tuple[str, ...]:
     """Names of the engines that are compared by default, in the order in which tables show them.
 
     The optional ones are not among them, installed or not: what runs over all engines is then the
-    same everywhere. :func:`engines` has them all.
+    same everywhere, but for those that this Python cannot have (:func:`absent_engines`).
+    :func:`engines` has them all.
     """
-    return tuple(name for name, entry in engines().items() if not entry.extra)
+    absent = absent_engines()
+    return tuple(
+        name for name, entry in engines().items() if not entry.extra and name not in absent
+    )
+
+
+@cache
+def absent_engines() -> dict[str, str]:
+    """Engines whose packages are not published for this Python, and are not here; with reasons."""
+    found = {}
+    for name, entry in engines().items():
+        lost = [package for package in entry.packages if not _is_installed(package)]
+        if lost and entry.newest is not None and sys.version_info[:2] > entry.newest:
+            here = platform.python_version()
+            newest = ".".join(map(str, entry.newest))
+            found[name] = f"{lost[0]} is published for Python {newest} at most, and this is {here}"
+    return found
 
 
 def world_class(name: str) -> type[FixedStepWorld]:
@@ -114,8 +137,11 @@ def _declared_class(name: str) -> type[FixedStepWorld]:
         missing = (error.name or "").partition(".")[0]
         if missing == module.partition(".")[0]:
             raise
+        why = absent_engines().get(name)
         raise EngineNotInstalledError(
-            f"engine {name!r} needs the package {missing}: pip install {missing}"
+            f"engine {name!r} is not here: {why}"
+            if why
+            else f"engine {name!r} needs the package {missing}: pip install {missing}"
         ) from error
 
 

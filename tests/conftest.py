@@ -21,7 +21,7 @@ from xml.etree import ElementTree
 import matplotlib.image
 import pytest
 
-from steadyload.engines.registry import engine_names, engines, world_class
+from steadyload.engines.registry import absent_engines, engine_names, engines, world_class
 from steadyload.engines.world import EngineNotInstalledError
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import registry
@@ -131,6 +131,17 @@ def _allowed(config: pytest.Config, reason: str) -> bool:
     return any(re.match(p, reason) for p in patterns) or any(
         reason.startswith(beginning) for beginning in config.option.may_skip
     )
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
+    """A test that fails because this Python cannot have an engine is skipped."""
+    report = yield
+    for why in absent_engines().values():
+        if report.failed and why in report.longreprtext + report.capstderr:
+            report.outcome = "skipped"
+            report.longrepr = (str(item.path), item.location[1] or 0, f"Skipped: {why}")
+    return report
 
 
 @pytest.fixture(scope="session", autouse=True)

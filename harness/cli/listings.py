@@ -57,3 +57,6 @@ class Engines:
         header, rows = engines_rows(records)
         print_table(header, rows)
         print("\nNotes: steadyload engines --markdown")
+        for record in records:
+            if not record.answers:
+                print(record.notes)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import glob
+import logging
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from importlib import resources
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from steadyload.engines.registry import absent_engines
 from steadyload.errors import UserError, nearest
 from steadyload.layouts.benchmark import Part
 from steadyload.layouts.benchmark.dataset import set_named
@@ -23,7 +25,9 @@ from steadyload.layouts.packing import drawn_layouts
 from steadyload.layouts.record import Refused, shown
 from steadyload.layouts.scenarios import Scenario, apply_scenario
 from steadyload.methods.registry import make_method
-from steadyload.methods.spec import SpecError
+from steadyload.methods.spec import SpecError, parse_spec
+
+_log = logging.getLogger("steadyload")
 
 _MOST = 2**63 - 1
 """Of a whole number: what libraries count with."""
@@ -204,9 +208,22 @@ def load_study(source: str | Path) -> StudyDefinition:
     except (ValueError, RecursionError) as error:
         raise StudyError(f"{path}: not valid TOML ({error})") from None
     try:
+        if str(source) == EMBEDDED:
+            content["methods"] = _had_here(content["methods"])
         return _definition(content, path)
     except (StudyError, SpecError, DialectError) as error:
         raise StudyError(f"{path}: {error}") from None
+
+
+def _had_here(methods: Sequence[str]) -> list[str]:
+    """The methods without those on engines that this Python cannot have, of which a log tells."""
+    kept = list(methods)
+    for engine, why in absent_engines().items():
+        lost = [spec for spec in kept if parse_spec(spec).engine == engine]
+        kept = [spec for spec in kept if spec not in lost]
+        if lost:
+            _log.warning("left out: %s, since %s", ", ".join(lost), why)
+    return kept
 
 
 def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.engines.registry import (
+    engines,
     installed_versions,
     numerics,
     package_versions,
@@ -125,11 +126,17 @@ def provenance_lines(made: Mapping[str, Any] | None = None) -> dict[str, str]:
         made: the manifest of a run folder; None for a run with the present code and machine.
     """
     made = provenance() if made is None else made
-    return {
+    found = {
         "source": source_line(made),
         "versions": ", ".join(f"{k} {v}" for k, v in made["versions"].items()),
         "machine": made["machine"],
     }
+    without = [
+        name
+        for name, entry in engines().items()
+        if entry.newest is not None and not made["versions"].keys() >= {*entry.packages}
+    ]
+    return found | ({"without the engines": ", ".join(without)} if without else {})
 
 
 def source_line(made: Mapping[str, Any]) -> str:

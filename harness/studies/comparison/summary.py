@@ -17,7 +17,7 @@ from steadyload.methods.simulation_parameters import SimulationParameters
 from steadyload.runs.definition import AS_GIVEN
 from steadyload.runs.evaluation import ALL, Evaluation, MethodEvaluation, evaluate
 from steadyload.runs.judged import JudgedCases, load_judged
-from steadyload.runs.provenance import source_line
+from steadyload.runs.provenance import provenance_lines
 from steadyload.runs.results import LAYOUTS_FILE, each_shard, kept_file
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import agreement, mean, same
@@ -283,9 +283,7 @@ def manifest_lines(judged: JudgedCases) -> dict[str, str]:
         "layouts": f"{manifest['layouts']} (data {manifest['data_hash']})",
         **(drawn if labels is None else {}),
         "rows": str(judged.rows),
-        "source": source_line(manifest),
-        "versions": ", ".join(f"{k} {v}" for k, v in manifest["versions"].items()),
-        "machine": manifest["machine"],
+        **provenance_lines(manifest),
         "started": manifest["started"],
         "finished": manifest["finished"] or "not yet",
     }
