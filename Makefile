@@ -1,5 +1,7 @@
 # Everything is set up in .venv by itself; a bare `make` lists what there is.
-PYTHON ?= python3.11
+# Bullet has a wheel for 3.11 alone. Each is tried by running it: a name on the path may be no Python.
+PYTHON ?= $(shell for name in python3.11 python3.13 python3.12; do \
+	$$name -c 'import venv' >/dev/null 2>&1 && echo $$name && break; done)
 BIN := .venv/bin
 VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 JUDGING := .venv/.judging
