@@ -166,7 +166,7 @@ def _card(check: Check, layout: Layout | None = None, recording: Recording | Non
         facts=tuple(facts),
         pallet=layout.pallet.size,
         boxes=np.hstack((layout.lower, layout.upper - layout.lower))[:drawn],
-        marked=_marked(check.verdict),
+        marked=None if check.verdict is None else check.verdict.item_at_fault,
         player=player_html(view_of(layout, [recording]), MARKS),
     )
 
@@ -175,9 +175,3 @@ def _placed(verdict: Verdict | None, items: int) -> int:
     if verdict is None or verdict.failing_step is None:
         return items
     return verdict.failing_step + 1
-
-
-def _marked(verdict: Verdict | None) -> int | None:
-    if verdict is None or verdict.failing_step is None:
-        return None
-    return verdict.failing_step if verdict.moved_item is None else verdict.moved_item

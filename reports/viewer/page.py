@@ -20,7 +20,7 @@ import jinja2
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.reports.table import significant
+from steadyload.reports.table import brief_time, significant
 from steadyload.reports.viewer.records import Movement, View, ViewedItem, ViewedLoading, ViewedStep
 from steadyload.reports.viewer.three_js import three_js
 
@@ -118,7 +118,7 @@ def _caption(loading: ViewedLoading, items: Sequence[ViewedItem]) -> dict[str, A
     safe = len(items) if loading.failing_step is None else loading.failing_step
     facts = {
         "score": f"{score} ({safe} of {len(items)} placed)" if loading.score is not None else score,
-        "CPU time": _time(loading.seconds),
+        "CPU time": brief_time(loading.seconds),
     }
     moved = loading.moved_item
     if moved is not None and loading.displacement is not None and loading.rotation is not None:
@@ -209,7 +209,3 @@ def _whole(track: NDArray[np.float64]) -> list[int]:
 
 def _plain_movement(movement: Movement) -> tuple[int, float, float]:
     return (movement.item, round(movement.displacement, 2), round(movement.rotation, 2))
-
-
-def _time(seconds: float) -> str:
-    return f"{significant(1e3 * seconds)} ms" if seconds < 1.0 else f"{significant(seconds)} s"
