@@ -14,7 +14,7 @@ from steadyload.layouts.model import Layout
 from steadyload.layouts.naming import box_id, with_ids
 from steadyload.layouts.question import Question
 from steadyload.layouts.record import Refused
-from steadyload.methods.method import Status, Verdict, judge
+from steadyload.methods.method import Method, Status, Verdict, judge
 from steadyload.methods.registry import make_method
 from steadyload.notebook import ShownInNotebook
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
@@ -173,7 +173,7 @@ def check(layout: Layout, method: str = DEFAULT_METHOD, *, timeout: float | None
     Raises:
         SpecError, EngineNotInstalledError: there is no such method, or its engine is missing.
     """
-    judging = make_method(method)
+    judging = _default() if method == DEFAULT_METHOD else make_method(method)
     judging.prepare(len(layout))
     spec = str(judging.spec)
     verdict = judge(judging, layout, timeout)
@@ -290,6 +290,15 @@ def reliability(method: str, boxes: int) -> Reliability | None:
         return None
     entry = next((m for m in front.measured if m.method == method), None)
     return None if entry is None else Reliability(entry.accuracy, front.cases, front.part)
+
+
+@cache
+def _default() -> Method:
+    """The default method, which reads nothing but files of the package: it is made once.
+
+    Another one is made for every check, since its spec may name files that change.
+    """
+    return make_method(DEFAULT_METHOD)
 
 
 @cache
