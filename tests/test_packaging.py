@@ -1,10 +1,12 @@
 """One name at top level: what the wheel holds, and what stands beside a user's script."""
 
 import itertools
+import os
 import re
 import subprocess
 import sys
 import tomllib
+import venv
 import zipfile
 from pathlib import Path
 
@@ -63,6 +65,49 @@ def test_files_beside_a_script_change_nothing(wheel, tmp_path):
     )
     done = subprocess.run([sys.executable, str(main)], capture_output=True, text=True, cwd=script)
     assert (done.returncode, done.stdout) == (0, "sme ps3@mujoco True\n"), done.stderr
+
+
+PLAN = """\
+layout,pallet_width,pallet_height,pallet_depth,sequence,x,y,z,width,height,depth,weight
+A18,120,160,80,0,0,0,0,40,30,40,12
+A18,120,160,80,1,25,30,0,40,30,40,9
+"""
+
+
+@pytest.mark.deep("compiles in an environment of its own: a minute")
+def test_the_wheel_answers_in_an_empty_environment(wheel, tmp_path):
+    """The package and its command are the wheel's alone, installed by pip; what it depends on is
+    not installed anew, which would take a network, but found where this process finds it.
+    """
+    environment, elsewhere = tmp_path / "environment", tmp_path / "elsewhere"
+    venv.create(environment)
+    python = environment / "bin" / "python"
+    subprocess.run(
+        [sys.executable, "-m", "pip", "--python", str(python), "install", "--quiet", "--no-deps",
+         "--no-index", "--disable-pip-version-check", str(wheel)], check=True,
+    )  # fmt: skip
+    [site] = environment.glob("lib/python*/site-packages")
+    others = [path for path in sys.path if Path(path).name == "site-packages"]
+    (site / "others.pth").write_text("\n".join(others) + "\n")  # an editable install is not begun
+    elsewhere.mkdir()
+    (elsewhere / "pallets.csv").write_text(PLAN)
+
+    def said(*command):
+        done = subprocess.run(
+            [environment / "bin" / command[0], *command[1:]], cwd=elsewhere, capture_output=True,
+            text=True, env={"PATH": os.environ["PATH"], "HOME": str(tmp_path)},
+        )  # fmt: skip
+        return done.returncode, done.stdout
+
+    code = "import steadyload as sl; print(sl.__file__); print(sl.check(sl.read('pallets.csv')[0]))"
+    status, text = said("python", "-c", code)
+    assert status == 0
+    where, answer = text.splitlines()
+    assert Path(where).is_relative_to(site)
+    assert answer.startswith("A18 (2 boxes): fails at step 1: item 1 leans right [cascade@mujoco")
+    status, text = said("steadyload", "check", "pallets.csv")
+    assert status == 1
+    assert "1 pallet: 0 stand, 1 fail" in text
 
 
 @pytest.mark.parametrize("folder", FOLDERS)
