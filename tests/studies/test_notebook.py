@@ -10,10 +10,8 @@ import numpy as np
 import pytest
 
 import steadyload as sl
-from steadyload.reports.viewer.notebook import behind_first
+from steadyload.reports.viewer.picture import MARKED, behind_first
 from steadyload.studies.demo import demo_pallets
-
-RED = "#e31a1c"
 
 
 def column(name, *shifts):
@@ -53,7 +51,7 @@ def shapes(picture):
     """Numbers of shapes in a picture: all, the red ones, and those that shine through."""
     assert not picture.get("viewBox").startswith("nan")
     red = [shape for shape in picture if "fill-opacity" in shape.attrib]
-    return len(picture), sum(shape.get("fill") == RED for shape in picture), len(red)
+    return len(picture), sum(shape.get("fill") == MARKED for shape in picture), len(red)
 
 
 def test_a_layout_shows_what_it_holds():
