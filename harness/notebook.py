@@ -1,7 +1,7 @@
 """Objects that show themselves in a notebook, with a picture.
 
-What is judged and said lies below what draws, so that the function that draws is named here as a
-text, and imported when a notebook asks for it.
+Layouts and verdicts lie below the code that draws, so that the function which draws them is named
+here as a text, and imported when a notebook asks for it.
 """
 
 from __future__ import annotations
