@@ -11,6 +11,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+import yaml
 
 import steadyload
 
@@ -35,7 +36,7 @@ def installed_path(tracked):
     return f"steadyload/{FOLDERS[top]}{rest}"
 
 
-def test_the_wheel_holds_the_tracked_files_under_one_name(wheel):
+def test_the_wheel_holds_the_tracked_files_under_one_name(wheel, project):
     listed = subprocess.run(
         ["git", "-C", str(ROOT), "ls-files"], capture_output=True, text=True, check=True
     ).stdout.splitlines()
@@ -44,7 +45,9 @@ def test_the_wheel_holds_the_tracked_files_under_one_name(wheel):
         names = set(archive.namelist())
     about = {name for name in names if name.split("/")[0].endswith(".dist-info")}
     assert names - about == tracked
-    assert {name.split("/")[0] for name in about} == {"steadyload-0.1.0.dist-info"}
+    assert {name.split("/")[0] for name in about} == {
+        f"steadyload-{project['project']['version']}.dist-info"
+    }
 
 
 def test_files_beside_a_script_change_nothing(wheel, tmp_path):
@@ -140,6 +143,14 @@ def names(requirements):
 @pytest.fixture(scope="module")
 def project():
     return tomllib.loads((ROOT / "pyproject.toml").read_text())
+
+
+def test_the_version_is_one_and_its_changes_are_dated(project):
+    """In the package, where it is cited, and in the newest dated part of the changelog."""
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    dated = re.findall(r"^## ([\d.]+) \((.*)\)$", (ROOT / "CHANGELOG.md").read_text(), re.M)
+    assert dated[0] == (cited["version"], str(cited["date-released"]))
+    assert cited["version"] == project["project"]["version"]
 
 
 @pytest.mark.parametrize("file", sorted((ROOT / "locks").glob("*.txt")), ids=lambda file: file.stem)
