@@ -69,6 +69,11 @@ def duration(seconds: float) -> str:
     return f"{compact(seconds / 3600.0)} h"
 
 
+def brief_time(seconds: float) -> str:
+    """``12.3 ms`` or ``3.40 s``: the time of a judgement."""
+    return f"{significant(1e3 * seconds)} ms" if seconds < 1.0 else f"{significant(seconds)} s"
+
+
 def plain_percent(value: float | None, digits: int = 1) -> str:
     """``83.6``: a share in per cent without an interval."""
     return MISSING if value is None else f"{100.0 * value:.{digits}f}"

@@ -12,7 +12,9 @@ ROOT = Path(__file__).parents[1]
 FOLDERS = {"harness": "", "engines": "engines.", "learners": "learners.", "reports": "reports."}
 """Folder of the repository -> where it is installed below ``steadyload``."""
 
-_LAYOUTS = {"layouts", "kernels", "statistics", "atomic", "errors", "escaping", "stored"}
+_LAYOUTS = {
+    "layouts", "kernels", "statistics", "atomic", "errors", "escaping", "stored", "notebook",
+}  # fmt: skip
 _METHODS = {"methods", "engines", *_LAYOUTS}
 _RUNS = {"runs", *_METHODS}
 _LIBRARIES = {"compilation", "tuning", "properties", "learners", *_RUNS}
@@ -22,6 +24,7 @@ ALLOWED = {
     "statistics": {"statistics"},
     "errors": set(),
     "escaping": set(),
+    "notebook": set(),
     "reports": {"reports", "statistics", "errors", "escaping"},
     "compilation": set(),
     "kernels": {"kernels", "compilation"},
@@ -45,6 +48,7 @@ SHOWING = ("page", "figures", "section", "sections")
 UPWARD = {
     "__init__": "the public interface, by name",
     "methods.registry": "learned methods, by name",
+    "notebook": "what draws in a notebook, by name",
 }
 """Modules that name modules of a higher floor as strings, and why."""
 

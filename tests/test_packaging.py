@@ -1,14 +1,17 @@
 """One name at top level: what the wheel holds, and what stands beside a user's script."""
 
 import itertools
+import os
 import re
 import subprocess
 import sys
 import tomllib
+import venv
 import zipfile
 from pathlib import Path
 
 import pytest
+import yaml
 from packaging.requirements import Requirement
 
 import steadyload
@@ -34,7 +37,7 @@ def installed_path(tracked):
     return f"steadyload/{FOLDERS[top]}{rest}"
 
 
-def test_the_wheel_holds_the_tracked_files_under_one_name(wheel):
+def test_the_wheel_holds_the_tracked_files_under_one_name(wheel, project):
     listed = subprocess.run(
         ["git", "-C", str(ROOT), "ls-files"], capture_output=True, text=True, check=True
     ).stdout.splitlines()
@@ -43,7 +46,9 @@ def test_the_wheel_holds_the_tracked_files_under_one_name(wheel):
         names = set(archive.namelist())
     about = {name for name in names if name.split("/")[0].endswith(".dist-info")}
     assert names - about == tracked
-    assert {name.split("/")[0] for name in about} == {"steadyload-0.1.0.dist-info"}
+    assert {name.split("/")[0] for name in about} == {
+        f"steadyload-{project['project']['version']}.dist-info"
+    }
 
 
 def test_files_beside_a_script_change_nothing(wheel, tmp_path):
@@ -64,6 +69,49 @@ def test_files_beside_a_script_change_nothing(wheel, tmp_path):
     )
     done = subprocess.run([sys.executable, str(main)], capture_output=True, text=True, cwd=script)
     assert (done.returncode, done.stdout) == (0, "sme ps3@mujoco True\n"), done.stderr
+
+
+PLAN = """\
+layout,pallet_width,pallet_height,pallet_depth,sequence,x,y,z,width,height,depth,weight
+A18,120,160,80,0,0,0,0,40,30,40,12
+A18,120,160,80,1,25,30,0,40,30,40,9
+"""
+
+
+@pytest.mark.deep("compiles in an environment of its own: a minute")
+def test_the_wheel_answers_in_an_empty_environment(wheel, tmp_path):
+    """The package and its command are the wheel's alone, installed by pip; what it depends on is
+    not installed anew, which would take a network, but found where this process finds it.
+    """
+    environment, elsewhere = tmp_path / "environment", tmp_path / "elsewhere"
+    venv.create(environment)
+    python = environment / "bin" / "python"
+    subprocess.run(
+        [sys.executable, "-m", "pip", "--python", str(python), "install", "--quiet", "--no-deps",
+         "--no-index", "--disable-pip-version-check", str(wheel)], check=True,
+    )  # fmt: skip
+    [site] = environment.glob("lib/python*/site-packages")
+    others = [path for path in sys.path if Path(path).name == "site-packages"]
+    (site / "others.pth").write_text("\n".join(others) + "\n")  # an editable install is not begun
+    elsewhere.mkdir()
+    (elsewhere / "pallets.csv").write_text(PLAN)
+
+    def said(*command):
+        done = subprocess.run(
+            [environment / "bin" / command[0], *command[1:]], cwd=elsewhere, capture_output=True,
+            text=True, env={"PATH": os.environ["PATH"], "HOME": str(tmp_path)},
+        )  # fmt: skip
+        return done.returncode, done.stdout
+
+    code = "import steadyload as sl; print(sl.__file__); print(sl.check(sl.read('pallets.csv')[0]))"
+    status, text = said("python", "-c", code)
+    assert status == 0
+    where, answer = text.splitlines()
+    assert Path(where).is_relative_to(site)
+    assert answer.startswith("A18 (2 boxes): fails at step 1: item 1 leans right [cascade@mujoco")
+    status, text = said("steadyload", "check", "pallets.csv")
+    assert status == 1
+    assert "1 pallet: 0 stand, 1 fail" in text
 
 
 @pytest.mark.parametrize("folder", FOLDERS)
@@ -96,6 +144,14 @@ def names(requirements):
 @pytest.fixture(scope="module")
 def project():
     return tomllib.loads((ROOT / "pyproject.toml").read_text())
+
+
+def test_the_version_is_one_and_its_changes_are_dated(project):
+    """In the package, where it is cited, and in the newest dated part of the changelog."""
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    dated = re.findall(r"^## ([\d.]+) \((.*)\)$", (ROOT / "CHANGELOG.md").read_text(), re.M)
+    assert dated[0] == (cited["version"], str(cited["date-released"]))
+    assert cited["version"] == project["project"]["version"]
 
 
 @pytest.mark.parametrize("file", sorted((ROOT / "locks").glob("*.txt")), ids=lambda file: file.stem)

@@ -25,6 +25,7 @@ from steadyload.layouts.item import LayoutError as LayoutError
 from steadyload.layouts.item import Vector as Vector
 from steadyload.layouts.overlaps import deepest_overlap
 from steadyload.layouts.pallet import Pallet as Pallet
+from steadyload.notebook import ShownInNotebook
 
 ARRAYS = ("lower", "upper", "sizes", "weights", "mass_offsets")
 """Names of the arrays of a layout."""
@@ -65,7 +66,7 @@ class Arrangement(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class Layout(ShownInNotebook):
     """A sequence of items on a pallet (A_i in the paper); items are kept in loading order.
 
     Args:

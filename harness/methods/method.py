@@ -26,6 +26,7 @@ from steadyload.methods.verdict import Effort as Effort
 from steadyload.methods.verdict import Finding as Finding
 from steadyload.methods.verdict import Status as Status
 from steadyload.methods.verdict import Verdict as Verdict
+from steadyload.methods.verdict import verdict_of
 
 
 class Trait(StrEnum):
@@ -58,7 +59,10 @@ class NotBatchedError(SpecError):
 
 
 def verdict_by(
-    find: Callable[[Stopwatch], Finding], item_count: int, timeout: float | None
+    find: Callable[[Stopwatch], Finding],
+    item_count: int,
+    timeout: float | None,
+    layout: Layout | None = None,
 ) -> Verdict:
     """Verdict of a judgement, with the time that it takes.
 
@@ -66,11 +70,12 @@ def verdict_by(
         find: judges; may raise :class:`RefusedError` and :class:`TimeoutExpiredError`.
         item_count: of the layout.
         timeout: of :meth:`Method.judge`.
+        layout: that is judged, where the verdict keeps it.
     """
     watch = Stopwatch(timeout)
     finding = finding_by(find, watch)
     cpu, wall = watch.stop()
-    return verdict_of(finding, item_count, cpu, wall)
+    return verdict_of(finding, item_count, cpu, wall, layout)
 
 
 def finding_by(find: Callable[[Stopwatch], Finding], watch: Stopwatch) -> Finding:
@@ -86,33 +91,6 @@ def finding_by(find: Callable[[Stopwatch], Finding], watch: Stopwatch) -> Findin
         return Finding(status=Status.REFUSED, reason=str(error))
     except TimeoutExpiredError as error:
         return Finding(status=Status.TIMEOUT, reason=str(error))
-
-
-def verdict_of(finding: Finding, item_count: int, cpu: Seconds, wall: Seconds) -> Verdict:
-    """The verdict that a finding becomes.
-
-    Args:
-        finding: of a judgement.
-        item_count: of the layout.
-        cpu: time spent.
-        wall: likewise.
-    """
-    if finding is STABLE:
-        return Verdict(item_count, cpu=cpu, wall=wall)
-    return Verdict(
-        item_count,
-        finding.status,
-        finding.failing_step,
-        finding.moved_item,
-        finding.displacement,
-        finding.rotation,
-        finding.reason,
-        finding.ignored,
-        finding.emulated,
-        finding.effort,
-        cpu,
-        wall,
-    )
 
 
 class Loader(ABC):
@@ -333,7 +311,7 @@ class Method(ABC):
             timeout: wall-clock seconds after which a long judgement ends with status ``timeout``;
                 looked at between engine calls, so a single call may overrun it.
         """
-        return verdict_by(lambda watch: self._judge(layout, watch), len(layout), timeout)
+        return verdict_by(lambda watch: self._judge(layout, watch), len(layout), timeout, layout)
 
     def judge_many(
         self, layouts: Iterable[Layout], *, timeout: float | None = None
@@ -417,4 +395,4 @@ def judge(method: Method, layout: Layout, timeout: float | None = None) -> Verdi
         return method.judge(layout, timeout=timeout)
     except Exception as error:
         reason = f"{type(error).__name__}: {error}"
-        return Verdict(item_count=len(layout), status=Status.ERROR, reason=reason)
+        return Verdict(len(layout), Status.ERROR, reason=reason, layout=layout)

@@ -24,9 +24,9 @@ from steadyload.methods.method import (
     Verdict,
     finding_by,
     verdict_by,
-    verdict_of,
 )
 from steadyload.methods.registry import make_method
+from steadyload.methods.verdict import verdict_of
 
 
 class SessionError(UserError):

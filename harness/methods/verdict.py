@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.layouts.batch import LayoutBatch
+from steadyload.layouts.model import Layout
 from steadyload.methods.stopwatch import Seconds
+from steadyload.notebook import ShownInNotebook
 
 
 class Status(StrEnum):
@@ -58,7 +60,7 @@ class Effort:
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class Verdict(ShownInNotebook):
     """Verdict of a method on a layout.
 
     Attributes:
@@ -73,6 +75,8 @@ class Verdict:
         ignored, emulated: settings requested that the engine ignored, or imitated by other means.
         effort: what was simulated.
         cpu, wall: time spent.
+        layout: that was judged, for its picture; None where many were judged at once or a session
+            judged. Verdicts are compared without it.
     """
 
     item_count: int
@@ -87,6 +91,7 @@ class Verdict:
     effort: Effort = Effort()
     cpu: Seconds = Seconds()
     wall: Seconds = Seconds()
+    layout: Layout | None = field(default=None, repr=False, compare=False)
 
     @property
     def stable(self) -> bool:
@@ -99,6 +104,11 @@ class Verdict:
         if self.status is not Status.DONE:
             return None
         return 1.0 if self.failing_step is None else self.failing_step / self.item_count
+
+    @property
+    def item_at_fault(self) -> int | None:
+        """The item that moved too far, or that of the failing step where none is known to move."""
+        return self.failing_step if self.moved_item is None else self.moved_item
 
     def to_dict(self) -> dict[str, Any]:
         """The verdict as values that JSON can hold, with units in the names."""
@@ -149,6 +159,37 @@ class Finding:
 
 
 STABLE = Finding()
+
+
+def verdict_of(
+    finding: Finding, item_count: int, cpu: Seconds, wall: Seconds, layout: Layout | None = None
+) -> Verdict:
+    """The verdict that a finding becomes.
+
+    Args:
+        finding: of a judgement.
+        item_count: of the layout.
+        cpu: time spent.
+        wall: likewise.
+        layout: see :class:`Verdict`.
+    """
+    if finding is STABLE:
+        return Verdict(item_count, cpu=cpu, wall=wall, layout=layout)
+    return Verdict(
+        item_count,
+        finding.status,
+        finding.failing_step,
+        finding.moved_item,
+        finding.displacement,
+        finding.rotation,
+        finding.reason,
+        finding.ignored,
+        finding.emulated,
+        finding.effort,
+        cpu,
+        wall,
+        layout,
+    )
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -6,13 +6,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from steadyload.atomic import write_atomically
 from steadyload.engines.errors import EngineNotInstalledError
 from steadyload.layouts.model import Layout
 from steadyload.layouts.record import Refused
-from steadyload.methods.method import Verdict
 from steadyload.methods.recording import (
     Recording,
     record_failure,
@@ -26,6 +23,7 @@ from steadyload.reports.viewer.records import Card, Gallery
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.runs.provenance import provenance_lines
 from steadyload.studies.checking import Answer, Check
+from steadyload.studies.notebook_figures import load_picture
 from steadyload.studies.viewing import view_of
 
 PAGE = "index.html"
@@ -98,7 +96,8 @@ def _gallery(cards: Sequence[Card]) -> Gallery:
         cards=tuple(cards),
         notes=(
             "A picture shows a load up to the box at whose placement it fails; the box that moves "
-            "too far is red. Colours are the order of loading. Seen from the side of high x and z.",
+            "too far is red, and shines through others. Colours are the order of loading. Seen "
+            "from the side of high x and z.",
             "Sure: the share of labelled cases of about so many boxes on which the method names "
             "the failing step.",
             "A fall is simulated from the plan by the method that answered, or the last stage of "
@@ -158,26 +157,14 @@ def _card(check: Check, layout: Layout | None = None, recording: Recording | Non
     answer = check.reason if check.answer is Answer.BAD_INPUT else check.sentence
     if layout is None or recording is None:
         return Card(check.layout, kind, answer, tuple(facts))
-    drawn = _placed(check.verdict, len(layout))
+    drawn = load_picture(layout, check.verdict)
     return Card(
         name=check.layout,
         kind=kind,
         answer=answer,
         facts=tuple(facts),
-        pallet=layout.pallet.size,
-        boxes=np.hstack((layout.lower, layout.upper - layout.lower))[:drawn],
-        marked=_marked(check.verdict),
+        pallet=drawn.pallet,
+        boxes=drawn.boxes,
+        marked=drawn.marked,
         player=player_html(view_of(layout, [recording]), MARKS),
     )
-
-
-def _placed(verdict: Verdict | None, items: int) -> int:
-    if verdict is None or verdict.failing_step is None:
-        return items
-    return verdict.failing_step + 1
-
-
-def _marked(verdict: Verdict | None) -> int | None:
-    if verdict is None or verdict.failing_step is None:
-        return None
-    return verdict.failing_step if verdict.moved_item is None else verdict.moved_item

@@ -14,8 +14,9 @@ from steadyload.layouts.model import Layout
 from steadyload.layouts.naming import box_id, with_ids
 from steadyload.layouts.question import Question
 from steadyload.layouts.record import Refused
-from steadyload.methods.method import Status, Verdict, judge
+from steadyload.methods.method import Method, Status, Verdict, judge
 from steadyload.methods.registry import make_method
+from steadyload.notebook import ShownInNotebook
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.able import asked_question
@@ -63,7 +64,7 @@ class Reliability:
 
 
 @dataclass(frozen=True, slots=True)
-class Check:
+class Check(ShownInNotebook):
     """The answer of a method on one layout.
 
     Attributes:
@@ -110,9 +111,8 @@ class Check:
             return f"{self.answer}: {self.reason}"
         assert self.verdict is not None
         said = self.verdict
-        moved = said.failing_step if said.moved_item is None else said.moved_item
         box = self.moved_box if said.moved_item is not None else self.failing_box
-        motion = f"{box or f'item {moved}'}{self._motion}"
+        motion = f"{box or f'item {said.item_at_fault}'}{self._motion}"
         return f"fails at step {said.failing_step}: {motion}"
 
     @property
@@ -173,7 +173,7 @@ def check(layout: Layout, method: str = DEFAULT_METHOD, *, timeout: float | None
     Raises:
         SpecError, EngineNotInstalledError: there is no such method, or its engine is missing.
     """
-    judging = make_method(method)
+    judging = _default() if method == DEFAULT_METHOD else make_method(method)
     judging.prepare(len(layout))
     spec = str(judging.spec)
     verdict = judge(judging, layout, timeout)
@@ -182,7 +182,7 @@ def check(layout: Layout, method: str = DEFAULT_METHOD, *, timeout: float | None
     else:
         answer = Answer.STANDS if verdict.stable else Answer.FAILS
     reason = with_ids(verdict.reason, layout.items)
-    moved = verdict.failing_step if verdict.moved_item is None else verdict.moved_item
+    at_fault = verdict.item_at_fault
     return Check(
         layout=layout.name,
         items=len(layout),
@@ -191,7 +191,7 @@ def check(layout: Layout, method: str = DEFAULT_METHOD, *, timeout: float | None
         verdict=verdict,
         failing_box=box_id(layout.items, verdict.failing_step),
         moved_box=box_id(layout.items, verdict.moved_item),
-        side=None if moved is None else leaning(layout, moved),
+        side=None if at_fault is None else leaning(layout, at_fault),
         reason=reason or (str(verdict.status) if answer is Answer.NOT_JUDGED else ""),
         reliability=reliability(spec, len(layout)),
     )
@@ -290,6 +290,15 @@ def reliability(method: str, boxes: int) -> Reliability | None:
         return None
     entry = next((m for m in front.measured if m.method == method), None)
     return None if entry is None else Reliability(entry.accuracy, front.cases, front.part)
+
+
+@cache
+def _default() -> Method:
+    """The default method, which reads nothing but files of the package: it is made once.
+
+    Another one is made for every check, since its spec may name files that change.
+    """
+    return make_method(DEFAULT_METHOD)
 
 
 @cache

@@ -15,6 +15,7 @@ import numpy as np
 
 from steadyload.reports.html import packed, rendered, template_text
 from steadyload.reports.viewer.page import MARKS, shared_texts
+from steadyload.reports.viewer.picture import MARKED, OUTLINE, RAMP, WOOD, behind_first, shades
 from steadyload.reports.viewer.records import Card, Gallery
 
 _PER_CM = 10
@@ -39,14 +40,26 @@ def gallery_html(gallery: Gallery) -> str:
             map(template_text, ("viewer/unpack.js", "viewer/dialog.js", "viewer/gallery.js"))
         ),
         shared=packed(json.dumps({"marks": MARKS, "texts": shared_texts()})),
-        pictures=packed(json.dumps([_picture(c) for c in gallery.cards], separators=(",", ":"))),
+        pictures=packed(json.dumps(_pictures(gallery), separators=(",", ":"))),
         players=[packed(card.player) if card.player else "" for card in gallery.cards],
     )
+
+
+def _pictures(gallery: Gallery) -> dict[str, Any]:
+    """Colours of the faces that are seen, and the boxes of every card, for the browser to draw."""
+    return {
+        "ramp": [shades(colour) for colour in RAMP],
+        "red": shades(MARKED),
+        "wood": WOOD,
+        "edge": OUTLINE,
+        "cards": [_picture(card) for card in gallery.cards],
+    }
 
 
 def _picture(card: Card) -> dict[str, Any]:
     return {
         "pallet": [round(_PER_CM * side) for side in card.pallet],
         "boxes": np.rint(_PER_CM * card.boxes).astype(int).ravel().tolist(),
+        "order": behind_first(card.boxes),
         "marked": card.marked,
     }

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.reports.html import packed, rendered, template_text
-from steadyload.reports.table import significant
+from steadyload.reports.table import brief_time, significant
 from steadyload.reports.viewer.records import Movement, View, ViewedItem, ViewedLoading, ViewedStep
 from steadyload.reports.viewer.three_js import three_js
 
@@ -100,7 +100,7 @@ def _caption(loading: ViewedLoading, items: Sequence[ViewedItem]) -> dict[str, A
         "score": f"{score} ({safe} of {len(items)} placed)" if loading.score is not None else score,
     }
     if loading.seconds:
-        facts["CPU time"] = _time(loading.seconds)
+        facts["CPU time"] = brief_time(loading.seconds)
     moved = loading.moved_item
     if moved is not None and loading.displacement is not None and loading.rotation is not None:
         facts[f"{items[moved].label} moved"] = (
@@ -190,7 +190,3 @@ def _whole(track: NDArray[np.float64]) -> list[int]:
 
 def _plain_movement(movement: Movement) -> tuple[int, float, float]:
     return (movement.item, round(movement.displacement, 2), round(movement.rotation, 2))
-
-
-def _time(seconds: float) -> str:
-    return f"{significant(1e3 * seconds)} ms" if seconds < 1.0 else f"{significant(seconds)} s"

@@ -94,6 +94,19 @@ def test_pictures_are_drawn_and_the_failing_box_is_red(page):
     assert page.value(red.format(".card.stands")) == 0
 
 
+def test_a_marked_box_shines_through_one_that_stands_before_it(page):
+    reddish = (
+        "(() => {{const c = document.createElement('canvas'); c.width = c.height = 100; draw(c, {{"
+        "pallet: [20, 20, 20], boxes: [0, 0, 0, 10, 10, 10, 10, 0, 0, 10, 20, 20, 0, 0, 10, 10, "
+        "20, 10, 0, 10, 0, 10, 10, 10], order: [0, 1, 2, 3], marked: {}}});"
+        "const d = c.getContext('2d').getImageData(0, 0, 100, 100).data; let n = 0;"
+        "for (let k = 0; k < d.length; k += 4) n += d[k] > d[k + 1] && d[k] > 100 && d[k + 2] < 100"
+        "; return n;}})()"
+    )
+    assert page.value(reddish.format(0)) > 100
+    assert page.value(reddish.format("null")) == 0
+
+
 def test_it_filters_by_answer_and_by_words_and_sorts(page):
     page.value("document.querySelector('[data-kind=stands]').click()")
     assert names(page) == ["stands", "also stands"]

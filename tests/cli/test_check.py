@@ -273,3 +273,18 @@ def test_no_name_is_a_formula_in_a_spreadsheet(run, name):
     _, out, _ = run([stack(name, (5.0, 0.0))], "--csv")
     [record] = csv.DictReader(io.StringIO(out))
     assert record["layout"] == (name if name[0] == "p" else f"'{name}")
+
+
+def test_the_default_method_is_made_once_and_one_that_is_named_every_time(monkeypatch):
+    made = []
+
+    def counted(spec):
+        made.append(spec)
+        return make_method(spec)
+
+    monkeypatch.setattr(checking, "make_method", counted)
+    checking._default.cache_clear()
+    for _ in range(3):
+        sl.check(STANDING)
+        sl.check(STANDING, "fbs")
+    assert made == [DEFAULT_METHOD, "fbs", "fbs", "fbs"]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import steadyload as sl
 from steadyload.cli.running import command_of
 from steadyload.methods.registry import make_method
 
@@ -63,8 +64,21 @@ def test_links_lead_to_files(page):
     assert not missing
 
 
-def test_the_tours_example_prints_what_stands_below_it(capsys):
-    text = (ROOT / "docs" / "tour.md").read_text()
-    ((code, printed),) = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", text, re.DOTALL)
-    exec(compile(code, "docs/tour.md", "exec"), {})
-    assert capsys.readouterr().out == printed
+@pytest.mark.parametrize(("name", "count"), [("tour.md", 1), ("api.md", 9)])
+def test_examples_print_what_stands_below_them(name, count, tmp_path, monkeypatch, capsys):
+    """One after the other, as a reader would type them, beside the file that the page shows."""
+    text = (ROOT / "docs" / name).read_text()
+    for file, content in re.findall(r"`([\w.]+)`:\n\n```\n(.*?)```", text, re.DOTALL):
+        (tmp_path / file).write_text(content)
+    monkeypatch.chdir(tmp_path)
+    examples = re.findall(r"```python\n(.*?)```(?:\n\n```\n(.*?)```)?", text, re.DOTALL)
+    names = {}
+    for code, printed in examples:
+        exec(compile(code, name, "exec"), names)
+        assert capsys.readouterr().out == printed
+    assert len(examples) == count
+
+
+def test_the_page_of_the_interface_names_all_of_it():
+    text = (ROOT / "docs" / "api.md").read_text()
+    assert {name for name in sl.__all__ if f"`{name}" not in text} == set()

@@ -1,33 +1,12 @@
 // Cards: their pictures, what is shown of them, and the player of the one that is opened.
 
-const RAMP = ["#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39"];
-const MARKED = "#e31a1c", WOOD = "#c9b997", EDGE = "#10151f99";
 const cards = [...document.querySelectorAll("#cards li")];
 const dialog = find("dialog");
-let pictures = [], shared = null, opened = null;
+let pictures = null, shared = null, opened = null;
 
-// A colour of the ramp, darkened.
-function shade(colour, light) {
-  const parts = [1, 3, 5].map((at) => Math.round(light * parseInt(colour.slice(at, at + 2), 16)));
-  return `rgb(${parts})`;
-}
-
-// Numbers of boxes from the farthest to the nearest one, seen from high x, y and z.
-function behindFirst(boxes) {
-  const behind = (a, b) => [0, 1, 2].some((k) => a[k] + a[k + 3] <= b[k]);
-  const order = [], seen = new Set();
-  const visit = (n) => {
-    seen.add(n);
-    boxes.forEach((box, m) => {
-      if (!seen.has(m) && behind(box, boxes[n]) && !behind(boxes[n], box)) visit(m);
-    });
-    order.push(n);
-  };
-  boxes.forEach((_, n) => seen.has(n) || visit(n));
-  return order;
-}
-
-function draw(canvas, { pallet, boxes: flat, marked }) {
+// A load, seen from high x, y and z.
+function draw(canvas, { pallet, boxes: flat, order, marked }) {
+  const { ramp, red, wood, edge } = pictures;
   const boxes = [];
   for (let k = 0; k < flat.length; k += 6) boxes.push(flat.slice(k, k + 6));
   const flatPoint = ([x, y, z]) => [(x - z) * 0.866, (x + z) * 0.5 - y];
@@ -45,17 +24,20 @@ function draw(canvas, { pallet, boxes: flat, marked }) {
     pen.closePath();
     pen.fillStyle = colour;
     pen.fill();
-    pen.strokeStyle = EDGE;
+    pen.strokeStyle = `${edge}99`;
     pen.stroke();
   };
-  face(deck, WOOD);
-  for (const n of behindFirst(boxes)) {
+  const sides = (n, colours) => {
     const [x, y, z, w, h, d] = boxes[n], [X, Y, Z] = [x + w, y + h, z + d];
-    const colour = n === marked ? MARKED : RAMP[Math.floor((RAMP.length * n) / boxes.length)];
-    face([[x, Y, z], [X, Y, z], [X, Y, Z], [x, Y, Z]], shade(colour, 1));
-    face([[X, y, z], [X, Y, z], [X, Y, Z], [X, y, Z]], shade(colour, 0.72));
-    face([[x, y, Z], [X, y, Z], [X, Y, Z], [x, Y, Z]], shade(colour, 0.86));
-  }
+    face([[x, Y, z], [X, Y, z], [X, Y, Z], [x, Y, Z]], colours[0]);
+    face([[X, y, z], [X, Y, z], [X, Y, Z], [X, y, Z]], colours[1]);
+    face([[x, y, Z], [X, y, Z], [X, Y, Z], [x, Y, Z]], colours[2]);
+  };
+  face(deck, wood);
+  for (const n of order) sides(n, n === marked ? red : ramp[Math.floor((ramp.length * n) / boxes.length)]);
+  if (marked === null) return;
+  pen.globalAlpha = 0.5; // it shines through what stands before it
+  sides(marked, [red[0], red[0], red[0]]);
 }
 
 function filter() {
@@ -127,7 +109,7 @@ function listen() {
       for (const { target, isIntersecting } of entries) {
         if (!isIntersecting) continue;
         seen.unobserve(target);
-        draw(target.querySelector("canvas"), pictures[target.dataset.number]);
+        draw(target.querySelector("canvas"), pictures.cards[target.dataset.number]);
       }
     }, { rootMargin: "400px" });
     cards.forEach((card) => seen.observe(card));

@@ -1,0 +1,102 @@
+"""Layouts, verdicts and answers as a notebook shows them."""
+
+from __future__ import annotations
+
+from functools import singledispatch
+
+import numpy as np
+
+from steadyload.layouts.model import Layout
+from steadyload.layouts.naming import box_label, with_ids
+from steadyload.methods.method import Status, Verdict
+from steadyload.reports.table import brief_time, significant
+from steadyload.reports.viewer.notebook import shown_html
+from steadyload.reports.viewer.picture import LoadPicture
+from steadyload.studies.checking import Check
+
+
+@singledispatch
+def notebook_html(shown: object) -> str:
+    """HTML of an object that shows itself: a line, values with units, and a picture.
+
+    Raises:
+        TypeError: of another class.
+    """
+    raise TypeError(f"{type(shown).__name__} does not show itself in a notebook")
+
+
+@notebook_html.register
+def _(layout: Layout) -> str:
+    count, top = len(layout), float(layout.upper[:, 1].max())
+    width, height, depth = layout.pallet.size
+    facts = {
+        "items": str(count),
+        "weight": f"{significant(float(layout.weights.sum()))} kg",
+        "height of the load": f"{significant(top)} cm of {height:g} cm",
+        "pallet, width × depth": f"{width:g} × {depth:g} cm",
+        "floor": str(layout.floor.kind),
+    }
+    line = f"{layout.name}: {count} item{'s' if count != 1 else ''}"
+    return shown_html(line, facts, load_picture(layout))
+
+
+@notebook_html.register
+def _(verdict: Verdict) -> str:
+    items = () if verdict.layout is None else verdict.layout.items
+    line = with_ids(str(verdict), items)
+    if verdict.layout is None:
+        return shown_html(line, _facts(verdict), None)
+    line = f"{verdict.layout.name}: {line}"
+    return shown_html(line, _facts(verdict), load_picture(verdict.layout, verdict))
+
+
+@notebook_html.register
+def _(check: Check) -> str:
+    facts = {"method": check.method}
+    if check.reliability is not None:
+        facts["right on"] = (
+            f"{100.0 * check.reliability.accuracy.value:.1f} % of {check.reliability.cases} "
+            "labelled cases of about this size"
+        )
+    said, line = check.verdict, f"{check.layout}: {check.sentence}"
+    if said is None or said.layout is None:
+        return shown_html(line, facts, None)
+    return shown_html(line, facts | _facts(said), load_picture(said.layout, said))
+
+
+def load_picture(layout: Layout, verdict: Verdict | None = None) -> LoadPicture:
+    """The picture of a load: up to the item at whose placement it fails, the one at fault marked.
+
+    Args:
+        layout: the plan.
+        verdict: None to draw all items, and to mark none.
+    """
+    failing = None if verdict is None else verdict.failing_step
+    placed = len(layout) if failing is None else failing + 1
+    caption = f"{layout.name}: {placed} of {len(layout)} items"
+    at_fault = None if verdict is None else verdict.item_at_fault
+    if at_fault is not None:
+        caption += f", {box_label(at_fault, layout.items[at_fault].name)} in red"
+    boxes = np.hstack((layout.lower, layout.sizes))[:placed]
+    return LoadPicture(layout.pallet.size, boxes, at_fault, caption)
+
+
+def _facts(verdict: Verdict) -> dict[str, str]:
+    """Values of a verdict with their units, by name; those that it has."""
+    count, facts = verdict.item_count, {}
+    if verdict.status is not Status.DONE:
+        facts["status"] = str(verdict.status)
+    if verdict.score is not None:
+        safe = count if verdict.failing_step is None else verdict.failing_step
+        facts["score"] = f"{significant(verdict.score)} ({safe} of {count} items placed safely)"
+    if verdict.failing_step is not None:
+        facts["failing step"] = f"{verdict.failing_step}, counted from 0"
+    if verdict.displacement is not None:
+        facts["displacement"] = f"{verdict.displacement:.1f} cm"
+    if verdict.rotation is not None:
+        facts["rotation"] = f"{verdict.rotation:.1f} degrees"
+    if verdict.ignored:
+        facts["ignored by the engine"] = ", ".join(verdict.ignored)
+    if verdict.wall.total > 0.0:  # a session states none unless it is asked to
+        facts["CPU time"] = brief_time(verdict.cpu.total)
+    return facts
