@@ -135,12 +135,25 @@ def _allowed(config: pytest.Config, reason: str) -> bool:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
-    """A test that fails because this Python cannot have an engine is skipped."""
-    report = yield
-    for why in absent_engines().values():
-        if report.failed and why in report.longreprtext + report.capstderr:
+    """A test that needs an engine that this Python cannot have is skipped."""
+    return _skipped_without_an_engine((yield), item)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector: pytest.Collector) -> Iterator[None]:
+    """So is a file of such tests."""
+    return _skipped_without_an_engine((yield), collector)
+
+
+def _skipped_without_an_engine(report, at):
+    told = report.longreprtext + "".join(text for _, text in report.sections)
+    marks = {name for mark in at.iter_markers("engine") for name in mark.args}
+    for engine, why in absent_engines().items():
+        lacking = [why, *(f"No module named '{p}'" for p in engines()[engine].packages)]
+        lacking += [f"needs the package {p}" for p in engines()[engine].packages]
+        if report.failed and (engine in marks or any(text in told for text in lacking)):
             report.outcome = "skipped"
-            report.longrepr = (str(item.path), item.location[1] or 0, f"Skipped: {why}")
+            report.longrepr = (str(at.path), 0, f"Skipped: {why}")
     return report
 
 

@@ -23,7 +23,7 @@ def shown_html(line: str, facts: Mapping[str, str], picture: LoadPicture | None)
     """
     drawn = "" if picture is None else base64.b64encode(load_svg(picture).encode()).decode()
     return rendered(
-        "notebook.html.j2",
+        "viewer/notebook.html.j2",
         line=line,
         facts=facts,
         drawn=drawn,

@@ -118,6 +118,7 @@ def test_wrong_arguments_end_with_status_2_and_no_traceback(steadyload, layout_f
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.engine("bullet")
 def test_scores_as_json(steadyload, layout_file):
     done = steadyload(
         "score", layout_file, "-m", "sme", "-m", "ps3@bullet", "--json", cwd=layout_file.parent
@@ -208,6 +209,7 @@ def test_converting_there_and_back(steadyload, layout_file, tmp_path):
         ]
 
 
+@pytest.mark.engine("bullet")
 def test_a_study_from_definition_to_report(steadyload, layout_file, tmp_path):
     (tmp_path / "s.toml").write_text(
         'layouts = ["layouts.json"]\nmethods = ["fbs", "simulation@bullet:frequency=60"]\n'

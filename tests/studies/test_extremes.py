@@ -510,6 +510,7 @@ def test_wrong_names_are_one_sentence(tmp_path, capsys, monkeypatch, arguments, 
 # --- what is committed --------------------------------------------------------------------------
 
 
+@pytest.mark.engine("bullet")
 def test_the_committed_envelope_is_the_published_one():
     text = (PUBLISHED / "report.md").read_text()
     table = text.partition("## The envelope")[2].partition("\n## ")[0]

@@ -276,6 +276,7 @@ def test_without_a_set_there_is_no_study(tmp_path):
         judge_real(asked, tmp_path / "work", workers=0)
 
 
+@pytest.mark.engine("bullet")
 def test_usual_methods_exist_and_are_asked_both_questions():
     asked = RealStudyOptions()
     assert (asked.methods, dict(asked.left_out)) == (METHODS, {})

@@ -102,6 +102,7 @@ def test_the_comparison_counts_by_hand(run):
     assert comparison.disputed == disputed
 
 
+@pytest.mark.engine("bullet")
 def test_the_engine_page_states_every_answer():
     text = engines_markdown(engine_records())
     table = {
@@ -114,6 +115,7 @@ def test_the_engine_page_states_every_answer():
     assert table["restitution"][1] == "emulated on request"
 
 
+@pytest.mark.engine("bullet")
 def test_the_published_engine_page_is_up_to_date():
     from pathlib import Path
 

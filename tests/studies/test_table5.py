@@ -309,6 +309,7 @@ def test_one_run_answers_both_questions(tmp_path, monkeypatch):
     }
 
 
+@pytest.mark.engine("bullet")
 def test_methods_made_for_both_questions_are_judged_and_shown_once_a_question():
     judged = {question: Table5Options(question=question) for question in Question}
     one, other = (asked.spatial for asked in judged.values())

@@ -13,7 +13,7 @@ from functools import cache, partial
 
 import numpy as np
 
-from steadyload.engines.registry import engine_names, world_class
+from steadyload.engines.registry import absent_engines, engine_names, world_class
 from steadyload.engines.world import EngineError
 from steadyload.errors import nearest
 from steadyload.properties import mechanics
@@ -103,7 +103,7 @@ def closed_forms(
     """
     names = engine_names() if engines is None else tuple(engines)
     for name in names:
-        if name not in engine_names():
+        if name not in (*engine_names(), *absent_engines()):
             raise StudyError(f"unknown engine {name!r}; {nearest(name, engine_names())}")
     results = []
     for test in _tests() if tests is None else tests:
