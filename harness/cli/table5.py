@@ -24,7 +24,7 @@ class Table5(Table5Config):
     )  # fmt: skip
     views: int = option(
         0, "write pages that play N of the cases that divide the methods, and link them "
-        "(default: 0; needs trimesh: pip install 'steadyload[view]')", least=0,
+        "(default: 0)", least=0,
     )  # fmt: skip
     config: Path | None = config_option()
 

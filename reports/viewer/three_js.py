@@ -32,7 +32,7 @@ def three_js() -> str:
     try:
         package = metadata.distribution("trimesh")
     except metadata.PackageNotFoundError:
-        raise ThreeJsError("a view needs trimesh: pip install 'steadyload[view]'") from None
+        raise ThreeJsError("a view needs the package trimesh: pip install trimesh") from None
     try:
         with zipfile.ZipFile(str(package.locate_file(_ARCHIVE))) as archive:
             page = archive.read(_MEMBER).decode()
