@@ -27,7 +27,7 @@ STILL_CM = 0.01
 _STILL_TURN = 1e-4
 _PER_CM = 1000
 _PER_UNIT = 10_000
-_SCRIPTS = ("viewer/unpack.js", "viewer/stage.js", "viewer/player.js")
+_SCRIPTS = ("viewer/unpack.js", "viewer/lengths.js", "viewer/stage.js", "viewer/player.js")
 
 MARKS = {name: f"<!--{name}-->" for name in ("style", "script", "library")}
 """Marks in the places of the shared texts, for pages that hold many players and the texts once;

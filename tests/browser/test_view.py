@@ -181,7 +181,7 @@ def test_a_screenshot_shows_boxes_of_several_colours(browser, beside, width, hei
         "(([a, b]) => [b.left - a.left, b.top - a.top])"
         "([...document.querySelectorAll('.pane')].map(p => p.getBoundingClientRect()))"
     )
-    assert (across > 300, down > 300) == (width > 760, width <= 760)
+    assert (across > 300, down > 200) == (width > 760, width <= 760)
 
 
 def test_every_control_has_a_name_and_can_be_reached(browser, alone):
@@ -190,7 +190,7 @@ def test_every_control_has_a_name_and_can_be_reached(browser, alone):
         "[...document.querySelectorAll('button, input, select, canvas')].map(e => "
         "e.getAttribute('aria-label') || e.labels?.[0]?.textContent.trim() || e.textContent)"
     )
-    assert len(names) == 11
+    assert len(names) == 12
     assert all(names)
     assert browser.value("getComputedStyle(document.querySelector('canvas')).cursor") == "grab"
 
@@ -223,3 +223,40 @@ def test_dots_do_not_show_through_and_the_pointer_names_an_item(browser, tmp_pat
         "item 7: 20 × 20 × 20 cm, 2.5 kg, centre of mass +1.5 cm in x, −2 cm in z"
     )
     assert browser.errors == []
+
+
+def test_lengths_are_shown_on_demand_of_the_pallet_and_of_a_box(browser, alone):
+    browser.open(alone)
+    stage = "player.panes[0].stage"
+    texts = f"[...{stage}.axes.children, ...({stage}.sides?.children ?? [])].length"
+    assert browser.value(f"{stage}.axes.visible") is False
+    assert browser.value(f"{stage}.sides") is None
+    browser.press("m")
+    assert browser.value(f"{stage}.axes.visible") is True
+    assert browser.value(f"{stage}.sides.item") == FAILING
+    assert browser.value(texts) == 12, "three lines with their texts, twice"
+    lengths = f"{stage}.sides.children.filter(c => c.isLine).map(c => " \
+        "{const p = c.geometry.attributes.position.array; return Math.hypot(p[3] - p[0], " \
+        "p[4] - p[1], p[5] - p[2])})"  # fmt: skip
+    assert browser.value(lengths) == [10, 10, 10]
+    browser.value("player.jump(1)")
+    browser.press("ArrowLeft")
+    assert browser.value(f"{stage}.sides.item") == 0
+    browser.value("document.getElementById('lengths').click()")
+    browser.press("Shift")
+    assert browser.value(f"{stage}.sides") is None
+
+
+@pytest.mark.parametrize("width", [500, 1280])
+def test_scenes_beside_each_other_are_aligned_and_left_free_by_the_controls(browser, beside, width):
+    browser.open(beside, width=width, height=900)
+    one, other = browser.value(
+        "[...document.querySelectorAll('canvas')].map(c => {const r = c.getBoundingClientRect(); "
+        "return [r.left, r.top, r.width, r.height]})"
+    )
+    assert one[2:] == pytest.approx(other[2:], abs=1.0)
+    same = 0 if width == 500 else 1
+    assert one[same] == pytest.approx(other[same], abs=1.0)
+    assert one[3] >= 180.0
+    controls = browser.value("document.querySelector('.controls').getBoundingClientRect().top")
+    assert controls >= other[1] + other[3]

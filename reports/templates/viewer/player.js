@@ -95,7 +95,8 @@ class Player {
     if (this.dirty) {
       this.dirty = false;
       this.frames += 1;
-      for (const { stage } of this.panes) stage.draw(this.view, find("numbers").checked, find("masses").checked);
+      const shown = Object.fromEntries(["numbers", "masses", "lengths"].map((id) => [id, find(id).checked]));
+      for (const { stage } of this.panes) stage.draw(this.view, shown);
     }
     requestAnimationFrame((next) => this.tick(next));
   }
@@ -114,9 +115,10 @@ class Player {
       last: () => this.jump(this.steps),
       view: () => this.home(),
     };
+    const measure = () => find("lengths").click();
     for (const [id, act] of Object.entries(acts)) find(id).onclick = act;
     const redraw = () => { this.dirty = true; };
-    find("numbers").onchange = find("masses").onchange = redraw;
+    find("numbers").onchange = find("masses").onchange = find("lengths").onchange = redraw;
     find("scrub").max = this.steps;
     find("scrub").oninput = () => this.jump(Number(find("scrub").value));
     for (const { failing } of this.data.loadings) {
@@ -128,7 +130,7 @@ class Player {
     }
     new ResizeObserver(redraw).observe(document.querySelector("main"));
     DARK.addEventListener("change", () => { this.panes.forEach(({ stage }) => stage.paint()); redraw(); });
-    addEventListener("keydown", (event) => this.key(event, acts), true);
+    addEventListener("keydown", (event) => this.key(event, { ...acts, measure }), true);
   }
 
   key(event, acts) {
@@ -138,7 +140,7 @@ class Player {
     const turn = (yaw, pitch) => () => this.turn(yaw, pitch), zoom = (by) => () => this.zoom(by);
     const act = {
       " ": pressable ? null : acts.play, Home: acts.first, End: acts.last,
-      ArrowLeft: acts.back, ArrowRight: acts.forward,
+      ArrowLeft: acts.back, ArrowRight: acts.forward, m: acts.measure,
       a: turn(-0.1, 0), d: turn(0.1, 0), w: turn(0, 0.08), s: turn(0, -0.08),
       "+": zoom(0.9), "=": zoom(0.9), "-": zoom(1.1),
     }[event.key];
@@ -172,7 +174,7 @@ class Player {
       held.set(event.pointerId, event);
     };
     canvas.onpointerup = canvas.onpointercancel = (event) => held.delete(event.pointerId);
-    canvas.onpointerleave = () => { tip.hidden = true; };
+    canvas.onpointerleave = () => this.point(null, stage, tip);
     canvas.onpointermove = (event) => {
       const before = held.get(event.pointerId);
       if (!before) return this.point(event, stage, tip);
@@ -201,8 +203,10 @@ class Player {
 
   // Says which item is under the pointer.
   point(event, stage, tip) {
-    const n = stage.itemAt(event.clientX, event.clientY);
+    const n = event && stage.itemAt(event.clientX, event.clientY);
     tip.hidden = n === null;
+    this.dirty ||= stage.pointed !== n;
+    stage.pointed = n;
     if (n === null) return;
     const { size, weight, offset } = this.data.items[n], area = stage.canvas.getBoundingClientRect();
     const sides = size.map((side) => +side.toFixed(1)).join(" × ");

@@ -77,6 +77,10 @@ class Stage {
     this.plan = new THREE.LineSegments(outline, new THREE.LineDashedMaterial({ color: RED, dashSize: 0.06, gapSize: 0.04 }));
     this.plan.computeLineDistances();
     this.scene.add(this.plan);
+    this.axes = axesOf(data.pallet);
+    this.scene.add(this.axes);
+    this.sides = null;
+    this.pointed = null;
     this.paint();
   }
 
@@ -182,6 +186,7 @@ class Stage {
       material.opacity = n === at ? 0.35 + 0.65 * falling : 1;
       material.transparent = material.opacity < 1;
     });
+    this.placed = at;
     const failed = at === loading.failing && falling >= 1 && (!times.length || frame >= record.judged);
     this.mark(failed ? loading.moved ?? at : null);
     const moved = frame > 0 && motion > 0 ? record.moved[frame - 1] : null;
@@ -215,7 +220,18 @@ class Stage {
     return hit ? hit.object.parent.item : null;
   }
 
-  draw(view, numbers, masses) {
+  // The sides of the box under the pointer, or else of the one placed last.
+  measure(wanted) {
+    const item = wanted ? this.pointed ?? this.placed : null;
+    this.axes.visible = wanted;
+    if (this.sides?.item === item) return;
+    this.sides?.removeFromParent();
+    this.sides = item === null ? null : Object.assign(sidesOf(this.data.items[item].size), { item });
+    if (this.sides) this.boxes[item].add(this.sides);
+  }
+
+  draw(view, { numbers, masses, lengths }) {
+    this.measure(lengths);
     const { clientWidth: width, clientHeight: height } = this.canvas, ratio = Math.min(devicePixelRatio, 2);
     if (this.canvas.width !== Math.round(width * ratio) || this.canvas.height !== Math.round(height * ratio)) {
       this.renderer.setPixelRatio(ratio);

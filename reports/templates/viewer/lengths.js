@@ -1,0 +1,57 @@
+// Lengths on demand: the axes of the pallet, and the sides of one box.
+
+// A text that faces the camera and keeps its size.
+function written(text) {
+  const canvas = document.createElement("canvas"), pen = canvas.getContext("2d");
+  const font = "600 40px system-ui, sans-serif";
+  pen.font = font;
+  canvas.width = Math.ceil(pen.measureText(text).width) + 28;
+  canvas.height = 60;
+  pen.font = font;
+  pen.fillStyle = "#ffffffe6";
+  pen.fillRect(0, 0, canvas.width, canvas.height);
+  pen.fillStyle = "#14181f";
+  pen.textBaseline = "middle";
+  pen.fillText(text, 14, 32);
+  const texture = new THREE.CanvasTexture(canvas);
+  texture.encoding = THREE.sRGBEncoding;
+  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: texture, depthTest: false, sizeAttenuation: false }));
+  sprite.scale.set((0.022 * canvas.width) / canvas.height, 0.022, 1);
+  sprite.renderOrder = 5;
+  return sprite;
+}
+
+// Three lines, each with a text so much of the way along it.
+function ruled(lines, colour, along) {
+  const group = new THREE.Group();
+  for (const { from, to, text } of lines) {
+    const geometry = new THREE.BufferGeometry().setFromPoints([from, to].map((at) => new THREE.Vector3(...at)));
+    const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: colour, depthTest: false }));
+    line.renderOrder = 4;
+    const label = written(text);
+    label.position.set(...from).lerp(new THREE.Vector3(...to), along);
+    group.add(line, label);
+  }
+  return group;
+}
+
+const inCm = (length) => `${+length.toFixed(1)} cm`;
+
+// The pallet's axes from its origin, where x, y and z are 0.
+function axesOf([w, h, d]) {
+  return ruled([
+    { from: [0, 0, 0], to: [w, 0, 0], text: `x ${inCm(w)}` },
+    { from: [0, 0, 0], to: [0, h, 0], text: `y ${inCm(h)}` },
+    { from: [0, 0, 0], to: [0, 0, d], text: `z ${inCm(d)}` },
+  ], "#2f5fd0", 1.04);
+}
+
+// The sides of a box about its centre, at the edges that face high x, y and z.
+function sidesOf([w, h, d]) {
+  const [x, y, z] = [w / 2, h / 2, d / 2];
+  return ruled([
+    { from: [-x, y, z], to: [x, y, z], text: inCm(w) },
+    { from: [x, -y, z], to: [x, y, z], text: inCm(h) },
+    { from: [x, y, -z], to: [x, y, z], text: inCm(d) },
+  ], "#14181f", 0.5);
+}
