@@ -12,10 +12,13 @@ from steadyload.studies.options import DEFAULT_METHOD, REQUIRED, operand, option
 
 @dataclass(frozen=True, kw_only=True)
 class View(ReadingFlags):
-    """A layout, and the methods that judge it."""
+    """Layouts, and the methods that judge them."""
 
     file: Path = operand(REQUIRED, "layouts; - reads standard input", metavar="FILE")
-    layout: str | None = option(None, "which one of a file of several")
+    layouts: tuple[str, ...] = option(
+        (), "only this one of a file of several; may be repeated", names=("--layout",),
+        metavar="NAME",
+    )  # fmt: skip
     method: str = option(
         DEFAULT_METHOD, f"default: {DEFAULT_METHOD}", names=("--method", "-m"), metavar="SPEC"
     )
@@ -26,10 +29,17 @@ class View(ReadingFlags):
 
     def run(self) -> None:
         """Write the page."""
-        from steadyload.studies.viewing import pick_layout, write_view
+        from steadyload.layouts.model import Layout
+        from steadyload.studies.viewing import pick_layouts, write_view, write_views
 
-        layout = pick_layout(self.file, self.layout, **self.reading())
+        entries = pick_layouts(self.file, self.layouts, **self.reading())
         methods = [self.method, *filter(None, [self.beside])]
         with status_line() as say:
-            say(f"judging {layout.name}")
-            print(write_view(layout, methods, self.output))
+            if len(entries) == 1 and isinstance(entries[0], Layout):
+                say(f"judging {entries[0].name}")
+                print(write_view(entries[0], methods, self.output))
+                return
+            page = write_views(
+                entries, methods, self.output, progress=lambda name: say(f"judging {name}")
+            )
+            print(page)

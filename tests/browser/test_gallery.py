@@ -4,11 +4,13 @@ import re
 
 import pytest
 
+import steadyload as sl
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.runs.scoring import read_entries
 from steadyload.studies.checked_page import write_checked
 from steadyload.studies.checking import Answer, check_all
+from steadyload.studies.viewing import pick_layouts, write_views
 
 PALLET = Pallet(100, 60, 100)
 
@@ -146,3 +148,18 @@ def test_an_address_opens_its_pallet(page, checked):
 
 def test_a_bad_pallet_cannot_be_played(page):
     assert page.value("document.querySelector('.bad-input.card').tagName") == "DIV"
+
+
+def test_several_layouts_are_one_page_whose_cards_play(browser, tmp_path):
+    write_layouts(tmp_path / "two.json", LAYOUTS[:2], Format.NATIVE)
+    entries = pick_layouts(tmp_path / "two.json")
+    path = write_views(entries, ["sme", "label@mujoco"], tmp_path / "view.html")
+    browser.errors.clear()
+    browser("Page.navigate", url=path.resolve().as_uri())
+    waits(browser, "window.ready === true")
+    answers = "[...document.querySelectorAll('.answer')].map(e => e.textContent)"
+    assert browser.value(answers) == [str(sl.make_method("sme").judge(x)) for x in LAYOUTS[:2]]
+    browser.value("document.querySelectorAll('button.card')[1].click()")
+    inside = "document.querySelector('dialog iframe').contentWindow"
+    waits(browser, f"{inside}.player && {inside}.player.panes.length === 2")
+    assert not browser.errors

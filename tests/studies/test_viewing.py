@@ -16,7 +16,7 @@ from steadyload.methods.method import Status
 from steadyload.methods.recording import record_loading
 from steadyload.methods.registry import make_method
 from steadyload.reports.viewer.three_js import ThreeJsError, three_js
-from steadyload.studies.viewing import ViewError, pick_layout, write_view
+from steadyload.studies.viewing import ViewError, pick_layouts, write_view
 
 
 @pytest.fixture
@@ -45,7 +45,6 @@ def view(monkeypatch, capfd):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((), "holds 2 layouts; name one with --layout, for example 'stands'"),
         (("--layout", "fals"), "holds no layout 'fals'; did you mean 'falls'?"),
         (("--layout", "falls", "-m", "smee"), "unknown method 'smee'"),
         (("--layout", "falls", "-m", "sme", "-o", "no/such/x.html"), "no/such/x.html"),
@@ -138,9 +137,9 @@ def test_a_verdict_without_a_score_is_shown_as_none(tmp_path, monkeypatch, stack
 
 def test_a_file_of_one_layout_needs_no_name(tmp_path, stack):
     write_layouts(tmp_path / "one.json", [stack(0.0)], Format.NATIVE)
-    assert pick_layout(tmp_path / "one.json").name == "stack"
+    assert [layout.name for layout in pick_layouts(tmp_path / "one.json")] == ["stack"]
     with pytest.raises(ViewError, match="holds no layout 'other'"):
-        pick_layout(tmp_path / "one.json", "other")
+        pick_layouts(tmp_path / "one.json", ["other"])
 
 
 def test_a_missing_library_is_one_sentence(monkeypatch):
