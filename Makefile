@@ -6,11 +6,12 @@ BIN := .venv/bin
 VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 JUDGING := .venv/.judging
 READY := .venv/.ready
+SITE := .venv/.site
 # What a lock file names, and nothing else, each file with its hash; then this clone.
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 CLONE := $(INSTALL) --no-deps --no-build-isolation --editable .
-COMPILE := $(BIN)/uv pip compile pyproject.toml --group build --generate-hashes --quiet \
-	--python-platform x86_64-manylinux_2_36 --no-annotate --custom-compile-command 'make lock'
+COMPILE := $(BIN)/uv pip compile --generate-hashes --quiet --python-platform x86_64-manylinux_2_36 \
+	--no-annotate --custom-compile-command 'make lock'
 # Both processes of a run keep whole files: what several tests of a file read is made once. Files
 # come in the order of tests/conftest.py, long ones first, not by how many tests they have.
 TEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
@@ -18,7 +19,7 @@ TEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 # Tests start many processes, each of which would compile all sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help study test test-deep fuzz lint types lock bench engines verify extremes properties benchmark planar lists packers accuracy uncertain tuning learned cascade session scale scope sensitivity table real docs clean pages
+.PHONY: help study test test-deep fuzz lint types lock bench engines verify extremes properties benchmark planar lists packers accuracy uncertain tuning learned cascade session scale scope sensitivity table real docs site clean pages
 
 help: ## list these targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -31,6 +32,10 @@ $(JUDGING): pyproject.toml setup.py locks/judging-$(VERSION).txt
 
 $(READY): $(JUDGING) locks/all-$(VERSION).txt
 	$(INSTALL) --require-hashes -r locks/all-$(VERSION).txt
+	@touch $@
+
+$(SITE): $(READY) locks/site-$(VERSION).txt
+	$(INSTALL) --require-hashes -r locks/site-$(VERSION).txt
 	@touch $@
 
 study: $(JUDGING) ## run the embedded study and write its report
@@ -61,8 +66,9 @@ types: $(READY) ## check types
 	MYPYPATH=.types $(BIN)/mypy
 
 lock: $(READY) ## lock what is installed anew (see docs/installing.md)
-	$(COMPILE) --output-file locks/judging-$(VERSION).txt
-	$(COMPILE) --all-extras --output-file locks/all-$(VERSION).txt
+	$(COMPILE) pyproject.toml --group build --output-file locks/judging-$(VERSION).txt
+	$(COMPILE) pyproject.toml --group build --all-extras --output-file locks/all-$(VERSION).txt
+	$(COMPILE) --group site --constraints locks/all-$(VERSION).txt --output-file locks/site-$(VERSION).txt
 
 PALLETS ?= $(wildcard ../shared/data/pallets/pallets.json)
 
@@ -136,6 +142,13 @@ pages: $(READY) ## remake all published pages and their index (days; goes on); `
 docs: $(READY) ## remake the table of engines and the index of published pages
 	$(BIN)/steadyload engines --markdown > docs/engines.md
 	$(BIN)/steadyload pages index
+
+site: $(SITE) ## build a static site of docs, pages and API in runs/site/html (two minutes)
+	rm -rf runs/site && mkdir -p runs/site/source
+	cp -r --parents -t runs/site/source README.md CHANGELOG.md CITATION.cff LICENSE docs reports/published \
+		harness/layouts/benchmark/THIRD-PARTY.md reports/viewer/three_js.py
+	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going -c docs -d runs/site/doctrees \
+		runs/site/source runs/site/html
 
 clean: ## remove the virtual environment, caches and runs
 	rm -rf .venv .types runs .pytest_cache .ruff_cache

@@ -241,7 +241,8 @@ def search_options(
 
     Raises:
         LearnerError: the job starts from weights, whose sizes a search cannot choose.
-        as :func:`steadyload.learners.search.search_hyperparameters` and :func:`train_weights`.
+        UserError: as :func:`steadyload.learners.search.search_hyperparameters` and
+            :func:`train_weights`.
     """
     if job.start:
         raise LearnerError(

@@ -69,8 +69,8 @@ def turn_by(vectors, start, out):
 def rotation_rate(vector, spin, out):
     """Rate of a rotation vector t under an angular velocity w (inverse of the exponential map).
 
-    w - t x w / 2 + k t x (t x w) with k = (1 - (|t|/2) cot(|t|/2)) / |t|^2, for turns below 2 pi;
-    small ones by the series, whose next term is below 1e-10.
+    ``w - t x w / 2 + k t x (t x w)`` with ``k = (1 - (|t|/2) cot(|t|/2)) / |t|^2``, for turns below
+    2 pi; small ones by the series, whose next term is below 1e-10.
     """
     x, y, z = vector[0], vector[1], vector[2]
     cx = y * spin[2] - z * spin[1]

@@ -140,7 +140,7 @@ class Cascade(Method):
 
         Raises:
             ThresholdsError: one has changed since thresholds were fitted.
-            as :attr:`Method.trained` of a stage.
+            UserError: as :attr:`Method.trained` of a stage.
         """
         methods = tuple(make_method(spec) for spec in self.ladder.methods)
         for spec, method in zip(self.ladder.methods, methods, strict=True):
@@ -181,7 +181,7 @@ class Cascade(Method):
 
         Raises:
             ThresholdsError: see :attr:`stage_methods`.
-            as :meth:`Method.prepare` of a stage.
+            UserError: as :meth:`Method.prepare` of a stage.
         """
         for method in self.stage_methods:
             method.prepare(item_count)

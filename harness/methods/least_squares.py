@@ -16,7 +16,7 @@ from steadyload.layouts.model import FloatArray
 def nonnegative_least_squares(
     matrix: FloatArray, target: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """The x >= 0 with the least |matrix x - target|, and the residue target - matrix x.
+    """The x >= 0 with the least norm of matrix x - target, and the residue target - matrix x.
 
     Args:
         matrix: shape (m, n), in units in which its columns and the target are near 1.

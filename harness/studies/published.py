@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import html
 import re
 import shlex
 from collections.abc import Iterator
@@ -17,6 +18,9 @@ FOLDER = Path("reports/published")
 """Folder of the pages, below the repository's root."""
 
 INDEX = "README.md"
+
+THUMBNAIL_WIDTH = 240
+"""Width of the figures in the index, in pixels."""
 
 _ABBREVIATIONS = re.compile(r"(?:e\.g|i\.e|vs|Eq|Fig|Sec|approx)\.$")
 
@@ -90,14 +94,25 @@ def _filled(words: tuple[str, ...]) -> Iterator[str]:
 
 
 def index(folder: Path) -> str:
-    """The index of the pages of a folder, in Markdown."""
-    lines = ["# Published pages", "", "Each answers one question; `make pages` remakes them.", ""]
+    """The index of the pages of a folder, in Markdown, with the leading figure of each."""
+    lines = ["# Published pages", "", "Each answers one question; `make pages` remakes them."]
     for entry in entries():
         text = entry.text(folder)
         if text:
-            lines += [f"- **[{title(text)}]({entry.name}/report.md)**: {entry.question}"]
-            lines += [f"  {answer(text)}"] if answer(text) else []
+            link = f"{entry.name}/report.md"
+            lines += ["", f"## [{title(text)}]({link})", ""]
+            shown = figure(text)
+            if shown:
+                lines += [f"[{_thumbnail(f'{entry.name}/{shown}', title(text))}]({link})"]
+            lines += [" ".join(filter(None, (f"**{entry.question}**", answer(text))))]
+            lines += ["", '<br clear="left">'] if shown else []
     return "\n".join(lines) + "\n"
+
+
+def _thumbnail(path: str, alternative: str) -> str:
+    """A small picture that the text after it flows around."""
+    alt = html.escape(alternative)
+    return f'<img src="{path}" width="{THUMBNAIL_WIDTH}" align="left" hspace="12" alt="{alt}">'
 
 
 def write_index(folder: Path) -> Path:
@@ -111,6 +126,12 @@ def write_index(folder: Path) -> Path:
 def title(text: str) -> str:
     """The title of a page."""
     return text.partition("\n")[0].removeprefix("# ").strip()
+
+
+def figure(text: str) -> str:
+    """Path of the first figure of a page, from the page; empty where it has none."""
+    found = re.search(r"^!\[.*\]\(([^)]+)\)$", text, re.MULTILINE)
+    return found[1] if found else ""
 
 
 def answer(text: str) -> str:

@@ -57,13 +57,6 @@ def test_methods_that_are_told_exist():
         make_method(spec)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_links_lead_to_files(page):
-    links = re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", page.read_text())
-    missing = [x for x in links if "://" not in x and not (page.parent / x).exists()]
-    assert not missing
-
-
 @pytest.mark.parametrize(("name", "count"), [("tour.md", 1), ("api.md", 9)])
 def test_examples_print_what_stands_below_them(name, count, tmp_path, monkeypatch, capsys):
     """One after the other, as a reader would type them, beside the file that the page shows."""

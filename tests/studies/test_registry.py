@@ -1,5 +1,6 @@
 """A study, an engine or a method that is added by a class and one line stands everywhere."""
 
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -78,6 +79,19 @@ def test_the_published_index_is_up_to_date():
     assert (folder / published.INDEX).read_text() == published.index(folder)
 
 
+def test_the_index_shows_the_leading_figure_of_every_page_that_has_one():
+    folder = ROOT / published.FOLDER
+    shown = re.findall(r'\[<img src="([^"]+)" width="240"', (folder / published.INDEX).read_text())
+    leading = []
+    for entry in published.entries():
+        lines = (folder / entry.name / "report.md").read_text().splitlines()
+        first = next((line for line in lines if line.startswith("![")), None)
+        leading += [f"{entry.name}/{first.rpartition('(')[2][:-1]}"] if first else []
+    assert shown == leading
+    assert len(shown) > 15
+    assert all((folder / path).is_file() for path in shown)
+
+
 def test_an_unknown_study_is_named_with_the_nearest():
     with pytest.raises(registry.UnknownStudyError, match="did you mean 'table5'"):
         study("tabel5")
@@ -97,9 +111,10 @@ def test_a_study_is_one_folder_and_one_line(toys, tmp_path, monkeypatch, capsys)
     assert main(["pages", "list", "-o", "pages"]) == 0
     assert "toy" in capsys.readouterr().out.splitlines()[-1]
     assert main(["pages", "index", "-o", "pages"]) == 0
-    assert Path("pages/README.md").read_text().splitlines()[-2:] == [
-        "- **[Boxes](toy/report.md)**: How many boxes are there?",
-        "  There are 5 boxes.",
+    assert Path("pages/README.md").read_text().splitlines()[-3:] == [
+        "## [Boxes](toy/report.md)",
+        "",
+        "**How many boxes are there?** There are 5 boxes.",
     ]
     assert main(["pages", "remake", "toy", "-o", "pages"]) == 0
     assert Path("pages/toy/report.md").read_text().startswith("# Boxes\n\nThere are 3 boxes. ")

@@ -101,7 +101,7 @@ def score_steps(
 
     Raises:
         NotStepwiseError: a method judges whole loadings alone.
-        as :meth:`Method.prepare`.
+        UserError: as :meth:`Method.prepare`.
     """
     labelled = [min(case.safe + 1, len(case.layout)) for case in cases]
     of = np.repeat(np.arange(len(cases)), labelled)
