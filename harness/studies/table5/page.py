@@ -89,8 +89,8 @@ def _summary(found: Table5) -> str:
         "and all other methods beside them."
     )  # fmt: skip
     return (
-        f"{len(own.evaluation.methods)} methods on {about.cases} cases of part `{about.part}` of "
-        f"the labelled set: {own.layouts} layouts, packed from {about.item_lists} item lists; "
+        f"{_first(own)}{len(own.evaluation.methods)} methods on {about.cases} cases of part "
+        f"`{about.part}` of the labelled set: {own.layouts} layouts, packed from {about.item_lists} item lists; "
         f"{about.stable} cases are stable. Nothing was tuned, trained or fitted on them. "
         f"{_ASKED[found.question]}{_without(own)}{planar}\n\n"
         "*Accuracy* is the share of cases on which a method names the label's failing step (Eq. 5 "
@@ -99,6 +99,27 @@ def _summary(found: Table5) -> str:
         "one item list are alike, so all of them stand on item lists. A case without a verdict "
         "counts as wrong."
     )
+
+
+def _first(own: JudgedSet) -> str:
+    """Sentences on the most accurate method, and on the cheapest that is nearly as accurate."""
+    near = _cheapest_near(own)
+    told = f"The most accurate method is {own.best.method.title}: {percent(own.best.accuracy)} %"
+    if own.best.cpu.n:
+        told += f" at {milliseconds(own.best.cpu)} ms of CPU time a layout"
+    if near is None or near is own.best:
+        return f"{told}. "
+    return (
+        f"{told}; the cheapest within {100 * NEAR:g} point of it is {near.method.title}: "
+        f"{percent(near.accuracy)} % at {milliseconds(near.cpu)} ms. "
+    )
+
+
+def _cheapest_near(own: JudgedSet) -> MethodEvaluation | None:
+    """The cheapest method that is nearly as accurate as the best; None where none was timed."""
+    least = own.best.accuracy.value - NEAR
+    near = [m for m in own.evaluation.methods if m.accuracy.value >= least and m.cpu.n]
+    return min(near, key=lambda m: m.cpu.value, default=None)
 
 
 def _without(own: JudgedSet) -> str:
@@ -135,11 +156,9 @@ def _best(own: JudgedSet) -> Finding:
 
 def _cheap(own: JudgedSet) -> list[Finding]:
     """Findings on the accuracy lost to speed: the cheapest nearly as accurate method, the front."""
-    least = own.best.accuracy.value - NEAR
-    near = [m for m in own.evaluation.methods if m.accuracy.value >= least and m.cpu.n]
-    if not near:
+    method = _cheapest_near(own)
+    if method is None:
         return []
-    method = min(near, key=lambda m: m.cpu.value)
     share, yard = own.timing.shares[ALL].get(method.method.spec), own.timing.yardstick
     ratio = "" if share is None or yard is None else f", {factor(share)} of {yard.title}"
     front = names(own.evaluation.row(spec).method.title for spec in own.fronts[ALL])
