@@ -90,8 +90,9 @@ def _summary(found: Table5) -> str:
     )  # fmt: skip
     return (
         f"{_first(own)}{len(own.evaluation.methods)} methods on {about.cases} cases of part "
-        f"`{about.part}` of the labelled set: {own.layouts} layouts, packed from {about.item_lists} item lists; "
-        f"{about.stable} cases are stable. Nothing was tuned, trained or fitted on them. "
+        f"`{about.part}` of the labelled set: {own.layouts} layouts, packed from "
+        f"{about.item_lists} item lists; {about.stable} cases are stable. "
+        "Nothing was tuned, trained or fitted on them. "
         f"{_ASKED[found.question]}{_without(own)}{planar}\n\n"
         "*Accuracy* is the share of cases on which a method names the label's failing step (Eq. 5 "
         "of the paper). Brackets hold 95 % intervals: Wilson's at the effective number of cases "
