@@ -26,7 +26,7 @@ setup(
     package_data={"": ["**/*"]},
     exclude_package_data={
         "": ["__pycache__/*", "*/__pycache__/*"],
-        "steadyload.reports": ["published/**"],
+        "steadyload.reports": ["published/**", "rows/**"],
     },
     # What an earlier build left beside the sources would add modules that have been deleted since.
     options={"build": {"build_base": BUILD}, "egg_info": {"egg_base": BUILD}},

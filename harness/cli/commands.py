@@ -102,6 +102,10 @@ _OWN = (
             Group.REMAKE),
     Command("pages remake", "pages:Remake", "remake published pages; goes on where it was",
             Group.REMAKE),
+    Command("pages keep", "pages:Keep", "pack the rows that published pages are made of",
+            Group.REMAKE),
+    Command("pages redraw", "pages:Redraw", "remake published pages from their packed rows",
+            Group.REMAKE),
     Command("pages index", "pages:Index", "write the index of published pages", Group.REMAKE),
 )  # fmt: skip
 """Commands that do not belong to a study."""

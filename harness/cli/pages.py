@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from steadyload.atomic import write_atomically
 from steadyload.cli.interrupts import working
 from steadyload.cli.terminal import print_table, say
-from steadyload.studies.options import operand, option
-from steadyload.studies.published import FOLDER, entries, named, remaking, write_index
+from steadyload.studies.options import REQUIRED, operand, option
+from steadyload.studies.published import FOLDER, INDEX, ROWS, entries, named, remaking, write_index
 
 
 def _folder() -> Any:
@@ -70,6 +71,39 @@ class Remake:
         if not self.dry_run:
             print(write_index(self.output))
         return status
+
+
+@dataclass(frozen=True)
+class Keep:
+    """Which pages, and where their rows are packed."""
+
+    names: tuple[str, ...] = operand(REQUIRED, "pages", metavar="PAGE")
+    rows: Path = option(ROWS, f"folder of the packed rows (default: {ROWS})", metavar="DIR")
+
+    def run(self) -> None:
+        """Pack the rows of pages, and write what is kept beside them."""
+        from steadyload.studies.kept_rows import keep, kept
+
+        for entry in named(self.names):
+            print(keep(entry, self.rows))
+        write_atomically(self.rows / INDEX, kept(self.rows).encode())
+
+
+@dataclass(frozen=True)
+class Redraw:
+    """Which pages, and where their rows and the pages lie."""
+
+    names: tuple[str, ...] = operand(REQUIRED, "pages", metavar="PAGE")
+    rows: Path = option(ROWS, f"folder of the packed rows (default: {ROWS})", metavar="DIR")
+    output: Path = _folder()
+
+    def run(self) -> int:
+        """Unpack the rows of pages that are not there, and remake the pages of them."""
+        from steadyload.studies.kept_rows import unpack
+
+        for entry in named(self.names):
+            unpack(entry, self.rows)
+        return Remake(self.names, self.output).run()
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,13 @@ from pathlib import Path
 from steadyload.atomic import write_atomically
 from steadyload.errors import UserError, nearest
 from steadyload.studies.registry import studies, study
+from steadyload.studies.study import PublishedPage
 
 FOLDER = Path("reports/published")
 """Folder of the pages, below the repository's root."""
+
+ROWS = Path("reports/rows")
+"""Folder of the packed rows that pages are made of, below the repository's root."""
 
 INDEX = "README.md"
 
@@ -38,11 +42,13 @@ class Entry:
         question: the sentence that it answers.
         command: words of the command that makes it, without the output folder.
         before: words of commands that make its input.
+        work: folder of the rows that it is made of.
     """
 
     name: str
     question: str
     command: tuple[str, ...]
+    work: Path
     before: tuple[tuple[str, ...], ...] = ()
 
     def text(self, folder: Path) -> str:
@@ -58,11 +64,19 @@ def entries() -> list[Entry]:
             page.folder,
             page.question or one.question,
             (*one.command_words.split(), *shlex.split(page.flags)),
+            _work(page, one.work),
             tuple(tuple(shlex.split(line)) for line in page.before),
         )
         for one in map(study, studies())
         for page in one.pages
     ]
+
+
+def _work(page: PublishedPage, usual: Path) -> Path:
+    words = shlex.split(page.flags)
+    if page.rows:
+        return Path(page.rows)
+    return Path(words[words.index("--work") + 1]) if "--work" in words else usual
 
 
 def named(names: tuple[str, ...]) -> list[Entry]:

@@ -30,6 +30,7 @@ class Comparison(Study[ComparisonConfig, Any]):
         PublishedPage(
             "accuracy", "runs/accuracy",
             ("study run reports/published/accuracy/study.toml -o runs/accuracy",),
+            rows="runs/accuracy",
         ),
     )  # fmt: skip
 
