@@ -32,7 +32,7 @@ def wheel(tmp_path_factory):
 def installed_path(tracked):
     """Where a tracked file of the repository is installed; None for one that is not."""
     top, _, rest = tracked.partition("/")
-    if top not in FOLDERS or tracked.startswith("reports/published/"):
+    if top not in FOLDERS or tracked.startswith(("reports/published/", "reports/rows/")):
         return None
     return f"steadyload/{FOLDERS[top]}{rest}"
 

@@ -72,7 +72,7 @@ def unpack(entry: Entry, folder: Path = ROWS) -> Path | None:
 
 
 def kept(folder: Path = ROWS) -> str:
-    """What is kept, in Markdown: archives with their sizes, and the pages made of each."""
+    """The archives in Markdown, with their sizes and the pages made of each."""
     pages: dict[Path, list[str]] = {}
     for entry in entries():
         if _archive(entry, folder).exists():
@@ -83,8 +83,8 @@ def kept(folder: Path = ROWS) -> str:
             "# Rows behind published pages",
             "",
             f"{_megabytes(whole)} in all. `steadyload pages redraw PAGE` unpacks the rows of a "
-            "page into its work folder and makes the page of them; what is there is not judged again. "
-            "`steadyload pages keep PAGE` packs them anew.",
+            "page into its work folder and makes the page of them; what is there is not judged "
+            "again. `steadyload pages keep PAGE` packs them anew.",
             "",
             "| archive | size | pages |",
             "| ------- | ---: | ----- |",
