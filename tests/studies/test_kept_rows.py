@@ -73,7 +73,7 @@ def test_a_page_of_unpacked_rows_is_the_same_and_judges_nothing(
         one, command=("table5", "--limit", "2", "--timed", "1", "--repeats", "1", "-m", "fbs",
                       "-m", "sme"),
     )  # fmt: skip
-    monkeypatch.setattr(published, "entries", lambda: [few])
+    monkeypatch.setattr("steadyload.cli.pages.named", lambda names: [few])
     monkeypatch.setattr(kept_rows, "entries", lambda: [few])
     assert main(["pages", "remake", "table5", "-o", "pages"]) == 0
     page = Path("pages/table5/report.md").read_text()
