@@ -22,7 +22,7 @@ class ReadingFlags:
     """
 
     profile: Path | None = option(
-        None, "of CSV files: TOML file whose keys are the six flags below, which override it"
+        None, "of CSV files: TOML file whose keys are the eight flags below, which override it"
     )
     units: str | None = option(None, "of lengths (default: cm)", choices=_WORDS + "UNITS")
     weight: str | None = option(None, "of boxes (default: kg)", choices=_WORDS + "WEIGHT_UNITS")
@@ -37,6 +37,14 @@ class ReadingFlags:
     other_columns: str | None = option(
         None, "what to do with columns that are not known (default: refuse)",
         choices=_WORDS + "OTHER_COLUMNS",
+    )  # fmt: skip
+    order: str | None = option(
+        None, "what tells the order of loading (default: column, that is sequence)",
+        choices=_WORDS + "ORDERS",
+    )  # fmt: skip
+    pallet: str | None = option(
+        None, "sides of all pallets along the file's x, y and z, in its unit, where it has no "
+        "columns of them", metavar="1200x800x1800",
     )  # fmt: skip
 
     snap: bool = option(False, "close small vertical gaps when reading (default: off)")
@@ -89,7 +97,7 @@ class ReadingFlags:
         from steadyload.layouts.dialect import Dialect, columns_of, load_profile
 
         found = (base or Dialect()) if self.profile is None else load_profile(self.profile)
-        keys = ("units", "weight", "up", "positions", "other_columns")
+        keys = ("units", "weight", "up", "positions", "other_columns", "order", "pallet")
         changes = {key: getattr(self, key) for key in keys}
         changes["columns"] = columns_of(",".join(self.columns)) if self.columns else None
         return found.with_changes({k: v for k, v in changes.items() if v is not None})

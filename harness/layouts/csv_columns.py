@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from steadyload.layouts.dialect import OFFSETS, WORDS, Dialect
+from steadyload.layouts.dialect import OFFSETS, PALLET_SIDES, WORDS, Dialect
 from steadyload.layouts.record import FormatError, shown
 
 SEPARATORS = ";\t,"
@@ -24,15 +24,17 @@ class Columns:
 
     Attributes:
         count: number of columns.
-        layout, sequence, weight: their places.
+        layout, weight: their places.
+        sequence: likewise, None where the order of the rows is that of loading.
         identity: place of a box's id, None where boxes have none.
-        position, size, pallet: places of the values along the file's x, y and z.
+        position, size, pallet: places of the values along the file's x, y and z; no pallet where
+            the dialect states one.
         offset: likewise, of the centre of mass; None where it is not given along that axis.
     """
 
     count: int
     layout: int
-    sequence: int
+    sequence: int | None
     weight: int
     identity: int | None
     position: tuple[int, ...]
@@ -61,6 +63,13 @@ def find_columns(header: Sequence[str], dialect: Dialect) -> Columns:
     """
     header = [name.strip() for name in header]
     places = _places(header, dialect)
+    for key, words in (("pallet", PALLET_SIDES), ("order", ("sequence",))):
+        there = [word for word in words if word in places]
+        if there and getattr(dialect, key) not in ("", "column"):
+            raise FormatError(
+                f"has the CSV column {there[0]!r}, and {key} is {getattr(dialect, key)}; allowed: "
+                "one of the two"
+            )
 
     def place(word: str) -> int:
         if word not in places:
@@ -73,8 +82,8 @@ def find_columns(header: Sequence[str], dialect: Dialect) -> Columns:
     return Columns(
         count=len(header),
         layout=place("layout"),
-        pallet=along_axes("pallet_"),
-        sequence=place("sequence"),
+        pallet=along_axes("pallet_") if not dialect.pallet else (),
+        sequence=place("sequence") if dialect.order == "column" else None,
         position=tuple(map(place, "xyz")),
         size=along_axes(""),
         weight=place("weight"),
@@ -162,8 +171,15 @@ def _twice(first: str, second: str, word: str) -> FormatError:
 def _missing(word: str, header: Sequence[str], places: Mapping[str, int]) -> FormatError:
     return FormatError(
         f"lacks the CSV column {word!r}{_nearest(word, header, places)}; allowed: "
-        f"{', '.join(WORDS)}{_HINT}"
+        f"{', '.join(WORDS)}{_HINT}{_stated_instead(word)}"
     )
+
+
+def _stated_instead(word: str) -> str:
+    """How to say by a flag what a column would."""
+    if word in PALLET_SIDES:
+        return "; or state the sides of all pallets: --pallet 1200x800x1800"
+    return "; or take the order of the rows: --order rows" if word == "sequence" else ""
 
 
 def _nearest(name: str, header: Sequence[str], places: Mapping[str, int]) -> str:

@@ -14,7 +14,7 @@ from typing import Any
 
 from steadyload.layouts.csv_cells import minus_half, number, times, unguarded
 from steadyload.layouts.csv_columns import SEPARATORS, Columns, find_columns, separator_of
-from steadyload.layouts.dialect import UNITS, WEIGHT_UNITS, Dialect
+from steadyload.layouts.dialect import UNITS, WEIGHT_UNITS, Dialect, sides_of
 from steadyload.layouts.limits import MAX_ITEMS, MAX_LAYOUTS, MAX_TEXT_LENGTH
 from steadyload.layouts.model import LayoutError
 from steadyload.layouts.record import FormatError, Record, Refused
@@ -164,17 +164,21 @@ class _Rows:
             return Refused(
                 record.name, LayoutError(f"has more than {MAX_ITEMS} items; allowed: {MAX_ITEMS}")
             )
-        record.items.append(self._item(line, row))
+        record.items.append(self._item(line, row, len(record.items)))
         return record
 
     def _pallet(self, line: int, row: Sequence[str]) -> dict[str, Any]:
         cells = [row[place] for place in self.columns.pallet]
-        if cells != self.last[0]:
-            sides = self._turned(self._lengths(line, row, self.columns.pallet))
+        if cells != self.last[0] or not self.last[1]:
+            sides = self._turned(self._lengths(line, row, self.columns.pallet) or self._stated())
             self.last = cells, dict(zip(_SIZES, map(_plain, sides), strict=True))
         return self.last[1]
 
-    def _item(self, line: int, row: Sequence[str]) -> dict[str, Any]:
+    def _stated(self) -> list[Any]:
+        """The sides of all pallets that the dialect states."""
+        return [times(side, UNITS[self.dialect.units]) for side in sides_of(self.dialect.pallet)]
+
+    def _item(self, line: int, row: Sequence[str], place: int) -> dict[str, Any]:
         columns = self.columns
         sizes = self._lengths(line, row, columns.size)
         position = self._lengths(line, row, columns.position)
@@ -185,8 +189,12 @@ class _Rows:
             ]
         offsets = self._lengths(line, row, columns.offset)
         weight = self._scaled(line, row[columns.weight], WEIGHT_UNITS[self.dialect.weight])
+        if columns.sequence is None:
+            sequence = place
+        else:
+            sequence = _whole(self._scaled(line, row[columns.sequence], _ONE))
         item = {
-            "sequence": _whole(self._scaled(line, row[columns.sequence], _ONE)),
+            "sequence": sequence,
             "name": "" if columns.identity is None else unguarded(row[columns.identity]),
             "weight": _plain(weight),
         }

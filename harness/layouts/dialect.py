@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
@@ -32,6 +33,9 @@ POSITIONS = ("corner", "centre")
 OTHER_COLUMNS = ("refuse", "ignore")
 """Ways to treat columns that are not known."""
 
+ORDERS = ("column", "rows")
+"""Ways to tell the order of loading."""
+
 PALLET_SIDES = ("pallet_length", "pallet_width", "pallet_height", "pallet_depth")
 SIDES = ("length", "width", "height", "depth")
 OFFSETS = ("offset_x", "offset_y", "offset_z")
@@ -42,6 +46,7 @@ WORDS = (
 """Columns for which a dialect may name others."""
 
 _MAX_PROFILE_BYTES = 64 * 1024
+_SIDES = " *[x*] *".join([r"(\d{1,9}(?:\.\d{1,9})?)"] * 3)
 
 
 class DialectError(UserError):
@@ -61,6 +66,10 @@ class Dialect:
             coordinates, or its geometric centre.
         columns: the file's own names of columns, by the word of :data:`WORDS` that each stands for.
         other_columns: ``ignore`` leaves out columns that are not known.
+        order: ``rows`` takes the order of a layout's rows for that of loading, where the file has
+            no column ``sequence``.
+        pallet: sides of all pallets along the file's x, y and z, in its unit, such as
+            ``1200x800x1800``, where the file has no columns of them; empty for the columns.
 
     Raises:
         DialectError: a value is not allowed.
@@ -72,6 +81,8 @@ class Dialect:
     positions: str = "corner"
     columns: Mapping[str, str] = field(default_factory=dict)
     other_columns: str = "refuse"
+    order: str = "column"
+    pallet: str = ""
 
     def __post_init__(self) -> None:
         for key, allowed in CHOICES.items():
@@ -81,6 +92,8 @@ class Dialect:
         if not isinstance(self.columns, Mapping):
             raise DialectError(f"columns is {shown(self.columns)}; allowed: names by word")
         object.__setattr__(self, "columns", _checked(self.columns))
+        if self.pallet != "":
+            sides_of(self.pallet)
 
     def __hash__(self) -> int:
         stated = {**self.stated(), "columns": tuple(sorted(self.columns.items()))}
@@ -109,7 +122,7 @@ class Dialect:
 
 CHOICES = {
     "units": UNITS, "weight": WEIGHT_UNITS, "up": UPWARD, "positions": POSITIONS,
-    "other_columns": OTHER_COLUMNS,
+    "other_columns": OTHER_COLUMNS, "order": ORDERS,
 }  # fmt: skip
 """Allowed words of the keys that have some."""
 
@@ -131,6 +144,21 @@ def load_profile(path: str | Path) -> Dialect:
         raise DialectError(f"{path}: {error}") from None
     except (ValueError, RecursionError) as error:
         raise DialectError(f"{path}: is not a TOML file ({_text(error)})") from None
+
+
+def sides_of(text: object) -> tuple[Decimal, Decimal, Decimal]:
+    """Sides along x, y and z from ``1200x800x1800``.
+
+    Raises:
+        DialectError: not of this form.
+    """
+    found = re.fullmatch(_SIDES, text.strip()) if isinstance(text, str) else None
+    if found is None or not all(map(Decimal, found.groups())):
+        raise DialectError(
+            f"pallet is {shown(text)}; allowed: its sides along the file's x, y and z, such as "
+            "1200x800x1800"
+        )
+    return Decimal(found[1]), Decimal(found[2]), Decimal(found[3])
 
 
 def columns_of(text: str) -> dict[str, str]:

@@ -428,3 +428,48 @@ def test_a_layout_in_any_dialect_reads_back_as_it_was(layout, dialect, marks):
             other.size, other.weight, other.mass_offset,
         )  # fmt: skip
         assert one.position == pytest.approx(other.position, abs=1e-12)
+
+
+BARE = "layout;id;length;width;height;x;y;z;weight\n" \
+    "P;a;400;300;200;0;0;0;5\nQ;c;600;400;300;10;0;0;9\nP;b;400;300,5;200;400;0;0;5\n"  # fmt: skip
+WHOLE = "layout;sequence;pallet_length;pallet_width;pallet_height;id;length;width;height;x;y;z;" \
+    "weight\nP;0;1200;800;1500;a;400;300;200;0;0;0;5\nQ;0;1200;800;1500;c;600;400;300;10;0;0;9\n" \
+    "P;1;1200;800;1500;b;400;300,5;200;400;0;0;5\n"  # fmt: skip
+
+
+@pytest.mark.parametrize("up", ["y", "z"])
+def test_pallet_and_order_may_be_stated_instead_of_columns(tmp_path, up):
+    for name, text in (("bare.csv", BARE), ("whole.csv", WHOLE)):
+        (tmp_path / name).write_text(text if up == "z" else text.replace("length", "depth"))
+    sides = "1200x800x1500" if up == "z" else "800 x 1500 x 1200"
+    stated = Dialect(units="mm", up=up, pallet=sides, order="rows")
+    found, whole = (
+        [
+            (layout.name, layout.pallet, layout.items)
+            for layout in sl.read(tmp_path / name, dialect=d)
+        ]
+        for name, d in (("bare.csv", stated), ("whole.csv", Dialect(units="mm", up=up)))
+    )
+    assert found == whole
+    assert [len(items) for _, _, items in found] == [2, 1]
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "message"),
+    [
+        ({}, BARE, "'pallet_length'.* --pallet 1200x800x1800"),
+        ({"pallet": "1x1x1"}, BARE, "lacks the CSV column 'sequence'.* --order rows"),
+        ({"pallet": "1x1x1", "order": "rows"}, WHOLE, "has the CSV column 'pallet_length', and "),
+        ({"order": "rows"}, WHOLE, "'sequence', and order is rows; allowed: one of the two"),
+    ],
+)
+def test_a_column_or_its_statement_is_needed_and_not_both(tmp_path, dialect, text, message):
+    (tmp_path / "f.csv").write_text(text)
+    with pytest.raises(LayoutError, match=message):
+        sl.read(tmp_path / "f.csv", dialect=Dialect(units="mm", up="z", **dialect))
+
+
+@pytest.mark.parametrize("sides", ["1200x800", "0x1x1", "axbxc", "1200x800x-5", 5, "1e9999x1x1"])
+def test_sides_of_pallets_that_are_none_are_refused(sides):
+    with pytest.raises(DialectError, match=r"pallet is .*; allowed: its sides along the file"):
+        Dialect(pallet=sides)
