@@ -98,6 +98,7 @@ def _batch(cells: list[pa.Array], columns: Columns, deck: dict[str, Any]) -> Lay
     coded = cells[columns.layout].dictionary_encode()
     names = tuple(map(unguarded, coded.dictionary.to_pylist()))
     layouts = coded.indices.to_numpy()
+    assert columns.sequence is not None, "the other reader takes the order of rows"
     sequence = _numbers(cells[columns.sequence])
     order = np.lexsort((sequence, layouts))
     counts = np.bincount(layouts, minlength=len(names))
