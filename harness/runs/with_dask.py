@@ -11,6 +11,7 @@ import importlib
 import logging
 import multiprocessing
 import pickle
+import signal
 import time
 import traceback
 import uuid
@@ -41,8 +42,8 @@ from steadyload.runs.pool import (
 )
 from steadyload.runs.worker import (
     RemoteTracebackError,
-    interrupts_blocked,
     pickled,
+    signals_blocked,
     worker_environment,
 )
 
@@ -201,7 +202,8 @@ def _local_cluster(workers: int) -> Iterator[LocalCluster]:
     """
     importlib.import_module("cryptography")  # named by its own error when it is missing
     with worker_environment(), dask.config.set(_NO_HTTP):
-        with interrupts_blocked():  # by threads started here, and so by all that they start
+        # By threads started here, and so by all processes that they start.
+        with signals_blocked({signal.SIGINT}):
             cluster = LocalCluster(
                 n_workers=workers,
                 threads_per_worker=1,

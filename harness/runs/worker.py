@@ -237,10 +237,19 @@ def start_process(
     # spawn: engines must not inherit each other's native state.
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
-    process = context.Process(target=target, args=(theirs, *arguments), daemon=daemon)
-    with theirs, _START_LOCK, worker_environment(), interrupts_blocked():
+    process = context.Process(target=_begun, args=(target, theirs, *arguments), daemon=daemon)
+    # A parent that is terminated while it starts a process would leave one that cannot read what
+    # it is to do, and says so: it ends a moment later.
+    both = {signal.SIGINT, signal.SIGTERM}
+    with theirs, _START_LOCK, worker_environment(), signals_blocked(both):
         process.start()
     return process, ours
+
+
+def _begun(target: Callable[..., None], *arguments: Any) -> None:
+    """The new process: it can be terminated from now on."""
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
+    target(*arguments)
 
 
 @contextmanager
@@ -256,15 +265,15 @@ def worker_environment() -> Iterator[None]:
 
 
 @contextmanager
-def interrupts_blocked() -> Iterator[None]:
-    """Context in which processes that this thread starts have interrupts blocked at first.
+def signals_blocked(numbers: set[signal.Signals]) -> Iterator[None]:
+    """Context in which this thread, and processes that it starts at first, have signals blocked.
 
     Ctrl-C reaches the whole process group, and only the parent reacts. A worker ignores
-    interrupts, but only once it has started. Threads that are started meanwhile pass the block on
-    to all processes that they start.
+    interrupts, but only once it has started; SIGTERM reaches it from then on. Threads that are
+    started meanwhile pass the block on to all processes that they start.
     """
     resource_tracker.ensure_running()  # when it starts, it unblocks interrupts in this thread
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, numbers)
     try:
         yield
     finally:

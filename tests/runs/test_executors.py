@@ -379,3 +379,29 @@ def _group(leader):
     found = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split("\n")
     rows = [line.split() for line in found if line]
     return [stat for pgid, stat in rows if pgid == str(leader) and not stat.startswith("Z")]
+
+
+TERMINATED_WHILE_STARTING = """
+import multiprocessing.util, os, signal, time
+from multiprocessing import resource_tracker
+from steadyload.runs.worker import Worker
+resource_tracker.ensure_running()
+real = multiprocessing.util.spawnv_passfds
+def spawning(*arguments):
+    started = real(*arguments)
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(0.5)
+    return started
+multiprocessing.util.spawnv_passfds = spawning
+Worker(print)
+time.sleep(60)
+"""
+
+
+def test_a_command_that_is_terminated_while_it_starts_a_worker_leaves_no_traceback():
+    done = subprocess.run(
+        [sys.executable, "-c", TERMINATED_WHILE_STARTING], capture_output=True, text=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}, check=False,
+        timeout=50,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (-signal.SIGTERM, "")
