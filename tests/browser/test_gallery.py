@@ -160,6 +160,6 @@ def test_several_layouts_are_one_page_whose_cards_play(browser, tmp_path):
     answers = "[...document.querySelectorAll('.answer')].map(e => e.textContent)"
     assert browser.value(answers) == [str(sl.make_method("sme").judge(x)) for x in LAYOUTS[:2]]
     browser.value("document.querySelectorAll('button.card')[1].click()")
-    inside = "document.querySelector('dialog iframe').contentWindow"
-    waits(browser, f"{inside}.player && {inside}.player.panes.length === 2")
+    inside = "document.querySelector('dialog iframe')?.contentWindow"
+    waits(browser, f"{inside}?.player?.panes.length === 2")
     assert not browser.errors
