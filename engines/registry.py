@@ -94,8 +94,10 @@ def absent_engines() -> dict[str, str]:
     """Engines whose packages are not published for this Python, and are not here; with reasons."""
     found = {}
     for name, entry in engines().items():
+        if entry.newest is None or sys.version_info[:2] <= entry.newest:
+            continue
         lost = [package for package in entry.packages if not _is_installed(package)]
-        if lost and entry.newest is not None and sys.version_info[:2] > entry.newest:
+        if lost:
             here = platform.python_version()
             newest = ".".join(map(str, entry.newest))
             found[name] = f"{lost[0]} is published for Python {newest} at most, and this is {here}"
