@@ -20,6 +20,14 @@ def fresh(*words, **more):
     )
 
 
+def interruptible(*words, **more):
+    """A fresh Python that takes interrupts as a terminal's does, whoever started the tests."""
+    return fresh(
+        *words, **more,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("words", "status"),
     [
@@ -155,10 +163,9 @@ def test_ctrl_c_while_libraries_are_imported_is_one_line(tmp_path):
     (tmp_path / "numpy.py").write_text(
         "import os, signal\nexec('os.kill(os.getpid(), signal.SIGINT)')\nraise ImportError\n"
     )
-    done = fresh(
+    done = interruptible(
         "-m", "steadyload.cli", "methods",
         env=os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *filter(None, sys.path)])},
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )  # fmt: skip
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "steadyload: interrupted\n")
 
@@ -183,9 +190,7 @@ def test_ctrl_c_is_one_line_whenever_it_comes(work, at_exit):
         f"    atexit.register(lambda: {at_exit or None})\n    {work}\n    return 0\n"
         "running.run = run\nsys.exit(command())\n"
     )
-    done = fresh(
-        "-c", code, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler)
-    )
+    done = interruptible("-c", code)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "steadyload: interrupted\n")
 
 
@@ -198,9 +203,7 @@ def test_an_interrupt_that_python_cannot_raise_comes_again_and_the_work_is_clean
         f"        type('', (), {{'__del__': lambda self: {INTERRUPT}}})()\n        time.sleep(60)\n"
         "running.run = run\nsys.exit(command())\n"
     )
-    done = fresh(
-        "-c", code, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler)
-    )
+    done = interruptible("-c", code)
     assert (done.returncode, done.stderr) == (
         130,
         "steadyload: interrupted; what is finished stays in run, and the same command goes on\n",
