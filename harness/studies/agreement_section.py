@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import pandas as pd
 
 from steadyload.layouts.model import Layout
@@ -11,6 +13,7 @@ from steadyload.reports.charts import plot_matrix
 from steadyload.reports.interactive import STABLE, AnswerChart, AnsweredCase
 from steadyload.reports.page import Picture
 from steadyload.reports.viewer.page import MARKS, player_html
+from steadyload.runs.provenance import provenance_lines
 from steadyload.studies.comparison.answers import Answers
 from steadyload.studies.comparison.summary import AgreementMatrix
 from steadyload.studies.viewing import view_of
@@ -30,12 +33,12 @@ def agreement_picture(matrix: AgreementMatrix, more: str = "") -> Picture:
 
 def _chart(matrix: AgreementMatrix, answers: Answers) -> AnswerChart:
     titles = {method.spec: method.title for method in matrix.methods}
-    specs = list(answers.said.columns)
+    specs, made = list(answers.said.columns), provenance_lines()
     cases = []
     for (name, scenario), said in answers.said.iterrows():
         steps = tuple(_step(said[spec], answers.counts[name, scenario]) for spec in specs)
         layout = answers.layouts.get((name, scenario))
-        player = "" if layout is None else _player(layout, specs[0], steps[0])
+        player = "" if layout is None else _player(layout, specs[0], steps[0], made)
         cases.append(AnsweredCase(name, str(scenario), steps, player))
     return AnswerChart(tuple(titles.get(spec, spec) for spec in specs), tuple(cases))
 
@@ -46,7 +49,7 @@ def _step(said: object, items: int) -> int | None:
     return STABLE if said == items else int(said)  # type: ignore[call-overload]
 
 
-def _player(layout: Layout, spec: str, step: int | None) -> str:
+def _player(layout: Layout, spec: str, step: int | None, made: Mapping[str, str]) -> str:
     """The plan, up to the step at which one of the answers lets it fail."""
     verdict = Verdict(len(layout), failing_step=None if step == STABLE else step)
-    return player_html(view_of(layout, [record_plan(layout, spec, verdict)]), MARKS)
+    return player_html(view_of(layout, [record_plan(layout, spec, verdict)], made), MARKS)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import dataclasses
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -65,10 +66,10 @@ def write_checked(
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     cards: list[Card | None] = [None] * len(found)
-    units = []
+    units, made = [], provenance_lines()
     for place, ((_, entry), check) in enumerate(zip(entries, found, strict=True)):
         if isinstance(entry, Layout):
-            units.append(_Unit(place, entry, check))
+            units.append(_Unit(place, entry, check, made))
         else:
             cards[place] = _card(check)
     done = len(found) - len(units)
@@ -81,11 +82,12 @@ def write_checked(
         done += 1
         progress(done, len(found))
     folder.mkdir(parents=True, exist_ok=True)
-    write_atomically(folder / PAGE, gallery_html(_gallery([c for c in cards if c is not None])))
+    gallery = _gallery([card for card in cards if card is not None], made)
+    write_atomically(folder / PAGE, gallery_html(gallery))
     return folder / PAGE
 
 
-def _gallery(cards: Sequence[Card]) -> Gallery:
+def _gallery(cards: Sequence[Card], made: Mapping[str, str]) -> Gallery:
     count = {kind: sum(card.kind == kind for card in cards) for kind in _KINDS}
     told = [f"{count['stands']} stand", f"{count['fails']} fail"]
     told += [f"{count[kind]} {kind}" for kind in ("not judged", "bad input") if count[kind]]
@@ -104,28 +106,29 @@ def _gallery(cards: Sequence[Card]) -> Gallery:
             f"a cascade, or {PLAYED} where neither simulates; where it lets the load stand, the "
             "plan is shown.",
         ),
-        manifest=provenance_lines(),
+        manifest=made,
     )
 
 
 @dataclass(frozen=True)
 class _Unit(SinglePart):
-    """A unit of work: one card. ``place``: among all."""
+    """A unit of work: one card. ``place``: among all; ``made``: provenance of the page."""
 
     place: int
     layout: Layout
     check: Check
+    made: Mapping[str, str]
 
     def describe(self, part: int) -> str:
         return f"the player of {self.layout.name!r}"
 
 
 def _play(unit: _Unit) -> Iterator[Card]:
-    yield _card(unit.check, unit.layout, _recorded(unit))
+    yield _played(unit, _recorded(unit))
 
 
 def _as_planned(unit: _Unit, _: int, __: str) -> Card:
-    return _card(unit.check, unit.layout, _plan(unit))
+    return _played(unit, _plan(unit))
 
 
 def _recorded(unit: _Unit) -> Recording:
@@ -147,7 +150,20 @@ def _plan(unit: _Unit) -> Recording:
     return record_plan(unit.layout, unit.check.method, unit.check.verdict)
 
 
-def _card(check: Check, layout: Layout | None = None, recording: Recording | None = None) -> Card:
+def _played(unit: _Unit, recording: Recording) -> Card:
+    """The card of a layout, with its picture and player."""
+    drawn = load_picture(unit.layout, unit.check.verdict)
+    return dataclasses.replace(
+        _card(unit.check),
+        pallet=drawn.pallet,
+        boxes=drawn.boxes,
+        marked=drawn.marked,
+        player=player_html(view_of(unit.layout, [recording], unit.made), MARKS),
+    )
+
+
+def _card(check: Check) -> Card:
+    """The facts that are known of a layout without its plan."""
     facts = [] if check.items is None else [f"{check.items} box{'es' if check.items != 1 else ''}"]
     if check.reliability is not None:
         facts.append(f"{100.0 * check.reliability.accuracy.value:.0f} % sure")
@@ -155,16 +171,4 @@ def _card(check: Check, layout: Layout | None = None, recording: Recording | Non
         facts.append(Path(check.file).name)
     kind = str(check.answer)
     answer = check.reason if check.answer is Answer.BAD_INPUT else check.sentence
-    if layout is None or recording is None:
-        return Card(check.layout, kind, answer, tuple(facts))
-    drawn = load_picture(layout, check.verdict)
-    return Card(
-        name=check.layout,
-        kind=kind,
-        answer=answer,
-        facts=tuple(facts),
-        pallet=drawn.pallet,
-        boxes=drawn.boxes,
-        marked=drawn.marked,
-        player=player_html(view_of(layout, [recording]), MARKS),
-    )
+    return Card(check.layout, kind, answer, tuple(facts))

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Unpack
-
-import numpy as np
 
 from steadyload.atomic import write_atomically
 from steadyload.errors import UserError, nearest
@@ -59,20 +57,27 @@ def write_view(
     judges = [make_method(spec) for spec in methods]
     for judge in judges:
         judge.prepare(len(layout))
-    view = view_of(layout, [record_loading(layout, judge) for judge in judges])
+    recordings = [record_loading(layout, judge) for judge in judges]
+    view = view_of(layout, recordings, provenance_lines())
     write_atomically(Path(output), view_html(view))
     return Path(output)
 
 
-def view_of(layout: Layout, recordings: Sequence[Recording]) -> View:
-    """The content of a page that plays loadings of a layout side by side."""
+def view_of(layout: Layout, recordings: Sequence[Recording], made: Mapping[str, str]) -> View:
+    """The content of a page that plays loadings of a layout side by side.
+
+    Args:
+        layout: as planned.
+        recordings: of its loadings.
+        made: provenance, as a page shows it.
+    """
     return View(
         name=layout.name,
         pallet=layout.pallet.size,
         deck=layout.floor.height,
         items=_items(layout),
         loadings=tuple(_loading(recording, layout) for recording in recordings),
-        manifest=provenance_lines(),
+        manifest=made,
     )
 
 
@@ -96,45 +101,45 @@ def write_views(
     """
     from steadyload.reports.viewer.gallery import gallery_html
 
-    judges = [make_method(spec) for spec in methods]
+    judges, made = [make_method(spec) for spec in methods], provenance_lines()
     cards = []
     for entry in entries:
         progress(entry.name)
-        cards.append(_refused(entry) if isinstance(entry, Refused) else _card(entry, judges))
+        if isinstance(entry, Refused):
+            cards.append(Card(entry.name, "bad input", str(entry.error)))
+        else:
+            cards.append(_card(entry, judges, made))
     gallery = Gallery(
         title="Loadings",
         summary=f"{len(cards)} layouts, judged by {' and '.join(methods)}.",
         kinds=("fails", "no verdict", "bad input", "stable"),
         cards=tuple(cards),
         notes=("Every card plays the loading, box by box.",),
-        manifest=provenance_lines(),
+        manifest=made,
     )
     write_atomically(Path(output), gallery_html(gallery))
     return Path(output)
 
 
-def _refused(entry: Refused) -> Card:
-    return Card(entry.name, "bad input", str(entry.error))
-
-
-def _card(layout: Layout, judges: Sequence[Method]) -> Card:
+def _card(layout: Layout, judges: Sequence[Method], made: Mapping[str, str]) -> Card:
     from steadyload.reports.viewer.page import MARKS, player_html
+    from steadyload.studies.notebook_figures import load_picture
 
     for judge in judges:
         judge.prepare(len(layout))
     recordings = [record_loading(layout, judge) for judge in judges]
     verdict = recordings[0].verdict
     kinds = {True: "stable", False: "fails" if verdict.failing_step is not None else "no verdict"}
-    placed = len(layout) if verdict.failing_step is None else verdict.failing_step + 1
+    drawn = load_picture(layout, verdict)
     return Card(
         name=layout.name,
         kind=kinds[verdict.stable],
         answer=with_ids(str(verdict), layout.items),
         facts=(f"{len(layout)} box{'es' if len(layout) != 1 else ''}",),
-        pallet=layout.pallet.size,
-        boxes=np.hstack((layout.lower, layout.upper - layout.lower))[:placed],
-        marked=verdict.failing_step if verdict.moved_item is None else verdict.moved_item,
-        player=player_html(view_of(layout, recordings), MARKS),
+        pallet=drawn.pallet,
+        boxes=drawn.boxes,
+        marked=drawn.marked,
+        player=player_html(view_of(layout, recordings, made), MARKS),
     )
 
 
