@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,13 +21,16 @@ class CostChart:
 
     Attributes:
         groups: methods by group of cases, such as a scenario.
+        fronts: by group, specs of the methods than which no cheaper one is as accurate.
         quantity: name of the share that is drawn.
     """
 
     groups: Mapping[str, Sequence[CostPoint]]
+    fronts: Mapping[str, Collection[str]]
     quantity: str = "accuracy"
 
     kind = "cost"
+    players = ()
 
     def data(self) -> dict[str, Any]:
         """The chart as plain values; points without a share or a cost are left out."""
@@ -35,7 +38,8 @@ class CostChart:
             "kind": self.kind,
             "quantity": self.quantity,
             "groups": [
-                {"title": title, "points": _points(points)} for title, points in self.groups.items()
+                {"title": title, "points": _points(points, self.fronts[title])}
+                for title, points in self.groups.items()
             ],
         }
 
@@ -80,17 +84,17 @@ class AnswerChart:
             "played": [number for number, case in enumerate(self.cases) if case.player],
         }
 
-    def players(self) -> list[str]:
+    @property
+    def players(self) -> tuple[str, ...]:
         """Pages of the cases that can be played, in their order."""
-        return [case.player for case in self.cases if case.player]
+        return tuple(case.player for case in self.cases if case.player)
 
 
 Interactive = CostChart | AnswerChart
 
 
-def _points(points: Sequence[CostPoint]) -> list[dict[str, Any]]:
+def _points(points: Sequence[CostPoint], front: Collection[str]) -> list[dict[str, Any]]:
     shown = [point for point in points if point.share.n and point.cost.n and point.cost.value > 0.0]
-    front = _front(shown)
     return [
         {
             "title": point.method.title,
@@ -106,16 +110,6 @@ def _points(points: Sequence[CostPoint]) -> list[dict[str, Any]]:
         }
         for point in shown
     ]
-
-
-def _front(points: Sequence[CostPoint]) -> set[str]:
-    """Specs of methods than which no cheaper one is as accurate."""
-    best, found = -1.0, set()
-    for point in sorted(points, key=lambda point: (point.cost.value, -point.share.value)):
-        if point.share.value > best:
-            best = point.share.value
-            found.add(point.method.spec)
-    return found
 
 
 def _numbers(found: Estimate, form: Callable[[float], float]) -> list[float]:

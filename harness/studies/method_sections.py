@@ -23,6 +23,7 @@ from steadyload.reports.table import (
     words,
 )
 from steadyload.runs.evaluation import ALL, Evaluation, LabelledPart, MethodEvaluation
+from steadyload.studies.recommend.front import Measured, on_front
 
 METHOD = words("method", "method.title")
 N = Column("n", "accuracy.n")
@@ -127,6 +128,38 @@ def terms_explained(about: LabelledPart) -> str:
     return told
 
 
+def best_in_words(methods: Iterable[MethodEvaluation], near: float) -> str:
+    """Sentences on the most accurate method, and on the cheapest that is nearly as accurate.
+
+    Args:
+        methods: on the same labelled cases.
+        near: largest difference to the best accuracy that counts as nearly as accurate.
+    """
+    rows = list(methods)
+    best = max(rows, key=lambda m: m.accuracy.value)
+    told = f"The most accurate method is {best.method.title}: {percent(best.accuracy)} %"
+    if best.cpu.n:
+        told += f" at {milliseconds(best.cpu)} ms of CPU time a layout"
+    other = cheapest_near(rows, near)
+    if other is None:
+        return f"{told}. "
+    points = f"{100 * near:g} point{'' if near == 0.01 else 's'}"
+    if other is best:
+        return f"{told}. No cheaper one is within {points} of it. "
+    return (
+        f"{told}; the cheapest within {points} of it is {other.method.title}: "
+        f"{percent(other.accuracy)} % at {milliseconds(other.cpu)} ms. "
+    )
+
+
+def cheapest_near(methods: Iterable[MethodEvaluation], near: float) -> MethodEvaluation | None:
+    """The cheapest method that is nearly as accurate as the best; None where none was timed."""
+    rows = list(methods)
+    least = max(m.accuracy.value for m in rows) - near
+    timed = [m for m in rows if m.accuracy.value >= least and m.cpu.n]
+    return min(timed, key=lambda m: m.cpu.value, default=None)
+
+
 def cost_chart(found: Evaluation, *, stands: bool = False) -> CostChart:
     """Accuracy against CPU time, a group of cases at a time.
 
@@ -146,4 +179,12 @@ def cost_chart(found: Evaluation, *, stands: bool = False) -> CostChart:
             ]
             for group in found.groups
         }
-    return CostChart(groups)
+    fronts = {
+        title: on_front(
+            Measured(p.method.spec, p.method.title, p.method.engine, p.share, p.cost)
+            for p in points
+            if p.share.n
+        )
+        for title, points in groups.items()
+    }
+    return CostChart(groups, fronts)

@@ -10,6 +10,7 @@ from steadyload.reports.writing import write_page
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
+from steadyload.studies.comparison import answers
 from steadyload.studies.comparison.page import study_page
 from steadyload.studies.comparison.summary import compare
 from steadyload.studies.table5.page import table5_page
@@ -203,3 +204,14 @@ def test_names_and_texts_are_text(opened, tmp_path, undrawn):
     assert page.value("document.querySelectorAll('img').length") == 0
     assert page.value("document.querySelector('h1').textContent") == harmful
     assert page.value("document.querySelector('td').textContent") == harmful
+
+
+def test_a_run_of_more_cases_than_a_page_lists_has_the_picture_alone(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(answers, "MOST_LISTED", 11)
+    found = compare(run.parent)
+    assert found.cases == 12
+    assert found.matrix.answers is None
+    page = write_page(study_page(found), tmp_path).with_suffix(".html").read_text()
+    assert 'data-name="accuracy"' in page
+    assert 'data-name="agreement"' not in page
+    assert 'id="players"' not in page

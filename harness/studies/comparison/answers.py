@@ -15,6 +15,9 @@ from steadyload.runs.definition import AS_GIVEN
 from steadyload.runs.judged import JudgedCases
 from steadyload.runs.labels import labelled_layout
 
+MOST_LISTED = 5000
+"""Cases up to which a page lists the answers to each."""
+
 MOST_SHOWN = 300
 """Cases whose layouts are kept for a page, those first on which methods give most answers."""
 
@@ -41,14 +44,16 @@ class Answers:
 LABEL = "label"
 
 
-def answers_of(judged: JudgedCases, kept: Path) -> Answers:
-    """The answers of a run.
+def answers_of(judged: JudgedCases, kept: Path) -> Answers | None:
+    """The answers of a run; None where there are more cases than a page lists.
 
     Args:
         judged: the cases and verdicts.
         kept: the file that the layouts were written to.
     """
     said = judged.said
+    if len(said) > MOST_LISTED:
+        return None
     first = judged.results.drop_duplicates(["layout", "scenario"])
     counts = first.set_index(["layout", "scenario"])["item_count"].loc[said.index].astype(int)
     if judged.labels is not None:

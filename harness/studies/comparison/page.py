@@ -14,7 +14,6 @@ from steadyload.reports.table import (
     Table,
     columns_for,
     markdown_table,
-    milliseconds,
     names,
     percent,
     significant,
@@ -30,7 +29,7 @@ from steadyload.studies.comparison.summary import (
     SameTuning,
     SettingsUse,
 )
-from steadyload.studies.method_sections import by_group, cost_chart, terms_explained
+from steadyload.studies.method_sections import best_in_words, by_group, cost_chart, terms_explained
 
 _PICTURED_DISAGREEMENTS = 2
 
@@ -71,7 +70,7 @@ def _summary(comparison: Comparison, labelled: LabelledPart | None) -> str:
     counted = "where scenarios are pooled, both count layouts, not cases"
     if labelled:
         counted = "both count item lists, not cases"
-    best = _best(comparison.evaluation) if labelled else ""
+    best = best_in_words(comparison.evaluation.methods, _NEAR) if labelled else ""
     return (
         f"{best}{len(comparison.evaluation.methods)} methods on {comparison.cases} cases: "
         f"{comparison.layouts} layouts, {packed}scenarios {', '.join(comparison.scenarios)}. "
@@ -86,28 +85,6 @@ def _summary(comparison: Comparison, labelled: LabelledPart | None) -> str:
             if labelled
             else "There are no reference labels on this page: agreement is not accuracy."
         )
-    )
-
-
-def _best(found: Evaluation) -> str:
-    """Sentences on the most accurate method, and on what is nearly as accurate for less."""
-    best = max(found.methods, key=lambda m: m.accuracy.value)
-    told = (
-        f"The most accurate method is {best.method.title}: {percent(best.accuracy)} % of "
-        f"{best.accuracy.n} cases at {milliseconds(best.cpu)} ms of CPU time a layout. "
-    )
-    least = best.accuracy.value - _NEAR
-    cheaper = [
-        m
-        for m in found.methods
-        if m.accuracy.value >= least and m.cpu.n and m.cpu.value < best.cpu.value
-    ]
-    if not cheaper:
-        return f"{told}No cheaper one is within {100 * _NEAR:g} points of it. "
-    least_dear = min(cheaper, key=lambda m: m.cpu.value)
-    return (
-        f"{told}The cheapest within {100 * _NEAR:g} points of it is {least_dear.method.title}: "
-        f"{percent(least_dear.accuracy)} % at {milliseconds(least_dear.cpu)} ms. "
     )
 
 

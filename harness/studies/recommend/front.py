@@ -166,6 +166,16 @@ def best(
     return found
 
 
+def on_front(measured: Iterable[Measured]) -> tuple[str, ...]:
+    """Specs of the methods than which no cheaper one is as accurate, by rising CPU time.
+
+    Args:
+        measured: the methods; those that were not timed do not count.
+    """
+    timed = [entry for entry in measured if entry.cpu.n]
+    return tuple(entry.method for entry in best(timed)) if timed else ()
+
+
 def _loss(entry: Measured, overestimation_costs: float | None) -> float:
     """Number that is lower for better methods."""
     if overestimation_costs is None:

@@ -7,6 +7,7 @@ from steadyload.reports.page import Page, Section
 from steadyload.reports.table import counts, factor, markdown_table, milliseconds, names, percent
 from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.studies.agreement_section import agreement_picture
+from steadyload.studies.method_sections import best_in_words, cheapest_near
 from steadyload.studies.sensitivity.page import ranks_section, what_survives
 from steadyload.studies.table5.accuracy_sections import (
     accuracy_and_cost,
@@ -89,7 +90,8 @@ def _summary(found: Table5) -> str:
         "and all other methods beside them."
     )  # fmt: skip
     return (
-        f"{_first(own)}{len(own.evaluation.methods)} methods on {about.cases} cases of part "
+        f"{best_in_words(own.evaluation.methods, NEAR)}"
+        f"{len(own.evaluation.methods)} methods on {about.cases} cases of part "
         f"`{about.part}` of the labelled set: {own.layouts} layouts, packed from "
         f"{about.item_lists} item lists; {about.stable} cases are stable. "
         "Nothing was tuned, trained or fitted on them. "
@@ -100,27 +102,6 @@ def _summary(found: Table5) -> str:
         "one item list are alike, so all of them stand on item lists. A case without a verdict "
         "counts as wrong."
     )
-
-
-def _first(own: JudgedSet) -> str:
-    """Sentences on the most accurate method, and on the cheapest that is nearly as accurate."""
-    near = _cheapest_near(own)
-    told = f"The most accurate method is {own.best.method.title}: {percent(own.best.accuracy)} %"
-    if own.best.cpu.n:
-        told += f" at {milliseconds(own.best.cpu)} ms of CPU time a layout"
-    if near is None or near is own.best:
-        return f"{told}. "
-    return (
-        f"{told}; the cheapest within {100 * NEAR:g} point of it is {near.method.title}: "
-        f"{percent(near.accuracy)} % at {milliseconds(near.cpu)} ms. "
-    )
-
-
-def _cheapest_near(own: JudgedSet) -> MethodEvaluation | None:
-    """The cheapest method that is nearly as accurate as the best; None where none was timed."""
-    least = own.best.accuracy.value - NEAR
-    near = [m for m in own.evaluation.methods if m.accuracy.value >= least and m.cpu.n]
-    return min(near, key=lambda m: m.cpu.value, default=None)
 
 
 def _without(own: JudgedSet) -> str:
@@ -157,7 +138,7 @@ def _best(own: JudgedSet) -> Finding:
 
 def _cheap(own: JudgedSet) -> list[Finding]:
     """Findings on the accuracy lost to speed: the cheapest nearly as accurate method, the front."""
-    method = _cheapest_near(own)
+    method = cheapest_near(own.evaluation.methods, NEAR)
     if method is None:
         return []
     share, yard = own.timing.shares[ALL].get(method.method.spec), own.timing.yardstick

@@ -42,7 +42,7 @@ from steadyload.studies.comparison.summary import (
     manifest_lines,
     tuning,
 )
-from steadyload.studies.recommend.front import Front, Measured, best
+from steadyload.studies.recommend.front import Front, Measured, on_front
 from steadyload.studies.recommend.kept import NAME, load_fronts, merged, write_fronts
 from steadyload.studies.recommend.measuring import front_of
 from steadyload.studies.sensitivity.summary import Sensitivity
@@ -272,7 +272,7 @@ def _judged_set(
             for group, here in groups.items()
         },
         tunings=tunings(specs),
-        fronts={group: _front(evaluation.rows[group]) for group in groups},
+        fronts={group: on_front(map(Measured.of, evaluation.rows[group])) for group in groups},
         matrix=agreement_matrix(judged, kept_file(ran.directory, LAYOUTS_FILE)),
         classes=class_bins(right, labels),
         sizes=size_bins(right, labels),
@@ -318,11 +318,6 @@ def _timing(asked: Table5Options, ran: Ran, evaluation: Evaluation, timed: pd.Mu
         untimed=ran.untimed,
         refused=ran.refused,
     )
-
-
-def _front(methods: Sequence[MethodEvaluation]) -> tuple[str, ...]:
-    timed = [Measured.of(m) for m in methods if m.cpu.n]
-    return tuple(m.method for m in best(timed)) if timed else ()
 
 
 def write_timed_front(found: Table5, work: Path) -> None:
