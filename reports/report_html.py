@@ -18,17 +18,15 @@ from markdown_it import MarkdownIt
 from markupsafe import Markup
 
 from steadyload.reports.html import packed, rendered, template_text
-from steadyload.reports.interactive import AnswerChart, Interactive
 from steadyload.reports.page import Page, Picture
-from steadyload.reports.viewer.page import MARKS, shared_texts
-from steadyload.reports.viewer.three_js import ThreeJsError
+from steadyload.reports.viewer.page import packed_shared_texts
 
 _TYPES = {".svg": "image/svg+xml", ".png": "image/png"}
 _SCRIPTS = (
     "viewer/unpack.js", "viewer/dialog.js", "report/tables.js", "report/cost.js",
     "report/answers.js", "report/report.js",
 )  # fmt: skip
-_STYLES = ("colours.css", "viewer/dialog.css", "report/report.css")
+_STYLES = ("base.css", "viewer/dialog.css", "report/report.css")
 
 
 def report_html(page: Page, images: Mapping[str, tuple[str, bytes]]) -> str:
@@ -37,13 +35,12 @@ def report_html(page: Page, images: Mapping[str, tuple[str, bytes]]) -> str:
     Args:
         page: what it shows.
         images: ending and bytes of the file of every picture, by its name.
+
+    Raises:
+        ThreeJsError: see :func:`steadyload.reports.viewer.three_js.three_js`.
     """
-    charts = [p.interactive for s in page.sections for p in s.pictures if p.interactive]
-    players = [player for chart in charts for player in _players(chart)]
-    try:
-        texts = shared_texts() if players else {}
-    except ThreeJsError:  # an extra that a report does not ask for
-        players, texts = [], {}
+    charts = {p.name: p.interactive for s in page.sections for p in s.pictures if p.interactive}
+    players = {name: chart.players for name, chart in charts.items() if chart.players}
     first, _, rest = page.summary.partition("\n\n")
     return rendered(
         "report/report.html.j2",
@@ -57,12 +54,8 @@ def report_html(page: Page, images: Mapping[str, tuple[str, bytes]]) -> str:
         style="\n".join(map(template_text, _STYLES)),
         script="\n".join(map(template_text, _SCRIPTS)),
         players=packed(json.dumps(players)) if players else "",
-        shared=packed(json.dumps({"marks": MARKS, "texts": texts})) if players else "",
+        shared=packed_shared_texts() if players else "",
     )
-
-
-def _players(chart: Interactive) -> list[str]:
-    return chart.players() if isinstance(chart, AnswerChart) else []
 
 
 def _plain(picture: Picture) -> Markup:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 import shutil
-from importlib import resources
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import jinja2
 
 from steadyload.reports.charts import image
+from steadyload.reports.html import template_text
 from steadyload.reports.page import Page
 from steadyload.reports.replacing import put_back, replace_together
 from steadyload.reports.report_html import report_html
@@ -29,7 +29,7 @@ def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
     is. When the process is killed in between, writing the page again puts all in order.
     """
     path, undo = directory / name, directory / f".{name}.undo"
-    template = resources.files("steadyload.reports.templates").joinpath("page.md.j2").read_text()
+    template = template_text("page.md.j2")
     # Markdown is written, not HTML: there is nothing to escape here.
     environment = jinja2.Environment(  # noqa: S701
         trim_blocks=True,

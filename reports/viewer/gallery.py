@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from steadyload.reports.html import packed, rendered, template_text
-from steadyload.reports.viewer.page import MARKS, shared_texts
+from steadyload.reports.viewer.page import packed_shared_texts
 from steadyload.reports.viewer.picture import MARKED, OUTLINE, RAMP, WOOD, behind_first, shades
 from steadyload.reports.viewer.records import Card, Gallery
 
@@ -34,12 +34,12 @@ def gallery_html(gallery: Gallery) -> str:
         gallery=gallery,
         counts={kind: kinds[kind] for kind in gallery.kinds if kinds[kind]},
         style="\n".join(
-            map(template_text, ("colours.css", "viewer/gallery.css", "viewer/dialog.css"))
+            map(template_text, ("base.css", "viewer/gallery.css", "viewer/dialog.css"))
         ),
         script="\n".join(
             map(template_text, ("viewer/unpack.js", "viewer/dialog.js", "viewer/gallery.js"))
         ),
-        shared=packed(json.dumps({"marks": MARKS, "texts": shared_texts()})),
+        shared=packed_shared_texts(),
         pictures=packed(json.dumps(_pictures(gallery), separators=(",", ":"))),
         players=[packed(card.player) if card.player else "" for card in gallery.cards],
     )

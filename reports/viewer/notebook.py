@@ -9,7 +9,7 @@ from __future__ import annotations
 import base64
 from collections.abc import Mapping
 
-from steadyload.reports.viewer.page import rendered
+from steadyload.reports.html import rendered
 from steadyload.reports.viewer.picture import HEIGHT, WIDTH, LoadPicture, load_svg
 
 

@@ -50,10 +50,19 @@ def shared_texts() -> dict[str, str]:
         ThreeJsError: see :func:`steadyload.reports.viewer.three_js.three_js`.
     """
     return {
-        "style": "\n".join(map(template_text, ("colours.css", "viewer/viewer.css"))),
+        "style": "\n".join(map(template_text, ("base.css", "viewer/viewer.css"))),
         "script": "\n".join(map(template_text, _SCRIPTS)),
         "library": packed(three_js()),
     }
+
+
+def packed_shared_texts() -> str:
+    """The shared texts with their :data:`MARKS`, for a page that fills in players when asked.
+
+    Raises:
+        ThreeJsError: see :func:`steadyload.reports.viewer.three_js.three_js`.
+    """
+    return packed(json.dumps({"marks": MARKS, "texts": shared_texts()}))
 
 
 def player_html(view: View, texts: Mapping[str, str]) -> str:

@@ -6,16 +6,16 @@ const CHARTS = { cost: costChart, answers: answerChart };
   try {
     dressTables();
     let shared = null, players = null;
-    const open = async (number, name, heading) => {
+    const open = async (chart, number, name, heading) => {
       shared ??= JSON.parse(await unpacked("shared"));
       players ??= JSON.parse(await unpacked("players"));
-      play(players[number], shared, name, heading);
+      play(players[chart][number], shared, name, heading);
     };
     find("close").onclick = () => find("dialog").close();
     find("dialog").onclose = () => find("dialog").querySelector("iframe")?.remove();
     for (const figure of document.querySelectorAll("figure.chart")) {
-      const data = JSON.parse(await unpacked(`data-${figure.dataset.name}`));
-      CHARTS[data.kind](figure, data, open);
+      const { name } = figure.dataset, data = JSON.parse(await unpacked(`data-${name}`));
+      CHARTS[data.kind](figure, data, (...asked) => open(name, ...asked));
     }
     window.ready = true;
   } catch (error) {

@@ -16,9 +16,9 @@ function compared(a, b, falling) {
 
 function sortBy(table, at) {
   const headers = [...table.tHead.rows[0].cells];
-  const falling = headers[at].getAttribute("aria-sort") !== "descending" && headers[at].classList.contains("number");
-  const rising = headers[at].getAttribute("aria-sort") === "ascending";
-  const way = falling || rising ? "descending" : "ascending";
+  const before = headers[at].getAttribute("aria-sort");
+  const rises = before ? before === "descending" : !headers[at].classList.contains("number");
+  const way = rises ? "ascending" : "descending";
   headers.forEach((th) => th.removeAttribute("aria-sort"));
   headers[at].setAttribute("aria-sort", way);
   const rows = [...table.tBodies[0].rows];
