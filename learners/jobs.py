@@ -20,7 +20,12 @@ from steadyload.layouts.question import Question
 from steadyload.learners import LearnerError
 from steadyload.learners.features import names
 from steadyload.learners.inference import Network
-from steadyload.learners.options import TrainingOptions, TrainingPreset, options_from
+from steadyload.learners.options import (
+    TrainingOptions,
+    TrainingPreset,
+    options_from,
+    training_preset,
+)
 from steadyload.learners.scoring import THRESHOLD, accuracies
 from steadyload.learners.search import search_hyperparameters
 from steadyload.learners.sequences import (
@@ -67,6 +72,7 @@ class TrainingJob:
         leaky: learn from the item lists of validation and test, too, though not from their cases;
             for a study of what that is worth, never shipped.
         question: whose labels are learnt.
+        preset: that it began with; where its networks have options of their own, these hold.
     """
 
     options: TrainingOptions
@@ -79,6 +85,7 @@ class TrainingJob:
     start: str = ""
     leaky: bool = False
     question: Question = Question.WITHIN
+    preset: str = "quick"
 
     @classmethod
     def of(cls, preset: TrainingPreset, changes: Mapping[str, Any], **others: Any) -> TrainingJob:
@@ -87,6 +94,8 @@ class TrainingJob:
         Raises:
             LearnerError: an option or argument that cannot be.
         """
+        for name in set(changes) & set().union(*preset.networks):
+            raise LearnerError(f"{name} is given; preset {preset.name} has one for every network")
         values = as_plain(preset.options) | dict(changes)
         if others.get("start"):
             made = load_weights(others["start"]).manifest["members"][0]["options"]
@@ -101,22 +110,41 @@ class TrainingJob:
         options = options_from(values, where=f"preset {preset.name}")
         given = {key: value for key, value in others.items() if value is not None}
         own = {key: getattr(preset, key) for key in ("members", "left_out", "budget")}
-        return cls(options, **own | given)
+        return cls(options, **own | given, preset=preset.name if preset.networks else "quick")
 
     def __post_init__(self) -> None:
         if self.members < 1:
             raise LearnerError(f"members is {self.members}; allowed: 1 or more")
+        if self.members > len(self.networks) > 0:
+            raise LearnerError(
+                f"members is {self.members}; allowed: 1 to {len(self.networks)}, as many as preset "
+                f"{self.preset} has networks"
+            )
         if not 0.0 <= self.left_out <= 0.5:
             raise LearnerError(f"left_out is {self.left_out:g}; allowed: 0 to 0.5")
         if not self.data:
             raise LearnerError("no data are named; allowed: one set or more")
 
     @property
+    def networks(self) -> tuple[Mapping[str, Any], ...]:
+        """See :attr:`.TrainingPreset.networks`."""
+        return training_preset(self.preset).networks
+
+    def member_options(self, number: int) -> TrainingOptions:
+        """Options of a member: its own, and a seed of its own; the first keeps that of the job."""
+        own = self.networks[number] if self.networks else {}
+        if number:
+            sequence = np.random.SeedSequence([self.options.seed, number])
+            own = {**own, "seed": int(sequence.generate_state(1)[0])}
+        return dataclasses.replace(self.options, **own)
+
+    @property
     def command(self) -> str:
         """Command that trains the same weights again, but for the time that a budget cuts off."""
-        words = ["steadyload", "train", "--preset", "quick"]
+        words = ["steadyload", "train", "--preset", self.preset]
+        own = set().union(*self.networks)
         for field, value in as_plain(self.options).items():
-            words += ["--option", f"{field}={value}"]
+            words += [] if field in own else ["--option", f"{field}={value}"]
         words += ["--members", str(self.members), "--left-out", f"{self.left_out:g}"]
         words += ["--budget", f"{self.budget:.10g}"]
         for name in self.data:
@@ -171,7 +199,7 @@ def train_weights(
             learnt, stopping, lists = _split(job, number, data, validation)
             training = Training(
                 directory / f"member_{number}",
-                member_options(job.options, number),
+                job.member_options(number),
                 repeated(learnt, job.options.least_share),
                 stopping,
                 held_out=None if job.leaky else material.held_out,
@@ -240,7 +268,8 @@ def search_options(
         progress: called with trials done and trials in all.
 
     Raises:
-        LearnerError: the job starts from weights, whose sizes a search cannot choose.
+        LearnerError: the job starts from weights, or from a preset of networks of different
+            sizes: a search cannot choose these.
         UserError: as :func:`steadyload.learners.search.search_hyperparameters` and
             :func:`train_weights`.
     """
@@ -248,6 +277,11 @@ def search_options(
         raise LearnerError(
             f"a search chooses the hidden size, and weights {job.start!r} have theirs; start from "
             "none, or search nothing"
+        )
+    if job.networks:
+        raise LearnerError(
+            f"a search chooses the hidden size, and preset {job.preset} has one for every network; "
+            "start from another preset"
         )
     _check_device(device)
     torch.set_num_threads(threads)
@@ -267,14 +301,6 @@ def search_options(
             progress=progress,
         )
     return dataclasses.replace(job, options=found[0].options, budget=0.5 * job.budget)
-
-
-def member_options(options: TrainingOptions, number: int) -> TrainingOptions:
-    """The options of a member: those of the job with a seed of its own; the first keeps that."""
-    if not number:
-        return options
-    sequence = np.random.SeedSequence([options.seed, number])
-    return dataclasses.replace(options, seed=int(sequence.generate_state(1)[0]))
 
 
 @dataclass(frozen=True)

@@ -98,6 +98,8 @@ class TrainingPreset:
         left_out: share of the item lists that every member leaves out of its training; it is
             stopped by them. 0: all are learnt from, and the validation part stops.
         budget: seconds over all members, see :meth:`.Training.run`.
+        networks: options of every member by name, which differ from ``options``; empty where all
+            members have the same.
     """
 
     name: str
@@ -106,6 +108,7 @@ class TrainingPreset:
     members: int
     left_out: float
     budget: float
+    networks: tuple[Mapping[str, Any], ...] = ()
 
 
 @cache
@@ -128,9 +131,11 @@ def training_preset(name: str) -> TrainingPreset:
 
 
 def _preset(name: str, table: Mapping[str, Any]) -> TrainingPreset:
-    about = {key: table[key] for key in ("title", "members", "left_out", "budget")}
+    about = {key: table[key] for key in ("title", "left_out", "budget")}
     options = options_from(table["options"], where=f"preset {name}")
-    return TrainingPreset(name=name, options=options, **about)
+    networks = tuple(table.get("networks", ()))
+    members = len(networks) or table["members"]
+    return TrainingPreset(name, members=members, options=options, networks=networks, **about)
 
 
 def options_from(values: Mapping[str, Any], *, where: str) -> TrainingOptions:

@@ -19,7 +19,6 @@ from steadyload.learners.features import FeatureKind
 from steadyload.learners.inference import Network
 from steadyload.learners.jobs import (
     TrainingJob,
-    member_options,
     search_options,
     train_weights,
 )
@@ -344,10 +343,35 @@ def test_presets_and_members():
     assert (paper.features, paper.hidden, paper.learning_rate) == ("plain", 125, 3.5e-4)
     assert (paper.epochs, paper.layers, paper.optimizer) == (700, 2, "adam")
     assert training_preset("quick").budget <= 600.0
-    assert training_preset("ensemble").members == 5
     with pytest.raises(LearnerError, match="did you mean 'quick'"):
         training_preset("quik")
     for preset in training_presets().values():
-        members = [member_options(preset.options, k) for k in range(5)]
-        assert len({m.seed for m in members}) == 5
-        assert members[0] == preset.options
+        job = TrainingJob.of(preset, {})
+        members = [job.member_options(k) for k in range(preset.members)]
+        assert len({m.seed for m in members}) == preset.members
+        assert members[0].seed == preset.options.seed
+
+
+def test_members_of_the_papers_ensemble_have_sizes_and_rates_of_their_own():
+    """Table 4; its first network is that of LSTM_1."""
+    preset = training_preset("paper-ensemble")
+    job = TrainingJob.of(preset, {"seed": "3"})
+    members = [job.member_options(k) for k in range(5)]
+    assert [member.hidden for member in members] == [125, 175, 150, 150, 200]
+    assert members[0] == TrainingJob.of(training_preset("paper"), {"seed": "3"}).options
+    assert "--preset paper-ensemble " in job.command
+    assert "hidden" not in job.command
+    with pytest.raises(LearnerError, match="hidden is given; preset paper-ensemble has one for"):
+        TrainingJob.of(preset, {"hidden": "64"})
+    with pytest.raises(LearnerError, match="members is 6; allowed: 1 to 5"):
+        TrainingJob.of(preset, {}, members=6)
+
+
+def test_networks_of_different_sizes_are_trained_and_read_again(tmp_path):
+    job = TrainingJob.of(
+        training_preset("paper-ensemble"), {"epochs": "1"}, members=2, limit=3, budget=1e6
+    )
+    found = load_weights(train_weights(job, tmp_path))
+    assert [m["options"]["hidden"] for m in found.manifest["members"]] == [125, 175]
+    with pytest.raises(LearnerError, match="a search chooses the hidden size"):
+        search_options(job, tmp_path / "search", 2)

@@ -16,7 +16,7 @@ from steadyload.studies.replication.files import FileOptions
 from steadyload.studies.replication.labels import Labelling
 from steadyload.studies.replication.methods import ALL_LINES
 from steadyload.studies.replication.networks import (
-    MEMBERS,
+    NETWORKS,
     Material,
     paper_options,
     train_networks,
@@ -107,8 +107,9 @@ def test_all_learn_on_all_splits(done):
 
 
 def test_networks_are_those_of_table_4():
-    assert [hidden for hidden, _ in MEMBERS] == [125, 175, 150, 150, 200]
-    assert [rate for _, rate in MEMBERS] == [0.35e-3, 0.15e-3, 0.67e-3, 0.19e-3, 0.71e-3]
+    assert [own["hidden"] for own in NETWORKS] == [125, 175, 150, 150, 200]
+    rates = [own["learning_rate"] for own in NETWORKS]
+    assert rates == [0.35e-3, 0.15e-3, 0.67e-3, 0.19e-3, 0.71e-3]
     options = paper_options(1, 4)
     assert (options.hidden, options.layers, options.learning_rate) == (175, 2, 0.15e-3)
     assert (str(options.features), options.symmetries, options.epochs) == ("plain", 1, 700)

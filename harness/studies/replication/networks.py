@@ -29,13 +29,7 @@ from steadyload.runs.pool import SinglePart, run_units
 from steadyload.runs.store import locked
 from steadyload.studies.replication.splits import Fold, steps_safe
 
-MEMBERS: tuple[tuple[int, float], ...] = (
-    (125, 0.35e-3),
-    (175, 0.15e-3),
-    (150, 0.67e-3),
-    (150, 0.19e-3),
-    (200, 0.71e-3),
-)
+NETWORKS = training_preset("paper-ensemble").networks
 """Hidden size and learning rate of the networks of Table 4; the first one is LSTM_1."""
 
 PATIENCE = 100
@@ -107,18 +101,16 @@ def paper_options(member: int, seed: int, **changes: Any) -> TrainingOptions:
     """The options of a network of Table 4, with some changed.
 
     Args:
-        member: of :data:`MEMBERS`.
+        member: of :data:`NETWORKS`.
         seed: of the training.
         changes: of the options.
 
     Raises:
         LearnerError: a change that is not allowed.
     """
-    hidden, rate = MEMBERS[member]
-    own = {"hidden": hidden, "learning_rate": rate, "seed": seed, "patience": PATIENCE}
-    return options_from(
-        as_plain(training_preset("paper").options) | own | changes, where="replication"
-    )
+    preset = training_preset("paper-ensemble")
+    own = {**preset.networks[member], "seed": seed, "patience": PATIENCE}
+    return options_from(as_plain(preset.options) | own | changes, where="replication")
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from steadyload.studies.replication.labels import label_files, shipped_labels
 from steadyload.studies.replication.memoriser import Memoriser
 from steadyload.studies.replication.methods import ALL_LINES
 from steadyload.studies.replication.networks import (
-    MEMBERS,
+    NETWORKS,
     Effort,
     Material,
     items_safe_by,
@@ -267,7 +267,7 @@ def ensembles_of(kind: SplitKind, asked: ReplicationOptions) -> dict[str, list[l
     plain = FeatureKind.PLAIN
     found = {LSTM_1: [[Member(0, seed, plain)] for seed in range(asked.seeds)]}
     if asked.ensemble and kind is not SplitKind.FEWER:
-        found[LSTM_E] = [[Member(place, 0, plain) for place in range(len(MEMBERS))]]
+        found[LSTM_E] = [[Member(place, 0, plain) for place in range(len(NETWORKS))]]
     if kind is SplitKind.LIST:
         found[SUPPORT] = [[Member(0, 0, FeatureKind.SUPPORT)]]
     return found
