@@ -52,7 +52,7 @@ SEED ?= 0
 fuzz: $(READY) ## read N mutated files of every format, from SEED; PUBLISH=1 puts the figures on docs/reliability.md; Ctrl-C ends it
 	$(BIN)/python tests/fuzz/fuzz.py $(N) $(SEED) $(if $(PUBLISH),--publish)
 
-test-deep: $(READY) ## run the tests that take minutes, and Drake's
+test-deep: $(READY) ## run the tests that take minutes, and those of optional engines
 	@$(BIN)/steadyload warm-up
 	$(TEST) -m deep
 

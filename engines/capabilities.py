@@ -158,6 +158,7 @@ class Capabilities:
     ``error_controlled``: it chooses its own steps; a substep decides only when one can look at it.
     ``compliant``: contacts give way in proportion to their load, so that masses matter.
     ``subsets``: a world can leave out some of its boxes and take them in again.
+    ``single_precision``: its numbers have 24 bits, some seven digits.
     ``version``: of the adapter, raised by hand when its worlds move otherwise; stored verdicts are
     stale then. ``numerics``: packages that its motion hangs on, beside those of the registry.
     """
@@ -171,6 +172,7 @@ class Capabilities:
     error_controlled: bool = False
     compliant: bool = False
     subsets: bool = False
+    single_precision: bool = False
     version: int = 1
     numerics: tuple[str, ...] = ("numpy",)
 

@@ -61,6 +61,13 @@ ENGINES: dict[str, EngineEntry] = {
         ("numba",),
         options="steadyload.engines.reference.options:ReferenceOptions",
     ),
+    "physx": EngineEntry("steadyload.engines.with_physx:PhysxWorld", ("sapien",), extra="physx"),
+    "rapier": EngineEntry(
+        "steadyload.engines.with_rapier:RapierWorld",
+        ("rapier3d",),
+        options="steadyload.engines.rapier_options:RapierOptions",
+        extra="rapier",
+    ),
     "drake": EngineEntry("steadyload.engines.with_drake:DrakeWorld", ("drake",), extra="drake"),
 }
 

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 import torch
 
-from steadyload.layouts.benchmark import Part, load_benchmark
 from steadyload.layouts.question import Question
 from steadyload.learners import LearnerError
 from steadyload.learners.features import names
 from steadyload.learners.inference import Network
+from steadyload.learners.material import Material, load_material, split_of
 from steadyload.learners.options import (
     TrainingOptions,
     TrainingPreset,
@@ -28,14 +28,7 @@ from steadyload.learners.options import (
 )
 from steadyload.learners.scoring import THRESHOLD, accuracies
 from steadyload.learners.search import search_hyperparameters
-from steadyload.learners.sequences import (
-    BENCHMARK,
-    HeldOut,
-    Sequences,
-    joined,
-    load_sequences,
-    repeated,
-)
+from steadyload.learners.sequences import BENCHMARK, Sequences, repeated
 from steadyload.learners.training import VERSION, Epoch, Trained, Training
 from steadyload.learners.weights import (
     WEIGHTS,
@@ -51,6 +44,7 @@ from steadyload.stored import store_list, stored_list
 _MADE_BY = "made_by.json"
 
 Report = Callable[[int, Epoch], None]
+Loading = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -138,6 +132,13 @@ class TrainingJob:
             own = {**own, "seed": int(sequence.generate_state(1)[0])}
         return dataclasses.replace(self.options, **own)
 
+    def material(self, loading: Loading = lambda done, total: None) -> Material:
+        """Its data; see :func:`steadyload.learners.material.load_material`."""
+        return load_material(
+            self.options.features, self.data, limit=self.limit, lists=self.lists,
+            leaky=self.leaky, question=self.question, loading=loading,
+        )  # fmt: skip
+
     @property
     def command(self) -> str:
         """Command that trains the same weights again, but for the time that a budget cuts off."""
@@ -190,13 +191,15 @@ def train_weights(
     # Of the code that trains, not of what it has become when it is done.
     own = provenance() | {"training": VERSION, "torch": torch.__version__}
     with locked(directory):
-        material = _material(job, loading)
+        material = job.material(loading)
         data, validation = material.data, material.validation
         starts = _starts(job.start)
         began = dict(load_weights(job.start).manifest) if job.start else {}
         members, networks, rest = [], [], job.budget
         for number in range(job.members):
-            learnt, stopping, lists = _split(job, number, data, validation)
+            learnt, stopping, lists = split_of(
+                material, number, left_out=job.left_out, seed=job.options.seed
+            )
             training = Training(
                 directory / f"member_{number}",
                 job.member_options(number),
@@ -286,8 +289,8 @@ def search_options(
     _check_device(device)
     torch.set_num_threads(threads)
     with locked(directory):
-        material = _material(job, lambda done, total: None)
-        learnt, stopping, _ = _split(job, 0, material.data, material.validation)
+        material = job.material()
+        learnt, stopping, _ = split_of(material, 0, left_out=job.left_out, seed=job.options.seed)
         found = search_hyperparameters(
             job.options,
             directory,
@@ -301,54 +304,6 @@ def search_options(
             progress=progress,
         )
     return dataclasses.replace(job, options=found[0].options, budget=0.5 * job.budget)
-
-
-@dataclass(frozen=True)
-class _Material:
-    """All data of a job, and a description of every set."""
-
-    data: Sequences
-    validation: Sequences
-    held_out: HeldOut
-    sources: list[dict[str, Any]]
-
-
-def _material(job: TrainingJob, loading: Callable[[int, int], None]) -> _Material:
-    kind, parts, sources = job.options.features, [], []
-    for name in job.data:
-        folder = _folder(name)
-        found = load_sequences(
-            kind,
-            directory=folder,
-            limit=job.limit,
-            lists=job.lists,
-            leaky=job.leaky,
-            question=job.question,
-            progress=loading,
-        )
-        parts.append(found)
-        source = {"name": name, "cases": len(found), "fingerprint": found.fingerprint()}
-        if folder is not None:
-            manifest = load_benchmark(folder).manifest
-            told = ("label", "seed", "lists", "heuristics", "most", "scenarios")
-            made = ("labelled_with", "labelled_with_before")
-            source |= {key: manifest[key] for key in (*told, *made) if key in manifest}
-        sources.append(source)
-    held_out = HeldOut.of({None, *(_folder(name) for name in job.data)})
-    if not job.leaky:
-        whole, parts = sum(map(len, parts)), [held_out.without_twins(part) for part in parts]
-        parts = [part for part in parts if len(part)]
-        if not parts:
-            raise LearnerError(
-                f"{whole} of {whole} layouts are geometries of held-out layouts; nothing is left "
-                "to learn from"
-            )
-    validation = [
-        load_sequences(kind, Part.VALIDATION, directory=folder, question=job.question)
-        for folder in map(_folder, dict.fromkeys((BENCHMARK, *job.data)))
-        if folder is None or str(Part.VALIDATION) in set(load_benchmark(folder).cases["split"])
-    ]
-    return _Material(joined(parts), joined(validation), held_out, sources)
 
 
 def _check_device(device: str) -> None:
@@ -376,28 +331,6 @@ def _note(directory: Path, own: dict[str, Any]) -> None:
     noted = _noted(directory)
     if own not in noted:
         store_list(directory / _MADE_BY, "runs", [*noted, own])
-
-
-def _folder(name: str) -> str | None:
-    return None if name == BENCHMARK else name
-
-
-def _split(
-    job: TrainingJob, number: int, data: Sequences, validation: Sequences
-) -> tuple[Sequences, Sequences, list[str]]:
-    """Training cases of a member, the cases that stop it, and the item lists that it leaves out."""
-    if not job.left_out:
-        return data, validation, []
-    lists = np.array(sorted(set(data.instances)), dtype=object)
-    random = np.random.default_rng(np.random.SeedSequence([job.options.seed, number, 1]))
-    count = max(1, round(job.left_out * len(lists)))
-    out = sorted(random.choice(lists, count, replace=False).tolist())
-    apart = np.isin(data.instances, out)
-    if apart.all():
-        raise LearnerError(
-            "left_out leaves no item list to learn from; add data, or leave out none"
-        )
-    return data.chosen(~apart), data.chosen(apart), out
 
 
 def _member(

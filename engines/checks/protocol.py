@@ -22,6 +22,7 @@ from steadyload.engines.checks.scenes import (
     fill,
     flat_pile,
     require,
+    rounding,
     two_cubes,
 )
 from steadyload.engines.substeps import StepCount
@@ -64,7 +65,8 @@ def check_step_counting(world_class: WorldClass) -> None:
         ):
             assert world.stepSimulation(*call) == expected, f"{call}"
             done += expected.executed
-            expect(fall_speed(world), GRAVITY * done * sixtieth, 1e-9, "speed after the substeps")
+            fallen = GRAVITY * done * sixtieth
+            expect(fall_speed(world), fallen, rounding(world_class), "speed after the substeps")
 
 
 def check_two_worlds_do_not_mix(world_class: WorldClass) -> None:
@@ -179,7 +181,7 @@ def check_velocities_can_be_set(world_class: WorldClass) -> None:
         np.array([(1.0, -0.5, 2.0), (np.nan, 1.0, 1.0), (0.0, 3.0, -1.0)]) * along,
         np.array([(0.7, -0.4, 0.3), (1.0, np.inf, 1.0), (0.2, 0.5, -2.0)]) * about,
     )
-    moving = [0, 2]
+    moving, exact = [0, 2], rounding(world_class)
     with world_class(WorldSettings()) as world:
         fill(world, scene)
         world.set_velocities(Velocities(np.zeros((3, 3)), np.full((3, 3), 3.0) * about))
@@ -190,14 +192,18 @@ def check_velocities_can_be_set(world_class: WorldClass) -> None:
         _same_bits(world.poses(), before)
         found = world.velocities()
         for one, wanted in zip(found, given, strict=True):
-            expect(one[moving], wanted[moving], 1e-9, "velocities read back")
+            expect(one[moving], wanted[moving], exact, "velocities read back")
             expect(one[1], 0.0, 0.0, "velocity of a fixed box")
         norms = [np.linalg.norm(part, axis=1) for part in found]
         expect(world.speeds(), np.stack(norms, axis=1), 1e-12, "speeds")
         world.stepSimulation(t, 10**6, h)
         flown = given.linear[moving] + (0.0, 0.0, -GRAVITY * t)
-        expect(world.velocities().linear[moving], flown, 1e-9, "velocities in flight")
-        expect(world.velocities().angular[2], given.angular[2], 1e-6, "turning of a cube")
+        expect(
+            world.velocities().linear[moving], flown, rounding(world_class), "velocities in flight"
+        )
+        expect(
+            world.velocities().angular[2], given.angular[2], max(1e-6, exact), "turning of a cube"
+        )
         after = world.poses()
         paths = [p.centres[0] + rotate(p.quaternions[:1], offset[None])[0] for p in (before, after)]
         wanted = given.linear[0] * t + (0.0, 0.0, -0.5 * GRAVITY * t * t)
@@ -230,7 +236,9 @@ def check_poses_are_of_the_geometric_centre(world_class: WorldClass) -> None:
     with world_class(WorldSettings()) as world:
         world.add_box(Box(CUBE, 1.0, (0.2, 0.0, 10.0), offset))
         world.stepSimulation(0.5, 1000, 1.0 / 240.0)
-        expect(world.poses().centres[0, :2], (0.2, 0.0), 1e-9, "centre in free fall")
+        expect(
+            world.poses().centres[0, :2], (0.2, 0.0), rounding(world_class), "centre in free fall"
+        )
 
 
 def check_fixed_boxes_carry_and_never_move(world_class: WorldClass) -> None:

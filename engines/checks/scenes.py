@@ -34,6 +34,11 @@ def expect(
     assert ok, f"{what}: found {found!r}, expected {expected!r} +- {absolute:g} + {relative:.0%}"
 
 
+def rounding(world_class: WorldClass) -> float:
+    """Largest error by rounding of a quantity of about one, over some hundred substeps."""
+    return 1e-4 if world_class.capabilities.single_precision else 1e-9
+
+
 def require_space(world_class: WorldClass) -> None:
     """Leave a check of motion out of the plane to engines that have it."""
     if world_class.capabilities.dimensions < 3:

@@ -8,7 +8,7 @@ import pytest
 
 from steadyload.engines.attitudes import rotate
 from steadyload.engines.conformance import CHECKS, NotApplicable
-from steadyload.engines.registry import engine_names, world_class
+from steadyload.engines.registry import world_class
 from steadyload.engines.world import Box, Velocities
 
 
@@ -27,8 +27,8 @@ def failing_checks(world, among):
 
 def with_offset_ignored(base):
     class OffsetIgnored(base):
-        def _add(self, box):
-            super()._add(dataclasses.replace(box, mass_offset=(0.0, 0.0, 0.0)))
+        def add_box(self, box):
+            return super().add_box(dataclasses.replace(box, mass_offset=(0.0, 0.0, 0.0)))
 
     return OffsetIgnored
 
@@ -80,9 +80,9 @@ def with_inertia_doubled(base):
             return tuple(2.0 * i for i in Box(self.size, self.mass, self.centre).inertia)
 
     class InertiaDoubled(base):
-        def _add(self, box):
+        def add_box(self, box):
             values = {f.name: getattr(box, f.name) for f in dataclasses.fields(box)}
-            super()._add(_Heavy(**values))
+            return super().add_box(_Heavy(**values))
 
     return InertiaDoubled
 
@@ -188,26 +188,25 @@ def with_boxes_unseen(base):
         (with_velocities_only_remembered, {"velocities_can_be_set"}),
     ],
 )
-def test_a_planted_bug_is_caught_in_every_adapter(engine, plant, caught_by):
-    assert failing_checks(plant(world_class(engine)), caught_by) == caught_by
+def test_a_planted_bug_is_caught_in_every_adapter(any_engine, plant, caught_by):
+    assert failing_checks(plant(world_class(any_engine)), caught_by) == caught_by
 
 
-@pytest.mark.parametrize(
-    "engine", [e for e in engine_names() if world_class(e).capabilities.dimensions == 3]
-)
-def test_a_bug_out_of_the_plane_is_caught(engine):
-    base = world_class(engine)
+def test_a_bug_out_of_the_plane_is_caught(any_engine):
+    base = world_class(any_engine)
+    if base.capabilities.dimensions == 2:
+        pytest.skip("not applicable: all motion is in the plane")
 
     class AcrossIgnored(base):
-        def _add(self, box):
+        def add_box(self, box):
             x, _, z = box.mass_offset
-            super()._add(dataclasses.replace(box, mass_offset=(x, 0.0, z)))
+            return super().add_box(dataclasses.replace(box, mass_offset=(x, 0.0, z)))
 
     assert failing_checks(AcrossIgnored, ["tipping_about_the_other_axis"])
 
 
-def test_a_remainder_that_is_dropped_is_caught(engine):
-    base = world_class(engine)
+def test_a_remainder_that_is_dropped_is_caught(any_engine):
+    base = world_class(any_engine)
 
     class RemainderDropped(base):
         def stepSimulation(self, timeStep, maxSubSteps, fixedTimeStep):  # noqa: N802, N803

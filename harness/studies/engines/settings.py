@@ -11,11 +11,12 @@ from steadyload.engines.world import EngineNotInstalledError
 
 @dataclass(frozen=True, slots=True)
 class EngineSettings:
-    """An engine's declared capabilities: setting -> (capability, a note)."""
+    """An engine's declared capabilities; ``answers`` has, by setting, a capability and a note."""
 
     name: str
     title: str
     dimensions: int
+    single_precision: bool
     answers: Mapping[str, tuple[str, str]]
     notes: str
 
@@ -27,13 +28,19 @@ def engine_records() -> list[EngineSettings]:
         try:
             facts = capabilities(name)
         except EngineNotInstalledError as error:
-            records.append(EngineSettings(name, f"{name} (not installed)", 3, {}, str(error)))
+            records.append(
+                EngineSettings(name, f"{name} (not installed)", 3, False, {}, str(error))
+            )
             continue
         answers = {
             setting: (_limited(str(answer.support), answer.values), answer.note)
             for setting, answer in facts.settings.items()
         }
-        records.append(EngineSettings(name, facts.title, facts.dimensions, answers, facts.notes))
+        records.append(
+            EngineSettings(
+                name, facts.title, facts.dimensions, facts.single_precision, answers, facts.notes
+            )
+        )
     return records
 
 

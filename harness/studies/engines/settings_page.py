@@ -17,7 +17,11 @@ def engines_rows(
     rows = [
         (setting, *(r.answers.get(setting, ("?", ""))[0] for r in records)) for setting in settings
     ]
-    return header, [("dimensions", *(str(r.dimensions) for r in records)), *rows]
+    facts = [
+        ("dimensions", *(str(r.dimensions) for r in records)),
+        ("precision", *("single" if r.single_precision else "double" for r in records)),
+    ]
+    return header, [*facts, *rows]
 
 
 def engines_markdown(records: Sequence[EngineSettings]) -> str:
