@@ -46,7 +46,7 @@ def test_curves_cover_every_engine_and_add_up(tmp_path, monkeypatch):
             assert 0.0 < point.step <= point.total
             assert max(point.build, point.read) <= point.total
             assert (point.floor is None) == (curve.scope == "local")
-    text = write_page(engine_study_page([], [], curves, [], {}), tmp_path).read_text()
+    text = write_page(engine_study_page([], [], curves, [], [], {}), tmp_path).read_text()
     assert "J^" not in text  # the exponents stand in the figure
     assert (tmp_path / "figures" / "growth.svg").exists()
 

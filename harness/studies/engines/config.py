@@ -9,7 +9,7 @@ from typing import Any
 from steadyload.studies.options import option
 from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
-PARTS = ("agreement", "options", "speed", "throughput")
+PARTS = ("sources", "agreement", "options", "speed", "throughput")
 _SEED = 7
 
 
@@ -24,31 +24,43 @@ class EnginesConfig:
     layouts: int = option(
         300, "generated layouts for agreement and options (default: 300)", least=1
     )
+    cases: int = option(
+        100, "cases a scenario of part test for sources, on the set of many lists (default: 100)",
+        least=2,
+    )  # fmt: skip
+    real_cases: int = option(
+        0, "the same of the set of real size, where DART takes 20 s a case (default: 0, none)",
+        least=0,
+    )  # fmt: skip
     most_items: int = option(
         200, "largest layout of the speed part (default: 200)", least=20, metavar="J"
     )
 
 
 class EngineStudy(Study[EnginesConfig, Any]):
-    """One loading algorithm, equal values, every engine."""
+    """One loading algorithm, equal values, every engine; what is timed is timed in one process."""
 
     name = "engines"
     question = "Do engines agree, what does each option change, and what does a simulation cost?"
     about = "compare engines: agreement, options, speed"
     command = "compare-engines"
     Config = EnginesConfig
-    resumable = False
-    workers = None
     published = (
-        PublishedPage("engines", "--part agreement --part options --part speed --part throughput"),
+        PublishedPage(
+            "engines",
+            "--part sources --real-cases 20 --part agreement --part options --part speed "
+            "--part throughput",
+        ),
     )
 
     def run(
         self, config: EnginesConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
         """The arguments of the page, in its order."""
+        from steadyload.layouts.benchmark.dataset import LISTS, REAL
         from steadyload.layouts.packing import random_layouts
         from steadyload.runs.provenance import provenance_lines
+        from steadyload.studies.engines.sources import sources_of_differences
         from steadyload.studies.engines.speed import ITEM_COUNTS, speed_curves, throughput
         from steadyload.studies.engines.study import engine_agreement, option_effects
 
@@ -61,6 +73,14 @@ class EngineStudy(Study[EnginesConfig, Any]):
             option_effects(layouts, progress=progress) if "options" in parts else [],
             speed_curves(counts, progress=progress) if "speed" in parts else [],
             throughput(progress=progress) if "throughput" in parts else [],
+            sources_of_differences(
+                {LISTS: config.cases} | ({REAL: config.real_cases} if config.real_cases else {}),
+                work / "sources",
+                workers=workers,
+                progress=progress,
+            )
+            if "sources" in parts
+            else [],
             {"generated layouts": f"{config.layouts}, seed {_SEED}"} | made_with,
         )
 

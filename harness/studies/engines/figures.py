@@ -1,4 +1,4 @@
-"""Figures of the engine study: growth with the number of items, agreement by frequency."""
+"""Figures of the engine study: sources of differences, growth with items, agreement."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from steadyload.reports.charts import PLAIN_TICKS, reach
 from steadyload.reports.style import engine_colour, engine_marker
+from steadyload.studies.engines.sources import SourceTable
 from steadyload.studies.engines.speed import SpeedCurve
 from steadyload.studies.engines.study import EngineAgreement
 
@@ -67,4 +68,43 @@ def plot_convergence(rows: Sequence[EngineAgreement]) -> Figure:
     axes.set_ylabel("same failing step (%)")
     axes.grid(visible=True, linewidth=0.4, alpha=0.6)
     axes.legend(frameon=False)
+    return figure
+
+
+_ALWAYS, _BY_CASE = "#08519c", "#9ecae1"
+
+
+def plot_sources(tables: Sequence[SourceTable]) -> Figure:
+    """Shares of every source in the differences between verdicts, a panel a design."""
+    figure = Figure(figsize=(7.6, 1.0 + 0.32 * sum(len(t.shares) + 1 for t in tables)))
+    heights = [len(table.shares) + 1 for table in tables]
+    panels = figure.subplots(len(tables), squeeze=False, sharex=True, height_ratios=heights)[:, 0]
+    for axes, table in zip(panels, tables, strict=True):
+        places = np.arange(len(table.shares))
+        always = [100.0 * share.always.value for share in table.shares]
+        by_case = [100.0 * share.by_case.value for share in table.shares]
+        axes.barh(places, always, color=_ALWAYS, label="the same on all cases")
+        axes.barh(places, by_case, left=always, color=_BY_CASE, label="from case to case")
+        axes.errorbar(
+            [100.0 * share.whole.value for share in table.shares],
+            places,
+            xerr=np.hstack([reach(share.whole, 100.0) for share in table.shares]),
+            fmt="none",
+            ecolor="#333333",
+            elinewidth=0.8,
+            capsize=2,
+        )
+        axes.set_yticks(places, [" with ".join(share.factors) for share in table.shares])
+        axes.invert_yaxis()
+        axes.set_xlim(0.0, 100.0)
+        asked = " and ".join(map(str, table.design.questions))
+        parameters = ", ".join(table.design.parameters)
+        axes.set_title(
+            f"{table.design.labelled_set} (n = {table.cases}): {parameters}; {asked}",
+            fontsize=9,
+            loc="left",
+        )
+    panels[-1].set_xlabel("share of the differences between verdicts on one case (%)")
+    panels[0].legend(fontsize=8, loc="lower right")
+    figure.tight_layout()
     return figure

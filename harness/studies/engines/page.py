@@ -18,6 +18,8 @@ from steadyload.reports.table import (
 )
 from steadyload.runs.costs import CostKind, CostSource
 from steadyload.studies.engines.figures import plot_convergence, plot_growth
+from steadyload.studies.engines.sources import SourceTable
+from steadyload.studies.engines.sources_section import sources
 from steadyload.studies.engines.speed import SpeedCurve, Throughput
 from steadyload.studies.engines.study import EngineAgreement, OptionEffect
 
@@ -60,10 +62,13 @@ def engine_study_page(
     options: Sequence[OptionEffect],
     curves: Sequence[SpeedCurve],
     rates: Sequence[Throughput],
+    shares: Sequence[SourceTable],
     manifest: Mapping[str, str],
 ) -> Page:
     """Compose the page; a part that was not measured is left out."""
     sections = []
+    if shares:
+        sections.append(sources(shares))
     if agreement:
         sections.append(_agreement(agreement))
     if options:

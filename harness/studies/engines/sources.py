@@ -1,0 +1,175 @@
+"""Sources of the differences between verdicts: engine, parameters, question, and luck of the case.
+
+Every case is judged by one loading algorithm under every combination of some engines, parameter
+sets and questions, and the differences are put down to them
+(:mod:`steadyload.statistics.variance`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from steadyload.engines.registry import engine_names
+from steadyload.layouts.benchmark.dataset import LISTS, REAL, set_named
+from steadyload.layouts.question import Question, with_question
+from steadyload.methods.registry import make_method
+from steadyload.methods.tuned import tuned
+from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.judged import JudgedCases, load_judged
+from steadyload.runs.pool import Executor
+from steadyload.runs.runner import run_study
+from steadyload.statistics.variance import SourceShare, source_shares
+from steadyload.studies.study import Progress, silent
+
+ENGINE, PARAMETERS, QUESTION = "engine", "parameters", "question"
+
+PART = "test"
+"""Part of the labelled sets; nothing was tuned on it."""
+
+TUNED = "ps_opt"
+
+_SHARD = 20
+
+
+@dataclass(frozen=True)
+class Design:
+    """Combinations under which the cases of one labelled set are judged.
+
+    Attributes:
+        labelled_set: a word of :data:`steadyload.layouts.benchmark.dataset.SETS`.
+        parameters: names of parameter sets.
+        questions: that are asked; each parameter set answers all of them.
+    """
+
+    labelled_set: str
+    parameters: tuple[str, ...]
+    questions: tuple[Question, ...]
+
+    @property
+    def levels(self) -> dict[str, tuple[str, ...]]:
+        """The levels of every factor that has two or more."""
+        found = {
+            ENGINE: compared_engines(),
+            PARAMETERS: self.parameters,
+            QUESTION: tuple(map(str, self.questions)),
+        }
+        return {factor: own for factor, own in found.items() if len(own) > 1}
+
+    def specs(self) -> list[str]:
+        """Methods, in the order of the levels, the last factor's first."""
+        named = product(compared_engines(), self.parameters, self.questions)
+        return [
+            str(make_method(with_question(f"{parameters}@{engine}", question)).spec)
+            for engine, parameters, question in named
+        ]
+
+
+DESIGNS = (
+    Design(LISTS, ("ps3-literal", "ps_opt-paper", TUNED, "label"), (Question.WITHIN,)),
+    Design(LISTS, (TUNED, "label"), (Question.WITHIN, Question.STANDS)),
+    Design(REAL, (TUNED,), (Question.WITHIN, Question.STANDS)),
+)
+"""On real pallets only the tuned parameters: others take DART minutes a pallet."""
+
+ANSWERS: Mapping[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]] = {
+    "share of items placed": lambda placed: placed,
+    "stable or not": lambda placed: (placed == 1.0).astype(float),
+}
+"""Numbers that a verdict is taken as, from the share of items placed safely, by name; the one that
+the page speaks of comes first."""
+
+
+@dataclass(frozen=True)
+class SourceTable:
+    """Shares of all sources in the differences between the verdicts of a design.
+
+    Attributes:
+        design: combinations.
+        answer: a name of :data:`ANSWERS`.
+        cases, item_lists: on which all have a verdict.
+        left_out: cases on which one has none.
+        differing: share of the cases on which not all verdicts are the same.
+        shares: of every source.
+    """
+
+    design: Design
+    answer: str
+    cases: int
+    item_lists: int
+    left_out: int
+    differing: float
+    shares: tuple[SourceShare, ...]
+
+
+def compared_engines() -> tuple[str, ...]:
+    """Engines that have tuned parameters for both questions."""
+    both = [tuned()[with_question(TUNED, question)] for question in Question]
+    return tuple(name for name in engine_names() if all(name in found for found in both))
+
+
+def sources_of_differences(
+    limits: Mapping[str, int],
+    work: Path,
+    *,
+    workers: int | Executor = 1,
+    progress: Progress = silent,
+) -> list[SourceTable]:
+    """Judge the cases of all designs, as far as that is missing, and share out the differences.
+
+    Args:
+        limits: cases a scenario, by labelled set; a set that is not named is left out.
+        work: folder of the run folders, one a labelled set.
+        workers: see :func:`steadyload.runs.runner.run_study`.
+        progress: called with what is done, the rows done and those to be done.
+
+    Raises:
+        ResultsError: a folder holds another study.
+    """
+    tables = []
+    for name, limit in limits.items():
+        designs = [design for design in DESIGNS if design.labelled_set == name]
+        specs = [spec for design in designs for spec in design.specs()]
+        definition = StudyDefinition(
+            f"sources of differences, {name}",
+            tuple(dict.fromkeys(specs)),
+            benchmark=PART,
+            benchmark_directory=set_named(name),
+            limit=limit,
+            shard_size=_SHARD,
+        )
+        run_study(
+            definition, work / name, workers=workers,
+            progress=lambda *of, name=name: progress(f"judging {name}", *of),
+        )  # fmt: skip
+        judged = load_judged(work / name)
+        tables += [table_of(judged, design, answer) for design in designs for answer in ANSWERS]
+    return tables
+
+
+def table_of(judged: JudgedCases, design: Design, answer: str) -> SourceTable:
+    """Shares of the sources in the differences between some verdicts of a run.
+
+    Args:
+        judged: by all methods of the design, and perhaps by others.
+        design: combinations.
+        answer: a name of :data:`ANSWERS`.
+    """
+    specs = design.specs()
+    whole = judged.said[specs].notna().all(axis=1).to_numpy(bool)
+    kept = judged.only(whole)
+    assert kept.labels is not None, "the run is on a labelled set"
+    counts = kept.labels["item_count"]
+    numbers = ANSWERS[answer](kept.said[specs].to_numpy(float) / counts.to_numpy(float)[:, None])
+    shape = (len(numbers), *(len(own) for own in design.levels.values()))
+    shares = source_shares(numbers.reshape(shape), tuple(design.levels), kept.clusters)
+    return SourceTable(
+        design, answer, len(numbers), kept.clusters.nunique(), int((~whole).sum()),
+        float((numbers != numbers[:, :1]).any(axis=1).mean()) if len(numbers) else 0.0,
+        tuple(shares),
+    )  # fmt: skip

@@ -1,0 +1,63 @@
+"""Sources of differences between verdicts, judged by real engines and by answers made up."""
+
+import numpy as np
+import pytest
+
+from steadyload.layouts.question import Question
+from steadyload.reports.writing import write_page
+from steadyload.studies.engines import sources as module
+from steadyload.studies.engines.page import engine_study_page
+from steadyload.studies.engines.sources import (
+    ANSWERS,
+    DESIGNS,
+    Design,
+    compared_engines,
+    sources_of_differences,
+)
+
+BOTH = Design("lists", ("ps_opt",), (Question.WITHIN, Question.STANDS))
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "DESIGNS", (BOTH,))
+        work = tmp_path_factory.mktemp("sources")
+        tables = sources_of_differences({"lists": 4}, work, workers=0)
+        again = sources_of_differences({"lists": 4}, work, workers=0)
+    assert again == tables
+    return tables
+
+
+def test_designs_ask_every_engine_everything_in_the_order_of_their_levels():
+    for design in DESIGNS:
+        shape = [len(own) for own in design.levels.values()]
+        specs = design.specs()
+        assert len(set(specs)) == len(specs) == np.prod(shape)
+    engines = compared_engines()
+    assert {"mujoco", "dart"} <= set(engines)
+    names = np.array(BOTH.specs()).reshape(len(engines), 2)
+    for engine, (within, stands) in zip(engines, names, strict=True):
+        assert f"@{engine}" in within
+        assert f"@{engine}" in stands
+        assert "question=stands" not in within
+        assert "question=stands" in stands
+
+
+def test_all_of_the_differences_are_shared_out(found):
+    assert [table.answer for table in found] == list(ANSWERS)
+    for table in found:
+        assert (table.cases, table.left_out) == (12, 0)
+        assert list(table.design.levels) == ["engine", "question"]
+        assert [share.factors for share in table.shares] == [
+            ("engine",), ("question",), ("engine", "question")
+        ]  # fmt: skip
+        if table.differing:
+            assert sum(share.whole.value for share in table.shares) == pytest.approx(1.0)
+
+
+def test_the_page_says_the_largest_source_first(found, tmp_path):
+    text = write_page(engine_study_page([], [], [], [], found, {}), tmp_path).read_text()
+    assert "cases have verdicts that differ" in text
+    assert "figures/sources" in text
+    assert text.index("what verdicts differ by") < text.index("| what differs")
