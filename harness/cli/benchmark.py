@@ -6,6 +6,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from steadyload.cli.convert import WRITABLE, output_format
 from steadyload.cli.flags import UsageError
@@ -165,7 +166,7 @@ class Build:
     )  # fmt: skip
     seed: int | None = option(None, "default: 2024", least=0)
     instances: int | None = option(
-        None, "item lists of every class (default: 17, planar 10, lists 30)", least=1
+        None, "item lists of every class (default: 17, planar 10, lists 30, choosing 20)", least=1
     )
     weights: str = option(
         "paper", "default: paper", choices="steadyload.layouts.packing:WeightRule"
@@ -176,14 +177,20 @@ class Build:
     lists: bool = option(
         False, "few layouts of each of many item lists, after those of the large set: a test alone"
     )
+    choosing: bool = option(
+        False, "few layouts of each of further item lists: half for searches of parameters, half "
+        "for fitting cascades",
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
-        if self.planar and self.lists:
-            raise UsageError("--lists: not allowed with --planar")
+        asked = [name for name in ("planar", "lists", "choosing") if getattr(self, name)]
+        if len(asked) > 1:
+            raise UsageError(f"--{asked[1]}: not allowed with --{asked[0]}")
 
     def run(self) -> None:
         """Pack the layouts of a new set."""
         from steadyload.layouts.benchmark.build import (
+            CHOOSING_OPTIONS,
             LISTS_OPTIONS,
             PLANAR_OPTIONS,
             BuildOptions,
@@ -192,8 +199,12 @@ class Build:
         from steadyload.studies.benchmark.labelling import build_set
 
         standard = BuildOptions()
-        if self.planar or self.lists:
-            standard = PLANAR_OPTIONS if self.planar else LISTS_OPTIONS
+        for asked, options in (
+            (self.planar, PLANAR_OPTIONS),
+            (self.lists, LISTS_OPTIONS),
+            (self.choosing, CHOOSING_OPTIONS),
+        ):
+            standard = options if asked else standard
         chosen = replace(
             standard,
             seed=standard.seed if self.seed is None else self.seed,
@@ -305,7 +316,7 @@ class Label:
         from steadyload.studies.benchmark.labelling import PANELS, label_set, split_sizes
 
         wanted = {"test": self.test, "validation": self.validation}
-        given = {name: size for name, size in wanted.items() if size is not None}
+        given: dict[str, Any] = {k: size for k, size in wanted.items() if size is not None}
         sizes = replace(split_sizes(read_tables(self.directory)[3]), **given)
         with resumable(self.directory), progress_bar("labelling") as advance:
             label_set(

@@ -1,5 +1,7 @@
 """Splits by item list."""
 
+import json
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -193,6 +195,22 @@ def test_the_sizes_of_a_set_choose_the_rule(spread):
     assert assign_splits(labelled(), seed=3, sizes=sizes).equals(spread)
     with pytest.raises(BenchmarkError, match="most_of_list is 5; allowed: 6 or more"):
         SplitSizes(most_of_list=5)
+
+
+def test_lists_are_dealt_to_parts_a_class_in_turn_and_every_part_is_balanced():
+    sizes = SplitSizes(most_of_list=12, parts=("search", "fitting"))
+    assert SplitSizes(**json.loads(json.dumps(sizes.stored()))) == sizes
+    spread = assign_splits(labelled(), seed=3, sizes=sizes)
+    held = spread[spread["split"].notna()]
+    parts = held.groupby("instance")["split"].unique()
+    assert (parts.str.len() == 1).all(), "an item list lies in two parts"
+    of_class = held.groupby(["item_class", "split"])["instance"].nunique()
+    assert of_class.nunique() == 1, "a class has more lists in one part than in the other"
+    assert set(of_class.index.get_level_values("split")) == {"search", "fitting"}
+    for _, group in held.groupby(["split", "scenario"]):
+        stable = group.sort_values("rank")["failing_step"].isna().to_numpy()
+        assert sorted(group["rank"]) == list(range(len(group)))
+        assert (stable[::2] & ~stable[1::2]).all()
 
 
 def test_a_scenario_without_an_unstable_case_is_told():

@@ -79,6 +79,16 @@ LISTS_OPTIONS = BuildOptions(
 that follow those of the large set, so that intervals stand on 90 lists instead of 15."""
 
 
+CHOOSING_OPTIONS = BuildOptions(
+    instances=20,
+    first_instance=_INSTANCES + LISTS_OPTIONS.instances,
+    most_layouts=12,
+    splits=SplitSizes(most_of_list=72, parts=("search", "fitting")),
+)
+"""Options of the set that parameters are searched and cascades are fitted on: lists that follow
+those of the set of many lists, half of them for either."""
+
+
 def build(
     options: BuildOptions,
     progress: Callable[[int, int], None] = lambda done, total: None,

@@ -50,6 +50,10 @@ REAL = "real"
 LISTS = "lists"
 """Name of the set that is a test alone: few layouts of each of many item lists."""
 
+CHOOSING = "choosing"
+"""Name of the set of further item lists, half of them for searches of parameters, half for fitting
+cascades, so that neither sees what stopped the training of a learned method."""
+
 SETS: Mapping[str, Path] = {
     PLANAR: _PACKAGE / "data_planar",
     REAL: _PACKAGE / "data_real",
@@ -73,19 +77,27 @@ def set_named(directory: str | None, beside: Path = Path()) -> str | Path | None
 class Part(StrEnum):
     """A part of the labelled set.
 
-    ``train``: everything of the training instances. ``validation``, ``test``: half stable, half
-    unstable by scenario. ``test-300``: 300 cases a scenario of ``test``, the paper's size.
-    ``all``: every labelled case, also those in no split.
+    ``train``: everything of the training instances. ``validation``, ``search``, ``fitting`` and
+    ``test``: half stable, half unstable by scenario. ``test-300``: 300 cases a scenario of
+    ``test``, the paper's size. ``all``: every labelled case, also those in no split.
     """
 
     TRAIN = "train"
     VALIDATION = "validation"
+    SEARCH = "search"
+    FITTING = "fitting"
     TEST = "test"
     TEST_300 = "test-300"
     ALL = "all"
 
 
-UNLEARNT = (Part.VALIDATION, Part.TEST, Part.TEST_300)
+HELD_OUT = (Part.VALIDATION, Part.SEARCH, Part.FITTING, Part.TEST)
+"""Splits that nothing is trained on."""
+
+SPLITS = (Part.TRAIN, *HELD_OUT)
+"""Splits that a case may be in; every other part is made of one or of all of these."""
+
+UNLEARNT = (*HELD_OUT, Part.TEST_300)
 """Held-out parts: nothing is trained on their item lists."""
 
 

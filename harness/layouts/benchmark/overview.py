@@ -7,11 +7,11 @@ from typing import Any
 import pandas as pd
 
 from steadyload.layouts.benchmark.confidence import agrees
-from steadyload.layouts.benchmark.dataset import Benchmark, Part
+from steadyload.layouts.benchmark.dataset import SPLITS, Benchmark
 from steadyload.layouts.scenarios import Scenario
 
 _NO_SPLIT = "none"
-_SPLITS = (Part.TRAIN, Part.VALIDATION, Part.TEST, _NO_SPLIT)
+_SPLITS = (*SPLITS, _NO_SPLIT)
 
 
 def overview(benchmark: Benchmark) -> dict[str, Any]:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.scenarios import Scenario
+
+_TEST_ALONE = ("test",)
 
 _KINDS = 2 * len(Scenario)
 """Kinds of cases of a balanced part: stable and unstable ones in every scenario."""
@@ -23,8 +27,9 @@ class SplitSizes:
         test_lists, validation_lists: item lists of every class that these cases come from, or more
             where so many do not hold enough. Intervals are clustered by item list.
         most_of_list: cases of an item list, at most; None for the other rule. With it all item
-            lists are for the test, and none of the other numbers matters; see
+            lists are for ``parts``, and none of the other numbers matters; see
             :func:`spread_over_lists`.
+        parts: that the item lists are dealt to, those of every class in turn.
 
     Raises:
         BenchmarkError: a number is odd or below 2, or ``most_of_list`` below 6.
@@ -35,8 +40,10 @@ class SplitSizes:
     test_lists: int = 5
     validation_lists: int = 2
     most_of_list: int | None = None
+    parts: tuple[str, ...] = _TEST_ALONE
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "parts", tuple(self.parts))  # a stored one is a list
         for name, size in (("test", self.test), ("validation", self.validation)):
             if size < 2 or size % 2:
                 raise BenchmarkError(f"{name} is {size}; allowed: an even number, 2 or more")
@@ -46,9 +53,10 @@ class SplitSizes:
                 "unstable case a scenario"
             )
 
-    def stored(self) -> dict[str, int]:
-        """The sizes as the manifest of a set holds them: without a limit that there is not."""
-        return {name: size for name, size in asdict(self).items() if size is not None}
+    def stored(self) -> dict[str, Any]:
+        """The sizes as the manifest of a set holds them: what is not usual of the later ones."""
+        usual = {"most_of_list": None, "parts": _TEST_ALONE}
+        return {k: v for k, v in asdict(self).items() if k not in usual or v != usual[k]}
 
 
 SIZES = SplitSizes()
@@ -73,7 +81,7 @@ def assign_splits(cases: pd.DataFrame, *, seed: int, sizes: SplitSizes = SIZES) 
         BenchmarkError: too few stable or unstable cases.
     """
     if sizes.most_of_list is not None:
-        return spread_over_lists(cases, seed=seed, most=sizes.most_of_list)
+        return spread_over_lists(cases, seed=seed, most=sizes.most_of_list, parts=sizes.parts)
     rounds = drawn_instances(cases, seed=seed)
     random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1,)))
     done = cases[cases["status"] == "done"]
@@ -99,20 +107,24 @@ def assign_splits(cases: pd.DataFrame, *, seed: int, sizes: SplitSizes = SIZES) 
     return cases.assign(split=split.astype(object).where(split.notna(), None), rank=rank)
 
 
-def spread_over_lists(cases: pd.DataFrame, *, seed: int, most: int) -> pd.DataFrame:
-    """The cases with the columns ``split`` and ``rank``, for a set that is a test alone.
+def spread_over_lists(
+    cases: pd.DataFrame, *, seed: int, most: int, parts: Sequence[str] = _TEST_ALONE
+) -> pd.DataFrame:
+    """The cases with the columns ``split`` and ``rank``, for a set that nothing is learnt from.
 
-    Of every item list up to a sixth of ``most`` stable and as many unstable cases of every scenario
-    take part; they are drawn in turns over the lists, until the stable or the unstable ones of the
-    scenario run out. So the first ranks come from as many item lists as there are.
+    Item lists are dealt to the parts, those of every class in turn. Of every item list up to a
+    sixth of ``most`` stable and as many unstable cases of every scenario take part; they are drawn
+    in turns over the lists, until the stable or the unstable ones of the scenario run out. So the
+    first ranks come from as many item lists as a part has.
 
     Args:
-        cases: labelled or not, with ``instance``; only ``done`` ones take part.
+        cases: labelled or not, with ``instance`` and ``item_class``; only ``done`` ones take part.
         seed: root of the draws, 0 or more.
         most: cases of an item list, 6 or more.
+        parts: one or more.
 
     Raises:
-        BenchmarkError: a scenario has no stable or no unstable case.
+        BenchmarkError: a part has no stable or no unstable case of a scenario.
     """
     random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(3,)))
     done = cases[cases["status"] == "done"]
@@ -124,6 +136,7 @@ def spread_over_lists(cases: pd.DataFrame, *, seed: int, most: int) -> pd.DataFr
             "scenario": done["scenario"],
             "stable": done["failing_step"].isna(),
             "list": done["instance"].map(turn_of_list),
+            "part": done["instance"].map(_dealt(cases, parts)),
             "drawn": drawn,
         }
     ).sort_values("drawn")
@@ -131,15 +144,27 @@ def spread_over_lists(cases: pd.DataFrame, *, seed: int, most: int) -> pd.DataFr
     order = order[order["turn"] < most // _KINDS].sort_values(["turn", "list"])
     split = pd.Series(pd.NA, cases.index, dtype="string")
     rank = pd.Series(pd.NA, cases.index, dtype="Int32")
-    for scenario, group in order.groupby("scenario"):
+    for (part, scenario), group in order.groupby(["part", "scenario"]):
         kinds = [group.index[group["stable"] == stable] for stable in (True, False)]
         size = min(map(len, kinds))
         if not size:
-            raise BenchmarkError(f"test: no stable or no unstable case in scenario {scenario}")
+            raise BenchmarkError(f"{part}: no stable or no unstable case in scenario {scenario}")
         for first, index in enumerate(kinds):
-            split[index[:size]] = "test"
+            split[index[:size]] = part
             rank[index[:size]] = np.arange(size) * 2 + first
     return cases.assign(split=split.astype(object).where(split.notna(), None), rank=rank)
+
+
+def _dealt(cases: pd.DataFrame, parts: Sequence[str]) -> dict[str, str]:
+    """The part of every item list."""
+    own = (
+        cases.groupby("item_class")["instance"].unique()
+        if len(parts) > 1
+        else [cases["instance"].unique()]
+    )
+    return {
+        name: parts[place % len(parts)] for lists in own for place, name in enumerate(sorted(lists))
+    }
 
 
 MOST_STABLE = 0.7

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from steadyload.layouts.benchmark.dataset import KEYS, Benchmark
+from steadyload.layouts.benchmark.dataset import KEYS, SPLITS, Benchmark
 from steadyload.layouts.scenarios import Scenario
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
@@ -50,7 +50,7 @@ def question_shares(benchmark: Benchmark) -> list[QuestionShares]:
     stands = benchmark.stands.set_index(KEYS)[["status", "failing_step"]]
     both = stands.join(cases, rsuffix="_within")
     found = []
-    for split in ("train", "validation", "test"):
+    for split in SPLITS:
         own = both[both["split"] == split]
         scenarios = own.index.get_level_values("scenario")
         for scenario in [_ALL, *map(str, Scenario)]:

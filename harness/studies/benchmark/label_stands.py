@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from steadyload.layouts.benchmark.dataset import Part, load_benchmark
+from steadyload.layouts.benchmark.dataset import HELD_OUT, Part, load_benchmark
 from steadyload.layouts.benchmark.tables import STANDS, BenchmarkError, write_further
 from steadyload.layouts.question import Question
 from steadyload.layouts.scenarios import Scenario
@@ -33,7 +33,7 @@ def label_stands(
     workers: int = IN_THIS_PROCESS,
     progress: Callable[[str, int, int], None] = lambda part, done, total: None,
 ) -> int:
-    """Label validation, test and some training cases of a labelled set; returns their number.
+    """Label all held-out and some training cases of a labelled set; returns their number.
 
     What was labelled before is not labelled again.
 
@@ -50,7 +50,7 @@ def label_stands(
     """
     benchmark = load_benchmark(directory)
     known = benchmark.cases["split"].dropna().unique()
-    parts = [part for part in (Part.VALIDATION, Part.TEST, Part.TRAIN) if part in known]
+    parts = [part for part in (*HELD_OUT, Part.TRAIN) if part in known]
     if not parts:
         raise BenchmarkError(f"{directory}: no case is in a split; label the set first")
     make_method(SPEC).prepare()

@@ -16,7 +16,12 @@ import pandas as pd
 from steadyload.engines.registry import package_versions
 from steadyload.layouts.benchmark.build import BuildOptions, build
 from steadyload.layouts.benchmark.confidence import Reason
-from steadyload.layouts.benchmark.dataset import Benchmark, load_benchmark, stored_offsets
+from steadyload.layouts.benchmark.dataset import (
+    HELD_OUT,
+    Benchmark,
+    load_benchmark,
+    stored_offsets,
+)
 from steadyload.layouts.benchmark.real import (
     RealInputs,
     RealOptions,
@@ -257,7 +262,7 @@ def _label(
     )
     groups = layouts.set_index("layout")[["instance", "item_class"]]
     cases = assign_splits(cases.join(groups, on="layout"), seed=manifest["seed"], sizes=sizes)
-    asked = cases[cases["split"].isin(("validation", "test"))]
+    asked = cases[cases["split"].isin(HELD_OUT)]
     opinions = _limits(asked)
     manifest = {
         **manifest,

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from steadyload.layouts.benchmark.confidence import ENSEMBLE, Reason, agrees
-from steadyload.layouts.benchmark.dataset import KEYS, Benchmark
+from steadyload.layouts.benchmark.dataset import HELD_OUT, KEYS, SPLITS, Benchmark
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.scenarios import Scenario
 from steadyload.runs.provenance import provenance_lines
@@ -218,7 +218,7 @@ def _classes(benchmark: Benchmark, done: pd.DataFrame, counts: pd.Series) -> lis
 
 def _splits(done: pd.DataFrame, scenarios: list[str]) -> list[SplitCount]:
     rows = []
-    for split in ("train", "validation", "test", None):
+    for split in (*SPLITS, None):
         own = done[done["split"].isna() if split is None else done["split"] == split]
         for scenario in scenarios:
             part = own[own["scenario"] == scenario]
@@ -296,7 +296,7 @@ def _firmness(benchmark: Benchmark, done: pd.DataFrame, scenarios: list[str]) ->
     known = done.merge(benchmark.confidence.reset_index(), on=KEYS, how="inner")
     known = known[known["robust"].notna()]
     rows = []
-    for split in ("validation", "test"):
+    for split in HELD_OUT:
         for scenario in scenarios:
             own = known[(known["split"] == split) & (known["scenario"] == scenario)]
             if len(own):
