@@ -31,6 +31,7 @@ class EngineEntry:
     parameters of a simulation on this engine (see :func:`steadyload.engines.quantities.quantity`).
     ``extra`` names the optional dependencies of this distribution that bring them. An engine that
     has one takes part where it is named, and in nothing that runs over all engines.
+    ``check_only``: it checks others, and is compared with them only where it is named.
     ``newest``: the newest Python that its packages are published for; None where that is any.
     """
 
@@ -38,6 +39,7 @@ class EngineEntry:
     packages: tuple[str, ...] = ()
     options: str = ""
     extra: str = ""
+    check_only: bool = False
     newest: tuple[int, int] | None = None
 
 
@@ -68,7 +70,9 @@ ENGINES: dict[str, EngineEntry] = {
         options="steadyload.engines.rapier_options:RapierOptions",
         extra="rapier",
     ),
-    "drake": EngineEntry("steadyload.engines.with_drake:DrakeWorld", ("drake",), extra="drake"),
+    "drake": EngineEntry(
+        "steadyload.engines.with_drake:DrakeWorld", ("drake",), extra="drake", check_only=True
+    ),
 }
 
 
@@ -93,6 +97,18 @@ def engine_names() -> tuple[str, ...]:
     absent = absent_engines()
     return tuple(
         name for name, entry in engines().items() if not entry.extra and name not in absent
+    )
+
+
+def engines_here() -> tuple[str, ...]:
+    """Names of the engines that can be compared here: with the optional ones that are installed.
+
+    Those that only check others are not among them.
+    """
+    return tuple(
+        name
+        for name, entry in engines().items()
+        if not entry.check_only and all(map(_is_installed, entry.packages))
     )
 
 
@@ -122,10 +138,7 @@ def world_class(name: str) -> type[FixedStepWorld]:
     if entry.extra:
         for package in entry.packages:
             if not _is_installed(package):
-                raise EngineNotInstalledError(
-                    f"engine {name!r} needs the package {package}: "
-                    f"pip install 'steadyload[{entry.extra}]'"
-                )
+                raise EngineNotInstalledError(_needs(name, package))
     return _declared_class(name)
 
 
@@ -148,10 +161,14 @@ def _declared_class(name: str) -> type[FixedStepWorld]:
             raise
         why = absent_engines().get(name)
         raise EngineNotInstalledError(
-            f"engine {name!r} is not here: {why}"
-            if why
-            else f"engine {name!r} needs the package {missing}: pip install {missing}"
+            f"engine {name!r} is not here: {why}" if why else _needs(name, missing)
         ) from error
+
+
+def _needs(name: str, package: str) -> str:
+    extra = engines()[name].extra
+    told = f"'steadyload[{extra}]'" if extra else package
+    return f"engine {name!r} needs the package {package}: pip install {told}"
 
 
 def numerics(name: str) -> frozenset[str]:

@@ -27,6 +27,7 @@ STUDIES: dict[str, str] = {
     "session": "steadyload.studies.session.config:STUDY",
     "speed": "steadyload.studies.speed.config:STUDY",
     "engines": "steadyload.studies.engines.config:STUDY",
+    "precision": "steadyload.studies.precision.config:STUDY",
     "scope": "steadyload.studies.scope.config:STUDY",
     "closed_forms": "steadyload.studies.closed_forms.config:STUDY",
     "convergence": "steadyload.studies.convergence.config:STUDY",

@@ -11,12 +11,15 @@ from steadyload.engines.world import EngineNotInstalledError
 
 @dataclass(frozen=True, slots=True)
 class EngineSettings:
-    """An engine's declared capabilities; ``answers`` has, by setting, a capability and a note."""
+    """An engine's declared capabilities; ``answers`` has, by setting, a capability and a note.
+
+    What is not known because the engine is not installed is None, or missing.
+    """
 
     name: str
     title: str
     dimensions: int
-    single_precision: bool
+    single_precision: bool | None
     answers: Mapping[str, tuple[str, str]]
     notes: str
 
@@ -28,9 +31,7 @@ def engine_records() -> list[EngineSettings]:
         try:
             facts = capabilities(name)
         except EngineNotInstalledError as error:
-            records.append(
-                EngineSettings(name, f"{name} (not installed)", 3, False, {}, str(error))
-            )
+            records.append(EngineSettings(name, f"{name} (not installed)", 3, None, {}, str(error)))
             continue
         answers = {
             setting: (_limited(str(answer.support), answer.values), answer.note)

@@ -8,6 +8,9 @@ from steadyload.reports.table import markdown_table
 from steadyload.studies.engines.settings import EngineSettings
 
 
+_PRECISION = {True: "single", False: "double", None: "?"}
+
+
 def engines_rows(
     records: Sequence[EngineSettings],
 ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
@@ -19,7 +22,7 @@ def engines_rows(
     ]
     facts = [
         ("dimensions", *(str(r.dimensions) for r in records)),
-        ("precision", *("single" if r.single_precision else "double" for r in records)),
+        ("precision", *(_PRECISION[r.single_precision] for r in records)),
     ]
     return header, [*facts, *rows]
 

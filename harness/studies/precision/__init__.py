@@ -1,0 +1,1 @@
+"""Cost of single precision in verdicts, told apart from the cost of a contact model."""

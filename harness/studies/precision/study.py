@@ -1,0 +1,147 @@
+"""The same cases, as they are and changed, judged on engines of single and of double precision."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from steadyload.engines.registry import capabilities, engines_here
+from steadyload.engines.world import Capabilities
+from steadyload.errors import nearest
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.dataset import set_named
+from steadyload.layouts.formats import Format, write_layouts
+from steadyload.layouts.model import Layout
+from steadyload.runs.definition import StudyDefinition, StudyError
+from steadyload.runs.judged import load_judged
+from steadyload.runs.labels import item_lists
+from steadyload.runs.runner import run_study
+from steadyload.statistics.clusters import Clusters
+from steadyload.studies.precision.changes import AS_IT_IS, CHANGES, Change
+from steadyload.studies.study import Progress, silent
+
+PART = "test"
+"""Part of the labelled set; nothing was tuned on it."""
+
+_SHARD = 25
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Verdicts of all engines on all cases, under every change.
+
+    Attributes:
+        engines: names, in the order of the registry.
+        said: by change, items placed safely: rows are cases, a column an engine; missing where
+            there is no verdict.
+        cases: a row a case: ``safe``, the label's items placed safely; ``items``; ``height`` of the
+            load [cm]; ``mass_ratio``, the heaviest item over the lightest.
+        clusters: of the cases.
+    """
+
+    engines: tuple[str, ...]
+    said: dict[Change, pd.DataFrame]
+    cases: pd.DataFrame
+    clusters: Clusters
+
+
+def fixed_step_engines(only: Sequence[str] = ()) -> tuple[str, ...]:
+    """Names of the engines of three dimensions that are here and take fixed steps.
+
+    Optional ones are among them where they are installed.
+
+    Args:
+        only: those that are wanted; empty for all.
+
+    Raises:
+        StudyError: a wanted one is none of these.
+    """
+    found = tuple(name for name in engines_here() if _takes_part(capabilities(name)))
+    for name in only:
+        if name not in found:
+            raise StudyError(f"engine {name!r}: {nearest(name, found)}")
+    return tuple(name for name in found if not only or name in only)
+
+
+def _takes_part(facts: Capabilities) -> bool:
+    return facts.dimensions == 3 and not facts.error_controlled
+
+
+def judge_changed(
+    directory: str,
+    limit: int,
+    work: Path,
+    *,
+    only: Sequence[str] = (),
+    workers: int = 1,
+    progress: Progress = silent,
+) -> Answers:
+    """Judge all cases under every change, as far as that is missing.
+
+    Args:
+        directory: a labelled set, see
+            :func:`steadyload.layouts.benchmark.dataset.set_named`.
+        limit: cases a scenario, those of the first ranks.
+        work: folder of the layout files and of the run folders, one a change.
+        only: engines; empty for all.
+        workers: see :func:`steadyload.runs.runner.run_study`.
+        progress: called with what is done, rows done and rows in all.
+
+    Raises:
+        StudyError: see :func:`fixed_step_engines`.
+        BenchmarkError: no such labelled set.
+        ResultsError: a folder holds another study.
+    """
+    names = fixed_step_engines(only)
+    benchmark = load_benchmark(set_named(directory))
+    chosen = benchmark.select(PART, limit=limit)
+    layouts = [
+        _named(benchmark.layout(layout, scenario), f"{layout} {scenario}")
+        for layout, scenario in zip(chosen["layout"], chosen["scenario"], strict=True)
+    ]
+    order = [layout.name for layout in layouts]
+    cases = pd.DataFrame(
+        {
+            "safe": chosen["failing_step"].fillna(chosen["item_count"]).to_numpy(int),
+            "items": chosen["item_count"].to_numpy(int),
+            "height": [float(lay.upper[:, 1].max()) for lay in layouts],
+            "mass_ratio": [float(np.ptp(np.log(lay.weights))) for lay in layouts],
+        },
+        index=pd.Index(order, name="case"),
+    )
+    cases["mass_ratio"] = np.exp(cases["mass_ratio"])
+    said = {}
+    for change in CHANGES:
+        file, folder = work / f"{change.name}.layouts", work / change.name
+        work.mkdir(parents=True, exist_ok=True)
+        write_layouts(file, map(change.of, layouts), Format.NATIVE)
+        definition = StudyDefinition(
+            f"precision, {change.name}",
+            tuple(change.method(name) for name in names),
+            files=(file.resolve(),),
+            shard_size=_SHARD,
+        )
+        run_study(
+            definition, folder, workers=workers,
+            progress=lambda *of, change=change: progress(change.name, *of),
+        )  # fmt: skip
+        found = load_judged(folder).said.droplevel("scenario")
+        found.columns = pd.Index(names)
+        said[change] = found.loc[order]
+    classes = benchmark.layouts["item_class"].astype(str)
+    labels = chosen.join(classes, on="layout") if "item_class" not in chosen else chosen
+    return Answers(names, said, cases, Clusters.of(item_lists(labels), len(cases)))
+
+
+def _named(layout: Layout, name: str) -> Layout:
+    return Layout(name, layout.pallet, layout.items)
+
+
+def turned(answers: Answers, change: Change, engine: str) -> np.ndarray:
+    """Mask of the cases whose verdict is another than without the change, or is none."""
+    before, after = (answers.said[c][engine] for c in (AS_IT_IS, change))
+    return ~(before.eq(after).fillna(False).to_numpy(bool))

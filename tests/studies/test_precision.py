@@ -1,0 +1,84 @@
+"""The study of precision: its changes keep a verdict, and its page says who turned which."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from steadyload.engines.registry import engines_here
+from steadyload.methods import make_method
+from steadyload.reports.writing import write_page
+from steadyload.runs.definition import StudyError
+from steadyload.statistics.clusters import Clusters
+from steadyload.studies.precision.changes import AS_IT_IS, CHANGES, DISTANCES, SCALES
+from steadyload.studies.precision.page import precision_page
+from steadyload.studies.precision.study import Answers, fixed_step_engines, judge_changed, turned
+from steadyload.studies.precision.summary import summarise
+
+
+@pytest.mark.parametrize("change", CHANGES, ids=lambda change: change.name)
+def test_a_change_keeps_shape_and_verdict_of_a_load(change, stack):
+    """A double-precision engine says the same of a load that stands and of one that falls."""
+    method = make_method(change.method("mujoco"))
+    for shifts, step in (((0.0, 4.0), None), ((0.0, 6.0), 1)):
+        layout = stack(*shifts)
+        made = change.of(layout)
+        assert np.allclose(made.sizes, change.scale * layout.sizes)
+        apart = made.lower[1:] - made.lower[:-1]
+        assert np.allclose(apart, change.scale * (layout.lower[1:] - layout.lower[:-1]))
+        assert method.judge(made).failing_step == step
+
+
+def test_a_scaled_loading_takes_as_many_substeps():
+    for change in SCALES:
+        parameters = make_method(change.method("mujoco")).parameters
+        assert parameters.t_max * parameters.frequency == pytest.approx(144.0, rel=1e-12)
+        assert parameters.eps_t == pytest.approx(10.0 * change.scale)
+
+
+def test_engines_that_only_check_others_and_unknown_ones_are_left_out():
+    assert "drake" not in engines_here()
+    assert {"mujoco", "dart"} <= set(fixed_step_engines())
+    assert not {"reference", "chipmunk", "drake"} & set(fixed_step_engines())
+    with pytest.raises(StudyError, match="did you mean 'mujoco'"):
+        fixed_step_engines(["mujocco"])
+
+
+def test_cases_are_judged_under_every_change_and_kept(tmp_path):
+    answers = judge_changed("lists", 2, tmp_path, only=["mujoco"], workers=0)
+    assert set(answers.said) == set(CHANGES)
+    for said in answers.said.values():
+        assert list(said.columns) == ["mujoco"]
+        assert said.index.equals(answers.cases.index)
+        assert said["mujoco"].notna().all()
+    (row,) = summarise(answers)
+    assert row.accuracy["all"]["all"].n == 6
+    assert not row.single
+    rows = sum(len(list((tmp_path / c.name / "results").iterdir())) for c in CHANGES)
+    again = judge_changed("lists", 2, tmp_path, only=["mujoco"], workers=0)
+    assert again.said[AS_IT_IS].equals(answers.said[AS_IT_IS])
+    assert sum(len(list((tmp_path / c.name / "results").iterdir())) for c in CHANGES) == rows
+
+
+def test_a_verdict_that_is_lost_or_another_counts_as_turned(tmp_path):
+    index = pd.Index([f"case {k}" for k in range(4)], name="case")
+    same = pd.DataFrame({"mujoco": pd.array([1, 2, 3, 4], dtype="Int32")}, index=index)
+    other = pd.DataFrame({"mujoco": pd.array([1, 2, 5, None], dtype="Int32")}, index=index)
+    said = dict.fromkeys(CHANGES, same) | {DISTANCES[-1]: other}
+    cases = pd.DataFrame(
+        {
+            "safe": [1, 2, 3, 5],
+            "items": [5, 12, 20, 20],
+            "height": [20.0, 40.0, 90.0, 100.0],
+            "mass_ratio": [2.0, 50.0, 500.0, 3.0],
+        },
+        index=index,
+    )
+    answers = Answers(("mujoco",), said, cases, Clusters.of(None, 4))
+    assert turned(answers, DISTANCES[-1], "mujoco").tolist() == [False, False, True, True]
+    (row,) = summarise(answers)
+    assert row.accuracy["all"]["all"].value == 0.75
+    assert [share.n for share in row.accuracy["items"].values()] == [1, 1, 2]
+    assert [share.n for share in row.accuracy["masses"].values()] == [2, 1, 1]
+    text = write_page(precision_page([row], 4, 4, {}), tmp_path).read_text()
+    assert "No engine of single precision is installed here." in text
+    assert "moved 20 m" in text
