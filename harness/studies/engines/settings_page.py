@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from steadyload.reports.table import markdown_table
 from steadyload.studies.engines.settings import EngineSettings
 
-
 _PRECISION = {True: "single", False: "double", None: "?"}
 
 
