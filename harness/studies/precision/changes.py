@@ -58,11 +58,12 @@ class Change:
 
     def _item(self, item: Item, way: float) -> Item:
         s, (x, y, z) = self.scale, item.position
+        (width, height, depth), (p, q, r) = item.size, item.mass_offset
         return replace(
             item,
             position=(s * x + way, s * y, s * z + way),
-            size=tuple(s * side for side in item.size),
-            mass_offset=tuple(s * shift for shift in item.mass_offset),
+            size=(s * width, s * height, s * depth),
+            mass_offset=(s * p, s * q, s * r),
         )
 
     def method(self, engine: str) -> str:

@@ -40,12 +40,12 @@ def plot_turned(rows: Sequence[EngineRow]) -> Figure:
                 label=f"{row.engine} ({'single' if row.single else 'double'})",
                 **style,
             )
-    for axes, changes, label in (
+    for axes, ticks, label in (
         (left, [c.moved for c in DISTANCES], "moved away from the origin (m)"),
         (right, [c.scale for c in SCALES], "times as large"),
     ):
         axes.set_xscale("log")
-        axes.set_xticks(changes, [f"{place:g}" for place in changes])
+        axes.set_xticks(ticks, [f"{place:g}" for place in ticks])
         axes.minorticks_off()
         axes.set_xlabel(label)
         axes.yaxis.set_major_formatter(PLAIN_TICKS)
