@@ -19,7 +19,7 @@ TEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 # Tests start many processes, each of which would compile all sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help study test test-deep fuzz lint types lock bench engines verify extremes properties benchmark planar lists packers accuracy uncertain tuning learned cascade session scale precision scope sensitivity table real docs site clean pages
+.PHONY: help study test test-deep fuzz lint types lock bench engines verify extremes properties benchmark planar lists packers accuracy uncertain tuning learned replication cascade session scale precision scope sensitivity table real docs site clean pages
 
 help: ## list these targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -114,6 +114,9 @@ tuning: $(READY) ## remake the page of tuning from its searches, on 450 cases (a
 
 learned: $(READY) ## train what the plan of learners asks for and remake their page (hours); goes on
 	$(BIN)/steadyload pages remake learned
+
+replication: $(READY) ## remake the page of the paper's experiment (eight hours of CPU time, of trainings); goes on
+	$(BIN)/steadyload pages remake replication
 
 cascade: $(READY) ## hold the cascade against others and remake its page (ten minutes); goes on
 	$(BIN)/steadyload pages remake cascade

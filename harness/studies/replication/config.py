@@ -47,7 +47,7 @@ class ReplicationStudy(Study[ReplicationConfig, Any]):
     command = "replicate"
     Config = ReplicationConfig
     workers = 0
-    published = (PublishedPage("replication", "--quick"),)
+    published = (PublishedPage("replication", "--budget 8"),)
 
     def run(
         self,
