@@ -80,5 +80,6 @@ def test_a_verdict_that_is_lost_or_another_counts_as_turned(tmp_path):
     assert [share.n for share in row.accuracy["items"].values()] == [1, 1, 2]
     assert [share.n for share in row.accuracy["masses"].values()] == [2, 1, 1]
     text = write_page(precision_page([row], 4, 4, {}), tmp_path).read_text()
-    assert "No engine of single precision is installed here." in text
+    assert "No engine of single precision is installed here" in text
+    assert row.excess[DISTANCES[-1]].value == 0.0
     assert "moved 20 m" in text

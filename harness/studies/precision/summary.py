@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from steadyload.engines.registry import capabilities
 from steadyload.statistics.clusters import Clusters
 from steadyload.statistics.estimate import NOTHING, Estimate
-from steadyload.statistics.metrics import share
+from steadyload.statistics.metrics import mean, share
 from steadyload.studies.precision.changes import AS_IT_IS, CHANGES, Change
 from steadyload.studies.precision.study import Answers, turned
 
@@ -31,17 +31,27 @@ class EngineRow:
         single: whether its numbers are of single precision.
         accuracy: by kind of group and by group of cases, share whose failing step is the label's.
         turned: by change, share whose verdict is another than that of the case as it is.
+        excess: by change, that share less the mean of those of all engines of double precision, on
+            the same cases; no number where there is none of these.
     """
 
     engine: str
     single: bool
     accuracy: dict[str, dict[str, Estimate]]
     turned: dict[Change, Estimate]
+    excess: dict[Change, Estimate]
 
 
 def summarise(answers: Answers) -> list[EngineRow]:
     """A row an engine, in the order of the registry."""
     groups = _groups(answers)
+    changes = [change for change in CHANGES if change != AS_IT_IS]
+    double = [name for name in answers.engines if not capabilities(name).single_precision]
+    usual = {
+        change: np.mean([turned(answers, change, name) for name in double], axis=0)
+        for change in changes
+        if double
+    }
     rows = []
     for engine in answers.engines:
         said = answers.said[AS_IT_IS][engine]
@@ -58,8 +68,11 @@ def summarise(answers: Answers) -> list[EngineRow]:
                 },
                 {
                     change: share(turned(answers, change, engine), answers.clusters)
-                    for change in CHANGES
-                    if change != AS_IT_IS
+                    for change in changes
+                },
+                {
+                    change: mean(turned(answers, change, engine) - own, answers.clusters)
+                    for change, own in usual.items()
                 },
             )
         )
