@@ -83,8 +83,8 @@ def _turned(rows: Sequence[EngineRow]) -> Section:
         "Verdicts turned by distance and by size",
         "*Turned*: another failing step than the same engine names for the layout as it is, or "
         "none. Some cases are so near to falling that any rounding turns them, in double "
-        "precision, too; *more*: the share beyond the mean of those of double precision, in points, "
-        "on the same cases.",
+        "precision, too; *more*: the share beyond the mean of those of double precision, in "
+        "points, on the same cases.",
         [
             Table(rows, [words("engine"), kind, *map(column, DISTANCES)]),
             Table(rows, [words("engine"), kind, *map(column, SCALES)]),
