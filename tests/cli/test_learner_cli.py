@@ -120,7 +120,7 @@ def test_wrong_input_is_one_sentence(words, message, tmp_path, capsys):
 def test_presets_are_listed(capsys):
     assert main(["train", "--preset", "list"]) == 0
     assert [line.partition(":")[0] for line in capsys.readouterr().out.splitlines()] == [
-        "quick", "paper", "ensemble",
+        "quick", "paper", "paper-ensemble", "ensemble",
     ]  # fmt: skip
 
 

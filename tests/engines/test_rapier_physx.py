@@ -94,7 +94,7 @@ def test_what_others_set_for_the_whole_process_moves_no_world(world_of):
         physx.set_shape_config(kept[2])
 
 
-@pytest.mark.deep("needs the extras physx and rapier")
+@pytest.mark.deep("needs the extra physx, and rapier")
 @pytest.mark.parametrize("name", ["physx", "rapier"])
 def test_numbers_of_single_precision_are_told(world_of, name):
     world = world_of(name)

@@ -162,7 +162,11 @@ def test_a_busy_machine_is_told(study, tmp_path, undrawn):
 @pytest.mark.parametrize(
     ("wrong", "error", "message"),
     [
-        ({"part": "train"}, TuningError, "part is 'train'; allowed: test, test-300, validation"),
+        (
+            {"part": "train"},
+            TuningError,
+            "part is 'train'; allowed: fitting, search, test, test-300, validation",
+        ),
         ({"part": "all"}, TuningError, "part is 'all'"),
         ({"part": "tset"}, TuningError, "did you mean 'test'"),
         (

@@ -351,7 +351,10 @@ def test_only_what_was_asked_is_made_and_shown(tmp_path, capsys, learned, in_thi
     ("change", "message"),
     [
         (("part =", "prt ="), "unknown key 'prt'; did you mean 'part'"),
-        (('"validation"', '"train"'), "part is 'train'; allowed: test, test-300, validation"),
+        (
+            ('"validation"', '"train"'),
+            "part is 'train'; allowed: fitting, search, test, test-300, validation",
+        ),
         (("hidden = 8", "hiden = 8"), "did you mean 'hidden'"),
         (('start = "rule"', 'start = "ruel"'), "start 'ruel'; none of that name"),
         (('start = "rule"', 'start = "tuned"'), "starts from itself in the end"),
