@@ -19,7 +19,7 @@ TEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 # Tests start many processes, each of which would compile all sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help study test test-deep fuzz lint types lock bench engines verify extremes properties benchmark planar lists packers accuracy uncertain tuning learned replication cascade session scale precision scope sensitivity table real docs site clean pages
+.PHONY: help study test test-deep fuzz lint types lock bench engines verify extremes properties benchmark planar lists choosing packers accuracy uncertain tuning learned replication cascade session scale precision scope sensitivity table real docs site clean pages
 
 help: ## list these targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -99,6 +99,11 @@ lists: $(READY) ## remake the labelled set of many item lists (two hours); goes 
 	test -e runs/lists/manifest.json || $(BIN)/steadyload benchmark build --lists -o runs/lists
 	$(BIN)/steadyload benchmark label runs/lists --judges none
 	$(BIN)/steadyload benchmark label runs/lists --question stands
+
+choosing: $(READY) ## remake the labelled set that searches and cascades choose on (an hour); goes on where it was
+	test -e runs/choosing/manifest.json || $(BIN)/steadyload benchmark build --choosing -o runs/choosing
+	$(BIN)/steadyload benchmark label runs/choosing --judges none
+	$(BIN)/steadyload benchmark label runs/choosing --question stands
 
 packers: $(READY) ## remake the page of packers' plans from the labels of the set of real size (seconds)
 	$(BIN)/steadyload pages remake packers

@@ -80,6 +80,10 @@ class WorldSettings:
         neutral = WorldSettings(friction=0.0)
         return tuple(n for n in SETTINGS if getattr(self, n) != getattr(neutral, n))
 
+    def decay_rates(self) -> tuple[float, float]:
+        """Rates at which the damping alone slows a body, linear and angular [1/s]: -ln(1 - d)."""
+        return -math.log1p(-self.linear_damping), -math.log1p(-self.angular_damping)
+
 
 def check_settings(settings: WorldSettings) -> None:
     """Refuse settings that are outside the limits of all engines.

@@ -11,9 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.engines.world import Box, FixedStepWorld, Poses, Velocities, WorldSettings
-
-_UPRIGHT = (1.0, 0.0, 0.0, 0.0)
+from steadyload.engines.world import (
+    Box,
+    FixedStepWorld,
+    Poses,
+    Velocities,
+    WorldSettings,
+    planned_poses,
+)
 
 
 class RebuiltWorld(FixedStepWorld):
@@ -45,12 +50,11 @@ class RebuiltWorld(FixedStepWorld):
         self._run(substeps, length)
 
     def _poses(self) -> Poses:
-        centres = np.array([box.centre for box in self.boxes], dtype=np.float64).reshape(-1, 3)
-        quaternions = np.tile(_UPRIGHT, (len(self.boxes), 1))
+        poses = planned_poses(self.boxes)
         for index, body in enumerate(self._bodies):
             if body is not None:
-                centres[index], quaternions[index] = self._pose(body)
-        return Poses(centres, quaternions)
+                poses.centres[index], poses.quaternions[index] = self._pose(body)
+        return poses
 
     def _velocities(self) -> Velocities:
         linear, angular = np.zeros((2, len(self.boxes), 3))

@@ -21,6 +21,7 @@ from steadyload.engines.world import (
     Velocities,
     WorldSettings,
     declare,
+    planned_poses,
 )
 
 _SHRINK = 1e-5
@@ -86,9 +87,7 @@ class DartWorld(FixedStepWorld):
 
     def __init__(self, settings: WorldSettings) -> None:
         super().__init__(settings)
-        options = settings.options or DartOptions()
-        if not isinstance(options, DartOptions):
-            raise TypeError(f"options are {options!r}; allowed: DartOptions")
+        options = self._own_options(DartOptions)
         world = dart.simulation.World()
         world.setGravity(list(settings.gravity))
         world.setCollisionDetector(dart.simulation.CollisionDetectorType.BULLET)
@@ -139,8 +138,7 @@ class DartWorld(FixedStepWorld):
         # The body frame stands at the centre of mass: then joint damping acts there too.
         self._box_shape(node, box).setRelativeTranslation([-r for r in box.mass_offset])
         node.setInertia(dart.dynamics.Inertia(box.mass, np.zeros(3), np.diag(box.inertia)))
-        angular = -math.log1p(-self.settings.angular_damping)
-        linear = -math.log1p(-self.settings.linear_damping)
+        linear, angular = self.settings.decay_rates()
         if angular or linear:
             for axis in range(3):
                 joint.setDampingCoefficient(axis, angular * box.inertia[axis])
@@ -187,10 +185,9 @@ class DartWorld(FixedStepWorld):
         moved = centres_from_mass_centres(states[:, 3:], quaternions, offsets)
         if len(free) == len(self.boxes):
             return Poses(moved, quaternions)
-        centres = np.array([b.centre for b in self.boxes])
-        attitudes = np.tile((1.0, 0.0, 0.0, 0.0), (len(centres), 1))
-        centres[free], attitudes[free] = moved, quaternions
-        return Poses(centres, attitudes)
+        poses = planned_poses(self.boxes)
+        poses.centres[free], poses.quaternions[free] = moved, quaternions
+        return poses
 
     def _velocities(self) -> Velocities:
         linear, angular = np.zeros((2, len(self.boxes), 3))

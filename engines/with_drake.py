@@ -37,6 +37,7 @@ from steadyload.engines.world import (
     Velocities,
     WorldSettings,
     declare,
+    planned_poses,
 )
 
 _SHRINK = 5e-5
@@ -242,10 +243,9 @@ class DrakeWorld(FixedStepWorld):
         offsets = np.array([self.boxes[i].mass_offset for i in self._free]).reshape(-1, 3)
         quaternions = self._states[:, :4].copy()
         moved = centres_from_mass_centres(self._states[:, 4:7].copy(), quaternions, offsets)
-        centres = np.array([b.centre for b in self.boxes], float).reshape(-1, 3)
-        attitudes = np.tile((1.0, 0.0, 0.0, 0.0), (len(centres), 1))
-        centres[self._free], attitudes[self._free] = moved, quaternions
-        return Poses(centres, attitudes)
+        poses = planned_poses(self.boxes)
+        poses.centres[self._free], poses.quaternions[self._free] = moved, quaternions
+        return poses
 
     def _velocities(self) -> Velocities:
         linear, angular = np.zeros((2, len(self.boxes), 3))

@@ -27,6 +27,7 @@ from steadyload.engines.world import (
     Velocities,
     WorldSettings,
     declare,
+    planned_poses,
 )
 
 _FLOOR_HALF = (1000.0, 1000.0, 10.0)
@@ -173,9 +174,7 @@ class MujocoWorld(FixedStepWorld):
 
     def __init__(self, settings: WorldSettings) -> None:
         super().__init__(settings)
-        options = settings.options or MujocoOptions()
-        if not isinstance(options, MujocoOptions):
-            raise TypeError(f"options are {options!r}; allowed: MujocoOptions")
+        options = self._own_options(MujocoOptions)
         # A stiff, nearly hard contact. MuJoCo's default (0.9, 0.95) lets a standing cube tip, and
         # its default pyramidal cone lets one creep by 17-28 mm/s.
         first, deep, depth = options.impedance, options.impedance_deep, options.impedance_depth
@@ -187,10 +186,7 @@ class MujocoWorld(FixedStepWorld):
         # (3), geom position (3), pose (7), half diagonal, then what mj_setConst would derive from a
         # free box whose frame is its centre of mass: 1 / mass, mean of 1 / inertia; damping (6).
         self._rows = np.empty((0, _ROW))
-        self._decay = (
-            -math.log1p(-settings.linear_damping),
-            -math.log1p(-settings.angular_damping),
-        )
+        self._decay = settings.decay_rates()
         self._free: list[int] = []
         self._fixed: list[int] = []
 
@@ -320,10 +316,9 @@ class MujocoWorld(FixedStepWorld):
         mujoco.mj_kinematics(rung.model, rung.data)
         if not self._fixed:
             return Poses(rung.centre.copy(), rung.quaternion.copy())
-        centres = np.array([b.centre for b in self.boxes])
-        quaternions = np.tile((1.0, 0.0, 0.0, 0.0), (len(centres), 1))
-        centres[self._free], quaternions[self._free] = rung.centre, rung.quaternion
-        return Poses(centres, quaternions)
+        poses = planned_poses(self.boxes)
+        poses.centres[self._free], poses.quaternions[self._free] = rung.centre, rung.quaternion
+        return poses
 
     def _velocities(self) -> Velocities:
         rung = self._climb()

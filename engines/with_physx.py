@@ -100,8 +100,7 @@ class PhysxWorld(RebuiltWorld):
 
     def _moved(self, box: Box) -> physx.PhysxRigidDynamicComponent:
         part = physx.PhysxRigidDynamicComponent()
-        part.linear_damping = -math.log1p(-self.settings.linear_damping)
-        part.angular_damping = -math.log1p(-self.settings.angular_damping)
+        part.linear_damping, part.angular_damping = self.settings.decay_rates()
         part.max_angular_velocity = _FASTEST_TURN
         part.sleep_threshold = 0.0
         part.solver_position_iterations = self.settings.solver_iterations or _ITERATIONS

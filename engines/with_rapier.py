@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -60,10 +59,8 @@ class RapierWorld(RebuiltWorld):
 
     def __init__(self, settings: WorldSettings) -> None:
         super().__init__(settings)
-        options = settings.options or RapierOptions()
-        if not isinstance(options, RapierOptions):
-            raise TypeError(f"options are {options!r}; allowed: RapierOptions")
-        self._options, self._scale = options, options.length_scale
+        self._options = self._own_options(RapierOptions)
+        self._scale = self._options.length_scale
 
     def _build(self) -> rapier3d.PhysicsWorld:
         native = rapier3d.PhysicsWorld(gravity=self._scaled(self.settings.gravity))
@@ -89,13 +86,9 @@ class RapierWorld(RebuiltWorld):
             return None
         inertia = [self._scale * self._scale * moment for moment in box.inertia]
         mass = rapier3d.MassProperties(self._scaled(box.mass_offset), box.mass, inertia)
-        builder = (
-            rapier3d.RigidBody.dynamic()
-            .translation(centre)
-            .can_sleep(False)
-            .linear_damping(-math.log1p(-self.settings.linear_damping))
-            .angular_damping(-math.log1p(-self.settings.angular_damping))
-        )
+        linear, angular = self.settings.decay_rates()
+        builder = rapier3d.RigidBody.dynamic().translation(centre).can_sleep(False)
+        builder = builder.linear_damping(linear).angular_damping(angular)
         handle = self._native.add_body(builder, [shape.mass_properties(mass)])
         return self._native.rigid_bodies[handle]
 

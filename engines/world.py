@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar, NamedTuple, Protocol, runtime_checkable
+from typing import ClassVar, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,8 @@ from steadyload.engines.substeps import StepCount, SubstepClock
 
 FloatArray = NDArray[np.float64]
 
+_OptionsT = TypeVar("_OptionsT")
+
 VERSION = 1
 """Of what all adapters share (clock, attitudes, boxes): raised when worlds move otherwise."""
 
@@ -55,6 +57,12 @@ class Velocities(NamedTuple):
 
     linear: FloatArray
     angular: FloatArray
+
+
+def planned_poses(boxes: Sequence[Box]) -> Poses:
+    """Poses of boxes that stand as planned."""
+    centres = np.array([box.centre for box in boxes], dtype=np.float64).reshape(-1, 3)
+    return Poses(centres, np.tile((1.0, 0.0, 0.0, 0.0), (len(centres), 1)))
 
 
 @runtime_checkable
@@ -230,6 +238,17 @@ class FixedStepWorld(ABC):
     def _check_open(self) -> None:
         if self._closed:
             raise WorldClosedError(f"this {type(self).__name__} has been closed")
+
+    def _own_options(self, kind: type[_OptionsT]) -> _OptionsT:
+        """The settings that only this engine has, all of them at their defaults where none is set.
+
+        Raises:
+            TypeError: they are those of another engine.
+        """
+        options = kind() if self.settings.options is None else self.settings.options
+        if not isinstance(options, kind):
+            raise TypeError(f"options are {options!r}; allowed: {kind.__name__}")
+        return options
 
     def _prepare(self) -> None:
         """Nothing to do, unless an engine puts something off."""

@@ -31,12 +31,12 @@ class Fit:
         names=("--candidate",), metavar="SPEC",
     )  # fmt: skip
     benchmark: str | None = option(
-        None, "labelled set whose validation part is fitted on (default: the shipped one; for a "
-        "2-D engine the planar one)", metavar="SET",
+        None, "labelled set to fit on, its part fitting or else validation (default: choosing; "
+        "for a 2-D engine planar)", metavar="SET",
     )  # fmt: skip
     data: tuple[str, ...] = option(
-        (), "further labelled set, such as real, of which the validation part counts, or one of "
-        "steadyload generate that no judge has learnt from; may be repeated", metavar="SET",
+        (), "further labelled set, such as real, likewise, or one of steadyload generate that no "
+        "judge has learnt from; may be repeated", metavar="SET",
     )  # fmt: skip
     limit: int | None = option(None, "only the first N cases a scenario", least=2)
     question: str = option(

@@ -54,8 +54,8 @@ class Tune:
         "be repeated", metavar="SPEC",
     )  # fmt: skip
     benchmark: str | None = option(
-        None, "labelled set to tune on (default: the shipped one; for a 2-D engine the planar one)",
-        metavar="SET",
+        None, "labelled set to tune on, its part search or else validation (default: choosing; "
+        "for a 2-D engine planar)", metavar="SET",
     )  # fmt: skip
     data: tuple[str, ...] = option(
         (), "further labelled set that is tuned on, such as real; may be repeated", metavar="SET"

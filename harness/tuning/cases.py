@@ -62,7 +62,7 @@ class CaseSource:
     """Source of cases: a part of a labelled set, and the set's folder, None for the shipped one.
 
     ``limit``: only so many a scenario of every set, those of the first ranks. ``question``: whose
-    labels count. ``data``: further sets, of which the same part counts, too.
+    labels count. ``data``: further sets, of which the part counts that :func:`own_part` names.
     """
 
     part: str = str(Part.VALIDATION)
@@ -82,6 +82,32 @@ class CaseSource:
         return {name: value for name, value in found.items() if usual.get(name, self) != value}
 
 
+def own_part(directory: str | None, wanted: str) -> str:
+    """The part of a set that a choice is made on, and nothing is learnt from.
+
+    Args:
+        directory: word or folder; None for the large set of the package.
+        wanted: of :class:`steadyload.layouts.benchmark.Part`.
+
+    Returns:
+        ``wanted``, where the set has that part; its validation part, where it has none; all of a
+        set that is not split.
+
+    Raises:
+        TuningError: it is split otherwise.
+    """
+    splits = set(load_benchmark(directory).cases["split"].dropna())
+    for part in (wanted, str(Part.VALIDATION)):
+        if part in splits:
+            return part
+    if splits - {str(Part.TRAIN)}:
+        raise TuningError(
+            f"{directory}: is split, and has no part {wanted} or validation; allowed: a set that "
+            "has one, or one that is not split"
+        )
+    return str(Part.TRAIN)
+
+
 @cache
 def load_cases(source: CaseSource) -> tuple[Case, ...]:
     """The cases with fragile labels first: on these parameter sets differ most, and soonest.
@@ -92,16 +118,19 @@ def load_cases(source: CaseSource) -> tuple[Case, ...]:
 
     Raises:
         BenchmarkError: not a labelled set, or it holds no such case.
+        TuningError: see :func:`own_part`.
     """
-    found = [turn for path in (source.directory, *source.data) for turn in _turns(source, path)]
+    found = _turns(source, source.directory, source.part)
+    for further in source.data:
+        found += _turns(source, further, own_part(further, source.part))
     return tuple(case for _, _, case in sorted(found, key=lambda turn: turn[:2]))
 
 
-def _turns(source: CaseSource, directory: str | None) -> list[tuple[bool, int, Case]]:
+def _turns(source: CaseSource, directory: str | None, part: str) -> list[tuple[bool, int, Case]]:
     """The cases of one set: whether the label is sure, its turn among such of a scenario."""
     benchmark = load_benchmark(directory)
     question = Question(source.question)
-    chosen = benchmark.select(source.part, limit=source.limit, question=question)
+    chosen = benchmark.select(part, limit=source.limit, question=question)
     chosen = chosen.join(benchmark.confidence["robust"], on=KEYS)
     sure = chosen["robust"].astype("boolean").fillna(True).astype(bool)
     turn = chosen.groupby(["scenario", sure]).cumcount()

@@ -7,9 +7,9 @@ from typing import Any
 
 from steadyload.engines.registry import engines, world_class
 from steadyload.errors import nearest
-from steadyload.layouts.benchmark import PLANAR
+from steadyload.layouts.benchmark import CHOOSING, PLANAR, Part
 from steadyload.tuning import TuningError
-from steadyload.tuning.cases import CaseSource, check_sets
+from steadyload.tuning.cases import CaseSource, check_sets, own_part
 from steadyload.tuning.cost import CostModel
 from steadyload.tuning.proposers import ALGORITHMS
 from steadyload.tuning.space import DEFAULT, question_of
@@ -94,14 +94,16 @@ class SearchOptions:
             others: as of this class.
 
         Raises:
-            TuningError: see :class:`SearchOptions` and
-                :func:`steadyload.tuning.cases.check_sets`; no such engine.
+            TuningError: see :class:`SearchOptions`, and of :mod:`steadyload.tuning.cases`
+                :func:`check_sets` and :func:`own_part`; no such engine.
+            BenchmarkError: no such labelled set.
         """
         if engine not in engines():
             raise TuningError(f"unknown engine {engine!r}; {nearest(engine, engines())}")
         planar = world_class(engine).capabilities.dimensions == 2
-        directory = benchmark or (PLANAR if planar else None)
+        directory = benchmark or (PLANAR if planar else CHOOSING)
         question = question_of(others.get("space", DEFAULT))
         check_sets((directory, *data), planar=planar)
-        source = CaseSource(directory=directory, limit=limit, question=question, data=data)
+        part = own_part(directory, Part.SEARCH)
+        source = CaseSource(part, directory, limit, question, data)
         return cls(engine, source=source, **others)

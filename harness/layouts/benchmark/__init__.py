@@ -1,6 +1,7 @@
 """The labelled set: layouts, labels with their confidence, and splits."""
 
 from steadyload.layouts.benchmark.dataset import (
+    CHOOSING,
     PLANAR,
     REAL,
     UNLEARNT,
@@ -10,4 +11,13 @@ from steadyload.layouts.benchmark.dataset import (
     load_benchmark,
 )
 
-__all__ = ["PLANAR", "REAL", "UNLEARNT", "Benchmark", "BenchmarkError", "Part", "load_benchmark"]
+__all__ = [
+    "CHOOSING",
+    "PLANAR",
+    "REAL",
+    "UNLEARNT",
+    "Benchmark",
+    "BenchmarkError",
+    "Part",
+    "load_benchmark",
+]

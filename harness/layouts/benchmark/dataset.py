@@ -58,6 +58,7 @@ SETS: Mapping[str, Path] = {
     PLANAR: _PACKAGE / "data_planar",
     REAL: _PACKAGE / "data_real",
     LISTS: _PACKAGE / "data_lists",
+    CHOOSING: _PACKAGE / "data_choosing",
 }
 """Names of further sets of the package, and their folders."""
 

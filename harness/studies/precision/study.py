@@ -12,13 +12,11 @@ import pandas as pd
 from steadyload.engines.registry import capabilities, engines_here
 from steadyload.engines.world import Capabilities
 from steadyload.errors import nearest
-from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import set_named
 from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.model import Layout
 from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.judged import load_judged
-from steadyload.runs.labels import item_lists
+from steadyload.runs.labels import item_lists, labelled_material
 from steadyload.runs.runner import run_study
 from steadyload.statistics.clusters import Clusters
 from steadyload.studies.precision.changes import AS_IT_IS, CHANGES, Change
@@ -97,17 +95,20 @@ def judge_changed(
         ResultsError: a folder holds another study.
     """
     names = fixed_step_engines(only)
-    benchmark = load_benchmark(set_named(directory))
-    chosen = benchmark.select(PART, limit=limit)
+    of_labels = StudyDefinition(
+        "cases", (), benchmark=PART, benchmark_directory=set_named(directory), limit=limit
+    )
+    material = labelled_material(of_labels)
+    labels = material.labels
+    assert labels is not None
     layouts = [
-        _named(benchmark.layout(layout, scenario), f"{layout} {scenario}")
-        for layout, scenario in zip(chosen["layout"], chosen["scenario"], strict=True)
+        layout.renamed(f"{layout.name} {scenario}") for scenario, layout in material.cases(work)
     ]
     order = [layout.name for layout in layouts]
     cases = pd.DataFrame(
         {
-            "safe": chosen["failing_step"].fillna(chosen["item_count"]).to_numpy(int),
-            "items": chosen["item_count"].to_numpy(int),
+            "safe": labels["failing_step"].fillna(labels["item_count"]).to_numpy(int),
+            "items": labels["item_count"].to_numpy(int),
             "height": [float(lay.upper[:, 1].max()) for lay in layouts],
             "mass_ratio": [float(np.ptp(np.log(lay.weights))) for lay in layouts],
         },
@@ -132,13 +133,7 @@ def judge_changed(
         found = load_judged(folder).said.droplevel("scenario")
         found.columns = pd.Index(names)
         said[change] = found.loc[order]
-    classes = benchmark.layouts["item_class"].astype(str)
-    labels = chosen.join(classes, on="layout") if "item_class" not in chosen else chosen
     return Answers(names, said, cases, Clusters.of(item_lists(labels), len(cases)))
-
-
-def _named(layout: Layout, name: str) -> Layout:
-    return Layout(name, layout.pallet, layout.items)
 
 
 def turned(answers: Answers, change: Change, engine: str) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 
 from steadyload.engines.registry import capabilities, engines
 from steadyload.errors import nearest
-from steadyload.layouts.benchmark import PLANAR, Part, load_benchmark
+from steadyload.layouts.benchmark import CHOOSING, PLANAR, Part, load_benchmark
 from steadyload.layouts.question import Question, with_question
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import SpecError
@@ -21,7 +21,7 @@ from steadyload.tuning import TuningError
 from steadyload.tuning.cascade.evaluation import evaluate
 from steadyload.tuning.cascade.fitting import Fit, fit, independent_cases, left_out
 from steadyload.tuning.cascade.step_scores import StepScores, Table, score_steps
-from steadyload.tuning.cases import Case, CaseSource, check_sets, load_cases
+from steadyload.tuning.cases import Case, CaseSource, check_sets, load_cases, own_part
 from steadyload.tuning.cases import fingerprint as cases_fingerprint
 
 CANDIDATES = (
@@ -73,10 +73,11 @@ class FitOptions:
         confidence: see :data:`CONFIDENCE`.
         candidates: specs; ``{engine}`` stands for the engine. Empty for :data:`CANDIDATES` or
             :data:`OF_STANDS`.
-        directory: the labelled set whose validation part is fitted on, as a study names it; None
-            for the large one of the package.
-        data: folders of further sets, or their words. Of a set that has a validation part that part
-            counts, of any other all of it; no method may have learnt anything of it.
+        directory: the labelled set that is fitted on, as a study names it; None for the one of the
+            package that was made for it, or the planar one. Its part ``fitting`` counts, or as of
+            :func:`steadyload.tuning.cases.own_part`.
+        data: folders of further sets, or their words, likewise. No method may have learnt anything
+            of these parts.
         limit: only so many cases a scenario of every set.
         question: whose labels count.
 
@@ -106,8 +107,8 @@ class FitOptions:
         if not 0.0 < self.confidence < 1.0:
             raise TuningError(f"confidence is {self.confidence:g}; allowed: between 0 and 1")
         planar = capabilities(self.engine).dimensions == 2
-        if self.directory is None and planar:
-            object.__setattr__(self, "directory", PLANAR)
+        if self.directory is None:
+            object.__setattr__(self, "directory", PLANAR if planar else CHOOSING)
         check_sets((self.directory, *self.data), planar=planar)
         usual = CANDIDATES if self.question is Question.WITHIN else OF_STANDS
         asked = self.candidates or usual
@@ -126,7 +127,7 @@ class FitOptions:
     def sources(self) -> tuple[CaseSource, ...]:
         """Sources of the cases that thresholds are fitted on."""
         return tuple(
-            CaseSource(_held_out(path), path, self.limit, str(self.question))
+            CaseSource(own_part(path, Part.FITTING), path, self.limit, str(self.question))
             for path in (self.directory, *self.data)
         )
 
@@ -190,17 +191,6 @@ def check_remakable(made_by: Mapping[str, Any]) -> None:
         )
 
 
-def _held_out(directory: str | None) -> str:
-    """The part of a set that no method learns from; all of one that is not split."""
-    splits = set(load_benchmark(directory).cases["split"].dropna())
-    if Part.VALIDATION not in splits and splits - {str(Part.TRAIN)}:
-        raise TuningError(
-            f"{directory}: is split, and has no validation part; allowed: a set that has one, or "
-            "one that is not split"
-        )
-    return str(Part.VALIDATION if Part.VALIDATION in splits else Part.TRAIN)
-
-
 def _balanced(cases: Sequence[Case]) -> list[Case]:
     """As many stable as unstable cases of every scenario, the first ones of each."""
     of: dict[str, tuple[list[Case], list[Case]]] = {}
@@ -215,12 +205,17 @@ def _methods(found: Fit) -> tuple[str, ...]:
 
 
 def _elsewhere(table: Table, specs: Sequence[str], options: FitOptions) -> Table | None:
-    """Step scores, on cases of the training part, of stages that learnt nothing from labels."""
+    """Step scores, on cases of a training part, of stages that learnt nothing from labels.
+
+    The part is that of the large set where the set that is fitted on has none.
+    """
     asked = [spec for spec in specs if not table.step_scores[spec].trained]
     if not asked:
         return None
+    trained = str(Part.TRAIN) in set(load_benchmark(options.directory).cases["split"])
+    directory = options.directory if trained else None
     source = CaseSource(
-        str(Part.TRAIN), options.directory, options.limit or ELSEWHERE, str(options.question)
+        str(Part.TRAIN), directory, options.limit or ELSEWHERE, str(options.question)
     )
     return score_steps(asked, load_cases(source))
 
