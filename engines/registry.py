@@ -30,7 +30,7 @@ class EngineEntry:
     ``options``: where a dataclass of the options of this engine alone lives; its fields are
     parameters of a simulation on this engine (see :func:`steadyload.engines.quantities.quantity`).
     ``extra`` names the optional dependencies of this distribution that bring them. An engine that
-    has one takes part where it is named, and in nothing that runs over all engines.
+    has one takes part in studies where it is installed, and in tests where it is named.
     ``check_only``: it checks others, and is compared with them only where it is named.
     ``newest``: the newest Python that its packages are published for; None where that is any.
     """
@@ -88,11 +88,10 @@ def _from_other_distributions() -> dict[str, EngineEntry]:
 
 
 def engine_names() -> tuple[str, ...]:
-    """Names of the engines that are compared by default, in the order in which tables show them.
+    """Names of the engines that every installation has, in the order in which tables show them.
 
-    The optional ones are not among them, installed or not: what runs over all engines is then the
-    same everywhere, but for those that this Python cannot have (:func:`absent_engines`).
-    :func:`engines` has them all.
+    Missing are those alone that this Python cannot have (:func:`absent_engines`).
+    :func:`engines_here` has the optional ones that are installed, too, :func:`engines` all.
     """
     absent = absent_engines()
     return tuple(
@@ -101,15 +100,18 @@ def engine_names() -> tuple[str, ...]:
 
 
 def engines_here() -> tuple[str, ...]:
-    """Names of the engines that can be compared here: with the optional ones that are installed.
+    """Names of the engines that studies compare: with the optional ones that are installed.
 
     Those that only check others are not among them.
     """
-    return tuple(
-        name
-        for name, entry in engines().items()
-        if not entry.check_only and all(map(_is_installed, entry.packages))
-    )
+    usual = engine_names()
+    return tuple(name for name, entry in engines().items() if name in usual or _joins(entry))
+
+
+def _joins(entry: EngineEntry) -> bool:
+    """Whether an optional engine takes part where all are compared."""
+    optional = bool(entry.extra) and not entry.check_only
+    return optional and all(map(_is_installed, entry.packages))
 
 
 @cache

@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.atomic import write_atomically
-from steadyload.layouts.question import with_question
+from steadyload.engines.registry import engines_here
+from steadyload.layouts.question import Question, with_question
 from steadyload.stored import REMEDY, StoredFileError, stored_object
 
 TUNED = "ps_opt"
@@ -51,6 +52,16 @@ def tuned() -> Mapping[str, Mapping[str, Tuned]]:
         StoredFileError: the file is damaged.
     """
     return _read(FILE)
+
+
+def tuned_engines() -> tuple[str, ...]:
+    """The engines that studies compare and that have tuned parameters for every question.
+
+    Raises:
+        StoredFileError: see :func:`tuned`.
+    """
+    found = [tuned().get(tuned_name(question), {}) for question in Question]
+    return tuple(name for name in engines_here() if all(name in own for own in found))
 
 
 @cache

@@ -23,7 +23,12 @@ from steadyload.studies.benchmark.screening import label_screened
 from steadyload.studies.real import summary
 from steadyload.studies.real.page import real_page
 from steadyload.studies.real.screened import REASONS, screened_steps
-from steadyload.studies.real.study import FLOORS, METHODS, RealStudyOptions, judge_real
+from steadyload.studies.real.study import (
+    FLOORS,
+    RealStudyOptions,
+    judge_real,
+    standard_methods,
+)
 from steadyload.studies.real.summary import CONSTANT, JudgingCost, summarise
 
 WITHIN, STANDS = Question.WITHIN, Question.STANDS
@@ -279,4 +284,4 @@ def test_without_a_set_there_is_no_study(tmp_path):
 @pytest.mark.engine("bullet")
 def test_usual_methods_exist_and_are_asked_both_questions():
     asked = RealStudyOptions()
-    assert (asked.methods, dict(asked.left_out)) == (METHODS, {})
+    assert (asked.methods, dict(asked.left_out)) == (standard_methods(), {})

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from steadyload.layouts.question import Question
+from steadyload.methods.tuned import tuned_engines
 from steadyload.reports.writing import write_page
 from steadyload.studies.engines import sources as module
 from steadyload.studies.engines.page import engine_study_page
@@ -11,7 +12,6 @@ from steadyload.studies.engines.sources import (
     ANSWERS,
     DESIGNS,
     Design,
-    compared_engines,
     sources_of_differences,
 )
 
@@ -34,7 +34,7 @@ def test_designs_ask_every_engine_everything_in_the_order_of_their_levels():
         shape = [len(own) for own in design.levels.values()]
         specs = design.specs()
         assert len(set(specs)) == len(specs) == np.prod(shape)
-    engines = compared_engines()
+    engines = tuned_engines()
     assert {"mujoco", "dart"} <= set(engines)
     names = np.array(BOTH.specs()).reshape(len(engines), 2)
     for engine, (within, stands) in zip(engines, names, strict=True):

@@ -13,7 +13,8 @@ from functools import cache, partial
 
 import numpy as np
 
-from steadyload.engines.registry import absent_engines, engine_names, world_class
+from steadyload.engines.registry import engines as registered
+from steadyload.engines.registry import engines_here, world_class
 from steadyload.engines.world import EngineError
 from steadyload.errors import nearest
 from steadyload.properties import mechanics
@@ -92,7 +93,7 @@ def closed_forms(
     """Results of engines, test by test.
 
     Args:
-        engines: names; all that are registered if None.
+        engines: registered names; those of :func:`engines_here` if None.
         frequencies: substeps a second; an engine that controls its own error runs once.
         tests: a choice of :func:`closed_form_tests`; all if None.
         progress: called with a description of the current measurement.
@@ -101,10 +102,10 @@ def closed_forms(
         StudyError: no engine of that name.
         EngineNotInstalledError: the library behind an engine is missing.
     """
-    names = engine_names() if engines is None else tuple(engines)
+    names = engines_here() if engines is None else tuple(engines)
     for name in names:
-        if name not in (*engine_names(), *absent_engines()):
-            raise StudyError(f"unknown engine {name!r}; {nearest(name, engine_names())}")
+        if name not in registered():
+            raise StudyError(f"unknown engine {name!r}; {nearest(name, registered())}")
     results = []
     for test in _tests() if tests is None else tests:
         for engine in names:

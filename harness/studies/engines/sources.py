@@ -15,11 +15,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.engines.registry import engine_names
 from steadyload.layouts.benchmark.dataset import LISTS, REAL, set_named
 from steadyload.layouts.question import Question, with_question
 from steadyload.methods.registry import make_method
-from steadyload.methods.tuned import tuned
+from steadyload.methods.tuned import TUNED, tuned_engines
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.judged import JudgedCases, load_judged
 from steadyload.runs.pool import Executor
@@ -31,8 +30,6 @@ ENGINE, PARAMETERS, QUESTION = "engine", "parameters", "question"
 
 PART = "test"
 """Part of the labelled sets; nothing was tuned on it."""
-
-TUNED = "ps_opt"
 
 _SHARD = 20
 
@@ -55,7 +52,7 @@ class Design:
     def levels(self) -> dict[str, tuple[str, ...]]:
         """The levels of every factor that has two or more."""
         found = {
-            ENGINE: compared_engines(),
+            ENGINE: tuned_engines(),
             PARAMETERS: self.parameters,
             QUESTION: tuple(map(str, self.questions)),
         }
@@ -63,7 +60,7 @@ class Design:
 
     def specs(self) -> list[str]:
         """Methods, in the order of the levels, the last factor's first."""
-        named = product(compared_engines(), self.parameters, self.questions)
+        named = product(tuned_engines(), self.parameters, self.questions)
         return [
             str(make_method(with_question(f"{parameters}@{engine}", question)).spec)
             for engine, parameters, question in named
@@ -105,12 +102,6 @@ class SourceTable:
     left_out: int
     differing: float
     shares: tuple[SourceShare, ...]
-
-
-def compared_engines() -> tuple[str, ...]:
-    """Engines that have tuned parameters for both questions."""
-    both = [tuned()[with_question(TUNED, question)] for question in Question]
-    return tuple(name for name in engine_names() if all(name in found for found in both))
 
 
 def sources_of_differences(

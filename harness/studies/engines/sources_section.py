@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from steadyload.methods.tuned import tuned_engines
 from steadyload.reports.page import Picture, Section
 from steadyload.reports.table import Column, Table, names, percent, plain_percent, words
 from steadyload.statistics.variance import SourceShare
 from steadyload.studies.engines.figures import plot_sources
-from steadyload.studies.engines.sources import ANSWERS, SourceTable, compared_engines
+from steadyload.studies.engines.sources import ANSWERS, SourceTable
 
 _COLUMNS = (
     words("what differs", lambda share: " with ".join(share.factors)),
@@ -24,7 +25,7 @@ def sources(tables: Sequence[SourceTable]) -> Section:
     return Section(
         "Engine, parameters, question or luck: what verdicts differ by",
         "\n".join(_sentence(table) for table in tables if table.answer == first) + "\n\n"
-        f"Each case is judged on every engine ({names(compared_engines())}) with every parameter "
+        f"Each case is judged on every engine ({names(tuned_engines())}) with every parameter "
         "set and, where two are named, for both questions. The differences between the verdicts on "
         "one case are shared out among what differs between their methods (analysis of variance; "
         "the shares add up to 100 %). *The same on all cases*: one engine, say, lets more items "

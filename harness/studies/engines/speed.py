@@ -14,7 +14,7 @@ from functools import cache
 
 import numpy as np
 
-from steadyload.engines.registry import engine_names, open_world, world_class
+from steadyload.engines.registry import engines_here, open_world, world_class
 from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.layouts.packing import pack, random_layouts
 from steadyload.methods.method import Status, Verdict
@@ -136,7 +136,7 @@ def speed_curves(
 ) -> list[SpeedCurve]:
     """Cost against the number of items, per engine: the whole pile, local scope, and the wall."""
     curves = []
-    for engine in engine_names():
+    for engine in engines_here():
         planar_only = world_class(engine).capabilities.dimensions == 2
         plans: list[tuple[str, Sequence[int], str]]
         if planar_only:
@@ -162,7 +162,7 @@ def throughput(*, layouts: int = 60, progress: Progress = lambda what: None) -> 
     cases = random_layouts(layouts, seed=11)
     rows = []
     context = multiprocessing.get_context("spawn")
-    for engine in engine_names():
+    for engine in engines_here():
         if world_class(engine).capabilities.dimensions == 2:
             continue
         progress(f"{engine}, throughput")

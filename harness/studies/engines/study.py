@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from steadyload.engines.registry import engine_names, world_class
+from steadyload.engines.registry import engines_here, world_class
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
@@ -141,7 +141,7 @@ def option_effects(
 
 
 def _spatial_engines() -> list[str]:
-    return [e for e in engine_names() if world_class(e).capabilities.dimensions == 3]
+    return [e for e in engines_here() if world_class(e).capabilities.dimensions == 3]
 
 
 def _ignores(engine: str, setting: str) -> bool:

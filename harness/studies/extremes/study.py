@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.atomic import write_atomically
-from steadyload.engines.registry import engine_names, package_versions, world_class
 from steadyload.engines.registry import engines as registered
+from steadyload.engines.registry import engines_here, package_versions, world_class
 from steadyload.errors import nearest
 from steadyload.methods import loading
 from steadyload.runs.definition import StudyError
@@ -107,7 +107,7 @@ def run_extremes(
 
     Args:
         directory: the run folder; made when it does not exist.
-        only_engines: registered names; all engines that are compared by default if None.
+        only_engines: registered names; those of :func:`engines_here` if None.
         only_sweeps: names of sweeps; all if None.
         frequencies: substeps a second; an engine that chooses its own steps runs once.
         timeout: wall seconds a cell may take.
@@ -120,7 +120,7 @@ def run_extremes(
         ResultsError: another run is at work in the folder, or it holds something else.
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
-    names = _known(only_engines, engine_names(), registered(), "engine")
+    names = _known(only_engines, engines_here(), registered(), "engine")
     picked = _known(only_sweeps, sweep_names(), sweep_names(), "sweep")
     with locked(directory):
         made_with = provenance()

@@ -15,20 +15,29 @@ from steadyload.layouts.benchmark.dataset import set_named
 from steadyload.layouts.benchmark.real import PALLET_SOFTWARE
 from steadyload.layouts.floor import FloorKind
 from steadyload.layouts.formats import Format, write_layouts
+from steadyload.layouts.question import Question, with_question
 from steadyload.layouts.scenarios import Scenario
+from steadyload.methods.tuned import TUNED, tuned_engines
 from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.pool import Executor
 from steadyload.runs.runner import run_study
 from steadyload.studies.able import able_methods
 
-_BOTH = ("ps_opt@mujoco", "ps_opt@bullet", "ps_opt@dart", "lstm_e", "cascade@mujoco")
-"""Methods that were made for both questions, each for one at a time."""
-
-METHODS = (
+_ONE_ANSWER = (
     "fbs", "sme", "equilibrium", "equilibrium:margin=0.01", "equilibrium:time=0.3", "settling",
-    *(spec for name in _BOTH for spec in (name, f"{name}:question=stands")),
 )  # fmt: skip
-"""Methods that are compared unless others are named; those that cannot judge are left out."""
+
+
+def standard_methods() -> tuple[str, ...]:
+    """Specs of the methods that are compared unless others are named.
+
+    Those that cannot judge are left out. Of methods that were made for both questions, each for one
+    at a time, both stand in the list.
+    """
+    both = (*(f"{TUNED}@{engine}" for engine in tuned_engines()), "lstm_e", "cascade@mujoco")
+    asked = (with_question(spec, question) for spec in both for question in Question)
+    return (*_ONE_ANSWER, *asked)
+
 
 FLOOR_METHODS = (
     "equilibrium:margin=0.01", "equilibrium:time=0.3", "settling", "cascade@mujoco",
@@ -63,9 +72,9 @@ class RealStudyOptions:
     """Options of the study of layouts of real size.
 
     Attributes:
-        methods: required specs: one that cannot judge is an error. Empty for :data:`METHODS`, of
-            which those that cannot judge are left out, with a reason. Given methods are replaced by
-            their canonical specs.
+        methods: required specs: one that cannot judge is an error. Empty for
+            :func:`standard_methods`, of which those that cannot judge are left out, with a reason.
+            Given methods are replaced by their canonical specs.
         directory: folder of the labelled set, or a word of
             :data:`steadyload.layouts.benchmark.dataset.SETS`.
         timeout: wall seconds a judgement may take.
@@ -88,7 +97,7 @@ class RealStudyOptions:
     sizes: tuple[int, ...] = ()
     pallets: int = 60
     left_out: Mapping[str, str] = field(init=False)
-    """By spec, the reason why one of :data:`METHODS` cannot judge."""
+    """By spec, the reason why one of :func:`standard_methods` cannot judge."""
 
     def __post_init__(self) -> None:
         if not 0.0 < self.timeout < math.inf:
@@ -97,7 +106,7 @@ class RealStudyOptions:
         if sizes[0] < 1 or any(b <= a for a, b in pairwise(sizes)):
             listed = ", ".join(map(str, sizes))
             raise StudyError(f"sizes are {listed}; allowed: whole numbers that rise from 1 on")
-        able, left_out = able_methods(self.methods, lambda: METHODS)
+        able, left_out = able_methods(self.methods, standard_methods)
         vars(self).update(methods=able, sizes=sizes, left_out=left_out)
 
     @property

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from steadyload.engines.registry import EngineNotInstalledError, capabilities, engine_names
+from steadyload.engines.registry import EngineNotInstalledError, capabilities, engines_here
 from steadyload.layouts.benchmark.dataset import KEYS, PLANAR, set_named
 from steadyload.layouts.question import Question, with_question
 from steadyload.methods.method import Status
@@ -39,7 +39,7 @@ def standard_methods() -> tuple[str, ...]:
     specs names takes part with its own defaults, on every such engine where it needs one. Methods
     of :data:`FOR_BOTH` stand in the list once a question, those on planar engines once.
     """
-    engines = tuple(name for name in engine_names() if _takes_steps(name))
+    engines = tuple(name for name in engines_here() if _takes_steps(name))
     listed = (*RULES, *(f"{name}@{engine}" for name in TUNINGS for engine in engines), *OTHERS)
     named = {method_class(parse_spec(spec).name) for spec in listed}
     more = [name for name in method_classes() if method_class(name) not in named]
