@@ -101,8 +101,17 @@ def check_settings(settings: WorldSettings) -> None:
         raise BadNumberError(
             f"solver_iterations is {iterations!r}; allowed: None, or a whole number from 1 on"
         )
-    if not are_within(settings.gravity, -_LARGEST, _LARGEST):
-        raise BadNumberError(f"gravity is {settings.gravity!r}; allowed: three finite numbers")
+    check_gravity(settings.gravity)
+
+
+def check_gravity(gravity: tuple[float, float, float]) -> None:
+    """Refuse a gravity that no engine takes.
+
+    Raises:
+        BadNumberError: it is no three finite numbers.
+    """
+    if not are_within(gravity, -_LARGEST, _LARGEST):
+        raise BadNumberError(f"gravity is {gravity!r}; allowed: three finite numbers")
 
 
 SETTINGS: tuple[str, ...] = tuple(
@@ -163,6 +172,7 @@ class Capabilities:
     ``compliant``: contacts give way in proportion to their load, so that masses matter.
     ``subsets``: a world can leave out some of its boxes and take them in again.
     ``single_precision``: its numbers have 24 bits, some seven digits.
+    ``changing_gravity``: how a world takes another gravity while it runs.
     ``version``: of the adapter, raised by hand when its worlds move otherwise; stored verdicts are
     stale then. ``numerics``: packages that its motion hangs on, beside those of the registry.
     """
@@ -177,6 +187,7 @@ class Capabilities:
     compliant: bool = False
     subsets: bool = False
     single_precision: bool = False
+    changing_gravity: SettingSupport = SettingSupport(Support.IGNORED)
     version: int = 1
     numerics: tuple[str, ...] = ("numpy",)
 

@@ -20,14 +20,20 @@ from __future__ import annotations
 
 import inspect
 
-from steadyload.engines.checks import mechanics, protocol, refusals, reseating
+from steadyload.engines.checks import (
+    changing_gravity,
+    mechanics,
+    protocol,
+    refusals,
+    reseating,
+)
 from steadyload.engines.checks.scenes import Check, NotApplicable
 
 __all__ = ["CHECKS", "Check", "NotApplicable"]
 
 CHECKS: dict[str, Check] = {
     name.removeprefix("check_"): function
-    for module in (protocol, reseating, refusals, mechanics)
+    for module in (protocol, reseating, refusals, mechanics, changing_gravity)
     for name, function in vars(module).items()
     if name.startswith("check_") and inspect.isfunction(function)
 }

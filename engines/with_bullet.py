@@ -190,6 +190,7 @@ class BulletWorld(FixedStepWorld):
             ),
             solver_iterations=SettingSupport(Support.HONOURED, f"default {_ITERATIONS}"),
         ),
+        changing_gravity=SettingSupport(Support.HONOURED),
     )
 
     def __init__(self, settings: WorldSettings) -> None:
@@ -202,7 +203,7 @@ class BulletWorld(FixedStepWorld):
         self._owned = _idle_clients.pop() if _idle_clients else _connect()
         self._owned.make_ready(flags)
         self._client = self._owned.number
-        pybullet.setGravity(*settings.gravity, physicsClientId=self._client)
+        self._set_gravity()
         pybullet.setPhysicsEngineParameter(
             numSolverIterations=settings.solver_iterations or _ITERATIONS,
             warmStartingFactor=_WARM_STARTING,
@@ -264,6 +265,9 @@ class BulletWorld(FixedStepWorld):
         added = _Body(body, (a + p, b + q, c + r), (p, q, r), box.fixed)
         self._bodies.append(added)
         self._all_bodies.append(added)
+
+    def _set_gravity(self) -> None:
+        pybullet.setGravity(*self.gravity, physicsClientId=self._client)
 
     def _take_part(self, chosen: list[int]) -> None:
         self._bodies = [self._all_bodies[i] for i in chosen]

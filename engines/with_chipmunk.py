@@ -71,14 +71,14 @@ class ChipmunkWorld(FixedStepWorld):
             ),
             solver_iterations=SettingSupport(Support.HONOURED, f"default {_ITERATIONS}"),
         ),
+        changing_gravity=SettingSupport(Support.HONOURED),
         notes="Two dimensions: a layout is judged when it is planar, and refused otherwise. At "
         "60 Hz with restitution 0.5 a tower of six cubes falls within 4 s (PS_3, literal).",
     )
 
     def __init__(self, settings: WorldSettings) -> None:
         super().__init__(settings)
-        if settings.gravity[1]:
-            raise EngineError("Chipmunk is 2-D: gravity must have no part along y")
+        self._check_gravity(settings.gravity)
         self._bodies: list[_Body] = []
         self._all_bodies: list[_Body] = []
         self._planned: tuple[FloatArray, FloatArray, bool] | None = None
@@ -89,12 +89,19 @@ class ChipmunkWorld(FixedStepWorld):
     def _open_space(self) -> None:
         settings = self.settings
         self._space = space = pymunk.Space()
-        space.gravity = settings.gravity[0], settings.gravity[2]
+        self._set_gravity()
         space.damping = 1.0 - settings.linear_damping
         space.iterations = settings.solver_iterations or _ITERATIONS
         space.collision_slop = _SLOP
         space.add(*self._floor)
         self._entered = 0
+
+    def _check_gravity(self, gravity: tuple[float, float, float]) -> None:
+        if gravity[1]:
+            raise EngineError("Chipmunk is 2-D: gravity must have no part along y")
+
+    def _set_gravity(self) -> None:
+        self._space.gravity = self.gravity[0], self.gravity[2]
 
     def _surface(self, shape: pymunk.Poly) -> pymunk.Poly:
         shape.friction = math.sqrt(self.settings.friction)

@@ -77,6 +77,7 @@ class DartWorld(FixedStepWorld):
             broad_phase=SettingSupport(Support.IGNORED, "belongs to the collision detector"),
             solver_iterations=SettingSupport(Support.IGNORED, "Dantzig's method is direct"),
         ),
+        changing_gravity=SettingSupport(Support.HONOURED),
         notes="Side faces are drawn in by 0.01 mm, so that touching neighbours do not form one "
         "linear complementarity problem. DART keeps 1000 contacts (some 250 touching pairs): a "
         "layout that needs more ends with status `error`, never with contacts dropped in silence. "
@@ -89,7 +90,6 @@ class DartWorld(FixedStepWorld):
         super().__init__(settings)
         options = self._own_options(DartOptions)
         world = dart.simulation.World()
-        world.setGravity(list(settings.gravity))
         world.setCollisionDetector(dart.simulation.CollisionDetectorType.BULLET)
         solver = world.getConstraintSolver()
         solver.setSplitImpulseEnabled(bool(options.split_impulse))
@@ -104,6 +104,7 @@ class DartWorld(FixedStepWorld):
         sleep.mEnabled = False
         world.setDeactivationOptions(sleep)
         self._world = world
+        self._set_gravity()
         self._bodies: list[_Body] = []
         self._all_bodies: list[_Body] = []
         self._floor = floor = dart.dynamics.Skeleton("floor")
@@ -152,6 +153,9 @@ class DartWorld(FixedStepWorld):
         self._world.addSkeleton(body.skeleton)
         self._bodies.append(body)
         self._all_bodies.append(body)
+
+    def _set_gravity(self) -> None:
+        self._world.setGravity(list(self.gravity))
 
     def _take_part(self, chosen: list[int]) -> None:
         self._bodies = [self._all_bodies[i] for i in chosen]

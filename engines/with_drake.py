@@ -173,6 +173,9 @@ class DrakeWorld(FixedStepWorld):
             broad_phase=SettingSupport(Support.IGNORED, "Drake offers no choice"),
             solver_iterations=SettingSupport(Support.IGNORED, "it iterates to a tolerance"),
         ),
+        changing_gravity=SettingSupport(
+            Support.HONOURED, "the scene is built anew, and takes the state over"
+        ),
         notes="An independent check, installed with `pip install 'steadyload[drake]'` and part of "
         "no comparison unless named. Contact is a field of pressure, steps are controlled by their "
         "error, and a substep is the longest. It runs in a process of its own, whose CPU time is "
@@ -224,7 +227,7 @@ class DrakeWorld(FixedStepWorld):
     def _prepare(self) -> None:
         if self._holder is None or not self._holder.usable():
             settings, worker = self.settings, _worker()
-            worker.build(self._number, settings.gravity, settings.friction, self._bodies)
+            worker.build(self._number, self.gravity, settings.friction, self._bodies)
             self._holder, self._set_here = worker, True
 
     def _advance(self, substeps: int, length: float) -> None:
@@ -238,6 +241,9 @@ class DrakeWorld(FixedStepWorld):
             self._holder = None
             raise
         self._set_here = False
+
+    def _set_gravity(self) -> None:
+        self._holder = None
 
     def _poses(self) -> Poses:
         offsets = np.array([self.boxes[i].mass_offset for i in self._free]).reshape(-1, 3)

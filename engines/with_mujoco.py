@@ -170,6 +170,7 @@ class MujocoWorld(FixedStepWorld):
                 Support.HONOURED, f"Newton iterations, default {_ITERATIONS}"
             ),
         ),
+        changing_gravity=SettingSupport(Support.HONOURED),
     )
 
     def __init__(self, settings: WorldSettings) -> None:
@@ -262,8 +263,13 @@ class MujocoWorld(FixedStepWorld):
         rung.body_inverse_weight[:] = rows[:, 18:20]
         rung.model.stat.meaninertia = rung.mass_matrix.mean() if len(rows) else 1.0
         rung.damping.reshape(-1, 6)[:] = rows[:, 20:26]
+        rung.model.opt.gravity[:] = self.gravity
         if rung.settings is not self.settings:
             self._write_settings(rung)
+
+    def _set_gravity(self) -> None:
+        if self._rung is not None:
+            self._rung.model.opt.gravity[:] = self.gravity
 
     def _write_fixed(self, rung: _Rung) -> None:
         # Surplus places hide inside the floor: no contact arises between two fixed geoms.
@@ -284,7 +290,6 @@ class MujocoWorld(FixedStepWorld):
         # MuJoCo 4: `margin` inflates the geometry, `gap` is detection alone.
         model.geom_gap[:] = settings.margin
         model.body_margin[:] = settings.margin
-        model.opt.gravity[:] = settings.gravity
         model.opt.iterations = settings.solver_iterations or _ITERATIONS
         rung.settings = settings
         rung.length = math.nan  # contact parameters follow the substep and are due again

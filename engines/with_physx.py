@@ -41,6 +41,8 @@ _SETTLING = 1
 _PLANE = sapien.Pose([0.0, 0.0, 0.0], [math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0])
 """PhysX's plane looks along x; turned, it looks up."""
 
+_NO_TORQUE = np.zeros(3)
+
 
 class PhysxWorld(RebuiltWorld):
     """A PhysX world on the CPU, in the process's own thread."""
@@ -63,6 +65,7 @@ class PhysxWorld(RebuiltWorld):
                 Support.HONOURED, f"position iterations, default {_ITERATIONS}"
             ),
         ),
+        changing_gravity=SettingSupport(Support.EMULATED, "forces at the centres of mass"),
         notes="Installed with `pip install 'steadyload[physx]'`. Single precision. What sapien "
         "takes for a scene is of the whole process and is set before each.",
     )
@@ -71,12 +74,13 @@ class PhysxWorld(RebuiltWorld):
         super().__init__(settings)
         friction = settings.friction
         self._material = physx.PhysxMaterial(friction, friction, settings.restitution)
+        self._built_under = settings.gravity
 
     def _build(self) -> sapien.Scene:
         # Of the process, and read when a system is made: all of it is set every time.
         own = physx.PhysxSceneConfig()
         with np.errstate(over="ignore"):  # what overflows shows in the poses
-            own.gravity = self.settings.gravity
+            own.gravity = self._built_under = self.gravity
         own.bounce_threshold = _BOUNCE
         own.enable_pcm = own.enable_tgs = own.enable_friction_every_iteration = True
         own.enable_enhanced_determinism, own.enable_ccd = True, False
@@ -107,10 +111,17 @@ class PhysxWorld(RebuiltWorld):
         part.solver_velocity_iterations = _SETTLING
         return part
 
+    def _set_gravity(self) -> None:
+        """Nothing: what differs from the gravity of the scene acts as forces, see :meth:`_run`."""
+
     def _run(self, substeps: int, length: float) -> None:
         system = self._native.physx_system
         system.timestep = length
+        more = np.subtract(self.gravity, self._built_under)
+        pushed = [body for body in self._bodies if body is not None] if more.any() else []
         for _ in range(substeps):
+            for body in pushed:
+                body.add_force_torque(body.mass * more, _NO_TORQUE)
             system.step()
 
     def _pose(self, body: physx.PhysxRigidDynamicComponent) -> tuple[Any, Any]:

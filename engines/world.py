@@ -26,6 +26,7 @@ from steadyload.engines.capabilities import KnownFailure as KnownFailure
 from steadyload.engines.capabilities import SettingSupport as SettingSupport
 from steadyload.engines.capabilities import Support as Support
 from steadyload.engines.capabilities import WorldSettings as WorldSettings
+from steadyload.engines.capabilities import check_gravity
 from steadyload.engines.capabilities import declare as declare
 from steadyload.engines.errors import BadNumberError, WorldClosedError
 from steadyload.engines.errors import EngineError as EngineError
@@ -113,6 +114,21 @@ class World(Protocol):
         """
         ...
 
+    def set_gravity(self, gravity: tuple[float, float, float]) -> None:
+        """Let another gravity act from the next step on, until the next one or a reset.
+
+        In the frame of a floor that is accelerated, gravity is that at rest less the acceleration.
+
+        Args:
+            gravity: acceleration vector [m/s2].
+
+        Raises:
+            BadNumberError: it is no three finite numbers.
+            EngineError: the engine declares that it ignores it, or it points out of the plane of
+                an engine of two dimensions.
+        """
+        ...
+
     def reset_poses(self, only: Sequence[int] | None = None) -> None:
         """Put every box back to its planned pose, at rest ("reseat"), as in a world made anew.
 
@@ -136,13 +152,14 @@ class FixedStepWorld(ABC):
     """Base of every engine: the protocol's bookkeeping, so that an adapter is only native calls.
 
     A subclass declares :attr:`capabilities` and implements the underscored operations.
-    :attr:`boxes` are those that take part.
+    :attr:`boxes` are those that take part, :attr:`gravity` [m/s2] is that of the next step.
     """
 
     capabilities: ClassVar[Capabilities]
 
     def __init__(self, settings: WorldSettings) -> None:
         self.settings = settings
+        self.gravity = settings.gravity
         self.boxes: list[Box] = []
         self._all_boxes: list[Box] = []
         self._clock = SubstepClock()
@@ -209,6 +226,20 @@ class FixedStepWorld(ABC):
             part[~moving] = 0.0
         self._set_velocities(checked)
 
+    def set_gravity(self, gravity: tuple[float, float, float]) -> None:
+        """See :meth:`World.set_gravity`."""
+        self._check_open()
+        check_gravity(gravity)
+        if gravity == self.gravity:
+            return
+        self._check_gravity(gravity)
+        before, self.gravity = self.gravity, gravity
+        try:
+            self._set_gravity()
+        except EngineError:
+            self.gravity = before
+            raise
+
     def reset_poses(self, only: Sequence[int] | None = None) -> None:
         """See :meth:`World.reset_poses`. Also drops the clock's remainder."""
         self._check_open()
@@ -221,6 +252,7 @@ class FixedStepWorld(ABC):
             self._take_part(chosen)
             self.boxes = [self._all_boxes[i] for i in chosen]
         self._clock = SubstepClock()
+        self.set_gravity(self.settings.gravity)
         self._reset()
 
     def close(self) -> None:
@@ -256,6 +288,13 @@ class FixedStepWorld(ABC):
     def _speeds(self) -> FloatArray:
         # For an engine that has them at less cost than velocities in world axes.
         return lengths(np.stack(self._velocities(), axis=1))
+
+    def _check_gravity(self, gravity: tuple[float, float, float]) -> None:
+        """Nothing to refuse, unless an engine has less than three dimensions."""
+
+    def _set_gravity(self) -> None:
+        """Let :attr:`gravity` act from the next step on."""
+        raise EngineError(f"{self.capabilities.title} takes no other gravity while a world runs")
 
     def _take_part(self, chosen: list[int]) -> None:
         """From the reset that follows on, only these of all boxes take part."""

@@ -280,6 +280,7 @@ def check_closing(world_class: WorldClass) -> None:
         "velocities": world.velocities,
         "speeds": world.speeds,
         "set_velocities": lambda: world.set_velocities(still),
+        "set_gravity": lambda: world.set_gravity((0.0, 0.0, 0.0)),
         "reset_poses": world.reset_poses,
         "prepare": world.prepare,
         "add_box": lambda: world.add_box(Box(CUBE, 1.0, (0.0, 0.0, 2.0))),

@@ -37,10 +37,10 @@ def check_bad_numbers_are_refused(world_class: WorldClass) -> None:
     with world_class(WorldSettings()) as world:
         world.add_box(_FINE)
         for name, box in _BAD_BOXES:
-            _expect_refusal(partial(world.add_box, box), f"box 1: {name} is ")
+            expect_refusal(partial(world.add_box, box), f"box 1: {name} is ")
         for bad in _NOT_FINITE:
-            _expect_refusal(partial(world.stepSimulation, bad, 10, 0.01), "durations must be")
-            _expect_refusal(partial(world.stepSimulation, 0.1, 10, bad), "durations must be")
+            expect_refusal(partial(world.stepSimulation, bad, 10, 0.01), "durations must be")
+            expect_refusal(partial(world.stepSimulation, 0.1, 10, bad), "durations must be")
         index = world.add_box(Box(CUBE, 1.0, (0.5, 0.0, 10.0), (half, 0.0, -half)))
         assert index == 1, f"the box after refused ones has index {index}"
         world.stepSimulation(0.1, 100, 0.01)
@@ -53,7 +53,8 @@ def check_bad_numbers_are_refused(world_class: WorldClass) -> None:
         )
 
 
-def _expect_refusal(operation: Callable[[], object], message: str) -> None:
+def expect_refusal(operation: Callable[[], object], message: str) -> None:
+    """Fail unless an operation raises BadNumberError with a message that holds another."""
     try:
         operation()
     except BadNumberError as refusal:

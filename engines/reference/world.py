@@ -73,6 +73,7 @@ class ReferenceWorld(FixedStepWorld):
             broad_phase=SettingSupport(Support.IGNORED, "has its own"),
             solver_iterations=SettingSupport(Support.IGNORED, "the linear solver is direct"),
         ),
+        changing_gravity=SettingSupport(Support.HONOURED),
         notes="Compliant contact over the exact contact polygon, integrated with error control "
         "(RODAS, order 4). The frequency has no effect but where it ends a call: steps are chosen "
         "by the error.",
@@ -80,15 +81,12 @@ class ReferenceWorld(FixedStepWorld):
 
     def __init__(self, settings: WorldSettings) -> None:
         super().__init__(settings)
-        options = settings.options or ReferenceOptions()
-        if not isinstance(options, ReferenceOptions):
-            raise TypeError(f"options are {options!r}; allowed: ReferenceOptions")
+        options = self._own_options(ReferenceOptions)
         self._law = options.law(float(settings.friction))
         self._field = Field(
             np.array(settings.gravity, dtype=float),
             -options.value("floor_gap"),
-            -math.log1p(-settings.linear_damping),
-            -math.log1p(-settings.angular_damping),
+            *settings.decay_rates(),
         )
         self._control = Control(options.tolerance, options.most_time, _MOST_WORK)
         self._integrate = _INTEGRATORS[options.integrator]
@@ -154,6 +152,10 @@ class ReferenceWorld(FixedStepWorld):
         free = ~self._bodies.fixed
         self._linear[free] = velocities.linear[free]
         self._angular[free] = velocities.angular[free]
+        self._next_steps[:] = _FIRST_STEP
+
+    def _set_gravity(self) -> None:
+        self._field = self._field._replace(gravity=np.array(self.gravity, dtype=float))
         self._next_steps[:] = _FIRST_STEP
 
     def _reset(self) -> None:

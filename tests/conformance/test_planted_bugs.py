@@ -159,6 +159,44 @@ def with_velocities_only_remembered(base):
     return OnlyRemembered
 
 
+def with_gravity_only_remembered(base):
+    class GravityOnlyRemembered(base):
+        """It is told, and the world moves under the gravity that it was made with."""
+
+        def set_gravity(self, gravity):
+            self._check_open()
+
+    return GravityOnlyRemembered
+
+
+def with_gravity_at_the_middle(base):
+    class GravityAtTheMiddle(base):
+        """Another gravity comes with the spin of a force at the geometric centre."""
+
+        def _advance(self, substeps, length):
+            more = np.subtract(self.gravity, self.settings.gravity)
+            super()._advance(substeps, length)
+            velocities = self._velocities()
+            for box, spin in zip(self.boxes, velocities.angular, strict=True):
+                torque = np.cross(np.negative(box.mass_offset), box.mass * more)
+                spin += substeps * length * torque / box.inertia
+            self._set_velocities(velocities)
+
+    return GravityAtTheMiddle
+
+
+def with_gravity_kept(base):
+    class GravityKept(base):
+        """A reset leaves the gravity that was set."""
+
+        def reset_poses(self, only=None):
+            gravity = self.gravity
+            super().reset_poses(only)
+            self.set_gravity(gravity)
+
+    return GravityKept
+
+
 def with_boxes_unseen(base):
     class BoxesUnseen(base):
         def add_box(self, box):
@@ -186,6 +224,18 @@ def with_boxes_unseen(base):
         (with_velocities_set_in_body_axes, {"velocities_can_be_set"}),
         (with_velocities_set_at_the_middle, {"velocities_can_be_set"}),
         (with_velocities_only_remembered, {"velocities_can_be_set"}),
+        (
+            with_gravity_only_remembered,
+            {
+                "a_gravity_that_is_set_is_one_that_was_given",
+                "a_pulse_gives_its_impulse",
+                "a_box_slides_beyond_its_friction",
+                "a_box_tips_beyond_its_lever",
+                "a_gravity_of_no_number_is_refused",
+            },
+        ),
+        (with_gravity_at_the_middle, {"a_pulse_gives_its_impulse"}),
+        (with_gravity_kept, {"a_reset_restores_gravity"}),
     ],
 )
 def test_a_planted_bug_is_caught_in_every_adapter(any_engine, plant, caught_by):

@@ -11,7 +11,8 @@ from steadyload.engines.world import EngineNotInstalledError
 
 @dataclass(frozen=True, slots=True)
 class EngineSettings:
-    """An engine's declared capabilities; ``answers`` has, by setting, a capability and a note.
+    """An engine's declared capabilities; ``answers`` has, by setting, a capability and a note, and
+    likewise for a gravity that changes while a world runs.
 
     What is not known because the engine is not installed is None, or missing.
     """
@@ -33,9 +34,10 @@ def engine_records() -> list[EngineSettings]:
         except EngineNotInstalledError as error:
             records.append(EngineSettings(name, f"{name} (not installed)", 3, None, {}, str(error)))
             continue
+        declared = {**facts.settings, "changing_gravity": facts.changing_gravity}
         answers = {
             setting: (_limited(str(answer.support), answer.values), answer.note)
-            for setting, answer in facts.settings.items()
+            for setting, answer in declared.items()
         }
         records.append(
             EngineSettings(
