@@ -157,13 +157,11 @@ def spread_over_lists(
 
 def _dealt(cases: pd.DataFrame, parts: Sequence[str]) -> dict[str, str]:
     """The part of every item list."""
-    own = (
-        cases.groupby("item_class")["instance"].unique()
-        if len(parts) > 1
-        else [cases["instance"].unique()]
-    )
+    of_class = cases.groupby("item_class")["instance"].unique()
     return {
-        name: parts[place % len(parts)] for lists in own for place, name in enumerate(sorted(lists))
+        name: parts[place % len(parts)]
+        for lists in of_class
+        for place, name in enumerate(sorted(lists))
     }
 
 

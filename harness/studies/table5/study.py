@@ -25,7 +25,8 @@ from steadyload.studies.able import able_methods, asked_question
 
 RULES = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3")
 TUNINGS = ("ps5-literal", "ps3-literal", "ps5", "ps3", "ps_opt-paper", "ps_opt")
-OTHERS = ("settling", "lstm_1", "lstm_e", "cascade@mujoco", "label@mujoco")
+NETWORKS = ("lstm_1-paper", "lstm_e-paper", "lstm_1", "lstm_e")
+OTHERS = ("settling", "cascade@mujoco", "label@mujoco")
 """Methods of our own; ``simulation`` is included by its tunings."""
 
 FOR_BOTH = frozenset({"ps_opt", "lstm_1", "lstm_e", "cascade", "label"})
@@ -40,7 +41,8 @@ def standard_methods() -> tuple[str, ...]:
     of :data:`FOR_BOTH` stand in the list once a question, those on planar engines once.
     """
     engines = tuple(name for name in engines_here() if _takes_steps(name))
-    listed = (*RULES, *(f"{name}@{engine}" for name in TUNINGS for engine in engines), *OTHERS)
+    tunings = (f"{name}@{engine}" for name in TUNINGS for engine in engines)
+    listed = (*RULES, *tunings, *NETWORKS, *OTHERS)
     named = {method_class(parse_spec(spec).name) for spec in listed}
     more = [name for name in method_classes() if method_class(name) not in named]
     stands = [
