@@ -17,7 +17,7 @@ _LAYOUTS = {
 }  # fmt: skip
 _METHODS = {"methods", "engines", *_LAYOUTS}
 _RUNS = {"runs", *_METHODS}
-_LIBRARIES = {"compilation", "tuning", "properties", "learners", *_RUNS}
+_LIBRARIES = {"compilation", "tuning", "properties", "learners", "transport", *_RUNS}
 
 # Package below ``steadyload`` -> what of ours it may import. ``cli`` may import everything.
 ALLOWED = {
@@ -35,6 +35,7 @@ ALLOWED = {
     "methods": _METHODS,
     "runs": _RUNS,
     "gym": {"gym", *_METHODS},
+    "transport": {"transport", *_METHODS},
     "tuning": {"tuning", *_RUNS},
     "properties": {"properties", *_RUNS},
     "learners": {"learners", "compilation", *_RUNS},

@@ -56,6 +56,8 @@ class Command:
 
 _OWN = (
     Command("check", "check:Check", "do planned pallets stand while they are loaded?", Group.USE),
+    Command("transport", "transport:Transport",
+            "what accelerations do loaded pallets hold on the road?", Group.USE),
     Command("demo", "demo:Demo", "check a dozen shipped pallets, and open their page", Group.USE),
     Command("score", "score:Score", "score layout files with one or more methods", Group.USE),
     Command("view", "view:View", "write a page that plays a loading step by step", Group.USE),

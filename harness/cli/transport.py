@@ -1,0 +1,132 @@
+"""``steadyload transport``: what a loaded pallet holds on the road."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from steadyload.cli.flags import UsageError
+from steadyload.cli.reading import ReadingFlags
+from steadyload.cli.terminal import kept_status, print_table, progress_bar, say
+from steadyload.escaping import printable
+from steadyload.studies.options import REQUIRED, operand, option
+
+HELD, NOT_HELD, BAD_INPUT, NO_ANSWER = 0, 1, 2, 3
+"""Exit statuses; of several the worse one: bad input, then a load that does not hold."""
+
+_NAME = 20
+
+
+@dataclass(frozen=True, kw_only=True)
+class Transport(ReadingFlags):
+    """Files, the method that answers, and what the loads are put through."""
+
+    files: tuple[Path, ...] = operand(REQUIRED, "layouts; - reads standard input", metavar="FILE")
+    method: str = option(
+        "equilibrium:sides=frictionless", "largest acceleration that contact forces balance, or a "
+        "simulation such as label@mujoco (default: equilibrium:sides=frictionless)",
+        names=("--method", "-m"), metavar="SPEC",
+    )  # fmt: skip
+    rule: str | None = option(
+        None, "does every load hold this rule? en12195, eumos40509, tilt, or a TOML file "
+        "(default: the largest acceleration that it holds)",
+    )  # fmt: skip
+    history: Path | None = option(
+        None, "does every load hold this history? CSV of time_s, acceleration_g", metavar="FILE"
+    )
+    directions: int | None = option(
+        None, "directions around the load (default: 8; a rule has its own)", least=1
+    )
+    limit: int | None = option(None, "only the first N layouts", least=1)
+    json: bool = option(False, "print one JSON array of records, units in the names")
+
+    def __post_init__(self) -> None:
+        if self.rule and self.history:
+            raise UsageError("--history: not allowed with --rule")
+        if self.rule and self.directions:
+            raise UsageError("--directions: not allowed with --rule, which has its own")
+
+    def run(self) -> int:
+        """Judge all loads and print a row a direction; the exit status tells the worst answer."""
+        from steadyload.layouts.record import Refused
+        from steadyload.runs.scoring import read_entries
+
+        ask = self._question()
+        entries = read_entries(self.files, limit=self.limit, **self.reading())
+        records: list[dict[str, Any]] = []
+        status = HELD
+        with progress_bar("judging") as advance:
+            for done, (_, entry) in enumerate(entries, start=1):
+                if isinstance(entry, Refused):
+                    say(f"steadyload: {entry.error}")
+                    status = BAD_INPUT
+                else:
+                    records += [{"layout": entry.name, **one} for one in ask(entry)]
+                advance(done, len(entries))
+        with kept_status():
+            if self.json:
+                print(json.dumps(records, indent=1))
+            else:
+                self._print(records)
+        return status or self._worst(records)
+
+    def _question(self) -> Any:
+        """The question: a function of a layout that gives records."""
+        from steadyload.methods.registry import make_method
+        from steadyload.transport.history import recorded
+        from steadyload.transport.limits import DIRECTIONS, around, limits
+        from steadyload.transport.rules import rule_named
+        from steadyload.transport.trials import under_history, under_rule
+
+        method = make_method(self.method)
+        count = self.directions or DIRECTIONS
+
+        def asked(layout: Any) -> Iterator[dict[str, Any]]:
+            if rule:
+                found: Sequence[Any] = under_rule(layout, rule, method)
+            elif history:
+                found = under_history(layout, history, around(count), method)
+            else:
+                found = limits(layout, method, directions=count)
+            yield from map(asdict, found)
+
+        rule = rule_named(self.rule) if self.rule else None
+        history = recorded(self.history) if self.history else None
+        return asked
+
+    def _print(self, records: Sequence[dict[str, Any]]) -> None:
+        answer = "held" if self.rule or self.history else "limit_g"
+        header = ("pallet", "direction", answer, "box", "mode", "moved")
+        rows = []
+        for one in records:
+            moved = one["displacement_cm"]
+            rows.append(
+                (
+                    printable(printable(one["layout"]), _NAME),
+                    f"{one['direction_deg']:g}",
+                    _shown(one[answer]),
+                    "-" if one["moved_item"] is None else str(one["moved_item"]),
+                    str(one["mode"] or printable(one["reason"])),
+                    "-" if moved is None else f"{moved:.1f} cm",
+                )
+            )
+        print_table(header, rows)
+        print("Rigid boxes, without wrap, straps or anti-slip mats.")
+
+    def _worst(self, records: Sequence[dict[str, Any]]) -> int:
+        answer = "held" if self.rule or self.history else "limit_g"
+        said = [one[answer] for one in records]
+        if answer == "held" and False in said:
+            return NOT_HELD
+        return NO_ANSWER if None in said else HELD
+
+
+def _shown(value: bool | float | None) -> str:
+    if value is None:
+        return "no answer"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.3f}"

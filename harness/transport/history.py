@@ -1,0 +1,135 @@
+"""Histories of a horizontal acceleration, or of a tilt: what a load is put through."""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from steadyload.transport.errors import TransportError
+
+_HALF_SINE_POINTS = 65
+
+_STEEPEST = 20.0
+"""Largest acceleration of a history [g], either way."""
+
+_LONGEST = 600.0
+"""Longest history [s]."""
+
+
+@dataclass(frozen=True)
+class History:
+    """An acceleration over time, linear between points; 0 after the last one.
+
+    Attributes:
+        times: rising, from 0 [s].
+        levels: accelerations then [g].
+        tilted: the deck is tilted until the load feels these, instead of being accelerated:
+            gravity keeps its size and turns.
+
+    Raises:
+        TransportError: fewer than two points, times that do not rise from 0, or a number that is
+            out of range.
+    """
+
+    times: tuple[float, ...]
+    levels: tuple[float, ...]
+    tilted: bool = False
+
+    def __post_init__(self) -> None:
+        if len(self.times) < 2 or len(self.times) != len(self.levels):
+            raise TransportError(
+                f"a history of {len(self.times)} times and {len(self.levels)} accelerations; "
+                "allowed: 2 or more points"
+            )
+        if self.times[0] != 0.0 or not (np.diff(self.times) > 0.0).all():
+            raise TransportError("times of a history do not rise from 0 s")
+        if not self.times[-1] <= _LONGEST:
+            raise TransportError(
+                f"a history of {self.times[-1]:g} s; allowed: up to {_LONGEST:g} s"
+            )
+        for level in self.levels:
+            if not abs(level) <= _STEEPEST:
+                raise TransportError(
+                    f"an acceleration of {level:g} g; allowed: -{_STEEPEST:g} to {_STEEPEST:g}"
+                )
+
+    @property
+    def duration(self) -> float:
+        """Time of the last point [s]."""
+        return self.times[-1]
+
+    def gravity(self, time: float, direction_deg: float, gravity: float) -> tuple[float, ...]:
+        """Gravity and acceleration that the boxes feel at a time, in the frame of the deck [m/s2].
+
+        Args:
+            time: [s].
+            direction_deg: of the force on the boxes, seen from above: 0 along the layout's width,
+                90 along its depth.
+            gravity: [m/s2].
+
+        Returns:
+            Along the layout's width, its height and its depth.
+        """
+        level = float(np.interp(time, self.times, self.levels, right=0.0))
+        down = 1.0
+        if self.tilted:
+            down = 1.0 / math.hypot(1.0, level)
+            level *= down
+        angle = math.radians(direction_deg)
+        across, along = level * math.cos(angle), level * math.sin(angle)
+        return gravity * across, -gravity * down, gravity * along
+
+
+def constant(level: float, hold: float) -> History:
+    """An acceleration from one moment to another [g, s]."""
+    return History((0.0, hold), (level, level))
+
+
+def trapezoid(level: float, rise: float, hold: float, *, tilted: bool = False) -> History:
+    """An acceleration that rises evenly, is held, and ends at once [g, s, s]."""
+    if not rise:
+        return History((0.0, hold), (level, level), tilted)
+    return History((0.0, rise, rise + hold), (0.0, level, level), tilted)
+
+
+def half_sine(peak: float, duration: float) -> History:
+    """Half a period of a sine [g, s]."""
+    shares = np.linspace(0.0, 1.0, _HALF_SINE_POINTS)
+    levels = peak * np.sin(np.pi * shares)
+    return History(tuple((duration * shares).tolist()), tuple(levels.tolist()))
+
+
+def recorded(path: Path) -> History:
+    """A history from a CSV file with the columns ``time_s`` and ``acceleration_g``.
+
+    Raises:
+        TransportError: it cannot be read: says where and what is allowed.
+    """
+    times, levels = [], []
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            rows = csv.DictReader(file)
+            wanted = {"time_s", "acceleration_g"}
+            if not wanted <= set(rows.fieldnames or ()):
+                raise TransportError(
+                    f"{path}: columns are {', '.join(rows.fieldnames or ()) or 'none'}; "
+                    "allowed: time_s, acceleration_g"
+                )
+            for number, row in enumerate(rows, start=2):
+                try:
+                    times.append(float(row["time_s"]))
+                    levels.append(float(row["acceleration_g"]))
+                except (TypeError, ValueError):
+                    raise TransportError(
+                        f"{path}: line {number} holds no two numbers; allowed: seconds and g"
+                    ) from None
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise TransportError(f"{path}: cannot be read ({error})") from None
+    try:
+        return History(tuple(times), tuple(levels))
+    except TransportError as error:
+        raise TransportError(f"{path}: {error}") from None

@@ -1,0 +1,119 @@
+"""Rules of the road: what acceleration a load must hold, by direction, and what holding means."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from steadyload.errors import nearest
+from steadyload.transport.errors import TransportError
+from steadyload.transport.history import History, trapezoid
+
+_SIDES = {"forwards": (0.0,), "sideways": (90.0, 270.0), "backwards": (180.0,)}
+"""Directions of the force on the load [degrees] by side: its width is its length on the road."""
+
+
+@dataclass(frozen=True)
+class Rule:
+    """An acceleration by direction, and the movement that a box may make under it.
+
+    Attributes:
+        name, title, source: for people.
+        levels: acceleration [g] by side, ``forwards``, ``sideways``, ``backwards``.
+        rise, hold, rest: [s] until the level is reached, of the level, of watching after it.
+        displacement: of a box's centre relative to the deck [cm]; 0 for a share of the height.
+        displacement_share: of the height of the load, where there is no displacement.
+        rotation: of a box [degrees].
+        tilted: the deck is tilted, see :class:`steadyload.transport.history.History`.
+
+    Raises:
+        TransportError: a side that is none, a number that is out of range, or not just one of the
+            two limits of displacement.
+    """
+
+    name: str
+    title: str
+    source: str
+    levels: Mapping[str, float]
+    rise: float
+    hold: float
+    rest: float
+    rotation: float
+    displacement: float = 0.0
+    displacement_share: float = 0.0
+    tilted: bool = False
+
+    def __post_init__(self) -> None:
+        for side in self.levels:
+            if side not in _SIDES:
+                raise TransportError(f"rule {self.name}: side {side!r}; {nearest(side, _SIDES)}")
+        for name in ("rise", "hold", "rest", "rotation", "displacement", "displacement_share"):
+            if not 0.0 <= getattr(self, name) <= 1000.0:
+                raise TransportError(
+                    f"rule {self.name}: {name} is {getattr(self, name):g}; allowed: 0 to 1000"
+                )
+        if (self.displacement > 0.0) == (self.displacement_share > 0.0):
+            raise TransportError(
+                f"rule {self.name}: allowed: displacement or displacement_share, above 0, just one"
+            )
+
+    def history(self, level: float) -> History:
+        """The rule's history at a level [g]."""
+        return trapezoid(level, self.rise, self.hold, tilted=self.tilted)
+
+    def directions(self) -> dict[float, float]:
+        """The level [g] by direction [degrees], in the order of directions."""
+        found = {d: g for side, g in self.levels.items() for d in _SIDES[side]}
+        return dict(sorted(found.items()))
+
+    def largest_displacement(self, height: float) -> float:
+        """Largest movement of a box [cm] in a load of a height [cm]."""
+        return self.displacement or self.displacement_share * height
+
+
+@cache
+def rules() -> dict[str, Rule]:
+    """The rules that come with the package, by name."""
+    file = resources.files("steadyload.transport").joinpath("rules.toml")
+    return _rules(tomllib.loads(file.read_text()), "rules.toml")
+
+
+def rule_named(name: str) -> Rule:
+    """A rule by its name, or the only one of a TOML file.
+
+    Raises:
+        TransportError: there is none.
+    """
+    if name in rules():
+        return rules()[name]
+    path = Path(name)
+    if path.suffix != ".toml":
+        raise TransportError(f"rule {name!r}; {nearest(name, rules())}, or a TOML file of one rule")
+    try:
+        found = _rules(tomllib.loads(path.read_text()), name)
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise TransportError(f"{name}: cannot be read as TOML ({error})") from None
+    if len(found) != 1:
+        raise TransportError(f"{name}: holds {len(found)} rules; allowed: one table [NAME]")
+    return next(iter(found.values()))
+
+
+def _rules(content: Mapping[str, Any], file: str) -> dict[str, Rule]:
+    known = {f.name for f in fields(Rule)} - {"name"}
+    found = {}
+    for name, given in content.items():
+        if not isinstance(given, dict):
+            raise TransportError(f"{file}: {name} is no table; allowed: one rule a table")
+        for key in given:
+            if key not in known:
+                raise TransportError(f"{file}: {name}: unknown key {key!r}; {nearest(key, known)}")
+        try:
+            found[name] = Rule(**{"name": name, "title": name, "source": "", **given})
+        except TypeError as error:
+            raise TransportError(f"{file}: {name}: {error}") from None
+    return found

@@ -1,0 +1,144 @@
+"""Does a load hold the accelerations of a rule?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from steadyload.engines.world import EngineError
+from steadyload.layouts.model import Layout
+from steadyload.methods.method import Method
+from steadyload.methods.registry import make_method
+from steadyload.methods.simulation import Simulation
+from steadyload.transport.balance import Mode
+from steadyload.transport.errors import TransportError
+from steadyload.transport.history import History
+from steadyload.transport.limits import DISPLACEMENT, EXACT, ROTATION, limits
+from steadyload.transport.riding import LoadedWorld
+from steadyload.transport.rules import Rule
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A load under an acceleration in one direction.
+
+    Attributes:
+        direction_deg: of the force on the boxes, seen from above.
+        level_g: the largest acceleration [g].
+        held: no box moves too far; None where there is no answer.
+        moved_item: the box that moves too far first, or else furthest.
+        displacement_cm, left_cm, rotation_deg: of that box relative to the deck, at most and in the
+            end; None for a method that simulates nothing.
+        mode: how it moves; None where there is no answer.
+        fell: boxes that dropped by more than half their height.
+        reason: why there is no answer.
+    """
+
+    direction_deg: float
+    level_g: float
+    held: bool | None
+    moved_item: int | None = None
+    displacement_cm: float | None = None
+    left_cm: float | None = None
+    rotation_deg: float | None = None
+    mode: Mode | None = None
+    fell: tuple[int, ...] = ()
+    reason: str = ""
+
+
+def under_rule(layout: Layout, rule: Rule, method: str | Method = EXACT) -> list[Trial]:
+    """Whether a load holds what a rule asks, direction by direction.
+
+    Args:
+        layout: the load.
+        rule: what is asked.
+        method: as of :func:`steadyload.transport.limits.limits`. A simulation puts the load through
+            the rule's history; the equilibrium asks whether forces hold its level at all, for ever.
+
+    Raises:
+        TransportError, SpecError, EngineNotInstalledError: as of that function.
+    """
+    judge = make_method(method) if isinstance(method, str) else method
+    levels = rule.directions()
+    if not isinstance(judge, Simulation):
+        found = limits(layout, judge, directions=tuple(levels))
+        return [
+            Trial(
+                one.direction_deg,
+                level,
+                None if one.limit_g is None else one.limit_g >= level,
+                one.moved_item,
+                mode=one.mode,
+                reason=one.reason,
+            )
+            for one, level in zip(found, levels.values(), strict=True)
+        ]
+    height = float(layout.upper[:, 1].max())
+    histories = {direction: rule.history(level) for direction, level in levels.items()}
+    displacement = rule.largest_displacement(height)
+    return _ridden(layout, judge, histories, displacement, rule.rotation, rule.rest)
+
+
+def under_history(
+    layout: Layout, history: History, directions: Iterable[float], method: str | Method
+) -> list[Trial]:
+    """Whether a load holds a history in some directions, by a simulation.
+
+    Args:
+        layout: the load.
+        history: what it is put through.
+        directions: [degrees].
+        method: a simulation.
+
+    Raises:
+        TransportError: the method simulates nothing.
+        SpecError, EngineNotInstalledError: see :func:`steadyload.methods.registry.make_method`.
+    """
+    judge = make_method(method) if isinstance(method, str) else method
+    if not isinstance(judge, Simulation):
+        raise TransportError(
+            f"method {judge.spec}: knows no time; allowed: a simulation such as label@mujoco"
+        )
+    histories = dict.fromkeys(directions, history)
+    return _ridden(layout, judge, histories, DISPLACEMENT, ROTATION, 0.5)
+
+
+def _ridden(
+    layout: Layout,
+    judge: Simulation,
+    histories: Mapping[float, History],
+    displacement: float,
+    rotation: float,
+    rest: float,
+) -> list[Trial]:
+    judge.prepare(len(layout))
+    trials = []
+    with LoadedWorld(layout, judge.engine, judge.parameters) as world:
+        for direction, history in histories.items():
+            level = max(history.levels, key=abs)
+            try:
+                ride = world.ride(
+                    history,
+                    direction,
+                    displacement=displacement,
+                    rotation=rotation,
+                    rest=rest,
+                    whole=True,
+                )
+            except EngineError as error:
+                trials.append(Trial(direction, level, None, reason=str(error)))
+                continue
+            trials.append(
+                Trial(
+                    direction,
+                    level,
+                    ride.held,
+                    ride.moved_item,
+                    ride.displacement,
+                    ride.left,
+                    ride.rotation,
+                    ride.mode,
+                    ride.fell,
+                )
+            )
+    return trials

@@ -1,0 +1,106 @@
+"""Histories and rules: what they say at a time, and what they refuse."""
+
+import math
+
+import pytest
+
+from steadyload.transport.errors import TransportError
+from steadyload.transport.history import History, constant, half_sine, recorded, trapezoid
+from steadyload.transport.rules import rule_named, rules
+
+
+def test_a_pulse_rises_is_held_and_ends():
+    pulse = trapezoid(0.5, 0.05, 0.3)
+    levels = [pulse.gravity(t, 0.0, 10.0)[0] for t in (0.0, 0.025, 0.05, 0.3, 0.36)]
+    assert levels == pytest.approx([0.0, 2.5, 5.0, 5.0, 0.0])
+    assert pulse.duration == pytest.approx(0.35)
+
+
+def test_directions_are_seen_from_above():
+    push = constant(0.4, 1.0)
+    assert push.gravity(0.5, 0.0, 10.0) == pytest.approx((4.0, -10.0, 0.0))
+    assert push.gravity(0.5, 90.0, 10.0) == pytest.approx((0.0, -10.0, 4.0))
+    assert push.gravity(0.5, 180.0, 10.0) == pytest.approx((-4.0, -10.0, 0.0))
+
+
+def test_a_tilt_turns_gravity_and_keeps_its_size():
+    across, up, along = trapezoid(0.5, 1.0, 1.0, tilted=True).gravity(1.5, 0.0, 9.8)
+    assert math.hypot(across, up, along) == pytest.approx(9.8)
+    assert across / -up == pytest.approx(0.5)
+
+
+def test_half_a_sine_has_the_impulse_of_one():
+    wave = half_sine(0.8, 0.5)
+    moments = [wave.gravity(0.5 * (k + 0.5) / 500, 0.0, 1.0)[0] for k in range(500)]
+    assert sum(moments) * 0.5 / 500 == pytest.approx(0.8 * 0.5 * 2.0 / math.pi, rel=1e-3)
+    assert max(moments) == pytest.approx(0.8, rel=1e-3)
+
+
+def test_a_recorded_history_is_read(tmp_path):
+    file = tmp_path / "truck.csv"
+    file.write_text("time_s,acceleration_g,note\n0,0,start\n0.1,0.3,\n0.5,-0.2,\n")
+    found = recorded(file)
+    assert (found.times, found.levels) == ((0.0, 0.1, 0.5), (0.0, 0.3, -0.2))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("t,a\n0,1\n", "columns are t, a; allowed: time_s, acceleration_g"),
+        ("", "columns are none"),
+        ("time_s,acceleration_g\n0,0\n0.1,fast\n", "line 3 holds no two numbers"),
+        ("time_s,acceleration_g\n0,0\n0.1\n", "line 3 holds no two numbers"),
+        ("time_s,acceleration_g\n0,0\n", "1 times and 1 accelerations; allowed: 2 or more"),
+        ("time_s,acceleration_g\n0.1,0\n0.2,1\n", "times of a history do not rise from 0 s"),
+        ("time_s,acceleration_g\n0,0\n0,1\n", "times of a history do not rise from 0 s"),
+        ("time_s,acceleration_g\n0,0\nnan,1\n", "times of a history do not rise from 0 s"),
+        ("time_s,acceleration_g\n0,0\n1,nan\n", "an acceleration of nan g; allowed: -20 to 20"),
+        ("time_s,acceleration_g\n0,0\n1,99\n", "an acceleration of 99 g; allowed: -20 to 20"),
+        ("time_s,acceleration_g\n0,0\n1e9,1\n", "a history of 1e+09 s; allowed: up to 600 s"),
+    ],
+)
+def test_a_file_that_is_no_history_is_refused_by_name_and_line(tmp_path, text, message):
+    file = tmp_path / "bad.csv"
+    file.write_text(text)
+    with pytest.raises(TransportError) as refusal:
+        recorded(file)
+    assert str(refusal.value).startswith(f"{file}: ")
+    assert message in str(refusal.value)
+
+
+def test_rules_of_the_package_say_what_their_sources_ask():
+    assert list(rules()) == ["en12195", "eumos40509", "tilt"]
+    road = rules()["en12195"].directions()
+    assert road == {0.0: 0.8, 90.0: 0.5, 180.0: 0.5, 270.0: 0.5}
+    platform = rules()["eumos40509"]
+    assert (platform.rise, platform.hold, set(platform.directions().values())) == (0.05, 0.3, {0.5})
+    assert platform.largest_displacement(120.0) == pytest.approx(6.0)
+    assert History((0.0, 1.0), (0.0, 0.0)).duration == 1.0
+
+
+def test_a_rule_of_ones_own_comes_from_a_file(tmp_path):
+    file = tmp_path / "ours.toml"
+    file.write_text(
+        "[ours]\nlevels = { forwards = 0.3 }\nrise = 0.1\nhold = 1\nrest = 0\n"
+        "rotation = 5\ndisplacement = 2\n"
+    )
+    assert rule_named(str(file)).directions() == {0.0: 0.3}
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ("levels = { up = 0.3 }", "side 'up'"),
+        ("levels = { forwards = 0.3 }\nspeed = 3", "unknown key 'speed'"),
+        ("levels = { forwards = 0.3 }\ndisplacement_share = 0.1", "just one"),
+        ("levels = { forwards = 0.3 }\nrise = -1", "rise is -1; allowed: 0 to 1000"),
+    ],
+)
+def test_a_rule_that_cannot_be_is_refused(tmp_path, change, message):
+    file = tmp_path / "ours.toml"
+    rest = "" if "rise" in change else "rise = 0\n"
+    file.write_text(f"[ours]\n{change}\n{rest}hold = 1\nrest = 0\nrotation = 5\ndisplacement = 2\n")
+    with pytest.raises(TransportError, match=message):
+        rule_named(str(file))
+    with pytest.raises(TransportError, match="en12195, eumos40509, tilt"):
+        rule_named("en12196")

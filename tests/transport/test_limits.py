@@ -1,0 +1,121 @@
+"""Limits by simulation against closed forms, and what cannot be asked."""
+
+import pytest
+
+from steadyload.engines.registry import capabilities, engine_names
+from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.methods.registry import make_method
+from steadyload.methods.simulation_parameters import SimulationParameters
+from steadyload.transport import TransportError, limits
+from steadyload.transport.balance import Mode
+from steadyload.transport.history import constant, trapezoid
+from steadyload.transport.limits import RESOLUTION, around
+from steadyload.transport.riding import LoadedWorld
+from steadyload.transport.rules import rules
+from steadyload.transport.trials import under_history, under_rule
+
+PALLET = Pallet(120.0, 200.0, 80.0)
+FLAT = Layout("flat", PALLET, (Item(0, (40.0, 0.0, 30.0), (30.0, 10.0, 30.0), 8.0),))
+TALL = Layout("tall", PALLET, (Item(0, (40.0, 0.0, 30.0), (12.0, 40.0, 30.0), 8.0),))
+SPATIAL = [e for e in engine_names() if capabilities(e).dimensions == 3]
+
+
+@pytest.mark.parametrize("engine", SPATIAL)
+def test_a_box_slides_at_its_friction_and_tips_over_its_edge_on_every_engine(engine):
+    method = f"simulation@{engine}:frequency=480,friction=0.4"
+    (slides,) = limits(FLAT, method, directions=(90.0,))
+    assert slides.limit_g == pytest.approx(0.4, abs=0.02 * 0.4 + RESOLUTION)
+    assert slides.mode is Mode.SLIDES
+    (tips,) = limits(TALL, method, directions=(180.0,))
+    assert tips.limit_g == pytest.approx(0.3, abs=0.02 * 0.3 + RESOLUTION)
+    assert tips.mode is Mode.TIPS
+    assert tips.moved_item == slides.moved_item == 0
+
+
+def test_exact_limits_name_direction_box_and_cost():
+    found = limits(TALL, directions=4)
+    assert [one.direction_deg for one in found] == [0.0, 90.0, 180.0, 270.0]
+    assert [one.limit_g for one in found] == pytest.approx([0.3, 0.5, 0.3, 0.5], abs=1e-6)
+    assert all(one.displacement_cm is None and one.cpu_ms > 0.0 for one in found)
+
+
+def test_a_load_that_falls_at_rest_holds_nothing_by_any_method():
+    tips = Layout(
+        "tips", PALLET,
+        (Item(0, (0.0, 0.0, 0.0), (20.0, 10.0, 20.0), 5.0),
+         Item(1, (17.0, 10.0, 0.0), (20.0, 10.0, 20.0), 5.0)),
+    )  # fmt: skip
+    for method in ("equilibrium:sides=frictionless", "simulation@mujoco:frequency=480"):
+        (found,) = limits(tips, method, directions=(0.0,))
+        assert found.limit_g == pytest.approx(0.0, abs=RESOLUTION), method
+        assert found.moved_item == 1
+
+
+@pytest.mark.parametrize(
+    ("method", "message"),
+    [
+        ("sme", "method sme: does not know friction; allowed: equilibrium:sides=frictionless"),
+        ("equilibrium", "has vertical forces alone; allowed: sides=frictionless"),
+        ("simulation@chipmunk", "engine chipmunk: has two dimensions; allowed: one of three"),
+    ],
+)
+def test_a_method_that_cannot_answer_is_refused(method, message):
+    with pytest.raises(TransportError, match=message):
+        limits(FLAT, method)
+
+
+@pytest.mark.parametrize("count", [0, -1, 361])
+def test_a_number_of_directions_that_cannot_be_is_refused(count):
+    with pytest.raises(TransportError, match="allowed: 1 to 360"):
+        around(count)
+
+
+def test_a_box_slides_as_far_as_a_pulse_pushes_it():
+    """By a - mu g while the pulse is on, and is braked by mu g after it."""
+    friction, level, hold, g = 0.3, 0.5, 0.4, 9.8
+    parameters = SimulationParameters(frequency=960, friction=friction)
+    with LoadedWorld(FLAT, "mujoco", parameters) as world:
+        pulse = constant(level, hold)
+        ride = world.ride(pulse, 0.0, displacement=500.0, rotation=30.0, rest=1.0)
+        again = world.ride(pulse, 0.0, displacement=500.0, rotation=30.0, rest=1.0)
+        short = world.ride(pulse, 0.0, displacement=1.0, rotation=30.0, rest=1.0)
+    pushed = (level - friction) * g
+    speed = pushed * hold
+    expected = 0.5 * pushed * hold**2 + 0.5 * speed**2 / (friction * g)
+    assert ride.held
+    assert ride.displacement == pytest.approx(100.0 * expected, rel=0.03)
+    assert ride.left == pytest.approx(ride.displacement, rel=1e-3)
+    assert ride == again
+    assert (short.held, short.mode) == (False, Mode.SLIDES)
+    assert short.seconds == pytest.approx((0.02 / pushed) ** 0.5, abs=0.011)
+
+
+def test_a_tilted_deck_is_held_to_the_angle_of_friction():
+    parameters = SimulationParameters(frequency=480, friction=0.4)
+    with LoadedWorld(FLAT, "mujoco", parameters) as world:
+        held = [
+            world.ride(
+                trapezoid(level, 0.5, 1.5, tilted=True), 45.0, displacement=5.0, rotation=10.0
+            ).held
+            for level in (0.38, 0.42)
+        ]
+    assert held == [True, False]
+
+
+def test_a_rule_is_held_by_what_holds_its_levels():
+    rule = rules()["eumos40509"]
+    for method in ("equilibrium:sides=frictionless,friction=0.6", "label@mujoco:friction=0.6"):
+        flat, tall = (under_rule(layout, rule, make_method(method)) for layout in (FLAT, TALL))
+        assert [one.held for one in flat] == [True] * 4, method
+        assert [one.held for one in tall] == [False, True, False, True], method
+        assert {one.level_g for one in flat} == {0.5}
+    lying = tall[0]
+    assert (lying.mode, lying.moved_item, lying.fell) == (Mode.TIPS, 0, ())
+    assert lying.rotation_deg == pytest.approx(90.0, abs=3.0)
+
+
+def test_a_history_needs_a_method_that_knows_time():
+    with pytest.raises(TransportError, match="knows no time; allowed: a simulation such as"):
+        under_history(FLAT, constant(0.1, 1.0), (0.0,), "equilibrium:sides=frictionless")
+    (found,) = under_history(FLAT, constant(-0.3, 1.0), (0.0,), "label@mujoco")
+    assert (found.held, found.level_g) == (True, -0.3)
