@@ -114,9 +114,8 @@ class LoadedWorld:
         shifts, angles = _moved(planned, settled)
         most = np.maximum(shifts / displacement, angles / rotation)
         if not most.max() < 1.0:
-            return self._ended(
-                int(np.argmax(most)), shifts, shifts, angles, 0.0, shifts, Mode.FALLS
-            )
+            item = int(np.argmax(np.nan_to_num(most, nan=math.inf)))
+            return self._ended(item, shifts, shifts, angles, 0.0, shifts, Mode.FALLS)
         farthest, steepest = np.zeros_like(shifts), np.zeros_like(angles)
         first: tuple[int, float] | None = None
         end, time = history.duration + rest, 0.0
