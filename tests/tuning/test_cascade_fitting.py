@@ -9,6 +9,7 @@ import pytest
 from scipy.stats import binom
 
 from steadyload.cli import main
+from steadyload.layouts.benchmark import CHOOSING, Part
 from steadyload.methods.method import Stopwatch
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import SpecError
@@ -211,7 +212,7 @@ def test_lists_that_were_left_out_lose_more_than_those_fitted_on(drawn):
 @pytest.fixture(scope="module")
 def real():
     """Twelve labelled cases, and cheap methods that stand in for the default ones."""
-    return load_cases(CaseSource(limit=4))
+    return load_cases(CaseSource(Part.FITTING, CHOOSING, 4))
 
 
 def test_methods_are_asked_of_every_step_that_has_a_label(real):
@@ -288,7 +289,7 @@ def test_wrong_options_say_what_is_allowed(given, message):
 
 def test_a_two_dimensional_engine_is_fitted_on_the_planar_set():
     real = FitOptions("mujoco", data=("real",))
-    assert [source.part for source in real.sources()] == ["validation", "validation"]
+    assert [source.part for source in real.sources()] == ["fitting", "validation"]
     options = FitOptions("chipmunk")
     assert options.sources()[0].directory == "planar"
     assert options.last == "ps_opt@chipmunk"
@@ -304,10 +305,12 @@ def test_as_many_stable_as_unstable_cases_are_fitted_on(real):
 def test_the_command_fits_and_prints(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(fitted_module, "ELSEWHERE", 2)
     file = tmp_path / "t.json"
-    fit_few = ["cascade", "fit", "-o", str(file), "--limit", "2", "--candidate", "equilibrium"]
+    fit_few = ["cascade", "fit", "-o", str(file), "--limit", "4", "--candidate", "equilibrium"]
     assert main([*fit_few, "--error-budget", "60"]) == 0
     printed = capsys.readouterr().out
     assert "cascade@mujoco" in printed
     assert printed.endswith(f"{file}\n")
+    assert main([*fit_few, "--limit", "2", "--error-budget", "60"]) == 2
+    assert "cases to fit on: of 1 item lists; allowed: 2 or more" in capsys.readouterr().err
     assert main([*fit_few, "--error-budget", "1"]) == 2
     assert "error budget is 1 points; allowed: " in capsys.readouterr().err

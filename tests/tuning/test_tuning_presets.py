@@ -183,7 +183,7 @@ def test_the_space_of_a_question_is_judged_on_its_labels():
 
 def test_further_sets_take_turns_with_the_first():
     both = SearchOptions.on("mujoco", data=("real",), limit=4, generations=1).source
-    first, real = CaseSource(limit=4), CaseSource(directory="real", limit=4)
+    first, real = CaseSource("search", "choosing", 4), CaseSource(directory="real", limit=4)
     cases = load_cases(both)
     names = [{c.layout.name for c in load_cases(source)} for source in (first, real)]
     assert sorted(c.layout.name for c in cases) == sorted(

@@ -142,11 +142,18 @@ def fit_cascade(
         progress: called with methods done and in all.
 
     Raises:
-        TuningError: see :func:`steadyload.tuning.cascade.fitting.fit`.
+        TuningError: all cases are of one item list, or see
+            :func:`steadyload.tuning.cascade.fitting.fit`.
         NotStepwiseError: a candidate judges whole loadings alone.
         BenchmarkError: no such labelled set.
     """
     cases = list(chain.from_iterable(_balanced(load_cases(s)) for s in options.sources()))
+    lists = {case.instance for case in cases}
+    if len(lists) < 2:
+        raise TuningError(
+            f"cases to fit on: of {len(lists)} item lists; allowed: 2 or more, since each is "
+            "judged by thresholds fitted without it, too"
+        )
     specs = [*options.candidates, options.last]
     made_of = {spec: fingerprint(make_method(spec)) for spec in specs}
     table = score_steps(specs, cases, progress=progress)
