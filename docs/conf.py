@@ -45,6 +45,7 @@ NAVIGATION = {
         "docs/view",
         "docs/packers",
         "docs/session",
+        "docs/transport",
         "docs/uncertainty",
         "docs/reliability",
     ],
