@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from steadyload.engines.registry import world_class
-from steadyload.engines.world import FixedStepWorld, Poses
+from steadyload.engines.world import EngineError, FixedStepWorld, Poses
 from steadyload.layouts.model import FloatArray, Layout
 from steadyload.methods.scene import CM, boxes, surroundings
 from steadyload.methods.simulation_parameters import SimulationParameters
@@ -104,7 +104,7 @@ class LoadedWorld:
             whole: go on to the end where a box has moved too far.
 
         Raises:
-            EngineError: the engine gave up.
+            EngineError: the engine gave up, or a pose is not finite.
         """
         world = self._world
         world.reset_poses()
@@ -113,9 +113,8 @@ class LoadedWorld:
         settled = self._read()
         shifts, angles = _moved(planned, settled)
         most = np.maximum(shifts / displacement, angles / rotation)
-        if not most.max() < 1.0:
-            item = int(np.argmax(np.nan_to_num(most, nan=math.inf)))
-            return self._ended(item, shifts, shifts, angles, 0.0, shifts, Mode.FALLS)
+        if most.max() >= 1.0:
+            return self._ended(int(most.argmax()), shifts, shifts, angles, 0.0, shifts, Mode.FALLS)
         farthest, steepest = np.zeros_like(shifts), np.zeros_like(angles)
         first: tuple[int, float] | None = None
         end, time = history.duration + rest, 0.0
@@ -129,8 +128,8 @@ class LoadedWorld:
             shifts, angles = _moved(settled, now)
             farthest, steepest = np.maximum(farthest, shifts), np.maximum(steepest, angles)
             most = np.maximum(farthest / displacement, steepest / rotation)
-            if first is None and not most.max() < 1.0:
-                first = int(np.argmax(np.nan_to_num(most, nan=math.inf))), time
+            if first is None and most.max() >= 1.0:
+                first = int(most.argmax()), time
                 if not whole:
                     break
         drops = (settled.centres - now.centres)[:, 2] / CM
@@ -143,6 +142,8 @@ class LoadedWorld:
 
     def _read(self) -> Poses:
         poses = self._world.poses()
+        if not (np.isfinite(poses.centres).all() and np.isfinite(poses.quaternions).all()):
+            raise EngineError("the simulation diverged: a pose is not finite")
         first = len(self._around)
         return Poses(poses.centres[first:], poses.quaternions[first:])
 

@@ -119,3 +119,18 @@ def test_a_history_needs_a_method_that_knows_time():
         under_history(FLAT, constant(0.1, 1.0), (0.0,), "equilibrium:sides=frictionless")
     (found,) = under_history(FLAT, constant(-0.3, 1.0), (0.0,), "label@mujoco")
     assert (found.held, found.level_g) == (True, -0.3)
+
+
+def test_poses_that_are_no_numbers_are_an_error_with_a_reason(monkeypatch):
+    from steadyload.engines.with_mujoco import MujocoWorld
+
+    real = MujocoWorld._poses
+
+    def broken(self):
+        poses = real(self)
+        return poses._replace(centres=poses.centres + (float("nan") if self.gravity[1] else 0.0))
+
+    monkeypatch.setattr(MujocoWorld, "_poses", broken)
+    (found,) = limits(FLAT, "simulation@mujoco:frequency=480", directions=(0.0,))
+    assert (found.limit_g, found.mode) == (None, None)
+    assert found.reason == "the simulation diverged: a pose is not finite"
