@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from steadyload.engines.registry import engine_names, world_class
+from steadyload.engines.registry import engines_here, world_class
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods.scene import planar_scene
 from steadyload.reports.writing import write_page
@@ -33,11 +33,11 @@ def test_curves_cover_every_engine_and_add_up(tmp_path, monkeypatch):
     curves = speed_curves((4, 10, 11))
     assert {(c.engine, c.scene): len(c.points) for c in curves} == {
         (engine, scene): 2 if scene == "wall" and spatial else 3
-        for engine in engine_names()
+        for engine in engines_here()
         for spatial in [world_class(engine).capabilities.dimensions == 3]
         for scene in (["wall", "pile"] if spatial else ["wall"])
     }
-    assert {c.engine for c in curves} == set(engine_names())
+    assert {c.engine for c in curves} == set(engines_here())
     assert {c.scope for c in curves if c.scene == "pile"} == {"all", "local"}
     for curve in curves:
         assert math.isfinite(curve.exponent) or len(curve.points) < 3
