@@ -103,11 +103,17 @@ def advice(found: list[str]) -> str:
 
 
 def machine() -> str:
-    """The kind of machine, as far as floats hang on it."""
+    """The kind of machine, as far as floats hang on it.
+
+    Processors of one name may differ in their instructions, and then in the last bit.
+    """
     info = Path("/proc/cpuinfo")
     lines = info.read_text().splitlines() if info.exists() else []
-    model = next((line.partition(":")[2].strip() for line in lines if "model name" in line), "")
-    return f"{platform.system()} {platform.machine()} {model}".strip()
+    told = [
+        next((line.partition(":")[2].strip() for line in lines if line.startswith(key)), "")
+        for key in ("model name", "cpu family", "model\t")
+    ]
+    return " ".join((platform.system(), platform.machine(), *told)).strip()
 
 
 def write(path: Path, rows: Iterable[Row]) -> None:

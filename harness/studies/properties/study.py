@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from steadyload.engines.registry import engines, engines_here, package_versions
+from steadyload.engines.registry import engine_names, engines, package_versions
 from steadyload.errors import nearest
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model import Layout
@@ -162,8 +162,8 @@ def methods_on(names: Sequence[str] | None) -> list[str]:
 
     Args:
         names: engines, on which the label's way is tested; None takes the static methods, the
-            label's way and the tuned preset on all engines that studies compare, and the methods
-            that were fitted on labels.
+            label's way and the tuned preset on all engines that are not optional, and the methods
+            that were fitted on labels. (What must hold within an envelope needs one to be known.)
 
     Raises:
         PropertyError: no engine of that name.
@@ -176,8 +176,8 @@ def methods_on(names: Sequence[str] | None) -> list[str]:
         return [f"label@{name}" for name in names]
     return [
         *STATIC_METHODS,
-        *(f"label@{name}" for name in engines_here()),
-        *(f"{TUNED}@{name}" for name in engines_here() if name in tuned()[TUNED]),
+        *(f"label@{name}" for name in engine_names()),
+        *(f"{TUNED}@{name}" for name in engine_names() if name in tuned()[TUNED]),
         *FITTED_METHODS,
     ]
 
