@@ -97,9 +97,13 @@ class Transport(ReadingFlags):
         history = recorded(self.history) if self.history else None
         return asked
 
+    @property
+    def _answer(self) -> str:
+        """The field of a record that answers the question."""
+        return "held" if self.rule or self.history else "limit_g"
+
     def _print(self, records: Sequence[dict[str, Any]]) -> None:
-        answer = "held" if self.rule or self.history else "limit_g"
-        header = ("pallet", "direction", answer, "box", "mode", "moved")
+        header = ("pallet", "direction", self._answer, "box", "mode", "moved")
         rows = []
         for one in records:
             moved = one["displacement_cm"]
@@ -107,7 +111,7 @@ class Transport(ReadingFlags):
                 (
                     printable(printable(one["layout"]), _NAME),
                     f"{one['direction_deg']:g}",
-                    _shown(one[answer]),
+                    _shown(one[self._answer]),
                     "-" if one["moved_item"] is None else str(one["moved_item"]),
                     str(one["mode"] or printable(one["reason"])),
                     "-" if moved is None else f"{moved:.1f} cm",
@@ -117,9 +121,8 @@ class Transport(ReadingFlags):
         print("Rigid boxes, without wrap, straps or anti-slip mats.")
 
     def _worst(self, records: Sequence[dict[str, Any]]) -> int:
-        answer = "held" if self.rule or self.history else "limit_g"
-        said = [one[answer] for one in records]
-        if answer == "held" and False in said:
+        said = [one[self._answer] for one in records]
+        if any(value is False for value in said):
             return NOT_HELD
         return NO_ANSWER if None in said else HELD
 

@@ -99,8 +99,7 @@ class BalanceProgramme:
         self._settings = clarabel.DefaultSettings()
         self._settings.verbose = False
         self._settings.max_threads = 1
-        self._standing: Held | None = None
-        self._stands = self._at_rest()
+        self._falls = self._at_rest()
 
     def limit(self, direction_deg: float) -> Held:
         """The largest acceleration in a direction, and what moves beyond it.
@@ -112,9 +111,8 @@ class BalanceProgramme:
         Raises:
             UnsolvedError: the solver found no answer.
         """
-        if not self._stands:
-            assert self._standing is not None
-            return self._standing
+        if self._falls is not None:
+            return self._falls
         angle = math.radians(direction_deg)
         push = np.zeros((len(self._masses), 6))
         push[:, 0] = self._masses * math.cos(angle)
@@ -126,15 +124,15 @@ class BalanceProgramme:
         item, mode, motion = self._moved(solution)
         return Held(max(0.0, float(found[-1])), item, mode, self._forces(found[:-1]), motion)
 
-    def _at_rest(self) -> bool:
+    def _at_rest(self) -> Held | None:
+        """The limit of a load that does not stand, the same in every direction; else None."""
         solution = self._solve(np.zeros((len(self._weight), 0)), np.empty(0))
         if str(solution.status) in _SOLVED:
-            return True
+            return None
         if "PrimalInfeasible" not in str(solution.status):
             raise UnsolvedError(f"whether the load stands: {solution.status}")
         item, _, motion = self._moved(solution)
-        self._standing = Held(0.0, item, Mode.FALLS, np.empty((0, 3)), motion)
-        return False
+        return Held(0.0, item, Mode.FALLS, np.empty((0, 3)), motion)
 
     def _solve(self, push: FloatArray, cost: FloatArray) -> clarabel.DefaultSolution:
         forces = self._balance.shape[1]

@@ -86,7 +86,7 @@ class History:
 
 def constant(level: float, hold: float) -> History:
     """An acceleration from one moment to another [g, s]."""
-    return History((0.0, hold), (level, level))
+    return trapezoid(level, 0.0, hold)
 
 
 def trapezoid(level: float, rise: float, hold: float, *, tilted: bool = False) -> History:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from steadyload.engines.world import EngineError
 from steadyload.layouts.model import Layout
@@ -123,11 +123,7 @@ def _balanced(layout: Layout, judge: Equilibrium, directions: Sequence[float]) -
         else:
             found.append(Limit(direction, held.limit_g, held.moved_item, None, held.mode))
     spent = 1e3 * (time.process_time() - start) / len(directions)
-    return [_with_cost(limit, spent) for limit in found]
-
-
-def _with_cost(limit: Limit, milliseconds: float) -> Limit:
-    return Limit(**{**vars(limit), "cpu_ms": milliseconds})
+    return [replace(limit, cpu_ms=spent) for limit in found]
 
 
 def _simulated(layout: Layout, judge: Simulation, directions: Sequence[float]) -> list[Limit]:
