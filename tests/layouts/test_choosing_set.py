@@ -1,12 +1,11 @@
 """The shipped set that searches and fits choose on: lists that no judge has learnt from."""
 
-import json
 from itertools import combinations
 
 import pytest
 
 from steadyload.layouts.benchmark import CHOOSING, load_benchmark
-from steadyload.layouts.benchmark.dataset import LISTS, SETS
+from steadyload.layouts.benchmark.dataset import LISTS
 from steadyload.layouts.benchmark.tables import write_tables
 from steadyload.methods.verdict import Status
 from steadyload.tuning import TuningError
@@ -54,17 +53,6 @@ def test_almost_every_case_has_labels_of_both_questions(choosing):
     assert (choosing.cases["status"] == Status.DONE).mean() > 0.999
     chosen = choosing.cases["split"].notna().sum()
     assert (choosing.stands["status"] == Status.DONE).sum() > 0.99 * chosen
-
-
-def test_the_manifest_names_clean_commits():
-    manifest = json.loads((SETS[CHOOSING] / "manifest.json").read_text())
-    for made in (
-        manifest["built_with"],
-        manifest["labelled_with"],
-        manifest["stands"]["labelled_with"],
-    ):
-        assert made["git"]
-        assert "dirty" not in made["git"]
 
 
 def test_a_search_and_a_fit_take_their_own_part_of_every_set(choosing):

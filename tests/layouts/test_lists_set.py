@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.benchmark.dataset import KEYS, LISTS, SETS
+from steadyload.layouts.benchmark.dataset import CHOOSING, KEYS, LISTS, SETS
 from steadyload.methods.registry import make_method
 from steadyload.methods.verdict import Status
 
@@ -81,8 +81,9 @@ def test_whatever_fails_within_the_time_does_not_stand_longer(lists):
     assert 0.02 < (stands < within).mean() < 0.2
 
 
-def test_the_manifest_names_clean_commits():
-    manifest = json.loads((SETS[LISTS] / "manifest.json").read_text())
+@pytest.mark.parametrize("name", [LISTS, CHOOSING])
+def test_the_manifest_names_clean_commits(name):
+    manifest = json.loads((SETS[name] / "manifest.json").read_text())
     for made in (
         manifest["built_with"],
         manifest["labelled_with"],
