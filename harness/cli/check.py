@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 STANDS, FAILS, BAD_INPUT, NOT_JUDGED = 0, 1, 2, 3
 """Exit statuses; of several the worse one: bad input, then a load that fails."""
 
-_NAME, _SENTENCE = 20, 45
+_NAME, _SENTENCE, _RULE = 20, 45, 10
 """Widths of columns, escapes included: a row has at most 80 characters."""
 
 
@@ -53,6 +53,11 @@ class Check(ReadingFlags):
         "judged, only for one that fails, or for nothing (default: any)",
         choices=tuple(FailOn),
     )  # fmt: skip
+    transport: str | None = option(
+        None, "does the complete load hold this rule of the road, too? en12195, eumos40509, tilt, "
+        "or a TOML file; by the method if it knows accelerations, else by the equilibrium",
+        metavar="RULE",
+    )  # fmt: skip
     json: bool = option(False, "print one JSON array of records, units in the names")
     csv: bool = option(False, "print the same records as CSV")
     html: Path | None = option(
@@ -75,16 +80,19 @@ class Check(ReadingFlags):
         from steadyload.runs.scoring import read_entries
         from steadyload.studies.able import asked_question
         from steadyload.studies.checking import Answer, check_all
+        from steadyload.transport.rules import rule_named
 
         method = self.method
+        if self.transport is not None:
+            rule_named(self.transport)
         entries = read_entries(self.files, limit=self.limit, **self.reading())
         if asked_question(method) is Question.WITHIN:
             say(f"{method} looks at the first 0.3 s of a placement; question=stands at all of it")
         try:
             with progress_bar("judging") as advance:
                 found = check_all(
-                    entries, method, timeout=self.timeout, workers=self.workers or all_cores(),
-                    progress=advance,
+                    entries, method, timeout=self.timeout, transport=self.transport,
+                    workers=self.workers or all_cores(), progress=advance,
                 )  # fmt: skip
         except FailedError as error:
             say(f"steadyload: {error}")
@@ -111,32 +119,47 @@ class Check(ReadingFlags):
         elif self.csv:
             print(_as_csv(found), end="")
         else:
-            print_table(_HEADER, [_row(one) for one in found])
+            asked = self.transport is not None
+            print_table(_header(found, asked), [_row(one, asked) for one in found])
             print(_counts(found))
+            if asked:
+                print("On the road: rigid boxes, without wrap, straps or anti-slip mats.")
 
     def _status(self, found: Sequence[Checked]) -> int:
         from steadyload.studies.checking import Answer
 
         answers = {one.answer for one in found}
+        held = {one.transport.held for one in found if one.transport is not None}
         if Answer.BAD_INPUT in answers:
             return BAD_INPUT
-        if Answer.FAILS in answers and self.fail_on != FailOn.NOTHING:
+        if (Answer.FAILS in answers or False in held) and self.fail_on != FailOn.NOTHING:
             return FAILS
-        lost = Answer.NOT_JUDGED in answers and self.fail_on == FailOn.ANY
+        lost = (Answer.NOT_JUDGED in answers or None in held) and self.fail_on == FailOn.ANY
         return NOT_JUDGED if lost else STANDS
 
 
-_HEADER = ("pallet", "boxes", "sure", "answer")
+def _header(found: Sequence[Checked], transport: bool) -> tuple[str, ...]:
+    rule = next((one.transport.rule for one in found if one.transport is not None), "on the road")
+    return ("pallet", "boxes", "sure", *([printable(rule, _RULE)] * transport), "answer")
 
 
-def _row(one: Checked) -> tuple[str, ...]:
+def _row(one: Checked, transport: bool) -> tuple[str, ...]:
     sure = one.reliability
     return (
         printable(printable(one.layout), _NAME),
         "-" if one.items is None else str(one.items),
         "-" if sure is None else f"{100 * sure.accuracy.value:.0f} %",
-        printable(printable(one.sentence), _SENTENCE),
+        *([_on_the_road(one)] * transport),
+        printable(printable(one.sentence), _SENTENCE - (_RULE + 2) * transport),
     )
+
+
+def _on_the_road(one: Checked) -> str:
+    """``holds``, or how the first box leaves its place."""
+    if one.transport is None or one.transport.held is None:
+        return "-"
+    worst = one.transport.worst
+    return "holds" if worst is None else str(worst.mode)
 
 
 def _counts(found: Sequence[Checked]) -> str:
@@ -148,7 +171,12 @@ def _counts(found: Sequence[Checked]) -> str:
     told += [f"{numbers[a]} {a}" for a in (Answer.NOT_JUDGED, Answer.BAD_INPUT) if numbers[a]]
     method = f" ({found[0].method})" if found else ""
     pallets = "1 pallet" if len(found) == 1 else f"{len(found)} pallets"
-    return f"{pallets}: {', '.join(told)}{method}"
+    roads = [one.transport for one in found if one.transport is not None]
+    road = ""
+    if roads:
+        holding = sum(one.held is True for one in roads)
+        road = f"; {holding} hold {printable(roads[0].rule, _NAME)} ({roads[0].method})"
+    return f"{pallets}: {', '.join(told)}{method}{road}"
 
 
 def _cell(text: str) -> str:

@@ -5,9 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from steadyload.cli.flags import UsageError
 from steadyload.cli.reading import ReadingFlags
 from steadyload.cli.terminal import status_line
-from steadyload.studies.options import DEFAULT_METHOD, REQUIRED, operand, option
+from steadyload.studies.options import DEFAULT_METHOD, REQUIRED, number_from_zero, operand, option
+
+_RIDDEN = "label@mujoco"
+"""The simulation that a load rides in unless another is named."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,27 +23,52 @@ class View(ReadingFlags):
         (), "only this one of a file of several; may be repeated", names=("--layout",),
         metavar="NAME",
     )  # fmt: skip
-    method: str = option(
-        DEFAULT_METHOD, f"default: {DEFAULT_METHOD}", names=("--method", "-m"), metavar="SPEC"
-    )
+    method: str | None = option(
+        None, f"default: {DEFAULT_METHOD}; for --transport {_RIDDEN}",
+        names=("--method", "-m"), metavar="SPEC",
+    )  # fmt: skip
     beside: str | None = option(None, "another method, played side by side", metavar="SPEC")
+    transport: str | None = option(
+        None, "play what the complete load does under this rule of the road: en12195, eumos40509, "
+        "tilt, or a TOML file", metavar="RULE",
+    )  # fmt: skip
+    direction: float | None = option(
+        None, "of the force on the boxes, one of the rule's (default: 0, forwards)",
+        metavar="DEGREES", read=number_from_zero,
+    )  # fmt: skip
     output: Path = option(
         Path("view.html"), "the page (default: view.html)", names=("--output", "-o")
     )
 
+    def __post_init__(self) -> None:
+        if self.direction is not None and self.transport is None:
+            raise UsageError("--direction: allowed with --transport alone")
+
     def run(self) -> None:
         """Write the page."""
         from steadyload.layouts.model import Layout
-        from steadyload.studies.viewing import pick_layouts, write_view, write_views
+        from steadyload.methods.recording import record_loading
+        from steadyload.studies.viewing import (
+            Recorder,
+            pick_layouts,
+            riding,
+            write_view,
+            write_views,
+        )
 
+        record: Recorder = record_loading
+        method = DEFAULT_METHOD
+        if self.transport is not None:
+            record, method = riding(self.transport, self.direction or 0.0), _RIDDEN
         entries = pick_layouts(self.file, self.layouts, **self.reading())
-        methods = [self.method, *filter(None, [self.beside])]
+        methods = [self.method or method, *filter(None, [self.beside])]
         with status_line() as say:
             if len(entries) == 1 and isinstance(entries[0], Layout):
                 say(f"judging {entries[0].name}")
-                print(write_view(entries[0], methods, self.output))
+                print(write_view(entries[0], methods, self.output, record=record))
                 return
             page = write_views(
-                entries, methods, self.output, progress=lambda name: say(f"judging {name}")
-            )
+                entries, methods, self.output, record=record,
+                progress=lambda name: say(f"judging {name}"),
+            )  # fmt: skip
             print(page)

@@ -65,6 +65,8 @@ class Recording:
         simulates: the method moves items; False: it only looks at the plan.
         steps: up to the last that was simulated.
         reseats: every step begins with all items at their planned poses.
+        headline: the answer in a few words where it is another one than the verdict's, such as
+            what the complete load does on the road; the last step shows that.
     """
 
     method: str
@@ -74,6 +76,7 @@ class Recording:
     simulates: bool
     steps: tuple[RecordedStep, ...]
     reseats: bool
+    headline: str = ""
 
 
 def record_loading(layout: Layout, method: Method) -> Recording:

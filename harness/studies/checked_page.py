@@ -10,6 +10,7 @@ from pathlib import Path
 from steadyload.atomic import write_atomically
 from steadyload.engines.errors import EngineNotInstalledError
 from steadyload.layouts.model import Layout
+from steadyload.layouts.naming import box_id
 from steadyload.layouts.record import Refused
 from steadyload.methods.recording import (
     Recording,
@@ -153,8 +154,10 @@ def _plan(unit: _Unit) -> Recording:
 def _played(unit: _Unit, recording: Recording) -> Card:
     """The card of a layout, with its picture and player."""
     drawn = load_picture(unit.layout, unit.check.verdict)
+    card = _card(unit.check)
     return dataclasses.replace(
-        _card(unit.check),
+        card,
+        facts=(*card.facts, *_road_fact(unit.check, unit.layout)),
         pallet=drawn.pallet,
         boxes=drawn.boxes,
         marked=drawn.marked,
@@ -172,3 +175,17 @@ def _card(check: Check) -> Card:
     kind = str(check.answer)
     answer = check.reason if check.answer is Answer.BAD_INPUT else check.sentence
     return Card(check.layout, kind, answer, tuple(facts))
+
+
+def _road_fact(check: Check, layout: Layout) -> tuple[str, ...]:
+    """Whether the load holds the rule, in a few words; empty where none was asked."""
+    road = check.transport
+    if road is None:
+        return ()
+    worst = road.worst
+    if worst is None:
+        return (f"holds {road.rule}",)
+    if worst.held is None or worst.moved_item is None:
+        return (f"{road.rule}: no answer",)
+    box = box_id(layout.items, worst.moved_item) or f"item {worst.moved_item}"
+    return (f"{road.rule}: {box} {worst.mode} at {worst.direction_deg:g} degrees",)

@@ -23,6 +23,8 @@ from steadyload.studies.able import asked_question
 from steadyload.studies.options import DEFAULT_METHOD
 from steadyload.studies.recommend.front import Front, FrontError, front_for
 from steadyload.studies.recommend.kept import load_fronts
+from steadyload.transport.rules import Rule, rule_named
+from steadyload.transport.trials import RuleAnswer, answer_rule
 
 TIPPING = 5.0
 """Angle [degrees] from which on a moved box is said to tip."""
@@ -81,6 +83,7 @@ class Check(ShownInNotebook):
             x), ``front`` or ``back`` (low or high z); None where it lies above its support.
         reason: of the method, or what is wrong with the layout; empty for a load that stands.
         reliability: None where the method was not measured on layouts of such a size.
+        transport: whether the complete load holds a rule of the road; None where none was asked.
     """
 
     layout: str
@@ -94,6 +97,7 @@ class Check(ShownInNotebook):
     side: str | None = None
     reason: str = ""
     reliability: Reliability | None = None
+    transport: RuleAnswer | None = None
 
     @property
     def stands(self) -> bool:
@@ -159,20 +163,45 @@ class Check(ShownInNotebook):
             "reliability_high": None if sure is None else sure.accuracy.high,
             "reliability_cases": None if sure is None else sure.cases,
             "cpu_seconds": of_verdict("cpu_seconds"),
+            **_transport_fields(self.transport),
         }
 
 
-def check(layout: Layout, method: str = DEFAULT_METHOD, *, timeout: float | None = None) -> Check:
+def _transport_fields(answer: RuleAnswer | None) -> dict[str, Any]:
+    worst = None if answer is None else answer.worst
+    return {
+        "transport_rule": None if answer is None else answer.rule,
+        "transport_method": None if answer is None else answer.method,
+        "transport_held": None if answer is None else answer.held,
+        "transport_direction_deg": None if worst is None else worst.direction_deg,
+        "transport_moved_step": None if worst is None else worst.moved_item,
+        "transport_mode": None if worst is None or worst.mode is None else str(worst.mode),
+        "transport_reason": "" if worst is None else worst.reason,
+    }
+
+
+def check(
+    layout: Layout,
+    method: str = DEFAULT_METHOD,
+    *,
+    timeout: float | None = None,
+    transport: str | Rule | None = None,
+) -> Check:
     """Whether a load stands while it is loaded, box by box.
 
     Args:
         layout: the plan, in the order of loading.
         method: spec of the method that answers.
         timeout: wall seconds that it may take.
+        transport: a rule of the road that the complete load is asked to hold, such as ``en12195``,
+            or a TOML file of one; by the method where it knows accelerations, else by
+            :data:`steadyload.transport.limits.EXACT`.
 
     Raises:
         SpecError, EngineNotInstalledError: there is no such method, or its engine is missing.
+        TransportError: there is no such rule.
     """
+    rule = rule_named(transport) if isinstance(transport, str) else transport
     judging = _default() if method == DEFAULT_METHOD else make_method(method)
     judging.prepare(len(layout))
     spec = str(judging.spec)
@@ -194,6 +223,7 @@ def check(layout: Layout, method: str = DEFAULT_METHOD, *, timeout: float | None
         side=None if at_fault is None else leaning(layout, at_fault),
         reason=reason or (str(verdict.status) if answer is Answer.NOT_JUDGED else ""),
         reliability=reliability(spec, len(layout)),
+        transport=None if rule is None else answer_rule(layout, rule, judging),
     )
 
 
@@ -202,6 +232,7 @@ def check_all(
     method: str = DEFAULT_METHOD,
     *,
     timeout: float | None = None,
+    transport: str | None = None,
     workers: int = 1,
     progress: Progress = lambda done, total: None,
 ) -> list[Check]:
@@ -211,6 +242,7 @@ def check_all(
         entries: as :func:`steadyload.runs.scoring.read_entries` gives them.
         method: see :func:`check`.
         timeout: likewise; a process that does not heed it is ended some seconds later.
+        transport: likewise.
         workers: processes that judge; 0 judges in this one.
         progress: called with the layouts done and those in all.
 
@@ -220,12 +252,13 @@ def check_all(
     """
     judging = make_method(method)
     judging.prepare()  # what is wrong with the method is told at once, and once
+    rule = None if transport is None else rule_named(transport)
     spec = str(judging.spec)
     found: list[Check | None] = [None] * len(entries)
     units = []
     for place, (file, entry) in enumerate(entries):
         if isinstance(entry, Layout):
-            units.append(_Entry(place, entry, spec, timeout))
+            units.append(_Entry(place, entry, spec, timeout, rule))
         else:
             found[place] = Check(
                 entry.name, None, spec, Answer.BAD_INPUT, file, reason=str(entry.error)
@@ -250,13 +283,14 @@ class _Entry(SinglePart):
     layout: Layout
     method: str
     timeout: float | None
+    rule: Rule | None = None
 
     def describe(self, part: int) -> str:
         return f"{self.method} on layout {self.layout.name!r}"
 
 
 def _check(unit: _Entry) -> Iterator[Check]:
-    yield check(unit.layout, unit.method, timeout=unit.timeout)
+    yield check(unit.layout, unit.method, timeout=unit.timeout, transport=unit.rule)
 
 
 def _crashed(unit: _Entry, _: int, reason: str) -> Check:

@@ -27,6 +27,10 @@ from steadyload.reports.viewer.records import (
 )
 from steadyload.runs.provenance import provenance_lines
 from steadyload.studies.options import DEFAULT_METHOD
+from steadyload.transport.recording import record_ride
+from steadyload.transport.rules import rule_named
+
+Recorder = Callable[[Layout, Method], Recording]
 
 
 class ViewError(UserError):
@@ -37,6 +41,8 @@ def write_view(
     layout: Layout,
     methods: Sequence[str] = (DEFAULT_METHOD,),
     output: str | Path = "view.html",
+    *,
+    record: Recorder = record_loading,
 ) -> Path:
     """Judge a layout, and write one HTML page that plays its loading; returns the page's path.
 
@@ -44,6 +50,8 @@ def write_view(
         layout: any layout.
         methods: one spec string, or two to be played side by side.
         output: path of the page.
+        record: what is played of a layout and a method: its loading, or a ride, see
+            :func:`riding`.
 
     Raises:
         SpecError, EngineNotInstalledError: a method does not exist, or its engine is missing.
@@ -57,7 +65,7 @@ def write_view(
     judges = [make_method(spec) for spec in methods]
     for judge in judges:
         judge.prepare(len(layout))
-    recordings = [record_loading(layout, judge) for judge in judges]
+    recordings = [record(layout, judge) for judge in judges]
     view = view_of(layout, recordings, provenance_lines())
     write_atomically(Path(output), view_html(view))
     return Path(output)
@@ -86,6 +94,7 @@ def write_views(
     methods: Sequence[str] = (DEFAULT_METHOD,),
     output: str | Path = "view.html",
     *,
+    record: Recorder = record_loading,
     progress: Callable[[str], None] = lambda name: None,
 ) -> Path:
     """Write one page of several layouts: a card each, which opens the player; returns its path.
@@ -94,6 +103,7 @@ def write_views(
         entries: layouts, and those that are not valid.
         methods: as of :func:`write_view`; the first one's answer stands on the card.
         output: path of the page.
+        record: as of :func:`write_view`.
         progress: called with the name of each layout before it is judged.
 
     Raises:
@@ -108,7 +118,7 @@ def write_views(
         if isinstance(entry, Refused):
             cards.append(Card(entry.name, "bad input", str(entry.error)))
         else:
-            cards.append(_card(entry, judges, made))
+            cards.append(_card(entry, judges, made, record))
     gallery = Gallery(
         title="Loadings",
         summary=f"{len(cards)} layouts, judged by {' and '.join(methods)}.",
@@ -121,20 +131,37 @@ def write_views(
     return Path(output)
 
 
-def _card(layout: Layout, judges: Sequence[Method], made: Mapping[str, str]) -> Card:
+def riding(rule: str, direction_deg: float) -> Recorder:
+    """Recorder of rides, which :func:`write_view` plays in place of loadings.
+
+    Args:
+        rule: its name, or a TOML file of one.
+        direction_deg: one of the rule's.
+
+    Raises:
+        TransportError: there is no such rule or direction.
+    """
+    asked = rule_named(rule)
+    asked.level(direction_deg)
+    return lambda layout, method: record_ride(layout, asked, direction_deg, method)
+
+
+def _card(
+    layout: Layout, judges: Sequence[Method], made: Mapping[str, str], record: Recorder
+) -> Card:
     from steadyload.reports.viewer.page import MARKS, player_html
     from steadyload.studies.notebook_figures import load_picture
 
     for judge in judges:
         judge.prepare(len(layout))
-    recordings = [record_loading(layout, judge) for judge in judges]
+    recordings = [record(layout, judge) for judge in judges]
     verdict = recordings[0].verdict
     kinds = {True: "stable", False: "fails" if verdict.failing_step is not None else "no verdict"}
     drawn = load_picture(layout, verdict)
     return Card(
         name=layout.name,
         kind=kinds[verdict.stable],
-        answer=with_ids(str(verdict), layout.items),
+        answer=recordings[0].headline or with_ids(str(verdict), layout.items),
         facts=(f"{len(layout)} box{'es' if len(layout) != 1 else ''}",),
         pallet=drawn.pallet,
         boxes=drawn.boxes,
@@ -207,6 +234,7 @@ def _loading(recording: Recording, layout: Layout) -> ViewedLoading:
         reseats=recording.reseats,
         planned=recording.planned,
         steps=tuple(_step(step) for step in recording.steps),
+        headline=recording.headline,
     )
 
 

@@ -6,6 +6,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from steadyload.engines.registry import world_class
 from steadyload.engines.world import EngineError
 from steadyload.layouts.model import Layout
 from steadyload.methods.equilibrium import Equilibrium
@@ -100,6 +101,15 @@ def limits(
         f"method {judge.spec}: does not know friction; allowed: {EXACT}, or a simulation such as "
         "label@mujoco"
     )
+
+
+def knows_accelerations(method: Method) -> bool:
+    """Whether a method can be asked what a load holds: a simulation of three dimensions, or the
+    equilibrium with side faces.
+    """
+    if isinstance(method, Simulation):
+        return world_class(method.engine).capabilities.dimensions == 3
+    return isinstance(method, Equilibrium) and method.parameters.sides is not Sides.NONE
 
 
 def _balanced(layout: Layout, judge: Equilibrium, directions: Sequence[float]) -> list[Limit]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,6 +50,26 @@ class Ride:
     fell: tuple[int, ...]
 
 
+@dataclass(frozen=True)
+class Look:
+    """The boxes at one moment of a history.
+
+    Attributes:
+        seconds: from the start of the history.
+        poses: of the boxes, in the world's units and axes.
+        shifts: of their centres since the history began [cm].
+        angles: by which they have turned since [degrees].
+    """
+
+    seconds: float
+    poses: Poses
+    shifts: FloatArray
+    angles: FloatArray
+
+
+Watch = Callable[[Look], None]
+
+
 class LoadedWorld:
     """A complete load in a world, which is used for any number of rides; a context manager.
 
@@ -92,6 +113,7 @@ class LoadedWorld:
         rotation: float,
         rest: float = 0.0,
         whole: bool = False,
+        watch: Watch = lambda look: None,
     ) -> Ride:
         """Put the load through a history, from its planned positions.
 
@@ -102,6 +124,7 @@ class LoadedWorld:
             rotation: what a box may turn by [degrees].
             rest: time of watching after the history [s].
             whole: go on to the end where a box has moved too far.
+            watch: is called with every look.
 
         Raises:
             EngineError: the engine gave up, or a pose is not finite.
@@ -128,6 +151,7 @@ class LoadedWorld:
             shifts, angles = _moved(settled, now)
             farthest, steepest = np.maximum(farthest, shifts), np.maximum(steepest, angles)
             most = np.maximum(farthest / displacement, steepest / rotation)
+            watch(Look(time, now, shifts, angles))
             if first is None and most.max() >= 1.0:
                 first = int(most.argmax()), time
                 if not whole:

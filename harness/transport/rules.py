@@ -71,6 +71,20 @@ class Rule:
         found = {d: g for side, g in self.levels.items() for d in _SIDES[side]}
         return dict(sorted(found.items()))
 
+    def level(self, direction_deg: float) -> float:
+        """The level [g] in one of the rule's directions [degrees].
+
+        Raises:
+            TransportError: it is none of them.
+        """
+        levels = self.directions()
+        if direction_deg not in levels:
+            allowed = ", ".join(f"{one:g}" for one in levels)
+            raise TransportError(
+                f"rule {self.name}: direction {direction_deg:g}; allowed: {allowed} [degrees]"
+            )
+        return levels[direction_deg]
+
     def largest_displacement(self, height: float) -> float:
         """Largest movement of a box [cm] in a load of a height [cm]."""
         return self.displacement or self.displacement_share * height

@@ -13,7 +13,7 @@ from steadyload.methods.simulation import Simulation
 from steadyload.transport.balance import Mode
 from steadyload.transport.errors import TransportError
 from steadyload.transport.history import History
-from steadyload.transport.limits import DISPLACEMENT, EXACT, ROTATION, limits
+from steadyload.transport.limits import DISPLACEMENT, EXACT, ROTATION, knows_accelerations, limits
 from steadyload.transport.riding import LoadedWorld
 from steadyload.transport.rules import Rule
 
@@ -44,6 +44,55 @@ class Trial:
     mode: Mode | None = None
     fell: tuple[int, ...] = ()
     reason: str = ""
+
+
+@dataclass(frozen=True)
+class RuleAnswer:
+    """Whether a load holds what a rule asks.
+
+    Attributes:
+        rule: its name.
+        method: spec of the method that answers.
+        trials: one a direction.
+    """
+
+    rule: str
+    method: str
+    trials: tuple[Trial, ...]
+
+    @property
+    def held(self) -> bool | None:
+        """Whether it is held in every direction; None where that is not known."""
+        said = [trial.held for trial in self.trials]
+        if False in said:
+            return False
+        return None if None in said else True
+
+    @property
+    def worst(self) -> Trial | None:
+        """The first trial that was not held, or else that has no answer; None for a load that
+        holds.
+        """
+        if self.held is True:
+            return None
+        return next(trial for trial in self.trials if trial.held is self.held)
+
+
+def answer_rule(layout: Layout, rule: Rule, method: str | Method = EXACT) -> RuleAnswer:
+    """Whether a load holds a rule, by a method that may know nothing of accelerations.
+
+    Args:
+        layout: the load.
+        rule: what is asked.
+        method: answers itself where :func:`under_rule` takes it; else :data:`EXACT` does.
+
+    Raises:
+        SpecError, EngineNotInstalledError: as of :func:`under_rule`.
+    """
+    judge = make_method(method) if isinstance(method, str) else method
+    if not knows_accelerations(judge):
+        judge = make_method(EXACT)
+    return RuleAnswer(rule.name, str(judge.spec), tuple(under_rule(layout, rule, judge)))
 
 
 def under_rule(layout: Layout, rule: Rule, method: str | Method = EXACT) -> list[Trial]:

@@ -103,11 +103,15 @@ def _caption(loading: ViewedLoading, items: Sequence[ViewedItem]) -> dict[str, A
         failing = items[loading.failing_step]
         at = failing.label if failing.name else f"step {loading.failing_step}"
         kind, headline = "fails", f"fails at {at}"
+    if loading.headline:
+        headline = loading.headline
     score = "none" if loading.score is None else f"{significant(loading.score)}"
     safe = len(items) if loading.failing_step is None else loading.failing_step
-    facts = {
-        "score": f"{score} ({safe} of {len(items)} placed)" if loading.score is not None else score,
-    }
+    facts = {}
+    if not loading.headline:
+        facts["score"] = (
+            score if loading.score is None else f"{score} ({safe} of {len(items)} placed)"
+        )
     if loading.seconds:
         facts["CPU time"] = brief_time(loading.seconds)
     moved = loading.moved_item
@@ -158,6 +162,7 @@ def _plain_loading(loading: ViewedLoading) -> dict[str, Any]:
         "failing": loading.failing_step,
         "moved": loading.moved_item,
         "simulates": loading.simulates,
+        "ride": bool(loading.headline),
         "steps": steps,
     }
 

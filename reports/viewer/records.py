@@ -68,6 +68,8 @@ class ViewedLoading:
         reseats: every step begins with all items at their planned poses.
         planned: centres as the method was given them [cm], shape (items, 3).
         steps: up to the last that was simulated.
+        headline: in place of the verdict's step and score, where the last step shows what the
+            complete load does on the road; else empty.
     """
 
     method: str
@@ -84,6 +86,7 @@ class ViewedLoading:
     reseats: bool
     planned: NDArray[np.float64]
     steps: tuple[ViewedStep, ...]
+    headline: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.model import replace_items
 from steadyload.methods.registry import make_method
 from steadyload.reports.viewer import three_js
-from steadyload.studies.viewing import write_view
+from steadyload.studies.viewing import riding, write_view
 
 BOXES = "player.panes[{}].stage.boxes"
 FAILING = 2
@@ -260,3 +260,25 @@ def test_scenes_beside_each_other_are_aligned_and_left_free_by_the_controls(brow
     assert one[3] >= 180.0
     controls = browser.value("document.querySelector('.controls').getBoundingClientRect().top")
     assert controls >= other[1] + other[3]
+
+
+def test_a_ride_is_played_in_its_own_time(browser, tmp_path):
+    tall = Item(0, (40.0, 0.0, 40.0), (10.0, 40.0, 10.0), 1.0, name="TALL")
+    layout = Layout("tall", Pallet(100, 60, 100), (tall,))
+    page = write_view(
+        layout, ["label@mujoco"], tmp_path / "ride.html", record=riding("eumos40509", 90.0)
+    )
+    browser.open(page)
+    assert browser.errors == []
+    assert browser.value("document.querySelector('.chip').textContent") == (
+        "eumos40509, 0.5 g at 90 degrees: box TALL (step 0) tips"
+    )
+    assert "score" not in browser.value("document.querySelector('main, body').innerText")
+    assert 0.8 < browser.value("player.seconds()") < 0.9  # 50 ms, 0.3 s and 0.5 s of watching
+    browser.press("End")
+    x, _, z, *turn = place(browser, 0)
+    assert z > 45.0 + 5.0  # thrown along the depth
+    assert x == pytest.approx(45.0, abs=0.5)
+    assert abs(turn[0]) > 0.3
+    assert "moved" in now(browser)
+    assert "loading ended" not in now(browser)

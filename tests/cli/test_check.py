@@ -288,3 +288,53 @@ def test_the_default_method_is_made_once_and_one_that_is_named_every_time(monkey
         sl.check(STANDING)
         sl.check(STANDING, "fbs")
     assert made == [DEFAULT_METHOD, "fbs", "fbs", "fbs"]
+
+
+FLAT = Layout("flat", PALLET, (Item(0, (40.0, 0.0, 30.0), (30.0, 10.0, 30.0), 8.0),))
+TALL = Layout("tall", PALLET, (Item(0, (40.0, 0.0, 30.0), (12.0, 40.0, 30.0), 8.0, name="T"),))
+
+
+def test_a_rule_of_the_road_is_asked_of_the_complete_load(run):
+    status, out, _ = run([FLAT, TALL], "--transport", "eumos40509")
+    header, flat, tall, count, note = out.splitlines()
+    assert status == 1
+    assert header.split() == ["pallet", "boxes", "sure", "eumos40509", "answer"]
+    assert (flat.split()[-2:], tall.split()[-2:]) == (["holds", "stands"], ["tips", "stands"])
+    assert count.endswith("; 1 hold eumos40509 (equilibrium:sides=frictionless)")
+    assert note == "On the road: rigid boxes, without wrap, straps or anti-slip mats."
+    assert max(map(len, (header, flat, tall))) <= 80
+    assert run([FLAT], "--transport", "eumos40509")[0] == 0
+    assert run([TALL], "--transport", "eumos40509", "--fail-on", "nothing")[0] == 0
+    assert "holds" not in run([TALL])[1]
+
+
+def test_a_simulation_answers_for_the_road_itself(run):
+    words = ("--transport", "eumos40509", "-m", "label@mujoco", "--json")
+    flat, tall = json.loads(run([FLAT, TALL], *words)[1])
+    assert flat["transport_method"] == tall["transport_method"] == "label@mujoco"
+    assert (flat["transport_held"], tall["transport_held"]) == (True, False)
+    assert (tall["transport_direction_deg"], tall["transport_moved_step"]) == (0.0, 0)
+    assert tall["transport_mode"] == "tips"
+    assert {flat[k] for k in ("transport_direction_deg", "transport_mode")} == {None}
+    asked = json.loads(run([FLAT], "--json")[1])[0]
+    assert {v for k, v in asked.items() if k.startswith("transport_")} == {None, ""}
+
+
+def test_bad_input_has_no_place_on_the_road(run, capsys, tmp_path):
+    file = tmp_path / "two.json"
+    write_layouts(file, [FLAT, TALL], Format.NATIVE)
+    content = json.loads(file.read_text())
+    content["layouts"][0]["items"][0]["weight"] = -1
+    file.write_text(json.dumps(content))
+    assert main(["check", str(file), "-j", "1", "--transport", "tilt"]) == 2
+    assert capsys.readouterr().out.splitlines()[1].split()[-3:] == ["-", "bad", "input"]
+    status, out, err = run([FLAT], "--transport", "tilted")
+    assert (status, out) == (2, "")
+    assert "did you mean 'tilt'?" in err
+
+
+def test_the_page_says_what_holds(run, tmp_path):
+    run([FLAT, TALL], "--transport", "eumos40509", "--html", str(tmp_path / "out"))
+    page = (tmp_path / "out" / "index.html").read_text()
+    assert "holds eumos40509" in page
+    assert "eumos40509: T tips at 0 degrees" in page

@@ -60,8 +60,8 @@ class Player {
     const motion = seen ? `${this.box(moved[0])} moved ${moved[1].toFixed(1)} cm, ${moved[2].toFixed(1)}°` : "";
     const clock = `t = ${time.toFixed(2)} s`;
     if (failed && !simulated) return `${this.box(loading.moved ?? at)} would not stand`;
-    if (failed) return `${motion}, ${clock}${ended ? ", the loading ended here" : after ? ", after the verdict" : ", too far"}`;
-    if (ended) return "everything placed";
+    if (failed) return `${motion}, ${clock}${ended ? (loading.ride ? "" : ", the loading ended here") : after ? ", after the verdict" : ", too far"}`;
+    if (ended && !loading.ride) return "everything placed";
     if (!simulated) return `${this.box(at)} placed${loading.simulates ? ", at rest without simulation" : ""}`;
     return time ? `${clock}, ${motion ? `most: ${motion}` : "nothing moved"}` : `placing ${this.box(at)}`;
   }
@@ -80,6 +80,8 @@ class Player {
   }
 
   seconds() {
+    const ride = this.data.loadings.find((l) => l.ride && l.last === this.step);
+    if (ride) return ride.steps[ride.last].times.at(-1);
     const fails = this.data.loadings.some((l) => l.failing === this.step && l.simulates);
     const moves = this.data.loadings.some((l) => (l.steps[this.step] || { times: [] }).times.length);
     return fails ? SECONDS.failing : moves ? SECONDS.step : SECONDS.still;
