@@ -46,6 +46,7 @@ NAVIGATION = {
         "docs/packers",
         "docs/session",
         "docs/transport",
+        "docs/bearing",
         "docs/uncertainty",
         "docs/reliability",
     ],

@@ -15,7 +15,7 @@ FOLDERS = {"harness": "", "engines": "engines.", "learners": "learners.", "repor
 _LAYOUTS = {
     "layouts", "kernels", "statistics", "atomic", "errors", "escaping", "stored", "notebook",
 }  # fmt: skip
-_METHODS = {"methods", "engines", *_LAYOUTS}
+_METHODS = {"methods", "engines", "bearing", *_LAYOUTS}
 _RUNS = {"runs", *_METHODS}
 _LIBRARIES = {"compilation", "tuning", "properties", "learners", "transport", *_RUNS}
 
@@ -32,6 +32,7 @@ ALLOWED = {
     "atomic": set(),
     "stored": {"atomic", "errors", "escaping"},
     "layouts": _LAYOUTS,
+    "bearing": {"bearing", *_LAYOUTS},
     "methods": _METHODS,
     "runs": _RUNS,
     "gym": {"gym", *_METHODS},

@@ -55,6 +55,8 @@ def batch_of_csv(
         if separator is None:
             return None
         columns = find_columns(header.split(separator), dialect)
+        if columns.load != (None, None):
+            return None
         cells = _cells(memoryview(content)[end:], separator, columns.count)
         return _batch(cells, columns, deck)
     except (pa.ArrowException, LayoutError, ValueError):

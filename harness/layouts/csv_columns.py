@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from steadyload.layouts.dialect import OFFSETS, PALLET_SIDES, WORDS, Dialect
+from steadyload.layouts.dialect import LOADS, OFFSETS, PALLET_SIDES, WORDS, Dialect
 from steadyload.layouts.record import FormatError, shown
 
 SEPARATORS = ";\t,"
@@ -30,6 +30,8 @@ class Columns:
         position, size, pallet: places of the values along the file's x, y and z; no pallet where
             the dialect states one.
         offset: likewise, of the centre of mass; None where it is not given along that axis.
+        load: place of the load that a box may bear, and that of the same a square metre; None
+            where it is not given.
     """
 
     count: int
@@ -41,6 +43,7 @@ class Columns:
     size: tuple[int, ...]
     pallet: tuple[int, ...]
     offset: tuple[int | None, ...]
+    load: tuple[int | None, ...]
 
 
 def separator_of(header: str, dialect: Dialect) -> str | None:
@@ -89,6 +92,7 @@ def find_columns(header: Sequence[str], dialect: Dialect) -> Columns:
         weight=place("weight"),
         identity=places.get("id"),
         offset=tuple(map(places.get, OFFSETS)),
+        load=tuple(map(places.get, LOADS)),
     )
 
 

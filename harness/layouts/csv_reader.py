@@ -14,7 +14,7 @@ from typing import Any
 
 from steadyload.layouts.csv_cells import minus_half, number, times, unguarded
 from steadyload.layouts.csv_columns import SEPARATORS, Columns, find_columns, separator_of
-from steadyload.layouts.dialect import UNITS, WEIGHT_UNITS, Dialect, sides_of
+from steadyload.layouts.dialect import LOADS, UNITS, WEIGHT_UNITS, Dialect, sides_of
 from steadyload.layouts.limits import MAX_ITEMS, MAX_LAYOUTS, MAX_TEXT_LENGTH
 from steadyload.layouts.model import LayoutError
 from steadyload.layouts.record import FormatError, Record, Refused
@@ -200,6 +200,9 @@ class _Rows:
         }
         item |= zip("xyz", map(_plain, self._turned(position)), strict=True)
         item |= zip(_SIZES, map(_plain, self._turned(sizes)), strict=True)
+        for word, at in zip(LOADS, columns.load, strict=True):
+            if at is not None and row[at].strip():
+                item[word] = _plain(self._scaled(line, row[at], WEIGHT_UNITS[self.dialect.weight]))
         named = zip("xyz", self._turned(offsets), strict=True)
         return item | {f"offset_{axis}": _plain(v) for axis, v in named if v is not None}
 

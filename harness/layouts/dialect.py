@@ -39,9 +39,10 @@ ORDERS = ("column", "rows")
 PALLET_SIDES = ("pallet_length", "pallet_width", "pallet_height", "pallet_depth")
 SIDES = ("length", "width", "height", "depth")
 OFFSETS = ("offset_x", "offset_y", "offset_z")
+LOADS = ("max_load", "max_load_per_m2")
 
 WORDS = (
-    "layout", *PALLET_SIDES, "sequence", "id", "x", "y", "z", *SIDES, "weight", *OFFSETS,
+    "layout", *PALLET_SIDES, "sequence", "id", "x", "y", "z", *SIDES, "weight", *OFFSETS, *LOADS,
 )  # fmt: skip
 """Columns for which a dialect may name others."""
 

@@ -269,4 +269,5 @@ def numbered(item: Item, sequence: int) -> Item:
     assign(other, "weight", item.weight)
     assign(other, "mass_offset", item.mass_offset)
     assign(other, "name", item.name)
+    assign(other, "max_load", item.max_load)
     return other

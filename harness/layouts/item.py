@@ -24,6 +24,9 @@ SIDES = (0.05, 100_000.0)
 WEIGHTS = (1e-9, 1e6)
 """Allowed weights [kg]."""
 
+MOST_LOAD = 1e9
+"""Largest load [kg] that an item may be said to bear."""
+
 AXES = ("x", "y", "z")
 SIDE_NAMES = ("width", "height", "depth")
 
@@ -69,6 +72,9 @@ class Item:
         mass_offset: centre of mass minus geometric centre (x, y, z) [cm]; at most half a side.
         name: the id of the box, such as an SKU, by which messages name it; printable characters,
             need not be unique. No verdict depends on it.
+        max_load: the load that its top may bear [kg], 0 or more, up to :data:`MOST_LOAD`; None
+            where no limit is stated. Methods judge stability and do not look at it; see
+            :mod:`steadyload.bearing`.
 
     Raises:
         LayoutError: a value is not allowed.
@@ -80,6 +86,7 @@ class Item:
     weight: float
     mass_offset: Vector = (0.0, 0.0, 0.0)
     name: str = ""
+    max_load: float | None = None
 
     def __post_init__(self) -> None:
         for label in ("position", "size", "mass_offset"):
@@ -100,6 +107,11 @@ class Item:
                 self._refuse(f"{side} is {value:g} cm; {allowed_range(SIDES)}")
         if not WEIGHTS[0] <= self.weight <= WEIGHTS[1]:
             self._refuse(f"weight is {self.weight:g} kg; {allowed_range(WEIGHTS)}")
+        if self.max_load is not None:
+            if not is_number(self.max_load):
+                self._refuse(f"max_load is {self.max_load!r}; allowed: a number [kg]")
+            if not 0.0 <= self.max_load <= MOST_LOAD:
+                self._refuse(f"max_load is {self.max_load:g} kg; allowed: 0 to {MOST_LOAD:g}")
         for axis, value, length in zip(AXES, self.mass_offset, self.size, strict=True):
             if not abs(value) <= length / 2.0:
                 self._refuse(

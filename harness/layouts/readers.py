@@ -22,6 +22,7 @@ from steadyload.layouts.packers.with_packvium import MEMBERS, read_containers
 from steadyload.layouts.plain_yaml import parse_plain_yaml
 from steadyload.layouts.record import (
     DECK_KEYS,
+    LOAD_KEYS,
     FormatError,
     Record,
     Refused,
@@ -41,7 +42,7 @@ _ULD_SIZES = {
 """Inner length, width and height [cm] of the ACLPP's load devices; ``_cad`` variants are equal."""
 
 _NATIVE_KEYS = ("format", "version", "layouts")
-_ITEM_KEYS = ("sequence", "id", "name", "position", "size", "weight", "mass_offset")
+_ITEM_KEYS = ("sequence", "id", "name", "position", "size", "weight", "mass_offset", *LOAD_KEYS)
 
 _KEPT = ("format", "version", "label", *MEMBERS)
 """Members of a file, beside its layouts, whose values are asked for."""
@@ -175,6 +176,7 @@ def _native_record(name: str, layout: Mapping[str, Any]) -> Record:
         item = _mapping(item, f"items[{place}]")
         _check_keys(item, _ITEM_KEYS, f"items[{place}]")
         values = {k: item.get(k) for k in ("sequence", "weight")}
+        values |= {k: item[k] for k in LOAD_KEYS if k in item}
         values["name"] = _identity(item, f"items[{place}]")
         values |= _unpacked(item, "position", ("x", "y", "z"), place)
         values |= _unpacked(item, "size", ("width", "height", "depth"), place)

@@ -15,6 +15,12 @@ from steadyload.layouts.naming import box_label
 DECK_KEYS = ("overhang", "deck_height", "floor")
 """Keys of a pallet that a file may state beside its size; see :class:`Pallet`."""
 
+LOAD_KEYS = ("max_load", "max_load_per_m2")
+"""Keys of the load that an item's top may bear, of which a file may state one: [kg], or [kg/m2] of
+the whole top."""
+
+_CM2_A_M2 = 1e4
+
 
 class FormatError(LayoutError):
     """A file that is in none of the known formats, is cut off, or cannot be written."""
@@ -26,7 +32,7 @@ class Record:
 
     ``pallet`` has the keys ``width, height, depth`` and, when given, those of :data:`DECK_KEYS`; an
     item ``sequence, name, x, y, z, width, height, depth, weight`` and, when given, ``offset_x,
-    offset_y, offset_z``.
+    offset_y, offset_z`` and one of :data:`LOAD_KEYS`.
     """
 
     name: str
@@ -97,11 +103,25 @@ def _item(values: Mapping[str, Any], index: int) -> Item:
             for axis in "xyz"
         )
         weight = _number(values, "weight", "weight", "kg")
-        return Item(sequence, (x, y, z), sides, weight, offsets, name)  # type: ignore[arg-type]
+        most = _max_load(values, sides[0] * sides[2])
+        return Item(sequence, (x, y, z), sides, weight, offsets, name, most)  # type: ignore[arg-type]
     except LayoutError as error:
         number = values["sequence"] if type(values.get("sequence")) is int else index
         label = box_label(number, name if isinstance(name, str) else "")
         raise LayoutError(error.message, item=error.item or label) from None
+
+
+def _max_load(values: Mapping[str, Any], top: float) -> float | None:
+    """The load [kg] that a top of so many cm2 may bear, as a file states it."""
+    given = [key for key in LOAD_KEYS if key in values]
+    if len(given) > 1:
+        raise LayoutError("states max_load and max_load_per_m2; allowed: one of the two")
+    if not given:
+        return None
+    [key] = given
+    if key == "max_load":
+        return _number(values, key, key, "kg")
+    return _number(values, key, key, "kg/m2") * top / _CM2_A_M2
 
 
 def _number(values: Mapping[str, Any], key: str, label: str, unit: str) -> float:

@@ -63,6 +63,7 @@ def _native(layout: Layout) -> dict[str, Any]:
                 "size": item.size,
                 "weight": item.weight,
                 "mass_offset": item.mass_offset,
+                **({} if item.max_load is None else {"max_load": item.max_load}),
             }
             for item in layout.items
         ],
@@ -71,9 +72,11 @@ def _native(layout: Layout) -> dict[str, Any]:
 
 def as_csv(layouts: Iterable[Layout]) -> str:
     """CSV, one row an item."""
+    layouts = list(layouts)
+    loads = any(_limited(layout) for layout in layouts)
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(CSV_COLUMNS)
+    writer.writerow((*CSV_COLUMNS, *(["max_load"] * loads)))
     for layout in layouts:
         size = _size(layout, "csv")
         for item in layout.items:
@@ -87,9 +90,15 @@ def as_csv(layouts: Iterable[Layout]) -> str:
                     *item.size,
                     item.weight,
                     *item.mass_offset,
+                    *([item.max_load] * loads),
                 )
             )
     return text.getvalue()
+
+
+def _limited(layout: Layout) -> bool:
+    """Whether an item states the load that it may bear."""
+    return any(item.max_load is not None for item in layout.items)
 
 
 def as_job(layouts: Iterable[Layout]) -> str:
@@ -98,6 +107,11 @@ def as_job(layouts: Iterable[Layout]) -> str:
     ulds = []
     for number, layout in enumerate(layouts, start=1):
         width, height, depth = _size(layout, "job")
+        if _limited(layout):
+            raise FormatError(
+                "has items with max_load, for which job has no place; allowed: native, csv",
+                layout=layout.name,
+            )
         placed = []
         for item in layout.items:
             sides = dict(zip(("width", "height", "depth"), item.size, strict=True))

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linprog
 
+from steadyload.bearing.corners import corner_columns
 from steadyload.layouts.contacts import FLOOR, Patch, find_contacts
 from steadyload.layouts.model import FloatArray, Layout
-from steadyload.methods.balance import corner_columns, solve
+from steadyload.methods.balance import solve
 from steadyload.methods.resolution import fastest
 
 _HALVINGS = 24

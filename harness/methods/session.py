@@ -12,6 +12,7 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from steadyload.bearing.crushing import crushed_by_now
 from steadyload.errors import UserError
 from steadyload.layouts.growing import GrowingLayout, numbered
 from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
@@ -68,7 +69,7 @@ class LoadingSession:
         self.method = make_method(method) if isinstance(method, str) else method
         self.method.prepare()
         self._open()
-        self._timeout, self._timed = timeout, timed
+        self._timeout, self._timed, self._limits = timeout, timed, False
         self._layout = GrowingLayout(pallet, name)
         self._loader = self.method.begin(self._layout)
 
@@ -91,12 +92,15 @@ class LoadingSession:
     def try_place(self, item: Item) -> Verdict:
         """Place an item if the loading stays stable; otherwise the session stays as it was.
 
+        A placement by which a box comes to bear more than its ``max_load`` fails, too.
+
         Args:
             item: its sequence number is not looked at: it comes next.
 
         Returns:
             The verdict on the items loaded so far with the new one; the item stays if and only if
-            the verdict is ``stable``.
+            the verdict is ``stable``. Where a box is crushed its ``moved_item`` is that box, and
+            the reason says what it bears.
 
         Raises:
             LayoutError: the item stands out of the pallet's contour or overlaps another.
@@ -143,7 +147,11 @@ class LoadingSession:
             next_item = numbered(item, len(self._layout))
             found = self._loader.feasible(next_item, places)
             if found is None:
-                found = np.array([self._stands(item, at) for at in places.tolist()], dtype=bool)
+                found = np.ones(len(places), dtype=bool)
+            elif not self._limited(item):
+                return found
+            for place in np.flatnonzero(found):
+                found[place] = self._stands(item, places[place].tolist())
             return found
 
     def _stands(self, item: Item, position: list[float]) -> bool:
@@ -166,12 +174,25 @@ class LoadingSession:
                 verdict = verdict_by(load, count + 1, self._timeout)
             else:
                 verdict = self._untimed(load, count + 1)
+            if verdict.stable and self._limited(item):
+                verdict = self._unless_crushed(verdict)
             stays = verdict.stable
         finally:
             # Also where something was raised, or the user interrupted.
             if not stays:
                 self._go_back(count)
         return verdict
+
+    def _limited(self, item: Item) -> bool:
+        """Whether a box states what it may bear; once one does, all placements are looked at."""
+        self._limits = self._limits or item.max_load is not None
+        return self._limits
+
+    def _unless_crushed(self, verdict: Verdict) -> Verdict:
+        found = crushed_by_now(self._layout, self._layout.items)
+        if found is None:
+            return verdict
+        return replace(verdict, failing_step=found.step, moved_item=found.item, reason=str(found))
 
     def _untimed(self, load: Callable[[Stopwatch], Finding], item_count: int) -> Verdict:
         """The verdict on a placement, without times: always the same one where it stands."""
@@ -214,7 +235,7 @@ class LoadingSession:
         with self._alone(changes=True):
             other = LoadingSession.__new__(LoadingSession)
             other.method, other._timeout = self.method, self._timeout
-            other._timed = self._timed
+            other._timed, other._limits = self._timed, self._limits
             other._layout = self._layout.copy()
             other._loader = self._loader.fork(other._layout)
             other._open()

@@ -135,7 +135,7 @@ def _as_planned(unit: _Unit, _: int, __: str) -> Card:
 def _recorded(unit: _Unit) -> Recording:
     """The recording of the fall; of the plan where nothing falls or no engine shows it."""
     layout, check = unit.layout, unit.check
-    if check.answer is not Answer.FAILS or check.verdict is None:
+    if check.verdict is None or check.verdict.failing_step is None or check.crushed is not None:
         return _plan(unit)
     try:
         shown_by = simulation_of(make_method(check.method)) or simulation_of(make_method(PLAYED))
@@ -160,7 +160,7 @@ def _played(unit: _Unit, recording: Recording) -> Card:
         facts=(*card.facts, *_road_fact(unit.check, unit.layout)),
         pallet=drawn.pallet,
         boxes=drawn.boxes,
-        marked=drawn.marked,
+        marked=drawn.marked if unit.check.crushed is None else unit.check.crushed.item,
         player=player_html(view_of(unit.layout, [recording], unit.made), MARKS),
     )
 

@@ -8,6 +8,7 @@ from enum import StrEnum
 from functools import cache
 from typing import Any
 
+from steadyload.bearing import Crushed, first_crushed
 from steadyload.kernels.constants import FLOOR
 from steadyload.layouts.contacts import find_supports
 from steadyload.layouts.model import Layout
@@ -83,6 +84,8 @@ class Check(ShownInNotebook):
             x), ``front`` or ``back`` (low or high z); None where it lies above its support.
         reason: of the method, or what is wrong with the layout; empty for a load that stands.
         reliability: None where the method was not measured on layouts of such a size.
+        crushed: the box that first bears more than it may; the load fails then, at that step,
+            unless something moves too far before. None where none does, or none has a limit.
         transport: whether the complete load holds a rule of the road; None where none was asked.
     """
 
@@ -97,6 +100,7 @@ class Check(ShownInNotebook):
     side: str | None = None
     reason: str = ""
     reliability: Reliability | None = None
+    crushed: Crushed | None = None
     transport: RuleAnswer | None = None
 
     @property
@@ -113,6 +117,8 @@ class Check(ShownInNotebook):
             return str(self.answer)
         if self.answer is Answer.NOT_JUDGED:
             return f"{self.answer}: {self.reason}"
+        if self.crushed is not None:
+            return str(self.crushed)
         assert self.verdict is not None
         said = self.verdict
         box = self.moved_box if said.moved_item is not None else self.failing_box
@@ -163,6 +169,10 @@ class Check(ShownInNotebook):
             "reliability_high": None if sure is None else sure.accuracy.high,
             "reliability_cases": None if sure is None else sure.cases,
             "cpu_seconds": of_verdict("cpu_seconds"),
+            "crushed_step": None if self.crushed is None else self.crushed.step,
+            "crushed_item": None if self.crushed is None else self.crushed.item,
+            "bears_kg": None if self.crushed is None else self.crushed.bears_kg,
+            "allowed_kg": None if self.crushed is None else self.crushed.allowed_kg,
             **_transport_fields(self.transport),
         }
 
@@ -210,6 +220,12 @@ def check(
         answer = Answer.NOT_JUDGED
     else:
         answer = Answer.STANDS if verdict.stable else Answer.FAILS
+    crushed = first_crushed(layout)
+    if crushed is not None:
+        if answer is Answer.FAILS and (verdict.failing_step or 0) <= crushed.step:
+            crushed = None
+        elif answer is not Answer.NOT_JUDGED:
+            answer = Answer.FAILS
     reason = with_ids(verdict.reason, layout.items)
     at_fault = verdict.item_at_fault
     return Check(
@@ -223,6 +239,7 @@ def check(
         side=None if at_fault is None else leaning(layout, at_fault),
         reason=reason or (str(verdict.status) if answer is Answer.NOT_JUDGED else ""),
         reliability=reliability(spec, len(layout)),
+        crushed=crushed,
         transport=None if rule is None else answer_rule(layout, rule, judging),
     )
 

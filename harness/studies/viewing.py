@@ -6,7 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Unpack
 
+import numpy as np
+
 from steadyload.atomic import write_atomically
+from steadyload.bearing import ContactForces, contact_forces
 from steadyload.errors import UserError, nearest
 from steadyload.layouts.formats import Reading, scan_layouts
 from steadyload.layouts.model import Layout
@@ -66,18 +69,25 @@ def write_view(
     for judge in judges:
         judge.prepare(len(layout))
     recordings = [record(layout, judge) for judge in judges]
-    view = view_of(layout, recordings, provenance_lines())
+    shown = contact_forces(layout) if record is record_loading else None
+    view = view_of(layout, recordings, provenance_lines(), shown)
     write_atomically(Path(output), view_html(view))
     return Path(output)
 
 
-def view_of(layout: Layout, recordings: Sequence[Recording], made: Mapping[str, str]) -> View:
+def view_of(
+    layout: Layout,
+    recordings: Sequence[Recording],
+    made: Mapping[str, str],
+    forces: ContactForces | None = None,
+) -> View:
     """The content of a page that plays loadings of a layout side by side.
 
     Args:
         layout: as planned.
         recordings: of its loadings.
         made: provenance, as a page shows it.
+        forces: of the complete load, where they are to be shown.
     """
     return View(
         name=layout.name,
@@ -86,6 +96,7 @@ def view_of(layout: Layout, recordings: Sequence[Recording], made: Mapping[str, 
         items=_items(layout),
         loadings=tuple(_loading(recording, layout) for recording in recordings),
         manifest=made,
+        forces=np.empty((0, 4)) if forces is None else forces.resultants(),
     )
 
 

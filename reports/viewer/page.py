@@ -138,6 +138,7 @@ def _plain(view: View) -> dict[str, Any]:
             for i in view.items
         ],
         "scale": [_PER_CM, _PER_UNIT],
+        "forces": np.round(view.forces, 3).tolist(),
         "loadings": [_plain_loading(loading) for loading in view.loadings],
     }
 

@@ -94,6 +94,8 @@ class View:
     """A layout, the loadings to play side by side, and the provenance of the page.
 
     ``deck`` is the height above the ground of a deck with edges [cm], 0 for a plane without.
+    ``forces`` are the contact forces of the complete load, upwards, one a contact: where they act
+    (x, y, z) [cm] and how large they are [kg], shape (k, 4); none where they are not known.
     """
 
     name: str
@@ -102,6 +104,7 @@ class View:
     items: tuple[ViewedItem, ...]
     loadings: tuple[ViewedLoading, ...]
     manifest: Mapping[str, str]
+    forces: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 4)))
 
 
 @dataclass(frozen=True, slots=True)

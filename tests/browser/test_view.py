@@ -282,3 +282,27 @@ def test_a_ride_is_played_in_its_own_time(browser, tmp_path):
     assert abs(turn[0]) > 0.3
     assert "moved" in now(browser)
     assert "loading ended" not in now(browser)
+
+
+def test_forces_of_the_complete_load_are_arrows(browser, tmp_path):
+    boxes = [Item(n, (40.0, 10.0 * n, 40.0), (10, 10, 10), 2.0) for n in range(3)]
+    layout = Layout("column", Pallet(100, 60, 100), tuple(boxes))
+    browser.open(write_view(layout, ["sme"], tmp_path / "view.html"))
+    arrows = "player.panes[0].stage.forces"
+    assert browser.value(f"{arrows}.visible") is False
+    browser.press("End")
+    browser.value("document.getElementById('forces').click()")
+    browser.press("End")
+    assert browser.errors == []
+    assert browser.value(f"{arrows}.visible") is True
+    found = browser.value("player.data.forces")
+    assert np.array(found) == pytest.approx(
+        np.array([[45.0, y, 45.0, kg] for y, kg in ((0, 6.0), (10, 4.0), (20, 2.0))]), abs=1e-3
+    )
+    browser.press("Home")
+    assert browser.value(f"{arrows}.visible") is False
+
+
+def test_a_load_that_falls_shows_no_forces(browser, alone):
+    browser.open(alone)
+    assert browser.value("document.getElementById('forces') === null") is True

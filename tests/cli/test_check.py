@@ -5,6 +5,7 @@ import io
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 
@@ -338,3 +339,26 @@ def test_the_page_says_what_holds(run, tmp_path):
     page = (tmp_path / "out" / "index.html").read_text()
     assert "holds eumos40509" in page
     assert "eumos40509: T tips at 0 degrees" in page
+
+
+def test_a_box_that_bears_too_much_fails_at_its_step(run, tmp_path):
+    size = (30.0, 10.0, 30.0)
+    boxes = [Item(k, (40.0, 10.0 * k, 30.0), size, 8.0, name=f"C{k}") for k in range(4)]
+    boxes[1] = replace(boxes[1], max_load=12.0)
+    weak = Layout("weak", PALLET, tuple(boxes))
+    status, out, _ = run([weak], "--html", str(tmp_path / "out"))
+    assert status == 1
+    assert "crushed at step 3: box C1 (step 1) bears 16" in out
+    said = json.loads(run([weak], "--json")[1])[0]
+    assert (said["answer"], said["score"], said["failing_step"]) == ("fails", 1.0, None)
+    assert (said["crushed_step"], said["crushed_item"], said["allowed_kg"]) == (3, 1, 12.0)
+    assert said["bears_kg"] == pytest.approx(16.0)
+    assert "bears 16 kg of 12" in (tmp_path / "out" / "index.html").read_text()
+
+
+def test_what_falls_before_it_crushes_falls():
+    top = Item(2, (62.0, 40.0, 30.0), (30, 20, 20), 90.0, name="HEAVY")
+    items = tuple(replace(item, max_load=50.0) for item in FALLING.items)
+    found = sl.check(Layout("falls", PALLET, (*items, top)))
+    assert found.sentence.startswith("fails at step 1")
+    assert found.crushed is None

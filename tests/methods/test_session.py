@@ -594,3 +594,23 @@ def test_forks_are_used_by_as_many_threads():
     with ThreadPoolExecutor(4) as pool:
         found = pool.map(lambda fork: fork.try_place(cube(10.0)).stable, forks)
         assert all(found)
+
+
+@pytest.mark.parametrize("spec", ["sme", "label@mujoco"])
+def test_a_placement_that_crushes_a_box_is_refused(spec):
+    weak = replace(cube(0.0), max_load=15.0)
+    on_top = [replace(cube(0.0), position=(0.0, 10.0 * k, 0.0), weight=8.0) for k in (1, 2)]
+    with LoadingSession(Pallet(100.0, 60.0, 20.0), spec) as session:
+        assert session.try_place(weak).stable
+        assert session.try_place(on_top[0]).stable
+        places = [on_top[1].position, (30.0, 0.0, 0.0)]
+        assert session.feasible(on_top[1], places).tolist() == [False, True]
+        with session.fork() as other:
+            verdict = other.try_place(on_top[1])
+        assert not verdict.stable
+        assert (verdict.failing_step, verdict.moved_item) == (2, 0)
+        assert verdict.reason == "crushed at step 2: item 0 bears 16 kg of 15"
+        assert len(session) == 2
+        light = replace(on_top[1], weight=6.0)
+        assert session.feasible(light, places).tolist() == [True, True]
+        assert session.try_place(light).stable

@@ -55,3 +55,23 @@ function sidesOf([w, h, d]) {
     { from: [x, y, -z], to: [x, y, z], text: inCm(d) },
   ], "#14181f", 0.5);
 }
+
+const LABELLED = 60; // texts of more forces would hide the load
+
+// Arrows that end where a force pushes upwards; the longest is a quarter of the pallet's height.
+function forcesOf(forces, [, height]) {
+  const group = new THREE.Group(), most = Math.max(...forces.map((force) => force[3]), 1e-9);
+  for (const [x, y, z, kg] of forces) {
+    const length = (0.25 * height * kg) / most, up = new THREE.Vector3(0, 1, 0);
+    if (length < 0.001 * height) continue;
+    const arrow = new THREE.ArrowHelper(up, new THREE.Vector3(x, y - length, z), length, RED, Math.min(0.3 * length, 0.02 * height), 0.012 * height);
+    for (const part of [arrow.line, arrow.cone]) Object.assign(part.material, { depthTest: false });
+    arrow.line.renderOrder = arrow.cone.renderOrder = 4;
+    group.add(arrow);
+    if (forces.length > LABELLED) continue;
+    const label = written(`${+kg.toPrecision(3)} kg`);
+    label.position.set(x, y - length, z);
+    group.add(label);
+  }
+  return group;
+}

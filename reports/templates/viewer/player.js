@@ -1,6 +1,7 @@
 // Time, controls and the camera that all panes share.
 
 const PLACING = 0.3; // share of a step in which its item comes down
+const TOGGLES = ["numbers", "masses", "lengths", "forces"];
 const SECONDS = { step: 1.1, failing: 3.5, still: 0.6 };
 
 class Player {
@@ -97,7 +98,7 @@ class Player {
     if (this.dirty) {
       this.dirty = false;
       this.frames += 1;
-      const shown = Object.fromEntries(["numbers", "masses", "lengths"].map((id) => [id, find(id).checked]));
+      const shown = Object.fromEntries(TOGGLES.map((id) => [id, find(id)?.checked]));
       for (const { stage } of this.panes) stage.draw(this.view, shown);
     }
     requestAnimationFrame((next) => this.tick(next));
@@ -120,7 +121,7 @@ class Player {
     const measure = () => find("lengths").click();
     for (const [id, act] of Object.entries(acts)) find(id).onclick = act;
     const redraw = () => { this.dirty = true; };
-    find("numbers").onchange = find("masses").onchange = find("lengths").onchange = redraw;
+    for (const id of TOGGLES) find(id)?.addEventListener("change", redraw);
     find("scrub").max = this.steps;
     find("scrub").oninput = () => this.jump(Number(find("scrub").value));
     for (const { failing } of this.data.loadings) {

@@ -79,6 +79,8 @@ class Stage {
     this.scene.add(this.plan);
     this.axes = axesOf(data.pallet);
     this.scene.add(this.axes);
+    this.forces = forcesOf(data.forces, data.pallet);
+    this.scene.add(this.forces);
     this.sides = null;
     this.pointed = null;
     this.paint();
@@ -230,8 +232,9 @@ class Stage {
     if (this.sides) this.boxes[item].add(this.sides);
   }
 
-  draw(view, { numbers, masses, lengths }) {
+  draw(view, { numbers, masses, lengths, forces }) {
     this.measure(lengths);
+    this.forces.visible = forces && this.placed === this.boxes.length - 1;
     const { clientWidth: width, clientHeight: height } = this.canvas, ratio = Math.min(devicePixelRatio, 2);
     if (this.canvas.width !== Math.round(width * ratio) || this.canvas.height !== Math.round(height * ratio)) {
       this.renderer.setPixelRatio(ratio);

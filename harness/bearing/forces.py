@@ -1,0 +1,180 @@
+"""The contact forces of a load at rest: vertical, at the corners of contact patches.
+
+Where a box rests on several others, balance leaves the forces open. Taken are those of the least
+elastic energy among contacts that are equally stiff by area, as thin layers of cardboard are: they
+are unique, and pressure varies evenly over a patch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import clarabel
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_array, diags_array, eye_array, vstack
+
+from steadyload.bearing.corners import corner_columns
+from steadyload.kernels.constants import EDGE
+from steadyload.layouts.contacts import FLOOR, Patch, find_supports
+from steadyload.layouts.model import Arrangement, FloatArray
+
+_BALANCED = 1e-7
+"""What may be left of a box's weight, and of its moments, in balance."""
+
+_SOLVED = frozenset({"Solved", "AlmostSolved"})
+
+
+@dataclass(frozen=True)
+class ContactForces:
+    """Forces at the corners of contact patches, upwards on the upper box.
+
+    Attributes:
+        below, above: the two boxes of every force, :data:`FLOOR` for the floor, shape (k,).
+        positions: (x, y, z) [cm], shape (k, 3); a patch counts :data:`EDGE` wider on each side, as
+            it does in the equilibrium.
+        forces: [kg], 0 or more, shape (k,).
+    """
+
+    below: NDArray[np.int64]
+    above: NDArray[np.int64]
+    positions: FloatArray
+    forces: FloatArray
+
+    def resultants(self) -> FloatArray:
+        """The force of every contact: where it acts (x, y, z) [cm] and its size [kg], (n, 4)."""
+        forces = self.forces.reshape(-1, 4)
+        total = forces.sum(axis=1)
+        presses = total > 0.0
+        places = (self.positions.reshape(-1, 4, 3) * forces[:, :, None]).sum(axis=1)[presses]
+        return np.column_stack((places / total[presses, None], total[presses]))
+
+    def on_tops(self, count: int) -> FloatArray:
+        """The load on the top of every box [kg], shape (count,)."""
+        held = self.below != FLOOR
+        found = np.zeros(count)
+        np.add.at(found, self.below[held], self.forces[held])
+        return found
+
+
+class Statics:
+    """The equations of balance of a load at rest, one unknown a corner of a contact patch.
+
+    Args:
+        layout: the load; its boxes so far where it still grows.
+
+    Attributes:
+        patches: the contacts, those with the floor among them.
+        matrix: weights and moments that unit forces exert on every box, in weights of that box and
+            in sides of it, shape (3 J, 4 k).
+        right: what they have to come to, shape (3 J,).
+    """
+
+    def __init__(self, layout: Arrangement) -> None:
+        self.layout = layout
+        self.patches = _patches(layout)
+        self._centres = 0.5 * (layout.lower + layout.upper) + layout.mass_offsets
+        self._sizes = layout.upper - layout.lower
+        items = range(len(layout))
+        columns = np.zeros((len(items), 3, 0))
+        if self.patches:
+            columns = corner_columns(items, self.patches, self._centres, EDGE)
+        self._scale = np.ones((len(items), 3))
+        self._scale[:, 1:] = self._sizes[:, ::2]
+        self._scale *= layout.weights[:, None]
+        self.matrix = (columns / self._scale[:, :, None]).reshape(3 * len(items), -1)
+        self.right = np.tile([1.0, 0.0, 0.0], len(items))
+
+    def pressed(self, item: int) -> FloatArray:
+        """The right side that a weight of 1 kg in the middle of a box's top adds."""
+        found = np.zeros((len(self.layout), 3))
+        middle = 0.5 * (self.layout.lower + self.layout.upper)[item] - self._centres[item]
+        # Moments of the contact forces about the centre of mass balance that of the weight.
+        found[item] = np.array((1.0, middle[0], middle[2])) / self._scale[item]
+        return found.ravel()
+
+    def tops(self) -> FloatArray:
+        """The matrix from corner forces to the loads on tops, shape (J, 4 k)."""
+        found = np.zeros((len(self.layout), 4 * len(self.patches)))
+        for place, patch in enumerate(self.patches):
+            if patch.below != FLOOR:
+                found[patch.below, 4 * place : 4 * place + 4] = 1.0
+        return found
+
+    def least_energy(self, right: FloatArray | None = None) -> FloatArray | None:
+        """The corner forces of least energy [kg], shape (4 k,); None where none balance.
+
+        Args:
+            right: in place of :attr:`right`.
+        """
+        right = self.right if right is None else right
+        areas = np.array([(p.x1 - p.x0) * (p.z1 - p.z0) for p in self.patches])
+        if not len(areas):
+            return None
+        unit = float(self.layout.weights.mean())
+        soft = np.repeat(areas.mean() / areas, 4)
+        n = len(soft)
+        settings = clarabel.DefaultSettings()
+        settings.verbose, settings.max_threads = False, 1
+        matrix = csc_array(self.matrix * unit)
+        solution = clarabel.DefaultSolver(
+            csc_array(diags_array(soft)),
+            np.zeros(n),
+            csc_array(vstack((matrix, -eye_array(n)))),
+            np.concatenate((right, np.zeros(n))),
+            [clarabel.ZeroConeT(len(right)), clarabel.NonnegativeConeT(n)],
+            settings,
+        ).solve()
+        if str(solution.status) not in _SOLVED:
+            return None
+        found = self._polished(unit * np.maximum(np.asarray(solution.x), 0.0), soft, right)
+        return found if np.abs(self.matrix @ found - right).max() <= _BALANCED else None
+
+    def _polished(self, found: FloatArray, soft: FloatArray, right: FloatArray) -> FloatArray:
+        """The same, balanced to rounding: once it is known what presses, all is linear."""
+        kept = found > 1e-7 * found.max()
+        pressing = self.matrix[:, kept] / np.sqrt(soft[kept])
+        exact = np.linalg.lstsq(pressing, right, rcond=None)[0] / np.sqrt(soft[kept])
+        polished = np.zeros_like(found)
+        polished[kept] = np.maximum(exact, 0.0)
+        left, before = (np.abs(self.matrix @ f - right).max() for f in (polished, found))
+        return polished if left <= before else found
+
+
+def contact_forces(layout: Arrangement) -> ContactForces | None:
+    """The forces that hold a load at rest.
+
+    Args:
+        layout: the complete load.
+
+    Returns:
+        Those of least energy, see the module; None where no forces that only push, straight up,
+        balance every box: then something falls.
+    """
+    statics = Statics(layout)
+    found = statics.least_energy()
+    if found is None:
+        return None
+    corners = [
+        (p.below, p.above, x, layout.lower[p.above, 1], z)
+        for p in statics.patches
+        for x in (p.x0 - EDGE, p.x1 + EDGE)
+        for z in (p.z0 - EDGE, p.z1 + EDGE)
+    ]
+    table = np.array(corners)
+    return ContactForces(
+        table[:, 0].astype(np.int64), table[:, 1].astype(np.int64), table[:, 2:], found
+    )
+
+
+def _patches(layout: Arrangement) -> Sequence[Patch]:
+    """All contacts; a box with its whole base on the floor stands on a patch of that size."""
+    supports = find_supports(layout)
+    found = []
+    for item, below in enumerate(supports.below):
+        if supports.on_floor[item]:
+            (x0, _, z0), (x1, _, z1) = layout.lower[item].tolist(), layout.upper[item].tolist()
+            found.append(Patch(FLOOR, item, x0, z0, x1, z1))
+        found += below
+    return found

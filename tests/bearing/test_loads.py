@@ -1,0 +1,159 @@
+"""Forces and loads of piles that can be worked out by hand."""
+
+import numpy as np
+import pytest
+
+from steadyload.bearing import contact_forces, first_crushed, loads, payload
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.model import Item, Layout, Pallet
+
+PALLET = Pallet(100, 200, 100)
+
+
+def pile(*items):
+    """A layout of (position, size, weight, mass offset x, max load)."""
+    boxes = (
+        Item(k, at, size, weight, (shift, 0.0, 0.0), f"B{k}", most)
+        for k, (at, size, weight, shift, most) in enumerate(items)
+    )
+    return Layout("pile", PALLET, tuple(boxes))
+
+
+def column(*weights, most=None):
+    return pile(
+        *(((0.0, 10.0 * k, 0.0), (20.0, 10.0, 20.0), w, 0.0, most) for k, w in enumerate(weights))
+    )
+
+
+def bridge(shift, *, most=None, weight=40.0):
+    """A plank of 50 cm on two posts of 10 cm, its centre of mass off the middle."""
+    post = (10.0, 10.0, 10.0)
+    return pile(
+        ((0.0, 0.0, 0.0), post, 1.0, 0.0, most),
+        ((40.0, 0.0, 0.0), post, 1.0, 0.0, most),
+        ((0.0, 10.0, 0.0), (50.0, 10.0, 10.0), weight, shift, None),
+    )
+
+
+def test_a_column_bears_what_stands_on_it():
+    found = loads(column(5.0, 6.0, 7.0, 8.0))
+    for values in (found.borne, found.least, found.most):
+        assert values == pytest.approx([21.0, 15.0, 8.0, 0.0], abs=1e-4)
+
+
+@pytest.mark.parametrize("shift", [0.0, -5.0, 8.0])
+def test_what_a_post_must_bear_at_least_is_the_law_of_the_lever(shift):
+    """Its force acts where it helps most: at its outer edge, that of the other post at its inner
+    one; at the most it is the other way round.
+    """
+    found = loads(bridge(shift))
+    left = 25.0 + shift
+    assert found.least[0] == pytest.approx(40.0 * (40.0 - left) / 40.0, abs=1e-3)
+    assert found.most[0] == pytest.approx(40.0 * (50.0 - left) / 40.0, abs=1e-3)
+    assert found.least[1] + found.most[0] == pytest.approx(40.0, abs=1e-3)
+    assert found.least[0] < found.borne[0] < found.most[0]
+    assert found.borne[:2].sum() == pytest.approx(40.0, abs=1e-6)
+
+
+def brute_force(layout, item, points):
+    """The least load on a box, over all pairs of points, one on each post, that carry the plank."""
+    middle = 25.0 + layout.mass_offsets[2, 0]
+    best = np.inf
+    for a in np.linspace(0.0, 10.0, points):
+        for b in np.linspace(40.0, 50.0, points):
+            on_left = 40.0 * (b - middle) / (b - a)
+            shares = (on_left, 40.0 - on_left)
+            if min(shares) >= 0.0:
+                best = min(best, shares[item])
+    return best
+
+
+@pytest.mark.parametrize("shift", [-9.0, -3.0, 2.5, 12.0])
+@pytest.mark.parametrize("item", [0, 1])
+def test_the_least_load_is_that_of_a_search_over_all_places_of_the_forces(shift, item):
+    layout = bridge(shift)
+    assert loads(layout).least[item] == pytest.approx(brute_force(layout, item, 41), abs=1e-3)
+
+
+def test_forces_press_more_on_the_side_of_the_centre_of_mass():
+    """Under one box on the floor, pressure varies evenly: mean force (1 + 12 e x / w^2) there."""
+    forces = contact_forces(pile(((0.0, 0.0, 0.0), (20.0, 10.0, 20.0), 8.0, 2.0, None)))
+    # Four corners: 2 (1 +- s) on each side with 2 x 2 s x 10 = 8 x 2.
+    assert sorted(forces.forces) == pytest.approx([1.6, 1.6, 2.4, 2.4], abs=1e-4)
+
+
+def test_what_falls_has_no_forces():
+    falling = pile(
+        ((0.0, 0.0, 0.0), (10.0, 10.0, 10.0), 1.0, 0.0, None),
+        ((8.0, 10.0, 0.0), (10.0, 10.0, 10.0), 1.0, 0.0, None),
+    )
+    assert contact_forces(falling) is None
+    assert loads(falling) is None
+    assert payload(falling) is None
+
+
+def test_the_first_box_that_bears_too_much_is_named():
+    assert first_crushed(column(5.0, 6.0, 7.0, 8.0, most=21.0)) is None
+    found = first_crushed(column(5.0, 6.0, 7.0, 9.0, most=21.0))
+    assert (found.step, found.item, found.label) == (3, 0, "box B0 (step 0)")
+    assert (found.bears_kg, found.allowed_kg) == (pytest.approx(22.0), 21.0)
+    assert str(found) == "crushed at step 3: box B0 (step 0) bears 22 kg of 21"
+    assert first_crushed(column(5.0, 6.0, 7.0, 9.0)) is None
+
+
+def test_a_load_that_is_shared_crushes_nobody():
+    assert first_crushed(bridge(0.0, most=20.5)) is None
+    found = first_crushed(bridge(-5.0, most=20.5))
+    assert (found.item, found.step) == (0, 2)
+
+
+def test_a_hair_beyond_its_limit_is_said_in_full():
+    found = first_crushed(column(1.0, 10.001, most=10.0))
+    assert str(found).endswith("bears 10.001 kg of 10")
+
+
+def test_the_payload_tips_at_the_lever_and_crushes_at_the_limit():
+    overhanging = pile(
+        ((20.0, 0.0, 0.0), (20.0, 10.0, 20.0), 5.0, 0.0, None),
+        ((33.0, 10.0, 0.0), (20.0, 10.0, 20.0), 6.0, -5.0, None),
+    )
+    # The upper box tips about x = 40: 6 kg at 38 hold W at 43.
+    assert payload(overhanging) == pytest.approx([np.inf, 4.0], rel=1e-3)
+    assert payload(column(5.0, 6.0, 7.0, most=21.0)) == pytest.approx([8.0, 8.0, 8.0], rel=2e-3)
+    assert payload(column(5.0, 6.0, 7.0, most=10.0)) == pytest.approx([0.0, 0.0, 0.0])
+
+
+def test_forces_balance_every_box_of_a_thousand_layouts():
+    """Summed by hand, box by box: to 1e-6 of its weight, moments in weights times its sides."""
+    worst, counted = 0.0, 0
+    for name in ("lists", "real"):
+        benchmark = load_benchmark(name)
+        for case in benchmark.cases.itertuples():
+            if counted == 1000:
+                break
+            if case.scenario != "S1" or case.item_count > 62:
+                continue
+            layout = benchmark.layout(case.layout, case.scenario)
+            found = contact_forces(layout)
+            if found is not None:
+                counted += 1
+                worst = max(worst, unbalanced(layout, found))
+                assert found.forces.min() >= 0.0
+    assert counted == 1000
+    assert worst <= 1e-6
+
+
+def unbalanced(layout, found):
+    """What is left of weights, and of moments about centres of mass, in weights and sides."""
+    left = np.zeros((len(layout), 3))
+    left[:, 0] = -layout.weights
+    centres = 0.5 * (layout.lower + layout.upper) + layout.mass_offsets
+    for below, above, (x, _, z), force in zip(
+        found.below, found.above, found.positions, found.forces, strict=True
+    ):
+        for box, sign in ((above, 1.0), (below, -1.0)):
+            if box >= 0:
+                arm = np.array((1.0, x - centres[box, 0], z - centres[box, 2]))
+                left[box] += sign * force * arm
+    left[:, 1:] /= layout.sizes[:, ::2]
+    return float(np.abs(left / layout.weights[:, None]).max())
