@@ -11,7 +11,6 @@ from steadyload.bearing.forces import Statics
 from steadyload.layouts.contacts import find_supports
 from steadyload.layouts.item import Item
 from steadyload.layouts.model import Arrangement, FloatArray, Layout
-from steadyload.layouts.naming import box_label
 
 _OVER = 1e-6
 """Share by which a load may exceed a limit: weights that add up to it do not."""
@@ -24,7 +23,7 @@ class Crushed:
     Attributes:
         step: placement after which it does.
         item: the box.
-        label: what messages call it.
+        label: its id, or its number where it has none, as a sentence has it.
         bears_kg: the load on its top, by the contact forces of least energy.
         allowed_kg: what it may bear.
     """
@@ -92,7 +91,7 @@ def crushed_by_now(layout: Arrangement, items: Sequence[Item]) -> Crushed | None
     item = items[worst]
     allowed = item.max_load
     assert allowed is not None, "only a box with a limit is crushed"
-    label = box_label(item.sequence, item.name)
+    label = f"box {item.name}" if item.name else f"item {item.sequence}"
     return Crushed(len(items) - 1, worst, label, float(borne[worst]), allowed)
 
 
