@@ -57,7 +57,7 @@ def first_crushed(layout: Layout) -> Crushed | None:
     if not suspect:
         return None
     kept = layout.with_floor_kept()
-    for step in range(min(suspect) + 1, len(layout)):
+    for step in range(min(suspect), len(layout)):
         found = crushed_by_now(kept.first(step + 1), layout.items[: step + 1])
         if found is not None:
             return found

@@ -17,6 +17,9 @@ from steadyload.transport.limits import DISPLACEMENT, EXACT, ROTATION, knows_acc
 from steadyload.transport.riding import LoadedWorld
 from steadyload.transport.rules import Rule
 
+_EXACT_TO = 1e-6
+"""Accuracy of the exact limit [g]: a load that holds a level by no more than that holds it."""
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -115,7 +118,7 @@ def under_rule(layout: Layout, rule: Rule, method: str | Method = EXACT) -> list
             Trial(
                 one.direction_deg,
                 level,
-                None if one.limit_g is None else one.limit_g >= level,
+                None if one.limit_g is None else one.limit_g >= level - _EXACT_TO,
                 one.moved_item,
                 mode=one.mode,
                 reason=one.reason,

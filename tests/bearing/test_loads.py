@@ -157,3 +157,15 @@ def unbalanced(layout, found):
                 left[box] += sign * force * arm
     left[:, 1:] /= layout.sizes[:, ::2]
     return float(np.abs(left / layout.weights[:, None]).max())
+
+
+def test_a_box_may_be_crushed_by_its_own_placement():
+    items = (
+        Item(0, (0, 0, 0), (10, 10, 10), 1.0),
+        Item(1, (40, 0, 0), (10, 10, 10), 1.0),
+        Item(2, (0, 10, 0), (50, 10, 10), 40.0),
+        Item(3, (20, 0, 0), (10, 10, 10), 1.0, max_load=0.0),
+    )
+    found = first_crushed(Layout("post", Pallet(120, 200, 100), items))
+    assert found is not None
+    assert found.step == 3

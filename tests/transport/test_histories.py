@@ -4,9 +4,11 @@ import math
 
 import pytest
 
+from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.transport.errors import TransportError
 from steadyload.transport.history import History, constant, half_sine, recorded, trapezoid
 from steadyload.transport.rules import rule_named, rules
+from steadyload.transport.trials import under_rule
 
 
 def test_a_pulse_rises_is_held_and_ends():
@@ -104,3 +106,10 @@ def test_a_rule_that_cannot_be_is_refused(tmp_path, change, message):
         rule_named(str(file))
     with pytest.raises(TransportError, match="en12195, eumos40509, tilt"):
         rule_named("en12196")
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+def test_flat_boxes_hold_what_their_friction_is_in_every_direction(count):
+    items = tuple(Item(k, (30.0 * k, 0, 0), (30, 5, 30), 5.0 + 4.0 * k) for k in range(count))
+    layout = Layout("row", Pallet(120, 200, 100), items)
+    assert all(one.held for one in under_rule(layout, rules()["eumos40509"]))
