@@ -199,7 +199,7 @@ def test_a_published_search_can_be_gone_on_with(folder):
     options = SearchOptions(
         found["engine"], algorithm=found["algorithm"], space=found["space"], seed=found["seed"],
         population=found["population"], generations=1, begin_with=tuple(found["begin_with"]),
-        source=CaseSource(**found["source"]),
+        source=CaseSource(**found["source"]), goal=found.get("goal"),
     )  # fmt: skip
     now = identity.identity(options, space_on(options.engine, options.space))
     made, made_now = found.pop("made_by"), now.pop("made_by")
