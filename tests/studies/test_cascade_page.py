@@ -80,6 +80,7 @@ def test_a_layout_belongs_to_the_last_stage_that_it_needed(study):
 def test_all_are_judged_on_the_same_cases_and_held_against_the_cascade(study):
     record, folder = study
     assert record.cases == 18
+    assert record.fitted_there
     assert [record.budgets.get(m.method.spec) for m in record.methods] == [0.5, 2.0, None, None]
     by_title = {m.method.spec: m for m in record.methods}
     fbs = by_title["fbs"]
@@ -183,5 +184,14 @@ def test_what_stages_learnt_from_and_what_is_not_there_is_no_page(wrong, error, 
 
 
 def test_on_test_nothing_was_fitted(study, tmp_path, undrawn):
-    text = text_of(dataclasses.replace(study[0], part="test"), tmp_path)
+    text = text_of(dataclasses.replace(study[0], part="test", fitted_there=False), tmp_path)
     assert "nothing was fitted on them" in text
+
+
+def test_the_package_s_cascade_is_judged_on_a_set_of_its_own(tmp_path):
+    """Its thresholds are fitted on a set that has no test part."""
+    record = cascade_study(
+        "mujoco", tmp_path, directory="lists", limit=2, beside=("fbs", "ps_opt@mujoco"), workers=0
+    )
+    assert (record.part, record.cases, record.fitted_there) == ("lists test", 6, False)
+    assert record.made_by["thresholds fitted on"].startswith("choosing, real; cases ")

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from steadyload.studies.options import methods_option, option
-from steadyload.studies.study import Progress, Study, silent
+from steadyload.studies.options import methods_option, option, set_option
+from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
 
 @dataclass(frozen=True)
@@ -19,6 +19,7 @@ class CascadeConfig:
     thresholds: Path | None = option(
         None, "file of thresholds (default: the one of the package)", metavar="FILE"
     )
+    directory: str = set_option()
     judge_on: str = option(
         "test", "part of the labelled set, such as validation (default: test)", metavar="PART"
     )
@@ -34,6 +35,7 @@ class CascadeStudy(Study[CascadeConfig, Any]):
     command = "cascade page"
     Config = CascadeConfig
     workers = None
+    published = (PublishedPage("cascade", "--directory lists"),)
 
     def run(
         self, config: CascadeConfig, work: Path, *, workers: int = 1, progress: Progress = silent
@@ -46,6 +48,7 @@ class CascadeStudy(Study[CascadeConfig, Any]):
             config.engine,
             work,
             others=config.methods,
+            directory=config.directory,
             part=config.judge_on,
             thresholds=str(config.thresholds or ""),
             limit=config.limit,

@@ -11,6 +11,7 @@ from typing import Any
 from steadyload.atomic import manifest_text, verified_manifest, write_atomically
 from steadyload.errors import nearest
 from steadyload.layouts.benchmark import UNLEARNT, Part
+from steadyload.layouts.benchmark.dataset import set_named
 from steadyload.methods.cascade import Cascade
 from steadyload.methods.registry import make_method
 from steadyload.runs.costs import CostKind, CostSource
@@ -53,6 +54,7 @@ def cascade_study(
     work: Path,
     *,
     others: Iterable[str] = (),
+    directory: str = "",
     part: str = Part.TEST,
     limit: int | None = None,
     thresholds: str = "",
@@ -68,6 +70,7 @@ def cascade_study(
         engine: of the cascade.
         work: folder of the run folders.
         others: specs of further methods.
+        directory: of the labelled set, see :func:`steadyload.layouts.benchmark.dataset.set_named`.
         part: of the labelled set, one that no stage has learnt from.
         limit: largest number of cases a scenario; None for all.
         thresholds: file of thresholds; empty for those that come with the package.
@@ -95,7 +98,7 @@ def cascade_study(
         name="cascade",
         methods=tuple(dict.fromkeys([str(cascade.spec), *swept, *named, *others])),
         benchmark=part,
-        benchmark_directory=cascade.thresholds.made_by.get("directory"),
+        benchmark_directory=set_named(directory),
         limit=limit,
         shard_size=_TURN,
     )
@@ -105,7 +108,8 @@ def cascade_study(
     labels = load_labels(work / "run")
     own_spec = str(cascade.spec)
     return CascadeStudy(
-        part=str(part),
+        part=f"{directory} {part}".strip(),
+        fitted_there=part != Part.TEST and directory in _fitted_on(cascade.thresholds.made_by),
         cases=len(labels),
         item_lists=labels["instance"].nunique(),
         methods=tuple(evaluation.row(spec, against=own_spec) for spec in study.methods),
@@ -156,8 +160,13 @@ def _kept_load(file: Path) -> float | None:
 
 def _lines(made_by: Mapping[str, Any]) -> dict[str, str]:
     """Provenance of thresholds, as a page shows it."""
+    sets = ", ".join(name or "the large set" for name in _fitted_on(made_by))
     return {
         "thresholds fitted by": source_line(made_by),
-        "thresholds fitted on": f"validation, cases {made_by['cases']}"
-        + "".join(f", {path}" for path in made_by["data"]),
+        "thresholds fitted on": f"{sets}; cases {made_by['cases']}",
     }
+
+
+def _fitted_on(made_by: Mapping[str, Any]) -> list[str]:
+    """The labelled sets that thresholds were fitted on, as they are named; empty: the large one."""
+    return [made_by.get("directory") or "", *made_by["data"]]

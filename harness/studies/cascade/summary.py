@@ -98,12 +98,15 @@ class FittedLadder:
 class CascadeStudy:
     """A cascade on a part of a labelled set, beside other methods.
 
+    ``part``: after the name of the set unless it is the package's large one. ``fitted_there``: it
+    is of a set that thresholds were fitted on, and no test part.
     ``cascade`` is the first of ``methods``, which the others are compared with. ``budgets``: by
     spec of a cascade, its budget [points]. ``cost_source``: of CPU times. ``confidence``: of the
     bounds of the fit. ``made_by``: provenance of the thresholds.
     """
 
     part: str
+    fitted_there: bool
     cases: int
     item_lists: int
     methods: tuple[MethodEvaluation, ...]
