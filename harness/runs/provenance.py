@@ -147,13 +147,24 @@ def source_line(made: Mapping[str, Any]) -> str:
 
 
 def _git_revision() -> str | None:
-    """Commit of the source tree this code runs from, marked when it has changes; None outside."""
+    """Commit of the source tree this code runs from, marked when it has changes; None outside.
+
+    Published pages and the rows behind them do not count: one is remade after the other.
+    """
     root = Path(__file__).resolve().parents[2]
     if not (root / ".git").exists():
         return None
-    command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=12"]
+    described = _git(root, "describe", "--always", "--abbrev=12")
+    made = (f":!reports/{name}" for name in ("published", "rows"))
+    changed = _git(root, "status", "--porcelain", "--untracked-files=no", "--", ".", *made)
+    return f"{described}-dirty" if described and changed else described or None
+
+
+def _git(root: Path, *words: str) -> str:
+    """The output of git; empty where it fails."""
+    command = ["git", "-C", str(root), *words]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
     except (OSError, subprocess.SubprocessError):
-        return None
-    return done.stdout.strip() or None
+        return ""
+    return done.stdout.strip()

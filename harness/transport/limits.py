@@ -16,7 +16,7 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.simulation import Simulation
 from steadyload.transport.balance import BalanceProgramme, Mode
 from steadyload.transport.errors import TransportError, UnsolvedError
-from steadyload.transport.history import constant
+from steadyload.transport.history import trapezoid
 from steadyload.transport.riding import LoadedWorld, Ride
 
 EXACT = "equilibrium:sides=frictionless"
@@ -30,6 +30,9 @@ RESOLUTION = 0.005
 
 HELD = 2.0
 """Time that an acceleration is held in a simulation [s]."""
+
+VERSION = 1
+"""Of limits: raised when they change."""
 
 DISPLACEMENT, ROTATION = 5.0, 10.0
 """Largest movement of a box under an acceleration that it holds [cm, degrees]."""
@@ -76,6 +79,7 @@ def limits(
     method: str | Method = EXACT,
     *,
     directions: int | Sequence[float] = DIRECTIONS,
+    rise: float = 0.0,
 ) -> list[Limit]:
     """The largest constant acceleration that a complete load holds, by direction.
 
@@ -86,9 +90,11 @@ def limits(
             simulation on an engine, such as ``label@mujoco``, of which the parameters of its world,
             the frequency, the friction and the shrink count.
         directions: how many, evenly around the load, or which [degrees].
+        rise: time in which a simulated acceleration rises evenly, 0 or more [s]; the equilibrium
+            knows no time.
 
     Raises:
-        TransportError: no such method, or one that has no friction.
+        TransportError: no such method, or one that has no friction; or such a rise.
         SpecError, EngineNotInstalledError: see :func:`steadyload.methods.registry.make_method`.
     """
     chosen = around(directions) if isinstance(directions, int) else tuple(directions)
@@ -96,7 +102,7 @@ def limits(
     if isinstance(judge, Equilibrium):
         return _balanced(layout, judge, chosen)
     if isinstance(judge, Simulation):
-        return _simulated(layout, judge, chosen)
+        return _simulated(layout, judge, chosen, rise)
     raise TransportError(
         f"method {judge.spec}: does not know friction; allowed: {EXACT}, or a simulation such as "
         "label@mujoco"
@@ -136,36 +142,51 @@ def _balanced(layout: Layout, judge: Equilibrium, directions: Sequence[float]) -
     return [replace(limit, cpu_ms=spent) for limit in found]
 
 
-def _simulated(layout: Layout, judge: Simulation, directions: Sequence[float]) -> list[Limit]:
+def _simulated(
+    layout: Layout, judge: Simulation, directions: Sequence[float], rise: float
+) -> list[Limit]:
     judge.prepare(len(layout))
     with LoadedWorld(layout, judge.engine, judge.parameters) as world:
-        return [_bisected(world, direction, judge.parameters.friction) for direction in directions]
+        start = time.process_time()
+        try:
+            rest = _tried(world, 0.0, 0.0, 0.0)
+        except EngineError as error:
+            return [Limit(direction, None, reason=str(error)) for direction in directions]
+        spent = 1e3 * (time.process_time() - start) / len(directions)
+        found = [_bisected(world, one, judge.parameters.friction, rise, rest) for one in directions]
+    return [replace(limit, cpu_ms=limit.cpu_ms + spent) for limit in found]
 
 
-def _bisected(world: LoadedWorld, direction: float, friction: float) -> Limit:
+def _tried(world: LoadedWorld, level: float, direction: float, rise: float) -> Ride:
+    return world.ride(
+        trapezoid(level, rise, HELD),
+        direction,
+        displacement=DISPLACEMENT,
+        rotation=ROTATION,
+    )
+
+
+def _bisected(
+    world: LoadedWorld, direction: float, friction: float, rise: float, rest: Ride
+) -> Limit:
     """The limit between one that is held and one that is not, halved until they are close.
 
     No load holds more than its friction at the deck. An engine may: some replace the cone of
     friction by a pyramid, which is wider along its edges, by half where it has four.
     """
     start = time.process_time()
-
-    def ride(level: float) -> Ride:
-        history = constant(level, HELD)
-        return world.ride(history, direction, displacement=DISPLACEMENT, rotation=ROTATION)
-
     low, high = 0.0, 1.5 * friction + 4.0 * RESOLUTION
+    broken = rest
     try:
-        broken = ride(0.0)
-        if not broken.held:
+        if not rest.held:
             high = 0.0
         else:
-            broken = ride(high)
+            broken = _tried(world, high, direction, rise)
             if broken.held:
                 low = high
         while high - low > 2.0 * RESOLUTION:
             middle = 0.5 * (low + high)
-            tried = ride(middle)
+            tried = _tried(world, middle, direction, rise)
             if tried.held:
                 low = middle
             else:

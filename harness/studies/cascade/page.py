@@ -43,9 +43,9 @@ def cascade_page(study: CascadeStudy, manifest: Mapping[str, str]) -> Page:
     return Page(
         f"{study.cascade.method.title}: model only what a scene requires",
         f"{_answer(study)}\n\nA cascade asks the cheapest method first, of every step; what that "
-        "is not sure of goes on to the next, and only the rest is simulated. The first step that is "
-        "judged unstable ends the loading. What counts as sure was fitted on other item lists, for a budget of accuracy "
-        "that the stages before the last may cost. Here all is judged on "
+        "is not sure of goes on to the next, and only the rest is simulated. The first step that "
+        "is judged unstable ends the loading. What counts as sure was fitted on other item lists, "
+        "for a budget of accuracy that the stages before the last may cost. Here all is judged on "
         f"{study.cases} cases of part `{study.part}` of the labelled set, packed from "
         f"{study.item_lists} item lists{_fitted_there(study)}. Brackets hold 95 % intervals, "
         "which stand on item lists. Differences are in percentage points, on the same cases.",
