@@ -19,7 +19,7 @@ TEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 # Tests start many processes, each of which would compile all sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help study test test-deep fuzz lint types lock bench engines verify extremes properties benchmark planar lists choosing packers accuracy uncertain tuning learned replication cascade session scale precision scope sensitivity table real docs site clean pages
+.PHONY: help study test test-deep fuzz lint types lock bench engines verify extremes properties benchmark planar lists choosing packers accuracy uncertain tuning learned replication cascade session scale precision transport scope sensitivity table real docs site clean pages
 
 help: ## list these targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -134,6 +134,9 @@ scale: $(READY) ## measure what a study of a million rows needs (a quarter of an
 
 precision: $(READY) ## remake the page of single and double precision (a quarter of an hour); goes on
 	$(BIN)/steadyload pages remake precision
+
+transport: $(READY) ## remake the page of what loads hold on the road (two hours); goes on
+	$(BIN)/steadyload pages remake transport
 
 scope: $(READY) ## remake the page of simulations of only what a step changes (an hour); goes on
 	$(BIN)/steadyload pages remake scope

@@ -45,7 +45,7 @@ _ENGINE_COLOURS = {
     "reference": "#000000",
 }
 _ALGORITHM_COLOURS = {"genetic": "#08519c", "nsga2": "#e6550d"}
-_SPARE_COLOURS = ("#393b79", "#637939", "#843c39", "#7b4173", "#3182bd", "#e6550d")
+_SPARE_COLOURS = ("#e6550d", "#637939", "#843c39", "#17becf", "#3182bd", "#7b4173")
 _SPARE_MARKERS = ("P", "X", "h", "<", ">", "p")
 
 

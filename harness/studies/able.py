@@ -1,12 +1,16 @@
-"""The methods of a study: those that can judge here, and the question that each is asked."""
+"""The methods and engines of a study: those that can judge here, and what each is asked."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 from steadyload.engines.errors import EngineNotInstalledError
+from steadyload.engines.registry import capabilities, engines_here
+from steadyload.engines.world import Capabilities
+from steadyload.errors import nearest
 from steadyload.layouts.question import Question
 from steadyload.methods.registry import make_method
+from steadyload.runs.definition import StudyError
 
 
 def able_methods(
@@ -46,3 +50,25 @@ def asked_question(spec: str) -> Question | None:
     """
     question: Question | None = getattr(make_method(spec).parameters, "question", None)
     return question
+
+
+def fixed_step_engines(only: Sequence[str] = ()) -> tuple[str, ...]:
+    """Names of the engines of three dimensions that are here and take fixed steps.
+
+    Optional ones are among them where they are installed.
+
+    Args:
+        only: those that are wanted; empty for all.
+
+    Raises:
+        StudyError: a wanted one is none of these.
+    """
+    found = tuple(name for name in engines_here() if _takes_part(capabilities(name)))
+    for name in only:
+        if name not in found:
+            raise StudyError(f"engine {name!r}: {nearest(name, found)}")
+    return tuple(name for name in found if not only or name in only)
+
+
+def _takes_part(facts: Capabilities) -> bool:
+    return facts.dimensions == 3 and not facts.error_controlled

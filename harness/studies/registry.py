@@ -34,6 +34,7 @@ STUDIES: dict[str, str] = {
     "extremes": "steadyload.studies.extremes.config:STUDY",
     "properties": "steadyload.studies.properties.config:STUDY",
     "benchmark": "steadyload.studies.benchmark.config:STUDY",
+    "transport": "steadyload.studies.transport.config:STUDY",
     "packers": "steadyload.studies.packers.config:STUDY",
     "scale": "steadyload.studies.scale.config:STUDY",
 }

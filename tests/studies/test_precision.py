@@ -9,9 +9,10 @@ from steadyload.methods import make_method
 from steadyload.reports.writing import write_page
 from steadyload.runs.definition import StudyError
 from steadyload.statistics.clusters import Clusters
+from steadyload.studies.able import fixed_step_engines
 from steadyload.studies.precision.changes import AS_IT_IS, CHANGES, DISTANCES, SCALES
 from steadyload.studies.precision.page import precision_page
-from steadyload.studies.precision.study import Answers, fixed_step_engines, judge_changed, turned
+from steadyload.studies.precision.study import Answers, judge_changed, turned
 from steadyload.studies.precision.summary import summarise
 
 

@@ -9,16 +9,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from steadyload.engines.registry import capabilities, engines_here
-from steadyload.engines.world import Capabilities
-from steadyload.errors import nearest
 from steadyload.layouts.benchmark.dataset import set_named
 from steadyload.layouts.formats import Format, write_layouts
-from steadyload.runs.definition import StudyDefinition, StudyError
+from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.judged import load_judged
 from steadyload.runs.labels import item_lists, labelled_material
 from steadyload.runs.runner import run_study
 from steadyload.statistics.clusters import Clusters
+from steadyload.studies.able import fixed_step_engines
 from steadyload.studies.precision.changes import AS_IT_IS, CHANGES, Change
 from steadyload.studies.study import Progress, silent
 
@@ -47,28 +45,6 @@ class Answers:
     clusters: Clusters
 
 
-def fixed_step_engines(only: Sequence[str] = ()) -> tuple[str, ...]:
-    """Names of the engines of three dimensions that are here and take fixed steps.
-
-    Optional ones are among them where they are installed.
-
-    Args:
-        only: those that are wanted; empty for all.
-
-    Raises:
-        StudyError: a wanted one is none of these.
-    """
-    found = tuple(name for name in engines_here() if _takes_part(capabilities(name)))
-    for name in only:
-        if name not in found:
-            raise StudyError(f"engine {name!r}: {nearest(name, found)}")
-    return tuple(name for name in found if not only or name in only)
-
-
-def _takes_part(facts: Capabilities) -> bool:
-    return facts.dimensions == 3 and not facts.error_controlled
-
-
 def judge_changed(
     directory: str,
     limit: int,
@@ -90,7 +66,7 @@ def judge_changed(
         progress: called with what is done, rows done and rows in all.
 
     Raises:
-        StudyError: see :func:`fixed_step_engines`.
+        StudyError: see :func:`steadyload.studies.able.fixed_step_engines`.
         BenchmarkError: no such labelled set.
         ResultsError: a folder holds another study.
     """

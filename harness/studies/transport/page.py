@@ -1,0 +1,208 @@
+"""The page of transport: what loads hold, by which method, and what the answer hangs on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from steadyload.layouts.benchmark import REAL
+from steadyload.layouts.benchmark.dataset import LISTS
+from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.scene import plot_scene
+from steadyload.reports.table import (
+    Column,
+    Table,
+    columns_for,
+    counts,
+    decimal,
+    milliseconds,
+    names,
+    percent,
+    words,
+)
+from steadyload.statistics.estimate import Estimate
+from steadyload.studies.transport.figures import plot_differences, plot_limits
+from steadyload.studies.transport.study import RUBBING, WHOLE
+from steadyload.studies.transport.summary import (
+    CLOSE,
+    LEVELS,
+    Distance,
+    Drawn,
+    TransportSummary,
+)
+from steadyload.transport.limits import DISPLACEMENT, EXACT, HELD, RESOLUTION, ROTATION
+
+_SETS = {LISTS: "small", REAL: "real size"}
+
+
+def _g(estimate: Estimate | None) -> str:
+    return decimal(estimate, 3)
+
+
+def transport_page(found: TransportSummary, made_with: Mapping[str, str]) -> Page:
+    """Compose the page."""
+    loads, planned, lists = found.counts[REAL]
+    few, fewer, small_lists = found.counts[LISTS]
+    least, most = found.boxes[REAL]
+    return Page(
+        "What loads hold on the road",
+        f"{_answer(found)}\n\n{few} loads of at most {found.boxes[LISTS][1]} boxes "
+        f"({small_lists} item lists) and {loads} of {least} to {most} boxes ({lists} item lists), "
+        "all of which stand by their label, are pushed by a constant horizontal acceleration in "
+        f"{found.directions} directions. Boxes are rigid, friction is 0.5 everywhere unless "
+        "stated: "
+        "**no wrap, no strap, no anti-slip mat.** What is held hangs on the rule: by simulation no "
+        f"box moves {DISPLACEMENT:g} cm or turns {ROTATION:g} degrees within {HELD:g} s; by "
+        "equilibrium forces inside Coulomb's cones balance every box where it was planned. "
+        f"{fewer} of the {few} and {planned} of the {loads} loads balance as planned at all; the "
+        "others stand because a box leans on its neighbour after it has moved a little, and hold "
+        "nothing by equilibrium. Brackets hold 95 % intervals, of item lists drawn anew.",
+        [
+            _distances(found),
+            _around(found.drawn),
+            _holding(found),
+            _rising(found),
+            _real(found),
+        ],
+        dict(made_with),
+    )  # fmt: skip
+
+
+def _of(found: Sequence[Distance], spec: str) -> Distance | None:
+    return next((one for one in found if one.method.spec == spec), None)
+
+
+def _answer(found: TransportSummary) -> str:
+    engines = [one for one in found.small if one.method.engine]
+    exact, whole = _of(found.small, EXACT), _of(found.small, WHOLE)
+    if exact is None or whole is None or not engines:
+        return "No load balances as planned, so that nothing can be compared."
+    best = min(engines, key=lambda one: one.apart.value)
+    weakest = next(h for h in found.holding if h.of == REAL and h.method.spec == EXACT)
+    return (
+        f"Loads of real size that balance as planned hold {_g(weakest.weakest)} g in their weakest "
+        f"direction in the mean, {percent(weakest.share[0.3])} % of them 0.3 g in every direction. "
+        f"The limit by equilibrium is {_g(exact.difference)} g above the reference's on small "
+        f"loads ({exact.difference.n} limits), {percent(exact.above)} % of its limits promise more "
+        f"than {CLOSE:g} g too much; the engine nearest to the reference is {best.method.title} "
+        f"({_g(best.apart)} g apart), and b / h of the whole load, the rule of thumb, promises too "
+        f"much in {percent(whole.above)} %."
+    )
+
+
+_DISTANCE = (
+    words("method", "method.title"),
+    Column("n", "difference.n"),
+    Column("less the other, g", "difference", _g),
+    Column(f"> {CLOSE:g} g above %", "above", percent),
+    Column(f"> {CLOSE:g} g below %", "below", percent),
+    Column("CPU ms a direction", "cpu", milliseconds),
+)
+
+
+def _distances(found: TransportSummary) -> Section:
+    tables = [Table(found.small, _DISTANCE, "**Small loads that balance as planned**")]
+    if found.leaning:
+        tables.append(Table(found.leaning, _DISTANCE, "**Small loads that lean on a neighbour**"))
+    if found.real:
+        boxes = max(one.loads for one in found.real)
+        tables.append(
+            Table(
+                found.real,
+                _DISTANCE,
+                f"**The {boxes} loads of real size with the fewest boxes**, statics on those that "
+                "balance as planned",
+            )
+        )
+    lost = counts({_named(m): n for m, n in found.without.items()})
+    return Section(
+        "How far limits are from the reference's",
+        "A limit is told by method and direction. *n*: limits that both have. *Above*: it promises "
+        "more than the reference holds, which is the dangerous side. The limit by equilibrium is "
+        "an upper bound of what is held without any motion, since Coulomb friction is not "
+        "associated; a simulation allows some motion, and may hold more. *Side faces rub*: "
+        "friction at the faces of neighbours counts as well, which admits jammed states. A limit "
+        f"of a simulation is known to {RESOLUTION:g} g. Limits without an answer, by method: "
+        f"{lost}.",
+        tables,
+        [
+            Picture(
+                "differences",
+                plot_differences(found.small),
+                "Share of limits that differ from the reference's by at most so much, on small "
+                "loads that balance as planned.",
+            )
+        ],
+    )
+
+
+def _named(spec: str) -> str:
+    return {RUBBING: "equilibrium, side faces rub", EXACT: "equilibrium"}.get(spec, spec)
+
+
+def _around(drawn: Sequence[Drawn]) -> Section:
+    if not drawn:
+        return Section("Limits around loads", "No load of real size balances as planned.")
+    weakest = drawn[0]
+    return Section(
+        "Limits around loads",
+        "Three loads of real size: of all that balance as planned, those at a tenth, at the middle "
+        "and at nine tenths of their weakest limits.",
+        pictures=[
+            Picture(
+                "around",
+                plot_limits(drawn),
+                "Largest acceleration that is held (g), by direction of the force on the boxes, "
+                "seen from above: 0 degrees along the load's width.",
+            ),
+            Picture(
+                "weakest",
+                plot_scene(weakest.load.layout, title="", marked=[weakest.moved_item]),
+                f"Load {weakest.load.name}: box {weakest.moved_item} {weakest.mode} at "
+                f"{weakest.weakest:.3f} g.",
+            ),
+        ],
+    )
+
+
+def _holding(found: TransportSummary) -> Section:
+    held = columns_for(LEVELS, "{:g} g held %", lambda row, level: row.share[level], percent)
+    columns = [
+        words("loads", lambda row: _SETS[row.of]),
+        words("method", "method.title"),
+        Column("weakest, g", "weakest", _g),
+        *held,
+        Column("tips %", "tips", percent),
+    ]
+    of_friction = [
+        Column("friction", 0, "{:g}".format),
+        words("loads", lambda row: _SETS[row[1].of]),
+        Column("weakest, g", lambda row: row[1].weakest, _g),
+        *columns_for(LEVELS, "{:g} g held %", lambda row, level: row[1].share[level], percent),
+    ]
+    return Section(
+        "What loads hold in their weakest direction",
+        "Of loads that balance as planned. *Held*: in every direction. *Tips*: share of limits "
+        "beyond which a box tips; else one slides. No load holds more than its friction, so that "
+        "0.8 g, which EN 12195-1 asks forwards, is beyond all of them.",
+        [
+            Table(found.holding, columns),
+            Table(found.frictions, of_friction, "**By friction, by equilibrium**"),
+        ],
+    )
+
+
+def _rising(found: TransportSummary) -> Section:
+    rises = names(f"{one.rise:g} s {_g(one.more)} g" for one in found.rises)
+    return Section(
+        "What the rise time changes",
+        "Where an acceleration does not act at once but rises, small loads on MuJoCo hold more or "
+        f"less than at once by, in the mean: {rises}. It is held for {HELD:g} s in each case.",
+    )
+
+
+def _real(found: TransportSummary) -> Section:
+    return Section(
+        f"Loads of real size, beside {found.against}",
+        "The reference is too slow for all of these; the first engine stands in its place.",
+        [Table(found.engines, _DISTANCE)],
+    )

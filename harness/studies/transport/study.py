@@ -1,0 +1,206 @@
+"""Limits of loads that stand, by every method; judged where they are missing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from steadyload.layouts.benchmark import REAL, Part, load_benchmark
+from steadyload.layouts.benchmark.dataset import LISTS
+from steadyload.layouts.model import Layout
+from steadyload.layouts.question import Question
+from steadyload.methods.registry import make_method
+from steadyload.runs.pool import Executor, PartLimit, SinglePart
+from steadyload.runs.provenance import key_of, made_by
+from steadyload.runs.store import JSON, Store, locked
+from steadyload.studies.able import fixed_step_engines
+from steadyload.studies.study import Progress, silent
+from steadyload.transport.limits import EXACT, VERSION, Limit, around, limits
+from steadyload.transport.whole_load import whole_load_limit
+
+REFERENCE = "label@reference"
+RUBBING = "equilibrium:sides=friction"
+WHOLE = "whole load"
+"""Stands for the rule of thumb, which is no method: it judges no loading."""
+
+FRICTIONS = (0.2, 0.3, 0.4, 0.5, 0.6)
+RISES = (0.0, 0.05, 0.2, 0.5)
+"""Times in which an acceleration rises [s]."""
+
+RISING = "label@mujoco"
+"""The method that is asked with every rise."""
+
+_FRICTION = 0.5
+_SECONDS = 1200.0
+"""Wall time that all directions of a load may take."""
+
+
+@dataclass(frozen=True)
+class Load:
+    """A load that stands by its label, of one of the labelled sets.
+
+    Attributes:
+        of: the set.
+        name: of the layout, with its scenario.
+        layout: with its centres of mass.
+        item_list: that it was packed from.
+    """
+
+    of: str
+    name: str
+    layout: Layout
+    item_list: str
+
+
+@dataclass(frozen=True)
+class LimitUnit(SinglePart):
+    """A unit of work with one part: the limits of a load, in all directions."""
+
+    load: Load
+    method: str
+    directions: tuple[float, ...]
+    rise: float
+    made_by: Mapping[str, str]
+
+    @property
+    def key(self) -> str:
+        """The key of its shard."""
+        return key_of(
+            {
+                "question": "limits of acceleration",
+                "method": self.method,
+                "made by": dict(self.made_by),
+                "version": VERSION,
+                "directions": self.directions,
+                "rise": self.rise,
+                "load": self.load.layout.content_hash(),
+            }
+        )
+
+    def describe(self, part: int) -> str:
+        """Description of the load for messages."""
+        return f"{self.method} on load {self.load.name!r}"
+
+
+def _measured(unit: LimitUnit) -> Iterator[list[dict[str, Any]]]:
+    found = limits(unit.load.layout, unit.method, directions=unit.directions, rise=unit.rise)
+    yield list(map(asdict, found))
+
+
+def _without(unit: LimitUnit, _part: int, reason: str) -> list[dict[str, Any]]:
+    return [asdict(Limit(direction, None, reason=reason)) for direction in unit.directions]
+
+
+@dataclass(frozen=True)
+class LoadLimits:
+    """Limits of some loads.
+
+    Attributes:
+        loads: by set.
+        rows: a row a load, method and direction: ``of``, ``load`` (its place among those of its
+            set), ``item_list``, ``method``, ``rise`` and the fields of
+            :class:`steadyload.transport.limits.Limit`.
+    """
+
+    loads: Mapping[str, Sequence[Load]]
+    rows: pd.DataFrame
+
+
+def standing_loads(of: str, count: int) -> list[Load]:
+    """Loads of a set that stand by their label: layouts that are all different first.
+
+    Raises:
+        BenchmarkError: the set has none.
+    """
+    benchmark = load_benchmark(of)
+    part = Part.TEST if of == LISTS else Part.ALL
+    cases = benchmark.select(part, question=Question.STANDS)
+    cases = cases[cases["failing_step"].isna()]
+    again = cases.duplicated("layout")
+    chosen = pd.concat([cases[~again], cases[again]]).head(count)
+    return [
+        Load(of, f"{name} {scenario}", benchmark.layout(name, scenario), item_list)
+        for name, scenario, item_list in zip(
+            chosen["layout"], chosen["scenario"], chosen["instance"], strict=True
+        )
+    ]
+
+
+def limits_of_loads(
+    loads: int,
+    small: int,
+    referenced: int,
+    directions: int,
+    engines: Sequence[str],
+    work: Path,
+    *,
+    workers: int | Executor = 1,
+    progress: Progress = silent,
+) -> LoadLimits:
+    """Find the missing limits, and return all.
+
+    Args:
+        loads: number of loads of real size.
+        small: number of loads of the set of many item lists.
+        referenced: number of loads of real size that the reference is asked of, too.
+        directions: around a load.
+        engines: for loads of real size.
+        work: folder of the shards.
+        workers: see :func:`steadyload.runs.store.Store.complete`.
+        progress: called with what is done, units done and units in all.
+
+    Raises:
+        StudyError: no such engine.
+        ResultsError: another run is at work in the folder.
+    """
+    here = fixed_step_engines()
+    real_engines = fixed_step_engines(engines)
+    found = {LISTS: standing_loads(LISTS, small), REAL: standing_loads(REAL, loads)}
+    statics = [EXACT, RUBBING, *(f"{EXACT},friction={mu:g}" for mu in FRICTIONS if mu != _FRICTION)]
+    asked: list[tuple[Load, str, float]] = []
+    for of, names in ((LISTS, here), (REAL, real_engines)):
+        methods = [*statics, *(f"label@{name}" for name in names)]
+        asked += [(load, method, 0.0) for method in methods for load in found[of]]
+    asked += [(load, REFERENCE, 0.0) for load in found[LISTS]]
+    fewest = sorted(found[REAL], key=lambda load: len(load.layout))[:referenced]
+    asked += [(load, REFERENCE, 0.0) for load in fewest]
+    asked += [(load, RISING, rise) for rise in RISES if rise for load in found[LISTS]]
+    made = {method: made_by(make_method(method)) for _, method, _ in asked}
+    ways = around(directions)
+    units = [LimitUnit(load, method, ways, rise, made[method]) for load, method, rise in asked]
+    with locked(work):
+        store: Store[Any, Any] = Store(work / "limits", JSON)
+        store.complete(
+            units,
+            _measured,
+            crashed=_without,
+            limit=PartLimit(_SECONDS, _without),
+            workers=workers,
+            progress=lambda *of: progress("limits", *of),
+        )
+    places = {id(load): place for own in found.values() for place, load in enumerate(own)}
+    rows = [
+        {**_about(unit.load, places), "method": unit.method, "rise": unit.rise, **limit}
+        for unit in units
+        for limit in store.read(unit.key)[0]
+    ]
+    rows += [
+        {
+            **_about(load, places),
+            "method": WHOLE,
+            "rise": 0.0,
+            **asdict(Limit(way, whole_load_limit(load.layout, _FRICTION, way))),
+        }
+        for own in found.values()
+        for load in own
+        for way in ways
+    ]
+    return LoadLimits(found, pd.DataFrame(rows))
+
+
+def _about(load: Load, places: Mapping[int, int]) -> dict[str, Any]:
+    return {"of": load.of, "load": places[id(load)], "item_list": load.item_list}

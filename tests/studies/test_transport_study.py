@@ -1,0 +1,132 @@
+"""The study of transport: limits are kept, distances are those of a hand count, the page tells."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from steadyload.layouts.benchmark import REAL
+from steadyload.layouts.benchmark.dataset import LISTS
+from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.reports.writing import write_page
+from steadyload.runs.definition import StudyError
+from steadyload.studies.transport.page import transport_page
+from steadyload.studies.transport.study import (
+    REFERENCE,
+    RISING,
+    RUBBING,
+    WHOLE,
+    Load,
+    LoadLimits,
+    limits_of_loads,
+    standing_loads,
+)
+from steadyload.studies.transport.summary import summarise
+from steadyload.transport.limits import EXACT, limits
+from steadyload.transport.whole_load import whole_load_limit
+
+PALLET = Pallet(120.0, 200.0, 80.0)
+
+
+@pytest.mark.parametrize("direction", [0.0, 30.0, 90.0, 200.0])
+def test_the_whole_of_a_single_box_is_the_box(direction):
+    offset = (3.0, -4.0, 2.0)
+    box = Item(0, (40.0, 0.0, 30.0), (20.0, 60.0, 30.0), 8.0, offset)
+    layout = Layout("one", PALLET, (box,))
+    (exact,) = limits(layout, directions=(direction,))
+    assert whole_load_limit(layout, 0.5, direction) == pytest.approx(exact.limit_g, abs=1e-6)
+    assert whole_load_limit(layout, 0.01, direction) == pytest.approx(0.01)
+
+
+def test_a_load_whose_centre_of_mass_is_past_its_base_holds_nothing():
+    foot = Item(0, (0.0, 0.0, 0.0), (10.0, 10.0, 10.0), 1.0)
+    top = Item(1, (0.0, 10.0, 0.0), (60.0, 10.0, 10.0), 50.0)
+    assert whole_load_limit(Layout("past", PALLET, (foot, top)), 0.5, 0.0) == 0.0
+
+
+def test_loads_stand_by_their_label_and_are_different_first():
+    loads = standing_loads(LISTS, 50)
+    assert len({load.name.rpartition(" ")[0] for load in loads}) == len(loads) == 50
+    (found,) = limits(loads[0].layout, "label@mujoco", directions=(0.0,))
+    assert found.limit_g is not None
+
+
+def test_limits_are_kept_and_an_unknown_engine_is_refused(tmp_path):
+    asked = {"loads": 1, "small": 1, "referenced": 0, "directions": 1, "work": tmp_path}
+    with pytest.raises(StudyError, match="did you mean 'mujoco'"):
+        limits_of_loads(engines=["mujocco"], **asked)
+    found = limits_of_loads(engines=["mujoco"], workers=0, **asked)
+    shards = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "limits").iterdir()}
+    again = limits_of_loads(engines=["mujoco"], workers=0, **asked)
+    assert found.rows.drop(columns="cpu_ms").equals(again.rows.drop(columns="cpu_ms"))
+    assert {p.name: p.stat().st_mtime_ns for p in (tmp_path / "limits").iterdir()} == shards
+    assert {EXACT, RUBBING, WHOLE, REFERENCE, "label@mujoco"} <= set(found.rows["method"])
+    assert set(found.rows["rise"]) == {0.0, 0.05, 0.2, 0.5}
+
+
+def made_up():
+    """Two loads of each set in two directions; the second one leans."""
+    layout = Layout("x", PALLET, (Item(0, (0.0, 0.0, 0.0), (10.0, 10.0, 10.0), 1.0),))
+    loads = {
+        of: [Load(of, f"{of}-{k}", layout, f"list-{k}") for k in range(2)] for of in (LISTS, REAL)
+    }
+    rows = []
+
+    def add(of, load, method, values, mode="tips", rise=0.0):
+        for direction, value in zip((0.0, 180.0), values, strict=True):
+            rows.append(
+                {"of": of, "load": load, "item_list": f"list-{load}", "method": method,
+                 "rise": rise, "direction_deg": direction, "limit_g": value, "moved_item": 0,
+                 "displacement_cm": None, "mode": mode, "reason": "", "cpu_ms": 2.0}
+            )  # fmt: skip
+
+    for of in (LISTS, REAL):
+        add(of, 0, EXACT, (0.30, 0.40))
+        add(of, 1, EXACT, (0.0, 0.0), mode="falls")
+        for mu in (0.2, 0.3, 0.4, 0.6):
+            add(of, 0, f"{EXACT},friction={mu:g}", (mu / 2, mu))
+        for load in range(2):
+            add(of, load, REFERENCE, (0.25, 0.41))
+            add(of, load, RISING, (0.26, None))
+            add(of, load, WHOLE, (0.5, 0.5), mode=None)
+    for rise in (0.05, 0.2, 0.5):
+        add(LISTS, 0, RISING, (0.26 - rise / 10, None), rise=rise)
+    return LoadLimits(loads, pd.DataFrame(rows))
+
+
+def test_distances_are_those_of_a_count_by_hand():
+    found = summarise(made_up())
+    assert found.counts == {LISTS: (2, 1, 2), REAL: (2, 1, 2)}
+    exact, whole, engine = found.small
+    assert [exact.method.spec, whole.method.spec] == [EXACT, WHOLE]
+    assert (exact.difference.n, exact.loads) == (2, 1)
+    assert exact.difference.value == pytest.approx(0.02)
+    assert exact.apart.value == pytest.approx(0.03)
+    assert (exact.above.value, exact.below.value) == (0.5, 0.0)
+    assert np.isnan(whole.cpu.value)
+    assert (engine.difference.n, engine.above.value) == (1, 0.0)
+    assert [one.method.spec for one in found.leaning] == [WHOLE, RISING]
+    assert {one.method.spec: one.difference.n for one in found.real} == {
+        EXACT: 2, WHOLE: 4, RISING: 2
+    }  # fmt: skip
+    of_exact = next(h for h in found.holding if (h.of, h.method.spec) == (REAL, EXACT))
+    assert of_exact.weakest.value == pytest.approx(0.30)
+    assert {level: share.value for level, share in of_exact.share.items()} == {
+        0.2: 1.0, 0.3: 1.0, 0.5: 0.0
+    }  # fmt: skip
+    assert [one.more.value for one in found.rises] == pytest.approx([-0.005, -0.02, -0.05])
+    assert found.without[RISING] == 7
+    assert [one.weakest for one in found.drawn] == pytest.approx([0.30])
+
+
+def test_the_page_begins_with_the_answer(tmp_path):
+    text = write_page(
+        transport_page(summarise(made_up()), {"source": "here"}), tmp_path
+    ).read_text()
+    first = text.split("\n\n")[1]
+    assert "hold 0.300 [0.300, 0.300] g in their weakest direction" in first
+    assert "b / h of the whole load, the rule of thumb, promises too much in 100.0" in first
+    assert "no wrap, no strap, no anti-slip mat" in text
+    assert "7 label@mujoco" in text
+    assert {p.name for p in (tmp_path / "figures").iterdir()} == {
+        "around.svg", "differences.svg", "weakest.svg"
+    }  # fmt: skip
