@@ -151,7 +151,7 @@ real: $(READY) ## judge layouts of 25 to 150 boxes by all methods, for their pag
 	$(BIN)/steadyload pages remake real
 
 pages: $(READY) ## remake all published pages and their index (days; goes on); `steadyload pages list` names them
-	$(BIN)/steadyload pages remake
+	$(BIN)/steadyload pages remake --keep
 
 docs: $(READY) ## remake the table of engines and the index of published pages
 	$(BIN)/steadyload engines --markdown > docs/engines.md

@@ -102,11 +102,10 @@ _OWN = (
             Group.BUILD),
     Command("pages list", "pages:List", "name published pages, and the command of each",
             Group.REMAKE),
-    Command("pages remake", "pages:Remake", "remake published pages; goes on where it was",
+    Command("pages remake", "pages:Remake",
+            "remake published pages from their rows; judges those that are missing",
             Group.REMAKE),
     Command("pages keep", "pages:Keep", "pack the rows that published pages are made of",
-            Group.REMAKE),
-    Command("pages redraw", "pages:Redraw", "remake published pages from their packed rows",
             Group.REMAKE),
     Command("pages index", "pages:Index", "write the index of published pages", Group.REMAKE),
 )  # fmt: skip

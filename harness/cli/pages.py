@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,16 @@ from steadyload.atomic import write_atomically
 from steadyload.cli.interrupts import working
 from steadyload.cli.terminal import print_table, say
 from steadyload.studies.options import REQUIRED, operand, option
-from steadyload.studies.published import FOLDER, INDEX, ROWS, entries, named, remaking, write_index
+from steadyload.studies.published import (
+    FOLDER,
+    INDEX,
+    ROWS,
+    Entry,
+    entries,
+    named,
+    remaking,
+    write_index,
+)
 
 
 def _folder() -> Any:
@@ -42,24 +52,35 @@ class List:
         )
 
 
+def _rows() -> Any:
+    return option(ROWS, f"folder of the packed rows (default: {ROWS})", metavar="DIR")
+
+
 @dataclass(frozen=True)
 class Remake:
-    """Which pages, and where they lie."""
+    """Which pages, and where they and the rows behind them lie."""
 
     names: tuple[str, ...] = operand((), "only these (default: all)", metavar="PAGE")
     output: Path = _folder()
+    rows: Path = _rows()
+    keep: bool = option(False, "pack the rows of every page that was remade, for the next time")
     dry_run: bool = option(False, "print the commands, and run none")
 
     def run(self) -> int:
         """Run the commands of the pages, and write the index.
 
-        Returns the first exit status that is not 0; the other pages are remade nevertheless.
+        Rows that are packed and not in their work folder are unpacked first, and are not judged
+        again as long as nothing has changed that they depend on. Returns the first exit status that
+        is not 0; the other pages are remade nevertheless.
         """
         from steadyload.cli.running import run
+        from steadyload.studies.kept_rows import unpack
 
         working()
         status = 0
         for entry in named(self.names):
+            if not self.dry_run:
+                unpack(entry, self.rows)
             for words in remaking(entry, self.output):
                 if self.dry_run:
                     print(f"steadyload {shlex.join(words)}")
@@ -68,6 +89,9 @@ class Remake:
                 if ended := run(words):
                     status = status or ended
                     break
+            else:
+                if self.keep and not self.dry_run:
+                    _kept((entry,), self.rows)
         if not self.dry_run:
             print(write_index(self.output))
         return status
@@ -78,32 +102,19 @@ class Keep:
     """Which pages, and where their rows are packed."""
 
     names: tuple[str, ...] = operand(REQUIRED, "pages", metavar="PAGE")
-    rows: Path = option(ROWS, f"folder of the packed rows (default: {ROWS})", metavar="DIR")
+    rows: Path = _rows()
 
     def run(self) -> None:
         """Pack the rows of pages, and write what is kept beside them."""
-        from steadyload.studies.kept_rows import keep, kept
-
-        for entry in named(self.names):
-            print(keep(entry, self.rows))
-        write_atomically(self.rows / INDEX, kept(self.rows).encode())
+        _kept(named(self.names), self.rows)
 
 
-@dataclass(frozen=True)
-class Redraw:
-    """Which pages, and where their rows and the pages lie."""
+def _kept(pages: Sequence[Entry], rows: Path) -> None:
+    from steadyload.studies.kept_rows import keep, kept
 
-    names: tuple[str, ...] = operand(REQUIRED, "pages", metavar="PAGE")
-    rows: Path = option(ROWS, f"folder of the packed rows (default: {ROWS})", metavar="DIR")
-    output: Path = _folder()
-
-    def run(self) -> int:
-        """Unpack the rows of pages that are not there, and remake the pages of them."""
-        from steadyload.studies.kept_rows import unpack
-
-        for entry in named(self.names):
-            unpack(entry, self.rows)
-        return Remake(self.names, self.output).run()
+    for entry in pages:
+        print(keep(entry, rows))
+    write_atomically(rows / INDEX, kept(rows).encode())
 
 
 @dataclass(frozen=True)

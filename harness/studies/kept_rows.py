@@ -17,7 +17,7 @@ _LEFT_OUT = (".lock", "report.md", "report.html", "figures")
 
 
 class RowsError(UserError):
-    """There are no rows to be packed or unpacked."""
+    """There are no rows to be packed."""
 
 
 def keep(entry: Entry, folder: Path = ROWS) -> Path:
@@ -54,18 +54,15 @@ def unpack(entry: Entry, folder: Path = ROWS) -> Path | None:
     """Unpack the rows of a page into its work folder, unless that exists.
 
     Returns:
-        The work folder; None where it was there before, and is left as it is.
+        The work folder; None where it was there before, and is left as it is, and where nothing is
+        packed for this page.
 
     Raises:
-        RowsError: nothing is packed for this page.
         OSError: the rows cannot be read or written.
     """
-    if entry.work.exists():
-        return None
     archive = _archive(entry, folder)
-    if not archive.exists():
-        kept = ", ".join(dict.fromkeys(e.name for e in entries() if _archive(e, folder).exists()))
-        raise RowsError(f"no rows are kept of page {entry.name!r}; kept: {kept or 'none'}")
+    if entry.work.exists() or not archive.exists():
+        return None
     with tarfile.open(archive, "r:xz") as rows:
         rows.extractall(entry.work, filter="data")
     return entry.work
@@ -82,9 +79,9 @@ def kept(folder: Path = ROWS) -> str:
         [
             "# Rows behind published pages",
             "",
-            f"{_megabytes(whole)} in all. `steadyload pages redraw PAGE` unpacks the rows of a "
-            "page into its work folder and makes the page of them; what is there is not judged "
-            "again. `steadyload pages keep PAGE` packs them anew.",
+            f"{_megabytes(whole)} in all. `steadyload pages remake PAGE` unpacks the rows of a "
+            "page into its work folder, judges what is missing there, and makes the page. "
+            "`steadyload pages keep PAGE` packs them anew.",
             "",
             "| archive | size | pages |",
             "| ------- | ---: | ----- |",

@@ -9,6 +9,9 @@ from steadyload.reports.table import MISSING, Column, Table, columns_for, compac
 from steadyload.studies.closed_forms.figures import plot_closed_form_series, plot_closed_forms
 from steadyload.studies.closed_forms.study import ClosedFormResult, ClosedFormTest
 
+_ONE_PER_CENT = 1.0
+"""Error, in per cent of what is expected, up to which an engine counts as right."""
+
 OWN_STEPS = "own"
 """Text for the frequency of an engine that chooses its own steps."""
 
@@ -43,15 +46,41 @@ def closed_forms_page(
     ]
     return Page(
         "Engines against mechanics",
-        "Single bodies and small stacks whose motion follows from a formula, or from an equation "
-        "of motion solved to 1e-12, at equal SI values and every engine's settings for contacts as "
-        "they are. An error is what was found minus what is expected, in the unit given, or in per "
-        "cent of what is expected. Engines run at fixed substeps a second (Hz), except those that "
-        f"choose their own steps (`{OWN_STEPS}`). Nothing here is drawn by chance, so there are no "
-        "intervals; a bisection ends at the resolution named with its test.",
+        f"{_answer(shown, results)}Single bodies and small stacks whose motion follows from a "
+        "formula, or from an equation of motion solved to 1e-12, at equal SI values and every "
+        "engine's settings for contacts as they are. An error is what was found minus what is "
+        "expected, in the unit given, or in per cent of what is expected. Engines run at fixed "
+        f"substeps a second (Hz), except those that choose their own steps (`{OWN_STEPS}`). "
+        "Nothing here is drawn by chance, so there are no intervals; a bisection ends at the "
+        "resolution named with its test.",
         sections,
         manifest,
     )
+
+
+def _answer(tests: Sequence[ClosedFormTest], results: Sequence[ClosedFormResult]) -> str:
+    """Sentence on how many tests every engine meets at its highest frequency."""
+    known = {test.name: test for test in tests}
+    met = []
+    for engine in dict.fromkeys(r.engine for r in results):
+        own = [r for r in results if r.engine == engine]
+        finest = _finest(own)
+        asked = [r for r in own if r.frequency == finest and r.test in known]
+        right = sum(_is_right(known[r.test], r) for r in asked)
+        met.append(f"{engine} ({hertz(finest)}) {right} of {len(asked)}")
+    if not met:
+        return ""
+    return (
+        f"Within {_ONE_PER_CENT:g} % of mechanics, or as near as a test resolves, come "
+        f"{', '.join(met)} tests.\n\n"
+    )
+
+
+def _is_right(test: ClosedFormTest, result: ClosedFormResult) -> bool:
+    if result.error is None:
+        return False
+    allowed = _ONE_PER_CENT if test.relative else abs(test.expected) * _ONE_PER_CENT / 100.0
+    return abs(result.error) <= max(allowed, test.resolution)
 
 
 def _overview(

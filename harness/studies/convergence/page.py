@@ -51,13 +51,21 @@ def convergence_page(found: Convergence, manifest: Mapping[str, str]) -> Page:
     sections.append(_disputes(found))
     return Page(
         "Are the reference's labels converged?",
-        "A label is the failing step of a layout by `label@reference`: every placement afresh, "
-        "0.3 s, 10 cm or 10 degrees. It is compared with itself under other numerics and other "
-        "models, with other engines, and with unrelated integrators. Brackets hold 95 % intervals "
-        "(Wilson for shares, bootstrap for means). "
+        f"{_answer(found)}\n\nA label is the failing step of a layout by `label@reference`: every "
+        "placement afresh, 0.3 s, 10 cm or 10 degrees. It is compared with itself under other "
+        "numerics and other models, with other engines, and with unrelated integrators. Brackets "
+        "hold 95 % intervals (Wilson for shares, bootstrap for means). "
         f"{CostSource(CostKind.ONE_PROCESS).explained()}",
         sections,
         manifest,
+    )
+
+
+def _answer(found: Convergence) -> str:
+    changed = found.any_change
+    return (
+        f"Of {changed.n} labels {percent(changed)} % change under any other numerics of the "
+        "reference."
     )
 
 

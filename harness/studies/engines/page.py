@@ -13,13 +13,14 @@ from steadyload.reports.table import (
     columns_for,
     milliseconds,
     percent,
+    plain_percent,
     significant,
     words,
 )
 from steadyload.runs.costs import CostKind, CostSource
 from steadyload.studies.engines.figures import plot_convergence, plot_growth
 from steadyload.studies.engines.sources import SourceTable
-from steadyload.studies.engines.sources_section import sources
+from steadyload.studies.engines.sources_section import leading_source, sources
 from steadyload.studies.engines.speed import SpeedCurve, Throughput
 from steadyload.studies.engines.study import EngineAgreement, OptionEffect
 
@@ -79,12 +80,26 @@ def engine_study_page(
         sections.append(_throughput(rates))
     return Page(
         "The same question asked of several engines",
-        "One loading algorithm, equal SI values, every engine. Brackets hold 95 % intervals "
-        "(Wilson for shares, bootstrap for means). "
+        f"{_answer(agreement, shares)}One loading algorithm, equal SI values, every engine. "
+        "Brackets hold 95 % intervals (Wilson for shares, bootstrap for means). "
         f"{CostSource(CostKind.ONE_PROCESS).explained()}",
         sections,
         manifest,
     )
+
+
+def _answer(agreement: Sequence[EngineAgreement], shares: Sequence[SourceTable]) -> str:
+    """Sentences on what verdicts differ by, and on how far untuned engines agree."""
+    said = [leading_source(shares)] if shares else []
+    if agreement:
+        finest = agreement[-1]
+        alike = [share.value for share in finest.agreement.values()]
+        said.append(
+            f"Untuned at {finest.frequency} Hz, any two engines name the same failing step on "
+            f"{plain_percent(min(alike))} to {plain_percent(max(alike))} % of "
+            f"{next(iter(finest.agreement.values())).n} layouts."
+        )
+    return " ".join(said) + "\n\n" if said else ""
 
 
 def _agreement(rows: Sequence[EngineAgreement]) -> Section:

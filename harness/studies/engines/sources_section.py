@@ -54,6 +54,19 @@ def _sentence(table: SourceTable) -> str:
     )
 
 
+def leading_source(tables: Sequence[SourceTable]) -> str:
+    """Sentence on what most of the differences between verdicts come with, by the first table."""
+    table = tables[0]
+    single = [share for share in table.shares if len(share.factors) == 1]
+    first = max(single, key=lambda share: share.whole.value)
+    engine = next(share for share in single if share.factors == ("engine",))
+    rest = "" if first is engine else f", and {_share(engine)}"
+    return (
+        f"Of the differences between verdicts on the same case {_share(first)}{rest} "
+        f"({table.cases} cases of set {table.design.labelled_set})."
+    )
+
+
 def _share(share: SourceShare) -> str:
     return f"{percent(share.whole)} % come with the {share.factors[0]}"
 

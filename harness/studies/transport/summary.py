@@ -60,7 +60,7 @@ class Distance:
 
 @dataclass(frozen=True)
 class Holding:
-    """What loads hold in their weakest direction, by a method.
+    """Limits of loads in their weakest direction, by a method.
 
     ``weakest``: mean limit there. ``share``: of the loads that hold each of :data:`LEVELS` in
     every direction. ``tips``: share of limits beyond which a box tips, of those with a mode.
@@ -95,7 +95,7 @@ class Drawn:
 
 @dataclass(frozen=True)
 class TransportSummary:
-    """What the study found.
+    """Results of the study.
 
     Attributes:
         counts: by set, loads, those that balance as planned, and item lists.

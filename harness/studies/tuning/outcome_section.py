@@ -63,6 +63,27 @@ def came_out(tests: Sequence[TunedTable]) -> Section:
     return Section("What came out", "\n\n".join(said), tables)
 
 
+def answer(tests: Sequence[TunedTable]) -> str:
+    """Paragraph on the tuned parameters of the first part, and on what their search brought."""
+    mine = [test for test in tests if test.part == tests[0].part]
+    if not mine:
+        return ""
+    right = "; ".join(f"{percent(t.tuned.accuracy)} % on {t.engine}" for t in mine)
+    gains = {
+        t.engine: other.ahead
+        for t in mine
+        for other in t.others
+        if other.method.family == _START and other.ahead is not None
+    }
+    brought = "; ".join(f"{percent(gain)} points on {engine}" for engine, gain in gains.items())
+    return (
+        f"Tuned parameters are right on {right} (n = {mine[0].tuned.accuracy.n}, part "
+        f"`{mine[0].part}`)"
+        + (f"; to the protocol of the label their search adds {brought}." if brought else ".")
+        + "\n\n"
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class _Target:
     """A target of a tuned method, and whether it is reached."""

@@ -21,7 +21,7 @@ from steadyload.reports.table import (
 from steadyload.studies.tuning.change_sections import left_out, plausibility, transfer
 from steadyload.studies.tuning.figures import plot_price
 from steadyload.studies.tuning.knowledge_section import knowledge
-from steadyload.studies.tuning.outcome_section import came_out
+from steadyload.studies.tuning.outcome_section import answer, came_out
 from steadyload.studies.tuning.search_sections import algorithms, luck, searches
 from steadyload.studies.tuning.summary import CostRow, GeneRow, PricePoint, Tuning
 
@@ -68,17 +68,16 @@ def tuning_page(tuning: Tuning, manifest: Mapping[str, str]) -> Page:
     goals = ", ".join(f"{e} {significant(g)} ms" for e, g in tuning.goal.items())
     return Page(
         "Tuned simulations",
-        "The parameters of a simulation are searched, engine by engine, for the highest accuracy "
-        "at a low cost. Searches judge a set of parameters, a *genotype*, on "
-        f"part `{tuning.part}` of labelled sets (cases: {cases}); what is said of other "
-        "parts was not seen by a search. *Accuracy* is the share of cases on which a method names "
-        "the label's failing step; *overestimated*: a later one, *underestimated*: an earlier one. "
-        "*Cost* is the CPU time a layout that is modelled from what a simulation does, so that it "
-        "does not depend on what else a machine was doing; *CPU* is measured. "
-        f"{_source(tuning)}Being cheaper than "
-        "18.5 % of PS_3, or than a stated cost, is worth nothing to a search"
-        f"{f': {goals}' if goals else ''}. "
-        "Differences are in percentage points, on the same cases; brackets hold 95 % intervals.",
+        f"{answer(tuning.tests)}The parameters of a simulation are searched, engine by engine, "
+        "for the highest accuracy at a low cost. Searches judge a set of parameters, a "
+        f"*genotype*, on part `{tuning.part}` of labelled sets (cases: {cases}); what is said of "
+        "other parts was not seen by a search. *Accuracy* is the share of cases on which a "
+        "method names the label's failing step; *overestimated*: a later one, *underestimated*: "
+        "an earlier one. *Cost* is the CPU time a layout that is modelled from what a simulation "
+        "does, so that it does not depend on what else a machine was doing; *CPU* is measured. "
+        f"{_source(tuning)}Being cheaper than 18.5 % of PS_3, or than a stated cost, is worth "
+        f"nothing to a search{f': {goals}' if goals else ''}. Differences are in percentage "
+        "points, on the same cases; brackets hold 95 % intervals.",
         sections,
         manifest,
     )

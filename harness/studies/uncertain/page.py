@@ -95,15 +95,28 @@ def uncertain_page(found: Uncertain, manifest: Mapping[str, str]) -> Page:
         sections.append(_check(found.check))
     return Page(
         "How sure verdicts are",
-        f"Cases of part `{found.part}` of the labelled set are judged as planned, and again and "
-        f"again with deviations from the plan: `{found.uncertainty}`, standard deviations, "
-        "lengths in cm (what deviates how: docs/uncertainty.md). *P* is the probability that the "
-        f"whole load stands, sampled until it is known to {found.half_width:g}, with at most "
-        f"{found.most} samples; the *likeliest* failing step is the one that most samples have. "
-        "Labels are of the plans. Half of the cases are stable, more than half in nature. "
-        f"Brackets hold 95 % intervals, which stand on the {found.item_lists} item lists.",
+        f"{_answer(found)}Cases of part `{found.part}` of the labelled set are judged as planned, "
+        f"and again and again with deviations from the plan: `{found.uncertainty}`, standard "
+        "deviations, lengths in cm (what deviates how: docs/uncertainty.md). *P* is the "
+        "probability that the whole load stands, sampled until it is known to "
+        f"{found.half_width:g}, with at most {found.most} samples; the *likeliest* failing step "
+        "is the one that most samples have. Labels are of the plans. Half of the cases are "
+        "stable, more than half in nature. Brackets hold 95 % intervals, which stand on the "
+        f"{found.item_lists} item lists.",
         sections,
         manifest,
+    )
+
+
+def _answer(found: Uncertain) -> str:
+    """Sentence on the most accurate of the methods that were asked of most cases."""
+    if not found.rows:
+        return ""
+    row = max(found.rows, key=lambda one: (one.plan.n, one.plan.value))
+    return (
+        f"Where a load deviates from its plan by `{found.uncertainty}`, it fails at another step "
+        f"than the plan in {percent(row.changed)} % of samples, and whether it stands is unsure "
+        f"for {percent(row.unsure)} % of {row.plan.n} cases, by {row.method.title}.\n\n"
     )
 
 
