@@ -1,5 +1,7 @@
 """The study of precision: its changes keep a verdict, and its page says who turned which."""
 
+import math
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -10,8 +12,11 @@ from steadyload.reports.writing import write_page
 from steadyload.runs.definition import StudyError
 from steadyload.statistics.clusters import Clusters
 from steadyload.studies.able import fixed_step_engines
+from steadyload.studies.closed_forms.measuring import Stage, fall
+from steadyload.studies.closed_forms.study import closed_form_tests
 from steadyload.studies.precision.changes import AS_IT_IS, CHANGES, DISTANCES, SCALES
 from steadyload.studies.precision.page import precision_page
+from steadyload.studies.precision.sizes import EDGES, TESTS, ScaledStage, closed_forms_by_size
 from steadyload.studies.precision.study import Answers, judge_changed, turned
 from steadyload.studies.precision.summary import summarise
 
@@ -80,7 +85,26 @@ def test_a_verdict_that_is_lost_or_another_counts_as_turned(tmp_path):
     assert row.accuracy["all"]["all"].value == 0.75
     assert [share.n for share in row.accuracy["items"].values()] == [1, 1, 2]
     assert [share.n for share in row.accuracy["masses"].values()] == [2, 1, 1]
-    text = write_page(precision_page([row], 4, 4, {}), tmp_path).read_text()
+    sizes = closed_forms_by_size(["mujoco"], tmp_path / "sizes", workers=0)
+    text = write_page(precision_page([row], 4, 4, sizes, {}), tmp_path).read_text()
     assert "No engine of single precision is installed here" in text
     assert row.excess[DISTANCES[-1]].value == 0.0
     assert "moved 20 m" in text
+
+
+def test_at_the_first_size_a_closed_form_is_as_it_is_and_mechanics_holds_at_all(tmp_path):
+    """DART, in double precision, hardly notices the size."""
+    known = {test.name: test for test in closed_form_tests()}
+    found = closed_forms_by_size(["dart"], tmp_path, workers=0)
+    assert set(found) == {(test, "dart", edge) for test in TESTS for edge in EDGES}
+    plain = known["tipping offset"].measure(Stage("dart", 480))
+    assert found["tipping offset", "dart", EDGES[0]].found == plain
+    for edge in EDGES:
+        assert abs(found["sliding threshold", "dart", edge].error) < 0.01
+        assert abs(found["tipping offset", "dart", edge].error) < 0.02
+
+
+def test_a_scaled_fall_is_the_fall_in_the_lengths_of_the_test():
+    stage = ScaledStage("dart", 480, scale=100.0)
+    assert fall(stage) == pytest.approx(fall(Stage("dart", 480)), rel=1e-9)
+    assert math.isclose(stage.scale, EDGES[2] / EDGES[0])

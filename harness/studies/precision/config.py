@@ -36,6 +36,8 @@ class PrecisionStudy(Study[PrecisionConfig, Any]):
     ) -> Any:
         """The arguments of the page, in its order."""
         from steadyload.runs.provenance import provenance_lines
+        from steadyload.studies.able import fixed_step_engines
+        from steadyload.studies.precision.sizes import closed_forms_by_size
         from steadyload.studies.precision.study import judge_changed
         from steadyload.studies.precision.summary import summarise
 
@@ -44,7 +46,10 @@ class PrecisionStudy(Study[PrecisionConfig, Any]):
             config.directory, config.limit, work, only=config.engines, workers=workers,
             progress=progress,
         )  # fmt: skip
-        return summarise(answers), len(answers.cases), len(answers.clusters), made_with
+        sizes = closed_forms_by_size(
+            fixed_step_engines(config.engines), work, workers=workers, progress=progress
+        )
+        return summarise(answers), len(answers.cases), len(answers.clusters), sizes, made_with
 
     def page(self, result: Any) -> Any:
         """The page of verdicts turned, and of accuracy by kind of load."""

@@ -1,0 +1,138 @@
+"""Closed forms at several sizes: what lengths that are fixed within an engine cost.
+
+Lengths are multiplied by a factor and times by its root, under the same gravity, so that exact
+mechanics finds the same numbers at every size (Froude's law of similitude).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from steadyload.engines.world import Box, FixedStepWorld, Poses, WorldSettings
+from steadyload.runs.pool import Executor, SinglePart
+from steadyload.runs.provenance import key_of, made_on
+from steadyload.runs.store import JSON, Store, locked
+from steadyload.studies.closed_forms import measuring
+from steadyload.studies.closed_forms.measuring import Stage
+from steadyload.studies.closed_forms.study import (
+    ClosedFormResult,
+    ClosedFormTest,
+    closed_form_tests,
+)
+from steadyload.studies.closed_forms.study import result as result_of
+from steadyload.studies.study import Progress, silent
+
+EDGES = (0.1, 1.0, 10.0)
+"""Edge of the cubes of a test [m]; at the first one a test is that of the closed forms."""
+
+TESTS = ("sliding threshold", "tipping offset", "time to 10 degrees, 1 mm", "overhang of 5")
+"""Names of the tests that are run at every size."""
+
+FREQUENCY = 480
+"""Substeps a second at the first size; they take as long as times do at the others."""
+
+
+@dataclass(frozen=True, slots=True)
+class ScaledStage(Stage):
+    """A stage on which lengths are multiplied; what is read is in the lengths of the test."""
+
+    scale: float = 1.0
+
+    @contextmanager
+    def scene(self, boxes: Sequence[Box], settings: WorldSettings) -> Iterator[FixedStepWorld]:
+        """A world that holds the boxes, larger by the factor."""
+        larger = [
+            replace(
+                box,
+                size=tuple(self.scale * length for length in box.size),
+                centre=tuple(self.scale * length for length in box.centre),
+            )
+            for box in boxes
+        ]
+        with Stage.scene(self, larger, settings) as world:
+            yield world
+
+    def run(self, world: FixedStepWorld, seconds: float) -> Poses:
+        """Poses after a further time of the test [s]."""
+        pace = math.sqrt(self.scale)
+        slower = Stage(self.engine, self.frequency / pace)  # type: ignore[arg-type]
+        poses = slower.run(world, pace * seconds)
+        return poses._replace(centres=poses.centres / self.scale)
+
+
+@dataclass(frozen=True)
+class SizeUnit(SinglePart):
+    """A unit of work with one part: a test on an engine at a size."""
+
+    test: str
+    engine: str
+    edge: float
+    made_by: Mapping[str, str]
+
+    @property
+    def key(self) -> str:
+        """The key of its shard."""
+        return key_of(
+            {
+                "question": "closed form at a size",
+                "test": self.test,
+                "engine": self.engine,
+                "edge": self.edge,
+                "frequency": FREQUENCY,
+                "version": measuring.VERSION,
+                "made by": dict(self.made_by),
+            }
+        )
+
+    def describe(self, part: int) -> str:
+        """Description of the test for messages."""
+        return f"{self.test} on {self.engine}, edges of {self.edge:g} m"
+
+
+def _measured(unit: SizeUnit) -> Iterator[dict[str, Any]]:
+    stage = ScaledStage(unit.engine, FREQUENCY, scale=unit.edge / EDGES[0])
+    yield asdict(result_of(_tests()[unit.test], stage, FREQUENCY))
+
+
+def _tests() -> dict[str, ClosedFormTest]:
+    return {test.name: test for test in closed_form_tests() if test.name in TESTS}
+
+
+def closed_forms_by_size(
+    engines: Sequence[str],
+    work: Path,
+    *,
+    workers: int | Executor = 1,
+    progress: Progress = silent,
+) -> dict[tuple[str, str, float], ClosedFormResult]:
+    """Results by test, engine and edge; measured where they are missing.
+
+    Args:
+        engines: names.
+        work: folder of the shards.
+        workers: see :func:`steadyload.runs.store.Store.complete`.
+        progress: called with what is done, tests done and tests in all.
+
+    Raises:
+        ResultsError: another run is at work in the folder.
+    """
+    units = [
+        SizeUnit(test, engine, edge, made_on(engine))
+        for test in TESTS
+        for engine in engines
+        for edge in EDGES
+    ]
+    with locked(work):
+        store: Store[Any, Any] = Store(work / "sizes", JSON)
+        store.complete(
+            units, _measured, workers=workers, progress=lambda *of: progress("sizes", *of)
+        )
+        return {
+            (unit.test, unit.engine, unit.edge): ClosedFormResult(**store.read(unit.key)[0])
+            for unit in units
+        }
