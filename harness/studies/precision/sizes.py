@@ -47,15 +47,15 @@ class ScaledStage(Stage):
     def scene(self, boxes: Sequence[Box], settings: WorldSettings) -> Iterator[FixedStepWorld]:
         """A world that holds the boxes, larger by the factor."""
         larger = [
-            replace(
-                box,
-                size=tuple(self.scale * length for length in box.size),
-                centre=tuple(self.scale * length for length in box.centre),
-            )
+            replace(box, size=self._larger(box.size), centre=self._larger(box.centre))
             for box in boxes
         ]
         with Stage.scene(self, larger, settings) as world:
             yield world
+
+    def _larger(self, lengths: tuple[float, float, float]) -> tuple[float, float, float]:
+        x, y, z = lengths
+        return self.scale * x, self.scale * y, self.scale * z
 
     def run(self, world: FixedStepWorld, seconds: float) -> Poses:
         """Poses after a further time of the test [s]."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -56,7 +57,7 @@ def plot_differences(found: Sequence[Distance]) -> Figure:
 _LINES = {EXACT: ("#000000", "--"), RUBBING: ("#000000", "-."), WHOLE: ("#7f7f7f", ":")}
 
 
-def _style(method: MethodKey) -> dict[str, object]:
+def _style(method: MethodKey) -> dict[str, Any]:
     shade, line = _LINES.get(method.spec, (engine_colour(method.engine or ""), "-"))
     return {
         "color": shade,
