@@ -89,7 +89,8 @@ properties: $(READY) ## remake the page of property tests (an hour of CPU time)
 
 benchmark: $(READY) ## remake the labelled set (hours) and its page; goes on where it was
 	test -e runs/benchmark/manifest.json || $(BIN)/steadyload benchmark build -o runs/benchmark
-	$(BIN)/steadyload pages remake benchmark
+	$(BIN)/steadyload benchmark label runs/benchmark
+	$(BIN)/steadyload benchmark page runs/benchmark -o runs/benchmark
 
 planar: $(READY) ## remake the planar labelled set (a quarter of an hour); goes on where it was
 	test -e runs/planar/manifest.json || $(BIN)/steadyload benchmark build --planar -o runs/planar

@@ -90,7 +90,7 @@ class Remake:
                     status = status or ended
                     break
             else:
-                if self.keep and not self.dry_run:
+                if self.keep and not self.dry_run and entry.work.is_dir():
                     _kept((entry,), self.rows)
         if not self.dry_run:
             print(write_index(self.output))

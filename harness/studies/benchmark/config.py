@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.studies.options import operand
-from steadyload.studies.study import Progress, PublishedPage, Study, silent
+from steadyload.studies.study import Progress, Study, silent
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,6 @@ class BenchmarkStudy(Study[BenchmarkConfig, Any]):
     Config = BenchmarkConfig
     resumable = False
     workers = None
-    published = (PublishedPage("benchmark", "runs/benchmark", ("benchmark label runs/benchmark",)),)
-
     def run(
         self, config: BenchmarkConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:

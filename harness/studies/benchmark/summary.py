@@ -223,7 +223,8 @@ def _splits(done: pd.DataFrame, scenarios: list[str]) -> list[SplitCount]:
         for scenario in scenarios:
             part = own[own["scenario"] == scenario]
             stable = int(part["failing_step"].isna().sum())
-            rows.append(SplitCount(split, scenario, part["instance"].nunique(), len(part), stable))
+            lists = part["instance"].nunique()
+            rows += [SplitCount(split, scenario, lists, len(part), stable)] if lists else []
     return rows
 
 
