@@ -244,11 +244,11 @@ def test_a_few_boxes_hold_what_rigid_block_equilibrium_says(name):
     assert np.abs(found).max() < TOLERANCE
 
 
-@pytest.mark.deep("linear programmes of 64 edges a cone for 14 loads: two minutes and a half")
+@pytest.mark.deep("linear programmes of 64 edges a cone for 14 loads: a minute")
 @pytest.mark.parametrize("sides", [Sides.FRICTIONLESS, Sides.FRICTION])
 @pytest.mark.parametrize("name", [*SIMPLE, *LABELLED])
 def test_limits_are_those_of_rigid_block_equilibrium(name, sides, loads):
-    found = fine_differences(loads[name], sides, (0.0, 30.0, 90.0, 180.0, 270.0))
+    found = fine_differences(loads[name], sides, (0.0, 30.0))
     assert np.abs(found).max() < TOLERANCE
 
 
@@ -264,14 +264,14 @@ def test_along_axes_limits_are_those_of_rbe_solve(name):
         assert found == pytest.approx(programme.limit(direction).limit_g, abs=TOLERANCE)
 
 
-@pytest.mark.deep("programmes that are not convex: a minute")
+@pytest.mark.deep("programmes that are not convex: half a minute")
 @pytest.mark.parametrize("name", SIMPLE)
 def test_just_below_the_limit_there_are_coupled_forces_and_just_above_none(name):
     """Where few boxes slide or tip the bound is what is held: ``cra_solve`` says the same."""
     layout = SIMPLE[name]
     programme = BalanceProgramme(layout, FRICTION, Sides.FRICTION)
     turned = Turned(layout, Sides.FRICTION, unit=HEAVY * layout.weights.mean())
-    for direction in (0.0, 90.0, 180.0):
+    for direction in (0.0, 90.0):
         limit = programme.limit(direction).limit_g
         assert turned.is_coupled(limit - TOLERANCE, direction, FRICTION)
         assert not turned.is_coupled(limit + TOLERANCE, direction, FRICTION)
@@ -287,5 +287,4 @@ def test_no_coupled_forces_hold_a_load_above_its_limit(name, loads):
     limits = {one: programme.limit(one).limit_g for one in (0.0, 90.0, 180.0)}
     below = ((part * limit, one) for part in (0.9, 0.7, 0.5) for one, limit in limits.items())
     assert any(turned.is_coupled(*level, INSIDE) for level in below)
-    for direction, limit in limits.items():
-        assert not turned.is_coupled(limit + TOLERANCE, direction, INSIDE)
+    assert not turned.is_coupled(limits[0.0] + TOLERANCE, 0.0, INSIDE)
