@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.studies.options import option
-from steadyload.studies.study import Progress, Study, silent
+from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,7 @@ class TransportStudy(Study[TransportConfig, Any]):
     about = "compare limits of acceleration by equilibrium, engines and the reference, and why"
     command = "compare-limits"
     Config = TransportConfig
+    published = (PublishedPage("transport", "--loads 24 --referenced 0"),)
 
     def run(
         self, config: TransportConfig, work: Path, *, workers: int = 1, progress: Progress = silent
