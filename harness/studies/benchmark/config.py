@@ -31,6 +31,7 @@ class BenchmarkStudy(Study[BenchmarkConfig, Any]):
     Config = BenchmarkConfig
     resumable = False
     workers = None
+
     def run(
         self, config: BenchmarkConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:

@@ -81,9 +81,9 @@ def _answer(found: TransportSummary) -> str:
     return (
         f"Loads of real size that balance as planned hold {_g(weakest.weakest)} g in their weakest "
         f"direction in the mean, {percent(weakest.share[0.3])} % of them 0.3 g in every direction. "
-        f"The limit by equilibrium is {_g(exact.difference)} g above the reference's on small "
-        f"loads ({exact.difference.n} limits), {percent(exact.above)} % of its limits promise more "
-        f"than {CLOSE:g} g too much; the engine nearest to the reference is {best.method.title} "
+        f"On small loads the limit by equilibrium less the reference's is {_g(exact.difference)} g "
+        f"in the mean ({exact.difference.n} limits), and {percent(exact.above)} % of its limits "
+        f"promise more than {CLOSE:g} g too much; the engine nearest to the reference is {best.method.title} "
         f"({_g(best.apart)} g apart), and b / h of the whole load, the rule of thumb, promises too "
         f"much in {percent(whole.above)} %."
     )
