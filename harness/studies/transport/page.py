@@ -83,9 +83,9 @@ def _answer(found: TransportSummary) -> str:
         f"direction in the mean, {percent(weakest.share[0.3])} % of them 0.3 g in every direction. "
         f"On small loads the limit by equilibrium less the reference's is {_g(exact.difference)} g "
         f"in the mean ({exact.difference.n} limits), and {percent(exact.above)} % of its limits "
-        f"promise more than {CLOSE:g} g too much; the engine nearest to the reference is {best.method.title} "
-        f"({_g(best.apart)} g apart), and b / h of the whole load, the rule of thumb, promises too "
-        f"much in {percent(whole.above)} %."
+        f"promise more than {CLOSE:g} g too much; the engine nearest to the reference is "
+        f"{best.method.title} ({_g(best.apart)} g apart), and b / h of the whole load, the rule of "
+        f"thumb, promises too much in {percent(whole.above)} %."
     )
 
 
