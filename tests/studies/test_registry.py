@@ -142,7 +142,12 @@ def test_make_pages_remakes_what_is_registered(toys, capsys):
         text=True,
         check=True,
     )
-    assert done.stdout.splitlines()[-1].split() == [".venv/bin/steadyload", "pages", "remake"]
+    assert done.stdout.splitlines()[-1].split() == [
+        ".venv/bin/steadyload",
+        "pages",
+        "remake",
+        "--keep",
+    ]
     assert main(["pages", "remake", "--dry-run"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[-1] == "steadyload toy --output reports/published/toy"
