@@ -157,14 +157,16 @@ def _git_revision() -> str | None:
     described = _git(root, "describe", "--always", "--abbrev=12")
     made = (f":!reports/{name}" for name in ("published", "rows"))
     changed = _git(root, "status", "--porcelain", "--untracked-files=no", "--", ".", *made)
-    return f"{described}-dirty" if described and changed else described or None
+    if not described or changed is None:
+        return None
+    return f"{described}-dirty" if changed else described
 
 
-def _git(root: Path, *words: str) -> str:
-    """The output of git; empty where it fails."""
+def _git(root: Path, *words: str) -> str | None:
+    """The output of git; None where it fails."""
     command = ["git", "-C", str(root), *words]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
     except (OSError, subprocess.SubprocessError):
-        return ""
+        return None
     return done.stdout.strip()

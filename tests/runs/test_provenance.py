@@ -199,3 +199,9 @@ def test_outside_a_clone_there_is_no_revision(tree):
     module, _ = tree
     shutil.rmtree(module.parents[2] / ".git")
     assert provenance()["git"] is None
+
+
+def test_a_tree_of_which_git_cannot_say_whether_it_has_changes_is_not_called_clean(tree):
+    module, _ = tree
+    (module.parents[2] / ".git" / "index").write_bytes(b"damaged")
+    assert provenance()["git"] is None

@@ -9,7 +9,7 @@ from steadyload.reports.table import MISSING, Column, Table, columns_for, compac
 from steadyload.studies.closed_forms.figures import plot_closed_form_series, plot_closed_forms
 from steadyload.studies.closed_forms.study import ClosedFormResult, ClosedFormTest
 
-_ONE_PER_CENT = 1.0
+_RIGHT_WITHIN = 1.0
 """Error, in per cent of what is expected, up to which an engine counts as right."""
 
 OWN_STEPS = "own"
@@ -71,7 +71,7 @@ def _answer(tests: Sequence[ClosedFormTest], results: Sequence[ClosedFormResult]
     if not met:
         return ""
     return (
-        f"Within {_ONE_PER_CENT:g} % of mechanics, or as near as a test resolves, come "
+        f"Within {_RIGHT_WITHIN:g} % of mechanics, or as near as a test resolves, come "
         f"{', '.join(met)} tests.\n\n"
     )
 
@@ -79,7 +79,7 @@ def _answer(tests: Sequence[ClosedFormTest], results: Sequence[ClosedFormResult]
 def _is_right(test: ClosedFormTest, result: ClosedFormResult) -> bool:
     if result.error is None:
         return False
-    allowed = _ONE_PER_CENT if test.relative else abs(test.expected) * _ONE_PER_CENT / 100.0
+    allowed = _RIGHT_WITHIN if test.relative else abs(test.expected) * _RIGHT_WITHIN / 100.0
     return abs(result.error) <= max(allowed, test.resolution)
 
 

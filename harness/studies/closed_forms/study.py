@@ -113,11 +113,11 @@ def closed_forms(
             for frequency in (SAMPLING,) if own_steps else frequencies:
                 progress(f"{test.name}: {engine}, {frequency} Hz")
                 stage = runs.Stage(engine, frequency)
-                results.append(result(test, stage, None if own_steps else frequency))
+                results.append(result_of(test, stage, None if own_steps else frequency))
     return results
 
 
-def result(test: ClosedFormTest, stage: runs.Stage, frequency: int | None) -> ClosedFormResult:
+def result_of(test: ClosedFormTest, stage: runs.Stage, frequency: int | None) -> ClosedFormResult:
     """Result of a test on a stage; ``frequency`` as the result has it."""
     assert test.measure is not None, "a test of this study"
     note, found = "", None

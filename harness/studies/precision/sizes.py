@@ -23,8 +23,8 @@ from steadyload.studies.closed_forms.study import (
     ClosedFormResult,
     ClosedFormTest,
     closed_form_tests,
+    result_of,
 )
-from steadyload.studies.closed_forms.study import result as result_of
 from steadyload.studies.study import Progress, silent
 
 EDGES = (0.1, 1.0, 10.0)

@@ -21,7 +21,7 @@ from steadyload.reports.table import (
 )
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.transport.figures import plot_differences, plot_limits
-from steadyload.studies.transport.study import RUBBING, WHOLE
+from steadyload.studies.transport.study import FRICTION, RUBBING, WHOLE
 from steadyload.studies.transport.summary import (
     CLOSE,
     LEVELS,
@@ -48,11 +48,11 @@ def transport_page(found: TransportSummary, made_with: Mapping[str, str]) -> Pag
         f"{_answer(found)}\n\n{few} loads of at most {found.boxes[LISTS][1]} boxes "
         f"({small_lists} item lists) and {loads} of {least} to {most} boxes ({lists} item lists), "
         "all of which stand by their label, are pushed by a constant horizontal acceleration in "
-        f"{found.directions} directions. Boxes are rigid, friction is 0.5 everywhere unless "
-        "stated: "
-        "**no wrap, no strap, no anti-slip mat.** What is held hangs on the rule: by simulation no "
-        f"box moves {DISPLACEMENT:g} cm or turns {ROTATION:g} degrees within {HELD:g} s; by "
-        "equilibrium forces inside Coulomb's cones balance every box where it was planned. "
+        f"{found.directions} directions. Boxes are rigid, friction is {FRICTION:g} everywhere "
+        "unless stated: **no wrap, no strap, no anti-slip mat.** What is held hangs on the rule: "
+        f"by simulation no box moves {DISPLACEMENT:g} cm or turns {ROTATION:g} degrees within "
+        f"{HELD:g} s; by equilibrium forces inside Coulomb's cones balance every box where it was "
+        "planned. "
         f"{fewer} of the {few} and {planned} of the {loads} loads balance as planned at all; the "
         "others stand because a box leans on its neighbour after it has moved a little, and hold "
         "nothing by equilibrium. Brackets hold 95 % intervals, of item lists drawn anew.",

@@ -34,7 +34,9 @@ RISES = (0.0, 0.05, 0.2, 0.5)
 RISING = "label@mujoco"
 """The method that is asked with every rise."""
 
-_FRICTION = 0.5
+FRICTION = 0.5
+"""Coefficient of every contact where none is stated."""
+
 _SECONDS = 1200.0
 """Wall time that all directions of a load may take."""
 
@@ -110,6 +112,11 @@ class LoadLimits:
     rows: pd.DataFrame
 
 
+def exact_at(friction: float) -> str:
+    """The method that finds the exact limit at a coefficient of friction."""
+    return EXACT if friction == FRICTION else f"{EXACT},friction={friction:g}"
+
+
 def standing_loads(of: str, count: int) -> list[Load]:
     """Loads of a set that stand by their label: layouts that are all different first.
 
@@ -160,7 +167,7 @@ def limits_of_loads(
     here = fixed_step_engines()
     real_engines = fixed_step_engines(engines)
     found = {LISTS: standing_loads(LISTS, small), REAL: standing_loads(REAL, loads)}
-    statics = [EXACT, RUBBING, *(f"{EXACT},friction={mu:g}" for mu in FRICTIONS if mu != _FRICTION)]
+    statics = list(dict.fromkeys([EXACT, RUBBING, *map(exact_at, FRICTIONS)]))
     asked: list[tuple[Load, str, float]] = []
     for of, names in ((LISTS, here), (REAL, real_engines)):
         methods = [*statics, *(f"label@{name}" for name in names)]
@@ -193,7 +200,7 @@ def limits_of_loads(
             **_about(load, places),
             "method": WHOLE,
             "rise": 0.0,
-            **asdict(Limit(way, whole_load_limit(load.layout, _FRICTION, way))),
+            **asdict(Limit(way, whole_load_limit(load.layout, FRICTION, way))),
         }
         for own in found.values()
         for load in own

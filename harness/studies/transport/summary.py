@@ -24,6 +24,7 @@ from steadyload.studies.transport.study import (
     WHOLE,
     Load,
     LoadLimits,
+    exact_at,
 )
 from steadyload.transport.balance import Mode
 from steadyload.transport.limits import EXACT, RESOLUTION
@@ -167,9 +168,7 @@ def summarise(found: LoadLimits) -> TransportSummary:
             for method in methods
         ],
         frictions=[
-            (mu, _holding(steady, of, EXACT if mu == 0.5 else f"{EXACT},friction={mu:g}"))
-            for of in (LISTS, REAL)
-            for mu in FRICTIONS
+            (mu, _holding(steady, of, exact_at(mu))) for of in (LISTS, REAL) for mu in FRICTIONS
         ],
         rises=_rises(rows[rows["of"] == LISTS]),
         without=rows[rows["limit_g"].isna()].groupby("method").size().to_dict(),

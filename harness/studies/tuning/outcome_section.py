@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from steadyload.reports.page import Section
 from steadyload.reports.table import Column, Table, factor, names, percent, significant
+from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.method_sections import (
     ACCURACY,
@@ -69,12 +70,7 @@ def answer(tests: Sequence[TunedTable]) -> str:
     if not mine:
         return ""
     right = "; ".join(f"{percent(t.tuned.accuracy)} % on {t.engine}" for t in mine)
-    gains = {
-        t.engine: other.ahead
-        for t in mine
-        for other in t.others
-        if other.method.family == _START and other.ahead is not None
-    }
+    gains = _gains(_starts(mine))
     brought = "; ".join(f"{percent(gain)} points on {engine}" for engine, gain in gains.items())
     return (
         f"Tuned parameters are right on {right} (n = {mine[0].tuned.accuracy.n}, part "
@@ -158,10 +154,20 @@ def _sentence(table: TunedTable) -> str:
     )
 
 
+def _starts(tests: Sequence[TunedTable]) -> dict[str, MethodEvaluation]:
+    """The start of the search, by engine."""
+    return {t.engine: o for t in tests for o in t.others if o.method.family == _START}
+
+
+def _gains(starts: Mapping[str, MethodEvaluation]) -> dict[str, Estimate]:
+    """Accuracy of the tuned parameters less that of the start, by engine."""
+    return {engine: o.ahead for engine, o in starts.items() if o.ahead is not None}
+
+
 def _begun(tests: Sequence[TunedTable]) -> list[str]:
     """Sentences on the accuracy of the start of a search, and on the gain of the search."""
-    starts = {t.engine: o for t in tests for o in t.others if o.method.family == _START}
-    gains = {e: o.ahead for e, o in starts.items() if o.ahead is not None}
+    starts = _starts(tests)
+    gains = _gains(starts)
     if not gains:
         return []
     asked = [set(o.method.spec.partition(":")[2].split(",")) for o in starts.values()]
