@@ -35,7 +35,7 @@ class TransportStudy(Study[TransportConfig, Any]):
     about = "compare limits of acceleration by equilibrium, engines and the reference, and why"
     command = "compare-limits"
     Config = TransportConfig
-    published = (PublishedPage("transport", "--loads 24 --referenced 0"),)
+    published = (PublishedPage("transport", "--loads 200 --referenced 0"),)
 
     def run(
         self, config: TransportConfig, work: Path, *, workers: int = 1, progress: Progress = silent
