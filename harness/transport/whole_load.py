@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from steadyload.layouts.model import TOLERANCE, Arrangement
+from steadyload.transport.errors import TransportError
 
 
 def whole_load_limit(layout: Arrangement, friction: float, direction_deg: float) -> float:
@@ -20,11 +21,20 @@ def whole_load_limit(layout: Arrangement, friction: float, direction_deg: float)
         layout: the load.
         friction: Coulomb coefficient at the deck, 0 or more.
         direction_deg: of the force on the boxes, seen from above.
+
+    Raises:
+        TransportError: no box stands on the deck.
     """
     low, high = layout.lower, layout.upper
     shares = layout.weights / layout.weights.sum()
     centre = shares @ (0.5 * (low + high) + layout.mass_offsets)
     below = low[:, 1] <= TOLERANCE
+    if not below.any():
+        lowest = float(low[:, 1].min())
+        raise TransportError(
+            f"layout {layout.name!r}: its lowest box is {lowest:g} cm above the deck; allowed: a "
+            "load of which a box stands on it"
+        )
     corners = [
         np.column_stack((x[below, 0], z[below, 2])) for x in (low, high) for z in (low, high)
     ]

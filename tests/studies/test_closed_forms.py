@@ -213,6 +213,10 @@ def test_the_page_defines_every_test_and_shows_its_errors(tmp_path, assert_drawn
     for test in chosen:
         assert f"## {test.series}\n\n{test.definition} Expected: " in text
     assert "## Bounce" not in text
+    assert (
+        "Within 1 % of mechanics, or 1 mm or degree where errors are not relative, come bullet "
+        "(240 Hz) 3 of 5, chipmunk (240 Hz) 3 of 4 of the tests that are defined for them."
+    ) in text
     free_fall = text.partition("## Free fall")[2].partition("\n## ")[0]
     assert re.search(r"\| bullet +\| +90 Hz \| +-457\.333 \| +-16 \|", free_fall)
     assert "not defined: two dimensions" in text

@@ -21,6 +21,7 @@ from steadyload.studies.transport.study import (
     standing_loads,
 )
 from steadyload.studies.transport.summary import summarise
+from steadyload.transport.errors import TransportError
 from steadyload.transport.limits import EXACT, limits
 from steadyload.transport.whole_load import whole_load_limit
 
@@ -41,6 +42,12 @@ def test_a_load_whose_centre_of_mass_is_past_its_base_holds_nothing():
     foot = Item(0, (0.0, 0.0, 0.0), (10.0, 10.0, 10.0), 1.0)
     top = Item(1, (0.0, 10.0, 0.0), (60.0, 10.0, 10.0), 50.0)
     assert whole_load_limit(Layout("past", PALLET, (foot, top)), 0.5, 0.0) == 0.0
+
+
+def test_a_load_above_the_deck_is_refused():
+    box = Item(0, (0.0, 2.0, 0.0), (10.0, 10.0, 10.0), 1.0)
+    with pytest.raises(TransportError, match=r"'high': its lowest box is 2 cm above the deck"):
+        whole_load_limit(Layout("high", PALLET, (box,)), 0.5, 0.0)
 
 
 def test_loads_stand_by_their_label_and_are_different_first():

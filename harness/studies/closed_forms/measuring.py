@@ -58,6 +58,10 @@ DROP = 0.2
 RESTITUTION = 0.5
 
 
+UNDEFINED = "not defined"
+"""Begin of the reason why a test asks for what an engine does not have."""
+
+
 class NoValueError(Exception):
     """An engine gives no value; the message says why."""
 
@@ -118,7 +122,7 @@ def fall(stage: Stage) -> float:
 def spin(stage: Stage) -> float:
     """Angle between the attitude of a spinning box and the right one [degrees]."""
     if world_class(stage.engine).capabilities.dimensions < 3:
-        raise NoValueError("not defined: two dimensions")
+        raise NoValueError(f"{UNDEFINED}: two dimensions")
     weightless = WorldSettings(gravity=(0.0, 0.0, 0.0))
     with stage.scene([Box(_SPUN, 3.0, (0.0, 0.0, 50.0))], weightless) as world:
         world.set_velocities(Velocities(np.zeros((1, 3)), np.array([_SPIN])))
@@ -175,7 +179,7 @@ def bounce(stage: Stage, restitution: float = RESTITUTION) -> float:
     settings = WorldSettings(restitution=restitution, emulate=frozenset({"restitution"}))
     facts = world_class(stage.engine).capabilities
     if facts.support("restitution", settings) is Support.IGNORED:
-        raise NoValueError("not defined: no restitution")
+        raise NoValueError(f"{UNDEFINED}: no restitution")
     with stage.scene([Box(_CUBE, 1.0, (0.0, 0.0, 0.5 * SIDE + DROP))], settings) as world:
         heights = [float(poses.centres[0, 2]) for _, poses in stage.samples(world, 0.6)]
     low = next((i for i in range(1, len(heights) - 1) if heights[i + 1] > heights[i]), None)

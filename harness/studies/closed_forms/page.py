@@ -10,7 +10,8 @@ from steadyload.studies.closed_forms.figures import plot_closed_form_series, plo
 from steadyload.studies.closed_forms.study import ClosedFormResult, ClosedFormTest
 
 _RIGHT_WITHIN = 1.0
-"""Error, in per cent of what is expected, up to which an engine counts as right."""
+"""Error up to which an engine counts as right: in per cent of what is expected, and in the unit of
+a test (mm or degrees) whose errors are not relative."""
 
 OWN_STEPS = "own"
 """Text for the frequency of an engine that chooses its own steps."""
@@ -65,22 +66,22 @@ def _answer(tests: Sequence[ClosedFormTest], results: Sequence[ClosedFormResult]
     for engine in dict.fromkeys(r.engine for r in results):
         own = [r for r in results if r.engine == engine]
         finest = _finest(own)
-        asked = [r for r in own if r.frequency == finest and r.test in known]
+        asked = [r for r in own if r.frequency == finest and r.test in known and r.defined]
         right = sum(_is_right(known[r.test], r) for r in asked)
         met.append(f"{engine} ({hertz(finest)}) {right} of {len(asked)}")
     if not met:
         return ""
     return (
-        f"Within {_RIGHT_WITHIN:g} % of mechanics, or as near as a test resolves, come "
-        f"{', '.join(met)} tests.\n\n"
+        f"Within {_RIGHT_WITHIN:g} % of mechanics, or {_RIGHT_WITHIN:g} mm or degree where errors "
+        f"are not relative, come {', '.join(met)} of the tests that are defined for them.\n\n"
     )
 
 
 def _is_right(test: ClosedFormTest, result: ClosedFormResult) -> bool:
     if result.error is None:
         return False
-    allowed = _RIGHT_WITHIN if test.relative else abs(test.expected) * _RIGHT_WITHIN / 100.0
-    return abs(result.error) <= max(allowed, test.resolution)
+    share = 0.0 if test.relative else abs(test.expected) * _RIGHT_WITHIN / 100.0
+    return abs(result.error) <= max(_RIGHT_WITHIN, share, test.resolution)
 
 
 def _overview(

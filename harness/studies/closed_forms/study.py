@@ -77,6 +77,11 @@ class ClosedFormResult:
     error: float | None
     note: str = ""
 
+    @property
+    def defined(self) -> bool:
+        """Whether the test asks for nothing that the engine does not have."""
+        return not self.note.startswith(runs.UNDEFINED)
+
 
 def closed_form_tests() -> list[ClosedFormTest]:
     """All tests, in the order of the page."""
