@@ -118,3 +118,4 @@ def test_what_a_study_needs_is_measured(tmp_path):
         assert 10.0 < step.peak < 10_000.0
     text = write_page(scale_page(points, "So.", {}), tmp_path).read_text()
     assert f" {point.run.peak:.0f} |" in text
+    assert f"a study of 80 rows takes {point.run.cpu:.0f} s of CPU time" in text

@@ -411,6 +411,11 @@ def test_the_page_leads_with_what_to_use(measured, tmp_path, assert_drawn):
     found = extremes_record(measured, 30.0)
     text = write_page(extremes_page(found, {"made": "here"}), tmp_path).read_text()
     headings = re.findall(r"^## (.*)$", text, flags=re.MULTILINE)
+    holds = {r.engine: r for r in found.from_here_on}
+    assert (
+        f"\n\nAt 240 substeps a second and more, towers of up to {holds['bullet'].tower_height} "
+        f"(bullet), {holds['chipmunk'].tower_height} (chipmunk)"
+    ) in text
     assert headings[:4] == ["What to use", "What it shows", "The envelope", "Tower"]
     assert headings[-1] == "Made with"
     row = next(r for r in found.from_here_on if (r.engine, r.frequency) == ("bullet", 60))

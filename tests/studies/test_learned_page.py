@@ -137,6 +137,9 @@ def said(learned, title):
 def test_a_page_says_what_its_record_holds(tmp_path):
     path = write_page(learned_page(WHOLE, {"source": "here"}), tmp_path)
     text = path.read_text()
+    assert text.startswith(
+        "# Learned judges\n\nLSTM_e is right on 85.0 [83.0, 87.0] % of 900 cases"
+    )
     for number in (
         "85.0 [83.0, 87.0]",  # accuracy of LSTM_e
         "78.0",  # the paper's on S2a

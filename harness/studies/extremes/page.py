@@ -26,6 +26,9 @@ _WITH_NEGATIVE = ("plate-on-edge",)
 _SPOKEN_OF = (60, 240, 1000)
 """Frequencies in sentences and tables of numbers, where they were measured."""
 
+_USUAL = 240
+"""Substeps a second of the sentence that begins the page."""
+
 _CURVES = (30, 90, 240, 1000)
 """Frequencies of the panels that show errors against the value."""
 
@@ -83,8 +86,8 @@ def extremes_page(extremes: Extremes, manifest: Mapping[str, str]) -> Page:
     sections += [_formula(s, extremes) for s in formulas]
     return Page(
         "The engines at the edge",
-        "Every engine is taken to where it stops being right: from 5 to 1000 substeps a second, "
-        "towers of up to 100 cubes, mass ratios of up to a million, edges from a millimetre to ten "
+        f"{_answer(extremes)}Every engine is taken to where it stops being right: "
+        "from 5 to 1000 substeps a second, towers of up to 100 cubes, mass ratios of up to a million, edges from a millimetre to ten "
         "metres, plates of 1 x 100 x 100 cm, friction 0 to 2, restitution up to 0.95, up to 200 "
         "items. Boxes that are in balance are placed and simulated for 0.3 s, as the label's "
         "loading does, at friction 0.5 and restitution 0 where these are not swept; *held* means "
@@ -95,6 +98,22 @@ def extremes_page(extremes: Extremes, manifest: Mapping[str, str]) -> Page:
         "Nothing here is drawn by chance, so there are no intervals.",
         sections,
         manifest,
+    )
+
+
+def _answer(extremes: Extremes) -> str:
+    """Sentence on what holds at a usual frequency and above; empty where that was not measured."""
+    holds: dict[str, EnvelopeRow] = {}
+    for row in extremes.from_here_on:
+        if row.frequency is None or row.frequency <= _USUAL:
+            holds[row.engine] = row
+    if not any(row.frequency for row in holds.values()):
+        return ""
+    towers = ", ".join(f"{row.tower_height} ({name})" for name, row in holds.items())
+    ratios = ", ".join(f"{_ratio(row.heavy_on_light)} ({name})" for name, row in holds.items())
+    return (
+        f"At {_USUAL} substeps a second and more, towers of up to {towers} equal cubes hold, and a "
+        f"cube on a lighter one up to a mass ratio of {ratios}.\n\n"
     )
 
 

@@ -5,7 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from steadyload.reports.page import Page, Section
-from steadyload.reports.table import Column, Table, duration, names, plain_percent, words
+from steadyload.reports.table import (
+    Column,
+    Table,
+    duration,
+    milliseconds,
+    names,
+    percent,
+    plain_percent,
+    words,
+)
+from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.studies.learned.sections import leak, remedies, size, sources
 from steadyload.studies.learned.summary import Learned, ProvenanceRow
 from steadyload.studies.learned.table_section import judge_table
@@ -30,8 +40,8 @@ def learned_page(learned: Learned, manifest: Mapping[str, str]) -> Page:
     ]
     return Page(
         "Learned judges",
-        f"Learned judges are asked part `{learned.part}` of the labelled set: {learned.cases} "
-        f"cases ({names(learned.scenarios)}), packed from {learned.item_lists} item lists. "
+        f"{_answer(learned)}Learned judges are asked part `{learned.part}` of the labelled set: "
+        f"{learned.cases} cases ({names(learned.scenarios)}), packed from {learned.item_lists} item lists. "
         f"{_kept_apart(learned)}"
         "*Accuracy* is the share of cases on which a judge names the label's failing step; "
         "*overestimated*: a later one, *underestimated*: an earlier one. Brackets hold 95 % "
@@ -40,6 +50,27 @@ def learned_page(learned: Learned, manifest: Mapping[str, str]) -> Page:
         [section for section in sections if section is not None],
         manifest,
     )
+
+
+def _answer(learned: Learned) -> str:
+    """Sentence on the judge that all are compared with, and on the best of the others."""
+    if learned.table is None:
+        return ""
+    rows = learned.table.rows[ALL]
+    held = next((row for row in rows if row.method == learned.table.held), None)
+    others = [row for row in rows if row is not held]
+    if held is None or not others:
+        return ""
+    best = max(others, key=lambda row: row.accuracy.value)
+    return (
+        f"{_found(held)} on item lists that it has not seen. The most accurate of the other "
+        f"methods here is {_found(best, verb='with')}.\n\n"
+    )
+
+
+def _found(row: MethodEvaluation, verb: str = "is right on") -> str:
+    cost = f" in {milliseconds(row.cpu)} ms of CPU time a layout" if row.cpu.n else ""
+    return f"{row.method.title} {verb} {percent(row.accuracy)} % of {row.accuracy.n} cases{cost}"
 
 
 def _kept_apart(learned: Learned) -> str:

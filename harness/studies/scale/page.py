@@ -40,8 +40,8 @@ def scale_page(points: Sequence[ScalePoint], how: str, manifest: Mapping[str, st
         growth = f" From the first line to the last it grows by {', '.join(grown)} bytes a row."
     return Page(
         "What a study of many rows needs",
-        f"{how} MiB is the most memory that the process of a step held at a time, imports "
-        f"included.{growth}",
+        f"{_answer(most)}{how} MiB is the most memory that the process of a step held at a time, "
+        f"imports included.{growth}",
         [
             Section(
                 "Time and memory",
@@ -51,6 +51,16 @@ def scale_page(points: Sequence[ScalePoint], how: str, manifest: Mapping[str, st
             )
         ],
         manifest,
+    )
+
+
+def _answer(most: ScalePoint) -> str:
+    """Sentence on the largest study."""
+    peaks = [f"{step.peak:.0f}" for step in _steps(most)]
+    return (
+        f"Beside the judging itself a study of {most.rows} rows takes {most.run.cpu:.0f} s of CPU "
+        f"time and {peaks[0]} MiB; reading all its rows takes {significant(most.load.cpu)} s and "
+        f"{peaks[1]} MiB, its report {significant(most.report.cpu)} s and {peaks[2]} MiB.\n\n"
     )
 
 
