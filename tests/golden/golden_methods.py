@@ -19,6 +19,7 @@ STATIC = (
 
 PRESETS = ("ps3", "ps5", "ps3-literal", "ps5-literal", "ps_opt", "ps_opt-paper", "label")
 ENGINES = ("bullet", "mujoco", "dart", "chipmunk")
+OPTIONAL = ("physx", "rapier")
 OWN = (
     "cascade@mujoco",
     "label@reference",
@@ -34,13 +35,15 @@ LATER = (
     *(f"label@{engine}:frequency=240,scope=moving" for engine in ("bullet", "mujoco")),
     "label@reference:question=stands",
     "settling",
+    *(f"{preset}@{engine}" for preset in ("label", "ps_opt") for engine in OPTIONAL),
+    *(f"ps_opt@{engine}:question=stands" for engine in OPTIONAL),
 )  # fmt: skip
 """Judged after all others, as they were added later."""
 
 QUICK, DEEP = 24, 700
-_QUICK = {"": 240, "reference": 6}
+_QUICK = {"": 240, "reference": 6, "physx": 8}
 """Cases of the quick test without an engine, where they cost little, and on one that takes long."""
-_DEEP = {"dart": 250, "reference": 40}
+_DEEP = {"dart": 250, "reference": 40, "physx": 100, "rapier": 250}
 _OF_ARRAY = 3
 """Cases that a row of the array judges, others than those of the row before."""
 

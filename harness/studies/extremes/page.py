@@ -87,9 +87,10 @@ def extremes_page(extremes: Extremes, manifest: Mapping[str, str]) -> Page:
     return Page(
         "The engines at the edge",
         f"{_answer(extremes)}Every engine is taken to where it stops being right: "
-        "from 5 to 1000 substeps a second, towers of up to 100 cubes, mass ratios of up to a million, edges from a millimetre to ten "
-        "metres, plates of 1 x 100 x 100 cm, friction 0 to 2, restitution up to 0.95, up to 200 "
-        "items. Boxes that are in balance are placed and simulated for 0.3 s, as the label's "
+        "from 5 to 1000 substeps a second, towers of up to 100 cubes, mass ratios of up "
+        "to a million, edges from a millimetre to ten metres, "
+        "plates of 1 x 100 x 100 cm, friction 0 to 2, restitution up to 0.95, up to 200 items. "
+        "Boxes that are in balance are placed and simulated for 0.3 s, as the label's "
         "loading does, at friction 0.5 and restitution 0 where these are not swept; *held* means "
         "that none moved by more than 10 cm or turned by more than 10 degrees at the end of it. "
         "What moves is held against a closed form. Each axis is swept by itself. An engine that "

@@ -41,8 +41,8 @@ def learned_page(learned: Learned, manifest: Mapping[str, str]) -> Page:
     return Page(
         "Learned judges",
         f"{_answer(learned)}Learned judges are asked part `{learned.part}` of the labelled set: "
-        f"{learned.cases} cases ({names(learned.scenarios)}), packed from {learned.item_lists} item lists. "
-        f"{_kept_apart(learned)}"
+        f"{learned.cases} cases ({names(learned.scenarios)}), packed from "
+        f"{learned.item_lists} item lists. {_kept_apart(learned)}"
         "*Accuracy* is the share of cases on which a judge names the label's failing step; "
         "*overestimated*: a later one, *underestimated*: an earlier one. Brackets hold 95 % "
         "intervals, which stand on item lists, since layouts packed from one list are alike. "
