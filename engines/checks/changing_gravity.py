@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from functools import partial
 
+import numpy as np
+
 from steadyload.engines.checks.refusals import expect_refusal
 from steadyload.engines.checks.scenes import (
     CUBE,
@@ -16,7 +18,14 @@ from steadyload.engines.checks.scenes import (
     rounding,
     two_cubes,
 )
-from steadyload.engines.world import GRAVITY, Box, FixedStepWorld, Support, WorldSettings
+from steadyload.engines.world import (
+    GRAVITY,
+    Box,
+    FixedStepWorld,
+    Support,
+    Velocities,
+    WorldSettings,
+)
 
 _H = 1.0 / 480.0
 
@@ -94,6 +103,47 @@ def check_a_box_tips_beyond_its_lever(world_class: WorldClass) -> None:
                 assert angle < 0.5, f"turned by {angle:.2f} degrees at 0.97 of the limit"
             else:
                 assert angle > 10.0, f"turned by {angle:.2f} degrees only at 1.03 of the limit"
+
+
+def check_a_box_near_its_edge_falls(world_class: WorldClass) -> None:
+    """A board turned on its edge falls to the side on which its centre is, as its equation says.
+
+    Without gravity it is turned to almost the angle at which its centre of mass stands over the
+    edge, and less or more than it; then gravity sets in. An engine must not hold what is out of
+    balance: https://github.com/dimforge/rapier/issues/934 shows a box that stands on its edge.
+    """
+    _require(world_class)
+    for degrees, seconds, closeness in ((1.0, 0.5, 0.02), (0.1, 0.8, 0.1)):
+        for off in (degrees, -degrees):
+            found, expected = _fallen(world_class, off, seconds)
+            expect(found, expected, 0.0, f"angle, {off:g} degree from its edge", closeness)
+
+
+def _fallen(world_class: WorldClass, degrees: float, seconds: float) -> tuple[float, float]:
+    """Angle of a board from that at which it stands on its edge [degrees]: found, and expected."""
+    along, across, thick = 0.4, 0.1, 0.09
+    balance = math.atan2(along, thick)
+    angle = balance + math.radians(degrees)
+    height = 0.5 * (along * math.sin(angle) + thick * math.cos(angle))
+    turning, above = 0.5, 0.1
+    still = np.zeros((1, 3))
+    down, turn = np.array([(0.0, 0.0, -above / turning)]), np.array([(0.0, angle / turning, 0.0)])
+    with world_class(WorldSettings(friction=1.0)) as world:
+        world.add_box(Box((along, across, thick), 2.0, (0.0, 0.0, height + above)))
+        world.set_gravity((0.0, 0.0, 0.0))
+        world.set_velocities(Velocities(down, turn))
+        world.stepSimulation(turning, 1000, _H)
+        world.set_velocities(Velocities(still, still))
+        world.set_gravity(_DOWN)
+        world.stepSimulation(seconds, 1000, _H)
+        found = float(angles(world.poses())[0]) - math.degrees(balance)
+    # An upright pendulum; the moment of inertia of a board about its edge is 4 / 3 m r^2.
+    rate = 0.75 * GRAVITY / (0.5 * math.hypot(along, thick))
+    expected, speed, h = math.radians(degrees), 0.0, 1e-5
+    for _ in range(round(seconds / h)):
+        speed += h * rate * math.sin(expected)
+        expected += h * speed
+    return found, math.degrees(expected)
 
 
 def check_a_reset_restores_gravity(world_class: WorldClass) -> None:

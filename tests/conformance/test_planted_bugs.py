@@ -197,6 +197,22 @@ def with_gravity_kept(base):
     return GravityKept
 
 
+def with_slow_boxes_asleep(base):
+    class SlowBoxesAsleep(base):
+        """What moves slowly is stopped, whether it is in balance or not."""
+
+        def _advance(self, substeps, length):
+            for _ in range(substeps):
+                super()._advance(1, length)
+                velocities = self._velocities()
+                for moved, turned in zip(velocities.linear, velocities.angular, strict=True):
+                    if np.abs(moved).max() < 0.02 and np.abs(turned).max() < 0.2:
+                        moved[:], turned[:] = 0.0, 0.0
+                self._set_velocities(velocities)
+
+    return SlowBoxesAsleep
+
+
 def with_boxes_unseen(base):
     class BoxesUnseen(base):
         def add_box(self, box):
@@ -236,6 +252,7 @@ def with_boxes_unseen(base):
         ),
         (with_gravity_at_the_middle, {"a_pulse_gives_its_impulse"}),
         (with_gravity_kept, {"a_reset_restores_gravity"}),
+        (with_slow_boxes_asleep, {"a_box_near_its_edge_falls"}),
     ],
 )
 def test_a_planted_bug_is_caught_in_every_adapter(any_engine, plant, caught_by):
