@@ -67,6 +67,8 @@ class Recommend:
             self._keep(fronts)
             return
         front = front_for(fronts, Question(self.question), self.boxes)
+        if self.engine is None:
+            front = front.here()
         chosen = recommend(
             front, budget=self.budget, accuracy=self.accuracy, engine=self.engine,
             overestimation_costs=self.overestimation_costs,

@@ -61,6 +61,25 @@ def front():
     )
 
 
+def test_the_command_recommends_what_is_installed(front, tmp_path, monkeypatch, capsys):
+    better = measured("best@dart", 0.995, 0.1, "dart")
+    file = write_fronts(
+        (dataclasses.replace(front, measured=(*front.measured, better)),), tmp_path / kept.NAME
+    )
+    asked = ["recommend", "--from", str(file.parent), "--accuracy", "99%"]
+    assert main(asked) == 0
+    assert capsys.readouterr().out.startswith("best@dart is right in 99.5 %")
+    monkeypatch.setattr(
+        "steadyload.studies.recommend.front.engines_here", lambda: ("bullet", "mujoco")
+    )
+    assert main(asked) == 0
+    told = capsys.readouterr()
+    assert told.out.startswith("ps@mujoco is right in 99.0 %")
+    assert "best@dart is left out: engine 'dart' is not installed here." in told.err
+    assert main([*asked, "--engine", "dart"]) == 0
+    assert capsys.readouterr().out.startswith("best@dart is right in 99.5 %")
+
+
 def test_no_method_on_the_front_is_beaten_in_both():
     random = np.random.default_rng(2)
     every = [measured(f"m{k}", *random.random(2)) for k in range(40)]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from steadyload.engines.registry import engines
+from steadyload.engines.registry import engines, engines_here
 from steadyload.errors import UserError, nearest
 from steadyload.layouts.question import Question
 from steadyload.statistics.error_costs import ErrorShares
@@ -93,6 +93,17 @@ class Front:
     def beyond(self, boxes: int) -> int:
         """Distance of a number of boxes from those that were measured; 0 if it is among them."""
         return max(self.fewest - boxes, boxes - self.most, 0)
+
+    def here(self) -> Front:
+        """The methods whose engines are installed; the others are in ``left_out``."""
+        installed = (None, *engines_here())
+        lost = {
+            m.method: f"engine {m.engine!r} is not installed here"
+            for m in self.measured
+            if m.engine not in installed
+        }
+        measured = tuple(m for m in self.measured if m.method not in lost)
+        return replace(self, measured=measured, left_out={**self.left_out, **lost})
 
     def measured_on(self) -> str:
         """Sentence on the cases, the times and the machine."""
