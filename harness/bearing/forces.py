@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array, diags_array, eye_array, vstack
 
+from steadyload.bearing.cones import is_solved, solve_cones
 from steadyload.bearing.corners import corner_columns
 from steadyload.kernels.constants import EDGE
 from steadyload.layouts.contacts import FLOOR, Patch, find_supports
@@ -22,8 +23,6 @@ from steadyload.layouts.model import Arrangement, FloatArray
 
 _BALANCED = 1e-7
 """What may be left of a box's weight, and of its moments, in balance."""
-
-_SOLVED = frozenset({"Solved", "AlmostSolved"})
 
 
 @dataclass(frozen=True)
@@ -115,18 +114,15 @@ class Statics:
         unit = float(self.layout.weights.mean())
         soft = np.repeat(areas.mean() / areas, 4)
         n = len(soft)
-        settings = clarabel.DefaultSettings()
-        settings.verbose, settings.max_threads = False, 1
         matrix = csc_array(self.matrix * unit)
-        solution = clarabel.DefaultSolver(
+        solution = solve_cones(
             csc_array(diags_array(soft)),
             np.zeros(n),
             csc_array(vstack((matrix, -eye_array(n)))),
             np.concatenate((right, np.zeros(n))),
             [clarabel.ZeroConeT(len(right)), clarabel.NonnegativeConeT(n)],
-            settings,
-        ).solve()
-        if str(solution.status) not in _SOLVED:
+        )
+        if not is_solved(solution):
             return None
         found = self._polished(unit * np.maximum(np.asarray(solution.x), 0.0), soft, right)
         return found if np.abs(self.matrix @ found - right).max() <= _BALANCED else None

@@ -5,11 +5,13 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 from steadyload.atomic import write_atomically
 from steadyload.cli.interrupts import working
+from steadyload.cli.running import run
 from steadyload.cli.terminal import print_table, say
 from steadyload.studies.options import REQUIRED, operand, option
 from steadyload.studies.published import (
@@ -73,28 +75,34 @@ class Remake:
         again as long as nothing has changed that they depend on. Returns the first exit status that
         is not 0; the other pages are remade nevertheless.
         """
-        from steadyload.cli.running import run
         from steadyload.studies.kept_rows import unpack
 
         working()
-        status = 0
-        for entry in named(self.names):
-            if not self.dry_run:
-                unpack(entry, self.rows)
-            for words in remaking(entry, self.output):
-                if self.dry_run:
+        if self.dry_run:
+            for entry in named(self.names):
+                for words in remaking(entry, self.output):
                     print(f"steadyload {shlex.join(words)}")
-                    continue
-                say(f"steadyload {shlex.join(words)}")
-                if ended := run(words):
-                    status = status or ended
-                    break
-            else:
-                if self.keep and not self.dry_run and entry.work.is_dir():
-                    _kept((entry,), self.rows)
-        if not self.dry_run:
-            print(write_index(self.output))
+            return 0
+        status = 0
+        for work, pages in groupby(named(self.names), key=lambda entry: entry.work):
+            made = []
+            for entry in pages:
+                unpack(entry, self.rows)
+                ended = self._remake(entry)
+                status = status or ended
+                made += [] if ended else [entry]
+            if self.keep and made and work.is_dir():
+                _kept(made[:1], self.rows)
+        print(write_index(self.output))
         return status
+
+    def _remake(self, entry: Entry) -> int:
+        """Run the commands of a page; the exit status of the first that fails, or 0."""
+        for words in remaking(entry, self.output):
+            say(f"steadyload {shlex.join(words)}")
+            if ended := run(words):
+                return ended
+        return 0
 
 
 @dataclass(frozen=True)

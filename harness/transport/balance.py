@@ -19,6 +19,7 @@ import clarabel
 import numpy as np
 from scipy.sparse import csc_array, diags_array, hstack, vstack
 
+from steadyload.bearing.cones import is_solved, solve_cones
 from steadyload.layouts.model import Arrangement, FloatArray
 from steadyload.methods.friction import Sides
 from steadyload.methods.touching import Points, touching_points, wrenches
@@ -26,8 +27,6 @@ from steadyload.transport.errors import UnsolvedError
 
 _TURNS = 0.3
 """A box tips where its corners turn about its centre at more than this share of its speed."""
-
-_SOLVED = frozenset({"Solved", "AlmostSolved"})
 
 
 class Mode(StrEnum):
@@ -96,9 +95,6 @@ class BalanceProgramme:
         weight = np.zeros((len(layout), 6))
         weight[:, 1] = self._masses
         self._weight = weight.ravel()
-        self._settings = clarabel.DefaultSettings()
-        self._settings.verbose = False
-        self._settings.max_threads = 1
         self._falls = self._at_rest()
 
     def limit(self, direction_deg: float) -> Held:
@@ -118,7 +114,7 @@ class BalanceProgramme:
         push[:, 0] = self._masses * math.cos(angle)
         push[:, 2] = self._masses * math.sin(angle)
         solution = self._solve(push.ravel()[:, None], np.array([-1.0]))
-        if str(solution.status) not in _SOLVED:
+        if not is_solved(solution):
             raise UnsolvedError(f"the limit at {direction_deg:g} degrees: {solution.status}")
         found = np.asarray(solution.x)
         item, mode, motion = self._moved(solution)
@@ -127,7 +123,7 @@ class BalanceProgramme:
     def _at_rest(self) -> Held | None:
         """The limit of a load that does not stand, the same in every direction; else None."""
         solution = self._solve(np.zeros((len(self._weight), 0)), np.empty(0))
-        if str(solution.status) in _SOLVED:
+        if is_solved(solution):
             return None
         if "PrimalInfeasible" not in str(solution.status):
             raise UnsolvedError(f"whether the load stands: {solution.status}")
@@ -143,9 +139,7 @@ class BalanceProgramme:
         cones = [clarabel.ZeroConeT(len(self._weight)), *self._cones]
         objective = np.concatenate((np.zeros(forces), cost))
         nothing = csc_array((len(objective), len(objective)))
-        return clarabel.DefaultSolver(
-            nothing, objective, matrix, right, cones, self._settings
-        ).solve()
+        return solve_cones(nothing, objective, matrix, right, cones)
 
     def _moved(self, solution: clarabel.DefaultSolution) -> tuple[int, Mode, FloatArray]:
         """The dual of the balance: a motion of the boxes that no contact force can stop."""
