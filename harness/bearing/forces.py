@@ -49,13 +49,6 @@ class ContactForces:
         places = (self.positions.reshape(-1, 4, 3) * forces[:, :, None]).sum(axis=1)[presses]
         return np.column_stack((places / total[presses, None], total[presses]))
 
-    def on_tops(self, count: int) -> FloatArray:
-        """The load on the top of every box [kg], shape (count,)."""
-        held = self.below != FLOOR
-        found = np.zeros(count)
-        np.add.at(found, self.below[held], self.forces[held])
-        return found
-
 
 class Statics:
     """The equations of balance of a load at rest, one unknown a corner of a contact patch.

@@ -10,7 +10,6 @@ of its own.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence, Set
 
 import numpy as np
@@ -110,8 +109,3 @@ def _letter(number: int) -> str:
     if number < len(alphabet):
         return alphabet[number]
     return _letter(number // len(alphabet) - 1) + alphabet[number % len(alphabet)]
-
-
-def fewest_lists(count: int, level: float = LEVEL) -> int:
-    """Number of lists of one sign that make one of ``count`` pairs significant at a level."""
-    return max(1, math.ceil(math.log2(2.0 * count / level)))

@@ -140,16 +140,6 @@ def label_files(
     return Labelling(found, cases, without)
 
 
-def labels_so_far(files: PaperFiles, work: Path) -> dict[int, int | None]:
-    """The labels whose shards exist in a work folder, also while a run is at work in it."""
-    store: Store[dict[str, object], pd.DataFrame] = Store(work / "labels", parquet(SCHEMA))
-    found: dict[int, int | None] = {}
-    for unit in label_units(files):
-        if unit.key in store:
-            _add(found, unit, store.read(unit.key))
-    return found
-
-
 def label_units(files: PaperFiles) -> Iterator[Unit]:
     """Units of work of all cases; those of the quick run and the others are never in one unit.
 
