@@ -43,7 +43,10 @@ LATER = (
 QUICK, DEEP = 24, 700
 _QUICK = {"": 240, "reference": 6, "physx": 8}
 """Cases of the quick test without an engine, where they cost little, and on one that takes long."""
-_DEEP = {"dart": 250, "reference": 40, "physx": 100, "rapier": 250}
+_DEEP = {
+    "bullet": 200, "mujoco": 300, "dart": 60, "chipmunk": 200, "reference": 20, "physx": 60,
+    "rapier": 150,
+}  # fmt: skip
 _OF_ARRAY = 3
 """Cases that a row of the array judges, others than those of the row before."""
 
