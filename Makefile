@@ -136,7 +136,7 @@ scale: $(READY) ## measure what a study of a million rows needs (a quarter of an
 precision: $(READY) ## remake the page of single and double precision (a quarter of an hour); goes on
 	$(BIN)/steadyload pages remake precision
 
-transport: $(READY) ## remake the page of what loads hold on the road (an hour); goes on
+transport: $(READY) ## remake the page of what loads hold on the road (minutes, with the rows that are kept; three hours without)
 	$(BIN)/steadyload pages remake transport
 
 scope: $(READY) ## remake the page of simulations of only what a step changes (an hour); goes on
