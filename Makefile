@@ -166,4 +166,4 @@ site: $(SITE) ## build a static site of docs, pages and API in runs/site/html (t
 		runs/site/source runs/site/html
 
 clean: ## remove the virtual environment, caches and runs
-	rm -rf .venv .types runs .pytest_cache .ruff_cache
+	rm -rf .venv .types runs .pytest_cache .ruff_cache .mypy_cache .hypothesis

@@ -72,6 +72,8 @@ NAVIGATION = {
 PACKAGES = (
     "layouts",
     "methods",
+    "bearing",
+    "transport",
     "engines",
     "runs",
     "statistics",

@@ -180,7 +180,6 @@ class Capabilities:
     title: str
     dimensions: int
     settings: Mapping[str, SettingSupport]
-    deterministic: bool = True
     notes: str = ""
     known_failures: tuple[KnownFailure, ...] = ()
     error_controlled: bool = False

@@ -64,7 +64,7 @@ class Transport(ReadingFlags):
                     say(f"steadyload: {entry.error}")
                     status = BAD_INPUT
                 else:
-                    records += [{"layout": entry.name, **one} for one in ask(entry)]
+                    records += [_record(entry, one) for one in ask(entry)]
                 advance(done, len(entries))
         with kept_status():
             if self.json:
@@ -112,8 +112,7 @@ class Transport(ReadingFlags):
                     printable(printable(one["layout"]), _NAME),
                     f"{one['direction_deg']:g}",
                     _shown(one[self._answer]),
-                    "-" if one["moved_item"] is None else str(one["moved_item"]),
-                    str(one["mode"] or printable(one["reason"])),
+                    *_movement(one),
                     "-" if moved is None else f"{moved:.1f} cm",
                 )
             )
@@ -125,6 +124,22 @@ class Transport(ReadingFlags):
         if any(value is False for value in said):
             return NOT_HELD
         return NO_ANSWER if None in said else HELD
+
+
+def _record(layout: Any, found: dict[str, Any]) -> dict[str, Any]:
+    """An answer with the name of its layout and the id of the box that moves."""
+    from steadyload.layouts.naming import box_id
+
+    return {"layout": layout.name, **found, "moved_box": box_id(layout.items, found["moved_item"])}
+
+
+def _movement(record: dict[str, Any]) -> tuple[str, str]:
+    """The box that moves, by its id or else its number, and how, or why there is no answer."""
+    if record.get("held"):
+        return "-", "-"
+    item = record["moved_item"]
+    box = "-" if item is None else printable(record["moved_box"] or str(item))
+    return box, printable(str(record["mode"] or record["reason"] or "-"))
 
 
 def _shown(value: bool | float | None) -> str:

@@ -43,7 +43,9 @@ class Tune:
         "genetic (fitness of the paper), or nsga2 (accuracy against cost) (default: genetic)",
     )
     space: str = option(
-        "extended", "extended, or table3 as the paper prints it (default: extended)"
+        "extended",
+        "extended or stands, large or large-stands for large piles, or table3 as the "
+        "paper prints it (default: extended)",
     )
     seed: int = option(0, "default: 0", least=0)
     population: int = option(

@@ -42,7 +42,21 @@ def test_a_rule_that_one_load_does_not_hold_ends_with_status_1(file, capsys):
     assert [one["held"] for one in found] == [True] * 4 + [False, True, False, True]
     assert [one["level_g"] for one in found][:4] == [0.8, 0.5, 0.5, 0.5]
     assert main(["transport", str(file), "--rule", "en12195", "-m", method, "--limit", "1"]) == 0
-    assert "Rigid boxes, without wrap" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "Rigid boxes, without wrap" in printed
+    assert [line.split() for line in printed.splitlines() if line.startswith("flat")] == [
+        ["flat", direction, "yes", "-", "-", "-"] for direction in ("0", "90", "180", "270")
+    ]
+
+
+def test_a_box_that_moves_is_named_by_its_id(tmp_path, capsys):
+    box = Item(0, (40.0, 0.0, 30.0), (12.0, 40.0, 30.0), 8.0, name="SKU-7")
+    file = tmp_path / "named.json"
+    write_layouts(file, [Layout("one", PALLET, (box,))], Format.NATIVE)
+    _, found = records(capsys, file, "--directions", 1)
+    assert (found[0]["moved_item"], found[0]["moved_box"]) == (0, "SKU-7")
+    assert main(["transport", str(file), "--directions", "1"]) == 0
+    assert " SKU-7 " in capsys.readouterr().out
 
 
 def test_a_history_of_ones_own(file, tmp_path, capsys):
