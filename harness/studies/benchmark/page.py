@@ -65,14 +65,26 @@ def benchmark_page(found: BenchmarkSummary, manifest: Mapping[str, str], notes: 
         sections += [_agreement(found), _disputes(found, notes)]
     return Page(
         "The labelled set",
-        f"{found.layouts} distinct geometries from {found.instances} item lists, each with the "
-        f"centres of mass of every scenario: {found.cases} cases, {found.without_label} without a "
-        "label. A label is the failing step by the reference simulator: every placement afresh "
+        f"{_answer(found)}{found.layouts} distinct geometries from {found.instances} item lists, "
+        f"each with the centres of mass of every scenario: {found.cases} cases, "
+        f"{found.without_label} without a label. A label is the failing step by the reference simulator: every placement afresh "
         "from the planned positions, 0.3 s, 10 cm along one axis at a corner or 10 degrees about "
         "an axis, at the last sample. Brackets hold 95 % intervals; they resample item lists, "
         "since layouts of one list are no independent evidence.",
         sections,
         manifest,
+    )
+
+
+def _answer(found: BenchmarkSummary) -> str:
+    """Sentence on the labels of the part that is compared on; empty without an ensemble."""
+    shares = [row.robust for row in found.firmness if row.split == "test"]
+    if not shares:
+        return ""
+    least, most = (f(shares, key=lambda share: share.value) for f in (min, max))
+    return (
+        f"Of the labels of the test part {percent(least)} to {percent(most)} %, by scenario, are "
+        "robust: a whole ensemble of changed reference simulations names the same failing step.\n\n"
     )
 
 

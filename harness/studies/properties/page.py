@@ -50,8 +50,8 @@ def properties_page(found: PropertyTable, manifest: Mapping[str, str]) -> Page:
         counts[row.standing] += 1
     examples = sum(row.examples for row in found.rows)
     summary = (
-        f"Properties: {len(found.about)}; methods: {len(found.methods)}; pairs that hold: "
-        f"{counts[Standing.HOLDS]}, declared findings: {counts[Standing.FINDING]}, violated: "
+        f"{_answer(found)}Properties: {len(found.about)}; methods: {len(found.methods)}; "
+        f"pairs that hold: {counts[Standing.HOLDS]}, declared findings: {counts[Standing.FINDING]}, violated: "
         f"{counts[Standing.VIOLATED]}, with too few cases to say: {counts[Standing.TOO_FEW]}, on "
         f"{examples} cases in all. A property is asked only of methods that declare what it is "
         "about; a case is drawn at random within the range that the method declares, built so "
@@ -64,6 +64,20 @@ def properties_page(found: PropertyTable, manifest: Mapping[str, str]) -> Page:
             "declares, which it refused."
         )
     return Page("Property tests", summary, property_sections(found), manifest)
+
+
+def _answer(found: PropertyTable) -> str:
+    """Sentence on the methods of which all holds, and on what is violated by the others."""
+    against = [row for row in found.rows if row.standing in (Standing.VIOLATED, Standing.FINDING)]
+    sound = len(found.methods) - len({row.method for row in against})
+    violated: dict[str, list[str]] = {}
+    for row in against:
+        violated.setdefault(row.property, []).append(row.method.title)
+    listed = "; ".join(f"*{name}* by {names(titles)}" for name, titles in violated.items())
+    return (
+        f"No property is violated by {sound} of {len(found.methods)} methods"
+        f"{f'. Violated: {listed}' if listed else ''}.\n\n"
+    )
 
 
 def property_sections(found: PropertyTable) -> list[Section]:
