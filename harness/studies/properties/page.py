@@ -51,11 +51,12 @@ def properties_page(found: PropertyTable, manifest: Mapping[str, str]) -> Page:
     examples = sum(row.examples for row in found.rows)
     summary = (
         f"{_answer(found)}Properties: {len(found.about)}; methods: {len(found.methods)}; "
-        f"pairs that hold: {counts[Standing.HOLDS]}, declared findings: {counts[Standing.FINDING]}, violated: "
-        f"{counts[Standing.VIOLATED]}, with too few cases to say: {counts[Standing.TOO_FEW]}, on "
-        f"{examples} cases in all. A property is asked only of methods that declare what it is "
-        "about; a case is drawn at random within the range that the method declares, built so "
-        "that it can be loaded, and one that violates a property is made as small as it gets."
+        f"pairs that hold: {counts[Standing.HOLDS]}, declared findings: "
+        f"{counts[Standing.FINDING]}, violated: {counts[Standing.VIOLATED]}, "
+        f"with too few cases to say: {counts[Standing.TOO_FEW]}, on {examples} cases in all. "
+        "A property is asked only of methods that declare what it is about; a case is drawn at "
+        "random within the range that the method declares, built so that it can be loaded, and "
+        "one that violates a property is made as small as it gets."
     )
     refused = sum(row.refused for row in found.rows)
     if refused:
