@@ -70,7 +70,8 @@ def benchmark_page(found: BenchmarkSummary, manifest: Mapping[str, str], notes: 
         f"{found.without_label} without a label. A label is the failing step by the "
         "reference simulator: every placement afresh from the planned positions, 0.3 s, "
         "10 cm along one axis at a corner or 10 degrees about an axis, at the last sample. "
-        "Brackets hold 95 % intervals; they resample item lists, since layouts of one list are no independent evidence.",
+        "Brackets hold 95 % intervals; they resample item lists, since "
+        "layouts of one list are no independent evidence.",
         sections,
         manifest,
     )
