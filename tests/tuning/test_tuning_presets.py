@@ -167,6 +167,17 @@ def test_a_preset_of_another_question_has_a_place_of_its_own(search, presets_fil
         options_of("ps_opt@dart:question=stands")
 
 
+def test_the_page_leaves_out_searches_for_another_question(folder, tmp_path):
+    within, other = Search.of(folder), Search.of(folder)
+    asked = dataclasses.replace(other.options.source, question="stands")
+    other.options = dataclasses.replace(other.options, source=asked)
+    with pytest.raises(TuningError, match="none of the searches is for the question within"):
+        tuning_study([other], tmp_path / "work", workers=0)
+    # Of both, the one for the question of the label counts: it has written no preset yet.
+    with pytest.raises(TuningError, match="none of these engines has a preset"):
+        tuning_study([other, within], tmp_path / "work", workers=0)
+
+
 def test_the_space_of_a_question_is_judged_on_its_labels():
     options = SearchOptions.on("mujoco", space="stands", generations=1)
     assert options.source.question == "stands"

@@ -105,24 +105,25 @@ def tuning_study(
     are transferred.
 
     Args:
-        searches: finished searches, which gave the presets, fronts and seeds.
+        searches: finished searches, which gave the presets, fronts and seeds; those for another
+            question than that of the label are left out.
         work: folder of the run folders; an interrupted study is resumed.
         workers: processes beside this one.
         limit: largest number of cases a scenario; None for all.
         progress: called with rows done and rows in all, for each labelled set.
 
     Raises:
-        TuningError: a search is for another question than that of the label, none of the searched
-            engines has a preset, or none of its searches found it.
+        TuningError: all searches are for another question than that of the label, none of the
+            searched engines has a preset, or none of its searches found it.
         as :func:`steadyload.runs.runner.run_study`.
     """
-    for search in searches:
-        if (question := search.options.source.question) != Question.WITHIN:
-            raise TuningError(
-                f"a search in space {search.space.name!r} is for the question {question}; the page "
-                f"compares presets by labels of the question {Question.WITHIN}"
-            )
-    searches = [search for own in by_worth(searches).values() for search in own]
+    asked = [s for s in searches if s.options.source.question == Question.WITHIN]
+    if not asked:
+        raise TuningError(
+            f"none of the searches is for the question {Question.WITHIN}, by whose labels the page "
+            "compares presets; those for another question are left out"
+        )
+    searches = [search for own in by_worth(asked).values() for search in own]
     names = [e for e in dict.fromkeys(s.options.engine for s in searches) if e in tuned()[TUNED]]
     if not names:
         raise TuningError("none of these engines has a preset; steadyload tune --write-preset")
