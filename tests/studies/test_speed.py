@@ -16,7 +16,7 @@ from steadyload.studies.engines.speed import (
     random_pile,
     speed_curves,
 )
-from steadyload.studies.engines.study import engine_agreement, option_effects
+from steadyload.studies.engines.study import Drawn, engine_agreement, option_effects
 
 
 @pytest.mark.deep("piles of up to 200 items: 7 s")
@@ -30,7 +30,7 @@ def test_curves_cover_every_engine_and_add_up(tmp_path, monkeypatch):
     """One wall is too large for 3-D engines, as one of 25 bricks is in the published curves."""
     monkeypatch.setattr(speed, "_LARGEST_SPATIAL_WALL", 10)
     monkeypatch.setattr(speed, "_REPEATS", 3)
-    curves = speed_curves((4, 10, 11))
+    curves = speed_curves(tmp_path / "speed", (4, 10, 11))
     assert {(c.engine, c.scene): len(c.points) for c in curves} == {
         (engine, scene): 2 if scene == "wall" and spatial else 3
         for engine in engines_here()
@@ -58,12 +58,20 @@ def test_the_floor_is_the_time_of_steps_alone(engine, told_time):
     assert adding == pytest.approx(5 * 20e-3)
 
 
-def test_agreement_and_options_are_counted_on_the_same_layouts():
-    layouts = [layout.first(min(5, len(layout))) for layout in random_layouts(4, seed=1)]
-    rows = engine_agreement(layouts, (60, 90))
+def test_a_curve_that_was_measured_is_not_measured_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(speed, "engines_here", lambda: ("chipmunk",))
+    monkeypatch.setattr(speed, "_REPEATS", 1)
+    curves = speed_curves(tmp_path, (4, 10))
+    monkeypatch.setattr(speed, "_measure", None)
+    assert speed_curves(tmp_path, (4, 10)) == curves
+
+
+def test_agreement_and_options_are_counted_on_the_same_layouts(tmp_path):
+    drawn = Drawn(4, seed=1, most_items=5)
+    rows = engine_agreement(drawn, tmp_path, (60, 90), workers=0)
     assert [row.frequency for row in rows] == [60, 90]
     assert all(e.n == 4 for row in rows for e in row.agreement.values())
-    effects = {(e.option, e.engine): e for e in option_effects(layouts)}
+    effects = {(e.option, e.engine): e for e in option_effects(drawn, tmp_path, workers=0)}
     assert ("10 solver iterations", "dart") not in effects  # DART ignores it
     assert all(e.ratio > 0 for e in effects.values())
 

@@ -58,26 +58,25 @@ class EngineStudy(Study[EnginesConfig, Any]):
     ) -> Any:
         """The arguments of the page, in its order."""
         from steadyload.layouts.benchmark.dataset import LISTS, REAL
-        from steadyload.layouts.packing import random_layouts
         from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.engines.sources import sources_of_differences
         from steadyload.studies.engines.speed import ITEM_COUNTS, speed_curves, throughput
-        from steadyload.studies.engines.study import engine_agreement, option_effects
+        from steadyload.studies.engines.study import Drawn, engine_agreement, option_effects
 
         parts = config.parts or ("speed", "throughput")
         made_with = provenance_lines()  # of the code that measures
-        layouts = random_layouts(config.layouts, seed=_SEED)
+        drawn = Drawn(config.layouts, _SEED)
+        judging: dict[str, Any] = {"workers": workers, "progress": progress}
         counts = [n for n in ITEM_COUNTS if n <= config.most_items]
         return (
-            engine_agreement(layouts, progress=progress) if "agreement" in parts else [],
-            option_effects(layouts, progress=progress) if "options" in parts else [],
-            speed_curves(counts, progress=progress) if "speed" in parts else [],
-            throughput(progress=progress) if "throughput" in parts else [],
+            engine_agreement(drawn, work, **judging) if "agreement" in parts else [],
+            option_effects(drawn, work, **judging) if "options" in parts else [],
+            speed_curves(work / "speed", counts, progress=progress) if "speed" in parts else [],
+            throughput(work / "throughput", progress=progress) if "throughput" in parts else [],
             sources_of_differences(
                 {LISTS: config.cases} | ({REAL: config.real_cases} if config.real_cases else {}),
                 work / "sources",
-                workers=workers,
-                progress=progress,
+                **judging,
             )
             if "sources" in parts
             else [],

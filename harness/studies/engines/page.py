@@ -10,7 +10,6 @@ from steadyload.reports.table import (
     MISSING,
     Column,
     Table,
-    columns_for,
     milliseconds,
     percent,
     plain_percent,
@@ -48,7 +47,6 @@ _SPEED = (
     _of_point("create ms", "create"),
     _of_point("own us a placement", "own", _whole),
 )
-_EFFECTS = (("changed %", "changed", percent), ("CPU ratio", "ratio", significant))
 _THROUGHPUT = (
     words("engine"),
     Column("n", "layouts"),
@@ -105,18 +103,26 @@ def _answer(agreement: Sequence[EngineAgreement], shares: Sequence[SourceTable])
 def _agreement(rows: Sequence[EngineAgreement]) -> Section:
     engines, pairs = list(rows[0].cpu), list(rows[0].agreement)
     n = next(iter(rows[0].agreement.values())).n
-    columns = [
-        words("Hz", "frequency"),
-        *columns_for(pairs, lambda pair: f"{' = '.join(pair)} %", "agreement", percent),
-        *columns_for(engines, "{} stable %", "stable", percent),
-        *columns_for(engines, "{} ms", "cpu", milliseconds),
-    ]
+
+    def by_frequency(title: str, name: str, form: Callable[[Any], str]) -> list[Column]:
+        return [
+            words(title, lambda key: key if isinstance(key, str) else " and ".join(key)),
+            *(Column(f"{row.frequency} Hz", getattr(row, name).__getitem__, form) for row in rows),
+        ]
+
     return Section(
         "Agreement",
         f"Untuned, {n} generated layouts of 3 to 20 items in the three scenarios: 0.3 s a "
-        "placement, reseat, 10 cm or 10 degrees at its end, contact friction 0.5. A cell is the "
-        "share of layouts on which two engines name the same failing step.",
-        [Table(rows, columns)],
+        "placement, reseat, 10 cm or 10 degrees at its end, contact friction 0.5.",
+        [
+            Table(
+                pairs,
+                by_frequency("engines", "agreement", percent),
+                "Layouts on which two engines name the same failing step, %:",
+            ),
+            Table(engines, by_frequency("engine", "stable", percent), "Stable layouts, %:"),
+            Table(engines, by_frequency("engine", "cpu", milliseconds), "CPU time a layout, ms:"),
+        ],
         [
             Picture(
                 "convergence",
@@ -131,21 +137,27 @@ def _options(effects: Sequence[OptionEffect]) -> Section:
     found = {(e.option, e.engine): e for e in effects}
     engines = dict.fromkeys(e.engine for e in effects)
 
-    def column(engine: str, title: str, name: str, form: Callable[[Any], str]) -> Column:
-        def value(option: str) -> Any:
-            return getattr(found.get((option, engine)), name, None)
+    options = dict.fromkeys(e.option for e in effects)
 
-        return Column(f"{engine}: {title}", value, form)
+    def table(caption: str, name: str, form: Callable[[Any], str]) -> Table:
+        def column(engine: str) -> Column:
+            return Column(
+                engine, lambda option: getattr(found.get((option, engine)), name, None), form
+            )
 
-    columns = [words("option", str), *(column(e, *effect) for e in engines for effect in _EFFECTS)]
+        return Table(options, [words("option", str), *map(column, engines)], caption)
+
     return Section(
         "Options: what they change and what they cost",
         f"At 240 Hz, n = {effects[0].changed.n} layouts. *Changed* is the share of layouts whose "
         "failing step is another with the option than without; *CPU ratio* is its CPU time over "
-        "that without, both measured in turn, layout by layout. All options are off by default: an "
-        "untuned method is the plain algorithm, and whoever tunes one can give the same options to "
-        "the others.",
-        [Table(dict.fromkeys(e.option for e in effects), columns)],
+        "that without, both measured in turn, some layouts at a time. All options are off by "
+        "default: an untuned method is the plain algorithm, and whoever tunes one can give the "
+        "same options to the others.",
+        [
+            table("Changed, %:", "changed", percent),
+            table("CPU ratio:", "ratio", significant),
+        ],
     )
 
 

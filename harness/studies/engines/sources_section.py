@@ -29,10 +29,10 @@ def sources(tables: Sequence[SourceTable]) -> Section:
         "set and, where two are named, for both questions. The differences between the verdicts on "
         "one case are shared out among what differs between their methods (analysis of variance; "
         "the shares add up to 100 %). *The same on all cases*: one engine, say, lets more items "
-        "stand than another, always. *From case to case*: which of the two lets more stand hangs "
-        "on the case, and cannot be told without judging it. *A with B*: how far the difference "
-        "that A makes hangs on B. Verdicts are taken as the share of items placed safely, and, for "
-        "comparison, as stable or not. Intervals are of item lists drawn anew.",
+        "stand than another, always. *From case to case*: which of the two lets more stand "
+        "depends on the case, and cannot be told without judging it. *A with B*: how far the "
+        "difference that A makes depends on B. Verdicts are taken as the share of items placed "
+        "safely, and, for comparison, as stable or not. Intervals are of item lists drawn anew.",
         [Table(table.shares, list(_COLUMNS), _title(table)) for table in tables],
         [
             Picture(

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import multiprocessing
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,8 +23,12 @@ from steadyload.methods.method import Status, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.methods.scene import boxes
 from steadyload.methods.simulation_parameters import SimulationParameters
+from steadyload.runs.pool import IN_THIS_PROCESS, SinglePart
+from steadyload.runs.provenance import key_of, made_on
+from steadyload.runs.store import JSON, Store, locked
 from steadyload.runs.worker import worker_environment
 from steadyload.statistics.growth import slope
+from steadyload.studies.study import Progress, silent
 
 ITEM_COUNTS = (5, 10, 20, 50, 100, 200)
 TUNING = "t_max=0.3,frequency=90,between_steps=reseat,samples=1"
@@ -37,8 +43,6 @@ _PATIENCE = 60.0
 _REPEATS = 5
 _ENOUGH_SECONDS = 2.0
 """Time above which a case is not repeated [s]."""
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,54 +133,127 @@ def brick_wall(count: int) -> Layout:
     return Layout(f"wall-{count}", Pallet(130.0, 600.0, 40.0), tuple(items))
 
 
+@dataclass(frozen=True)
+class SpeedUnit(SinglePart):
+    """A curve to be measured; what was measured stays, however fast the code has become since."""
+
+    engine: str
+    scene: str
+    scope: str
+    counts: tuple[int, ...]
+    made_by: Mapping[str, str]
+
+    @property
+    def key(self) -> str:
+        """The key of its shard."""
+        return key_of({"question": "cost by number of items"} | asdict(self))
+
+    def describe(self, part: int) -> str:
+        """Description of the curve for messages."""
+        return f"{self.engine}, {self.scene}, {self.scope}"
+
+
 def speed_curves(
-    counts: Sequence[int] = ITEM_COUNTS,
-    *,
-    progress: Progress = lambda what: None,
+    work: Path, counts: Sequence[int] = ITEM_COUNTS, *, progress: Progress = silent
 ) -> list[SpeedCurve]:
-    """Cost against the number of items, per engine: the whole pile, local scope, and the wall."""
-    curves = []
+    """Cost against the number of items, per engine: the whole pile, local scope, and the wall.
+
+    Args:
+        work: folder of the curves that were measured.
+        counts: numbers of items.
+        progress: called with what is done, the curves done and those to be done.
+    """
+    units = list(_speed_units(tuple(counts)))
+    found = _kept(work, units, _curve, lambda *of: progress("speed", *of))
+    return [
+        SpeedCurve(**{**one, "points": tuple(SpeedPoint(**point) for point in one["points"])})
+        for one in found
+    ]
+
+
+def _speed_units(counts: tuple[int, ...]) -> Iterator[SpeedUnit]:
+    few = tuple(n for n in counts if n <= _LARGEST_SPATIAL_WALL)
     for engine in engines_here():
-        planar_only = world_class(engine).capabilities.dimensions == 2
-        plans: list[tuple[str, Sequence[int], str]]
-        if planar_only:
-            plans = [("wall", counts, "all")]
-        else:
-            few = [n for n in counts if n <= _LARGEST_SPATIAL_WALL]
-            plans = [("wall", few, "all"), ("pile", counts, "all"), ("pile", counts, "local")]
+        planar = world_class(engine).capabilities.dimensions == 2
+        plans = [("wall", counts if planar else few, "all")]
+        plans += [] if planar else [("pile", counts, "all"), ("pile", counts, "local")]
         for scene, numbers, scope in plans:
-            points = []
-            for count in numbers:
-                progress(f"{engine}, {scene}, {scope}, {count} items")
-                layout = brick_wall(count) if scene == "wall" else random_pile(count)
-                point = _measure(engine, layout, scope)
-                if point is None:
-                    break
-                points.append(point)
-            curves.append(SpeedCurve(engine, scene, scope, tuple(points), _exponent(points)))
-    return curves
+            yield SpeedUnit(engine, scene, scope, numbers, made_on(engine))
 
 
-def throughput(*, layouts: int = 60, progress: Progress = lambda what: None) -> list[Throughput]:
-    """Layouts a second over one process and over two, wall time, start-up excluded."""
-    cases = random_layouts(layouts, seed=11)
-    rows = []
+def _curve(unit: SpeedUnit) -> Iterator[dict[str, Any]]:
+    points = []
+    for count in unit.counts:
+        layout = brick_wall(count) if unit.scene == "wall" else random_pile(count)
+        point = _measure(unit.engine, layout, unit.scope)
+        if point is None:
+            break
+        points.append(point)
+    curve = SpeedCurve(unit.engine, unit.scene, unit.scope, tuple(points), _exponent(points))
+    yield asdict(curve)
+
+
+def _kept(
+    work: Path,
+    units: Sequence[SpeedUnit | ThroughputUnit],
+    measure: Callable[[Any], Iterator[dict[str, Any]]],
+    progress: Callable[[int, int], None],
+) -> list[dict[str, Any]]:
+    """A record a unit; those that are missing are measured in this process."""
+    with locked(work):
+        store: Store[Any, Any] = Store(work / "measured", JSON)
+        store.complete(units, measure, workers=IN_THIS_PROCESS, progress=progress)
+        return [store.read(unit.key)[0] for unit in units]
+
+
+@dataclass(frozen=True)
+class ThroughputUnit(SinglePart):
+    """A throughput to be measured."""
+
+    engine: str
+    layouts: int
+    made_by: Mapping[str, str]
+
+    @property
+    def key(self) -> str:
+        """The key of its shard."""
+        return key_of({"question": "throughput"} | asdict(self))
+
+    def describe(self, part: int) -> str:
+        """Description of the throughput for messages."""
+        return f"{self.engine}, throughput"
+
+
+def throughput(work: Path, *, layouts: int = 60, progress: Progress = silent) -> list[Throughput]:
+    """Layouts a second over one process and over two, wall time, start-up excluded.
+
+    Args:
+        work: folder of what was measured.
+        layouts: how many are judged.
+        progress: called with what is done, the engines done and those to be done.
+    """
+    units = [
+        ThroughputUnit(engine, layouts, made_on(engine))
+        for engine in engines_here()
+        if world_class(engine).capabilities.dimensions == 3
+    ]
+    found = _kept(work, units, _rates, lambda *of: progress("throughput", *of))
+    return [Throughput(**one) for one in found]
+
+
+def _rates(unit: ThroughputUnit) -> Iterator[dict[str, Any]]:
+    cases = random_layouts(unit.layouts, seed=11)
+    spec, rates = f"simulation@{unit.engine}:{TUNING}", []
     context = multiprocessing.get_context("spawn")
-    for engine in engines_here():
-        if world_class(engine).capabilities.dimensions == 2:
-            continue
-        progress(f"{engine}, throughput")
-        spec, rates = f"simulation@{engine}:{TUNING}", []
-        for workers in (1, 2):
-            parts = [cases[i::10] for i in range(10)]
-            with worker_environment(), ProcessPoolExecutor(workers, mp_context=context) as pool:
-                # Warm both workers, then measure.
-                list(pool.map(_judge_part, [spec] * 4 * workers, [cases[:6]] * 4 * workers))
-                start = time.perf_counter()
-                done = sum(pool.map(_judge_part, [spec] * len(parts), parts))
-                rates.append(done / (time.perf_counter() - start))
-        rows.append(Throughput(engine, layouts, rates[0], rates[1]))
-    return rows
+    for workers in (1, 2):
+        parts = [cases[i::10] for i in range(10)]
+        with worker_environment(), ProcessPoolExecutor(workers, mp_context=context) as pool:
+            # Warm both workers, then measure.
+            list(pool.map(_judge_part, [spec] * 4 * workers, [cases[:6]] * 4 * workers))
+            start = time.perf_counter()
+            done = sum(pool.map(_judge_part, [spec] * len(parts), parts))
+            rates.append(done / (time.perf_counter() - start))
+    yield asdict(Throughput(unit.engine, unit.layouts, rates[0], rates[1]))
 
 
 def _judge_part(spec: str, layouts: list[Layout]) -> int:

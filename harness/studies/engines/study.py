@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from pathlib import Path
+
+import pandas as pd
 
 from steadyload.engines.registry import engines_here, world_class
-from steadyload.layouts.model import Layout
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
+from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.pool import Executor
+from steadyload.runs.results import load_results
+from steadyload.runs.runner import run_study
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
+from steadyload.studies.study import Progress, silent
 
 BASE = "t_max=0.3,eps_t=10,eps_r=10,friction=0.5,between_steps=reseat"
 """Untuned parameters: time, thresholds and friction of the reference simulation, nothing else."""
@@ -37,8 +44,7 @@ OPTIONS: dict[str, tuple[str, str]] = {
 """Option -> (parameters without it, parameters with it)."""
 
 _OPTION_FREQUENCY = 240
-
-Progress = Callable[[str], None]
+_SHARD = 25
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,78 +72,128 @@ class OptionEffect:
     cpu: Estimate
 
 
+@dataclass(frozen=True)
+class Drawn:
+    """Generated layouts: how many, the seed that they are drawn with, and their largest size."""
+
+    count: int
+    seed: int
+    most_items: int | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class _Answers:
     """Verdicts of a method on all layouts (failing step, J when stable, or status), and CPU ms."""
 
     said: list[int | str]
     cpu: list[float]
+    items: list[int]
 
 
-def _ask(specs: Sequence[str], layouts: Sequence[Layout]) -> list[_Answers]:
-    """Verdicts of all methods, judging in turns, so that a disturbance affects all of them."""
-    methods = [make_method(spec) for spec in specs]
-    for method in methods:
-        method.prepare(max(map(len, layouts)))
-    answers = [_Answers([], []) for _ in methods]
-    for layout in layouts:
-        for method, answer in zip(methods, answers, strict=True):
-            verdict = method.judge(layout)
-            safe = len(layout) if verdict.failing_step is None else verdict.failing_step
-            done = verdict.status is Status.DONE
-            answer.said.append(safe if done else str(verdict.status))
-            answer.cpu.append(1e3 * verdict.cpu.total)
-    return answers
+def _ask(
+    name: str,
+    specs: Sequence[str],
+    drawn: Drawn,
+    work: Path,
+    workers: int | Executor,
+    progress: Progress,
+) -> list[_Answers]:
+    """Answers of all methods, judged where they are missing; methods take turns at some layouts."""
+    asked = [str(make_method(spec).spec) for spec in specs]
+    definition = StudyDefinition(
+        f"engines, {name}",
+        tuple(dict.fromkeys(asked)),
+        generated=drawn.count,
+        seed=drawn.seed,
+        max_items=drawn.most_items,
+        shard_size=_SHARD,
+    )
+    run_study(definition, work / name, workers=workers, progress=lambda *of: progress(name, *of))
+    columns = ["layout", "method", "status", "failing_step", "item_count", "cpu_total"]
+    rows = load_results(work / name, columns).sort_values("layout")
+    by_method = {spec: _answers(own) for spec, own in rows.groupby("method")}
+    return [by_method[spec] for spec in asked]
+
+
+def _answers(rows: pd.DataFrame) -> _Answers:
+    items = rows["item_count"].tolist()
+    steps = rows["failing_step"].fillna(rows["item_count"]).astype(int).tolist()
+    done = (rows["status"] == str(Status.DONE)).tolist()
+    said = [step if ok else why for step, ok, why in zip(steps, done, rows["status"], strict=True)]
+    return _Answers(said, (1e3 * rows["cpu_total"]).tolist(), items)
 
 
 def engine_agreement(
-    layouts: Sequence[Layout],
+    drawn: Drawn,
+    work: Path,
     frequencies: Sequence[int] = FREQUENCIES,
     *,
-    progress: Progress = lambda what: None,
+    workers: int | Executor = 1,
+    progress: Progress = silent,
 ) -> list[EngineAgreement]:
-    """Share of equal failing steps between every two 3-D engines, by frequency, with costs."""
+    """Share of equal failing steps between every two 3-D engines, by frequency, with costs.
+
+    Args:
+        drawn: the layouts.
+        work: folder of the run folder; an interrupted run is resumed.
+        frequencies: substeps a second.
+        workers: see :func:`steadyload.runs.runner.run_study`.
+        progress: called with what is done, the rows done and those to be done.
+    """
     engines = _spatial_engines()
-    rows = []
-    for frequency in frequencies:
-        progress(f"agreement at {frequency} Hz")
-        specs = [f"simulation@{e}:{BASE},frequency={frequency},samples=1" for e in engines]
-        found = dict(zip(engines, _ask(specs, layouts), strict=True))
-        rows.append(
-            EngineAgreement(
-                frequency=frequency,
-                stable={
-                    e: share([s == len(lay) for s, lay in zip(a.said, layouts, strict=True)])
-                    for e, a in found.items()
-                },
-                cpu={e: mean(a.cpu) for e, a in found.items()},
-                agreement={
-                    (a, b): share(_equal(found[a].said, found[b].said))
-                    for a, b in combinations(engines, 2)
-                },
-            )
-        )
-    return rows
+    pairs = [(frequency, engine) for frequency in frequencies for engine in engines]
+    specs = [f"simulation@{e}:{BASE},frequency={f},samples=1" for f, e in pairs]
+    answers = _ask("agreement", specs, drawn, work, workers, progress)
+    every = dict(zip(pairs, answers, strict=True))
+    return [_agreement(f, {e: every[f, e] for e in engines}) for f in frequencies]
+
+
+def _agreement(frequency: int, found: Mapping[str, _Answers]) -> EngineAgreement:
+    return EngineAgreement(
+        frequency=frequency,
+        stable={
+            e: share([s == n for s, n in zip(a.said, a.items, strict=True)])
+            for e, a in found.items()
+        },
+        cpu={e: mean(a.cpu) for e, a in found.items()},
+        agreement={
+            (a, b): share(_equal(found[a].said, found[b].said)) for a, b in combinations(found, 2)
+        },
+    )
 
 
 def option_effects(
-    layouts: Sequence[Layout], *, progress: Progress = lambda what: None
+    drawn: Drawn,
+    work: Path,
+    *,
+    workers: int | Executor = 1,
+    progress: Progress = silent,
 ) -> list[OptionEffect]:
-    """Effect of each option on verdicts and CPU time, per engine that does not ignore it."""
-    effects = []
-    for title, (without, given) in OPTIONS.items():
-        for engine in _spatial_engines():
-            if "solver_iterations" in given and _ignores(engine, "solver_iterations"):
-                continue
-            start = f"simulation@{engine}:{BASE},frequency={_OPTION_FREQUENCY}"
-            start = start.replace(",between_steps=reseat", "") if "carry" in given else start
-            progress(f"{engine}: {title}")
-            base = f"simulation@{engine}:{BASE},frequency={_OPTION_FREQUENCY},{without}"
-            before, after = _ask([base, f"{start},{given}"], layouts)
-            changed = share([not e for e in _equal(before.said, after.said)])
-            ratio = sum(after.cpu) / sum(before.cpu)
-            effects.append(OptionEffect(title, engine, changed, ratio, mean(after.cpu)))
-    return effects
+    """Effect of each option on verdicts and CPU time, per engine that does not ignore it.
+
+    Args: as those of :func:`engine_agreement`.
+    """
+    asked = [
+        (title, engine, *_without_and_with(engine, without, given))
+        for title, (without, given) in OPTIONS.items()
+        for engine in _spatial_engines()
+        if not ("solver_iterations" in given and _ignores(engine, "solver_iterations"))
+    ]
+    specs = [spec for *_, without, given in asked for spec in (without, given)]
+    answers = iter(_ask("options", specs, drawn, work, workers, progress))
+    return [_effect(title, engine, next(answers), next(answers)) for title, engine, *_ in asked]
+
+
+def _without_and_with(engine: str, without: str, given: str) -> tuple[str, str]:
+    """Specs without an option and with it."""
+    base = f"simulation@{engine}:{BASE},frequency={_OPTION_FREQUENCY}"
+    start = base.replace(",between_steps=reseat", "") if "carry" in given else base
+    return f"{base},{without}", f"{start},{given}"
+
+
+def _effect(title: str, engine: str, before: _Answers, after: _Answers) -> OptionEffect:
+    changed = share([not e for e in _equal(before.said, after.said)])
+    return OptionEffect(title, engine, changed, sum(after.cpu) / sum(before.cpu), mean(after.cpu))
 
 
 def _spatial_engines() -> list[str]:

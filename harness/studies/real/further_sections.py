@@ -77,7 +77,7 @@ def labels_section(found: RealSummary) -> Section:
     return Section(
         "What the numbers hang on",
         "*Labels* come from screening: a fast simulation answers about every step, the reference "
-        "where it hangs on it, and its answer counts (docs/benchmark.md). On "
+        "where it depends on it, and its answer counts (docs/benchmark.md). On "
         f"{screened.cases} cases that took {screened.steps} steps.{missed}{missing} A label is one "
         "verdict of one simulation, and no ensemble tells how robust it is. "
         "*Failures* decide how much the constant verdict is worth; their share depends on who "

@@ -49,7 +49,7 @@ def transport_page(found: TransportSummary, made_with: Mapping[str, str]) -> Pag
         f"({small_lists} item lists) and {loads} of {least} to {most} boxes ({lists} item lists), "
         "all of which stand by their label, are pushed by a constant horizontal acceleration in "
         f"{found.directions} directions. Boxes are rigid, friction is {FRICTION:g} everywhere "
-        "unless stated: **no wrap, no strap, no anti-slip mat.** What is held hangs on the rule: "
+        "unless stated: **no wrap, no strap, no anti-slip mat.** What is held depends on the rule: "
         f"by simulation no box moves {DISPLACEMENT:g} cm or turns {ROTATION:g} degrees within "
         f"{HELD:g} s; by equilibrium forces inside Coulomb's cones balance every box where it was "
         "planned. "
