@@ -6,6 +6,7 @@ from typing import NamedTuple
 from golden_cases import FILE
 from pairwise import Row, pairwise
 
+from steadyload.engines.registry import ENGINES as ENTRIES
 from steadyload.engines.registry import capabilities
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import SpecError
@@ -19,7 +20,7 @@ STATIC = (
 
 PRESETS = ("ps3", "ps5", "ps3-literal", "ps5-literal", "ps_opt", "ps_opt-paper", "label")
 ENGINES = ("bullet", "mujoco", "dart", "chipmunk")
-OPTIONAL = ("physx", "rapier")
+OPTIONAL = tuple(name for name, entry in ENTRIES.items() if entry.extra and not entry.check_only)
 OWN = (
     "cascade@mujoco",
     "label@reference",
