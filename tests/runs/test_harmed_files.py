@@ -102,6 +102,14 @@ KINDS = (
 )  # fmt: skip
 
 
+def says_the_same(one, other):
+    """Whether both are JSON of the same values, as where the last digit of a number is lost."""
+    try:
+        return json.loads(one) == json.loads(other)
+    except ValueError:
+        return False
+
+
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
 def test_a_changed_bit_is_told_by_one_sentence_that_names_the_file(tmp_path, kind):
     file, read = kind(tmp_path)
@@ -114,7 +122,7 @@ def test_a_changed_bit_is_told_by_one_sentence_that_names_the_file(tmp_path, kin
         changed = bytearray(whole)
         changed[place] ^= 1 << int(draw.integers(8))
         file.write_bytes(changed)
-        if any(begin <= place < end for begin, end in unchecked):
+        if any(begin <= place < end for begin, end in unchecked) or says_the_same(changed, whole):
             continue
         with pytest.raises(UserError) as caught:
             read()
