@@ -17,7 +17,7 @@ import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import Enum, auto
-from multiprocessing import resource_tracker
+from multiprocessing import resource_tracker, spawn
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from multiprocessing.reduction import ForkingPickler
@@ -241,7 +241,7 @@ def start_process(
     # A parent that is terminated while it starts a process would leave one that cannot read what
     # it is to do, and says so: it ends a moment later.
     both = {signal.SIGINT, signal.SIGTERM}
-    with theirs, _START_LOCK, worker_environment(), signals_blocked(both):
+    with theirs, _START_LOCK, worker_environment(), silent_orphans(), signals_blocked(both):
         process.start()
     return process, ours
 
@@ -250,6 +250,29 @@ def _begun(target: Callable[..., None], *arguments: Any) -> None:
     """The new process: it can be terminated from now on."""
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
     target(*arguments)
+
+
+@contextmanager
+def silent_orphans() -> Iterator[None]:
+    """Context in which processes are started that end in silence where they cannot read their work.
+
+    A parent that is killed while it starts a process leaves one that finds nothing, or half of it,
+    in its pipe; Python prints a traceback of that.
+    """
+    usual = spawn.get_command_line
+
+    def silent(**given: Any) -> list[str]:
+        *command, program, last = usual(**given)
+        if command[-1] != "-c":
+            return [*command, program, last]
+        caught = "except (EOFError, pickle.UnpicklingError): raise SystemExit(1)"
+        return [*command, f"import pickle\ntry: {program}\n{caught}", last]
+
+    spawn.get_command_line = silent
+    try:
+        yield
+    finally:
+        spawn.get_command_line = usual
 
 
 @contextmanager
