@@ -42,12 +42,8 @@ LATER = (
 """Judged after all others, as they were added later."""
 
 QUICK, DEEP = 24, 700
-_QUICK = {"": 240, "reference": 6, "physx": 8}
-"""Cases of the quick test without an engine, where they cost little, and on one that takes long."""
-_DEEP = {
-    "bullet": 200, "mujoco": 300, "dart": 60, "chipmunk": 200, "reference": 20, "physx": 60,
-    "rapier": 150,
-}  # fmt: skip
+"""Cases of a method at most; the quick test has more of those that need no engine."""
+_QUICK_STATIC = 240
 _OF_ARRAY = 3
 """Cases that a row of the array judges, others than those of the row before."""
 
@@ -78,7 +74,7 @@ FACTORS = {
 
 
 class Asked(NamedTuple):
-    """A method, and which of the kept cases it judges."""
+    """A method, and which of the kept cases it judges at most."""
 
     spec: str
     planar: bool
@@ -97,9 +93,8 @@ def asked(*, deep: bool) -> list[Asked]:
 
 
 def _asked(spec: str, *, deep: bool) -> Asked:
-    engine = make_method(spec).spec.engine or ""
-    count = _DEEP.get(engine, DEEP) if deep else _QUICK.get(engine, QUICK)
-    return Asked(spec, _is_planar(spec), range(count))
+    quick = QUICK if make_method(spec).spec.engine else _QUICK_STATIC
+    return Asked(spec, _is_planar(spec), range(DEEP if deep else quick))
 
 
 def _is_planar(spec: str) -> bool:

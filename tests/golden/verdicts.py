@@ -1,5 +1,6 @@
 """Golden verdicts: judged in sequence in one process, stored, and compared."""
 
+import math
 import platform
 import time
 from collections.abc import Iterable, Iterator, Mapping
@@ -38,8 +39,20 @@ Row = Mapping[str, Any]
 Spent = dict[str, float]
 
 
-def judged(asked: Iterable[Asked], spent: Spent | None = None) -> Iterator[Row]:
-    """A row a verdict, in turn; ``spent`` takes the CPU seconds by method."""
+_FEWEST = 6
+"""Cases of a method at least: one turn of the rule that chooses them."""
+
+
+def judged(
+    asked: Iterable[Asked], spent: Spent | None = None, seconds: float = math.inf
+) -> Iterator[Row]:
+    """A row a verdict, in turn.
+
+    Args:
+        asked: what is judged.
+        spent: takes the CPU seconds by method.
+        seconds: CPU time after which a method judges no further cases.
+    """
     cases = {planar: load_cases(planar=planar) for planar in (False, True)}
     for each in asked:
         method, before = make_method(each.spec), time.process_time()
@@ -47,6 +60,8 @@ def judged(asked: Iterable[Asked], spent: Spent | None = None) -> Iterator[Row]:
             f"{k}={v}" for k, v in package_versions(sorted(method.numerics())).items()
         )
         for place in each.cases:
+            if place >= _FEWEST and time.process_time() - before > seconds:
+                break
             case = cases[each.planar][place]
             yield {**_row(each.spec, case), "packages": packages, **_said(method, case)}
         if spent is not None:

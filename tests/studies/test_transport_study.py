@@ -7,8 +7,11 @@ import pytest
 from steadyload.layouts.benchmark import REAL
 from steadyload.layouts.benchmark.dataset import LISTS
 from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.question import Question
 from steadyload.reports.writing import write_page
 from steadyload.runs.definition import StudyError
+from steadyload.studies.recommend.front import front_for
+from steadyload.studies.recommend.kept import load_fronts
 from steadyload.studies.transport.page import transport_page
 from steadyload.studies.transport.study import (
     REFERENCE,
@@ -17,6 +20,7 @@ from steadyload.studies.transport.study import (
     WHOLE,
     Load,
     LoadLimits,
+    engines_on_the_front,
     limits_of_loads,
     standing_loads,
 )
@@ -55,6 +59,19 @@ def test_loads_stand_by_their_label_and_are_different_first():
     assert len({load.name.rpartition(" ")[0] for load in loads}) == len(loads) == 50
     (found,) = limits(loads[0].layout, "label@mujoco", directions=(0.0,))
     assert found.limit_g is not None
+
+
+def test_loads_of_real_size_are_asked_of_engines_that_no_cheaper_one_beats():
+    found = engines_on_the_front()
+    here = front_for(load_fronts(), Question.STANDS, 61).here()
+    rows = {m.engine: m for m in here.measured if m.method.startswith("ps_opt@")}
+    cpu = [rows[name].cpu.value for name in found]
+    assert found
+    assert cpu == sorted(cpu)
+    for name, row in rows.items():
+        cheaper = [rows[own] for own in found if rows[own].cpu.value < row.cpu.value]
+        beaten = any(one.accuracy.value >= row.accuracy.value for one in cheaper)
+        assert beaten is (name not in found)
 
 
 def test_limits_are_kept_and_an_unknown_engine_is_refused(tmp_path):

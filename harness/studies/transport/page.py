@@ -203,6 +203,8 @@ def _rising(found: TransportSummary) -> Section:
 def _real(found: TransportSummary) -> Section:
     return Section(
         f"Loads of real size, beside {found.against}",
-        "The reference is too slow for all of these; the first engine stands in its place.",
+        "The reference is too slow for all of these; the first engine stands in its place. Unless "
+        "others were named, these are the engines whose tuned simulation no cheaper one beats on "
+        "the largest loads that `steadyload recommend` knows, where these have to stand.",
         [Table(found.engines, _DISTANCE)],
     )

@@ -14,10 +14,14 @@ from steadyload.layouts.benchmark.dataset import LISTS
 from steadyload.layouts.model import Layout
 from steadyload.layouts.question import Question
 from steadyload.methods.registry import make_method
+from steadyload.methods.spec import parse_spec
+from steadyload.methods.tuned import TUNED
 from steadyload.runs.pool import Executor, PartLimit, SinglePart
 from steadyload.runs.provenance import key_of, made_by
 from steadyload.runs.store import JSON, Store, locked
 from steadyload.studies.able import fixed_step_engines
+from steadyload.studies.recommend.front import best, front_for
+from steadyload.studies.recommend.kept import load_fronts
 from steadyload.studies.study import Progress, silent
 from steadyload.transport.limits import EXACT, VERSION, Limit, around, limits
 from steadyload.transport.whole_load import whole_load_limit
@@ -137,6 +141,21 @@ def standing_loads(of: str, count: int) -> list[Load]:
     ]
 
 
+def engines_on_the_front() -> tuple[str, ...]:
+    """Engines whose tuned simulation no cheaper one beats on the largest loads that were measured.
+
+    Of those that are installed, by rising CPU time, where a load has to stand; as `steadyload
+    recommend` knows them.
+
+    Raises:
+        FrontError: no engine that was measured is installed.
+    """
+    fronts = [front for front in load_fronts() if front.question is Question.STANDS]
+    largest = front_for(fronts, Question.STANDS, max(front.most for front in fronts))
+    simulations = [m for m in largest.here().measured if parse_spec(m.method).name == TUNED]
+    return tuple(one.engine for one in best(simulations) if one.engine)
+
+
 def limits_of_loads(
     loads: int,
     small: int,
@@ -155,17 +174,18 @@ def limits_of_loads(
         small: number of loads of the set of many item lists.
         referenced: number of loads of real size that the reference is asked of, too.
         directions: around a load.
-        engines: for loads of real size.
+        engines: for loads of real size; empty for :func:`engines_on_the_front`.
         work: folder of the shards.
         workers: see :func:`steadyload.runs.store.Store.complete`.
         progress: called with what is done, units done and units in all.
 
     Raises:
         StudyError: no such engine.
+        FrontError: none is named, and none is to be recommended here.
         ResultsError: another run is at work in the folder.
     """
     here = fixed_step_engines()
-    real_engines = fixed_step_engines(engines)
+    real_engines = fixed_step_engines(engines or engines_on_the_front())
     found = {LISTS: standing_loads(LISTS, small), REAL: standing_loads(REAL, loads)}
     statics = list(dict.fromkeys([EXACT, RUBBING, *map(exact_at, FRICTIONS)]))
     asked: list[tuple[Load, str, float]] = []
