@@ -11,8 +11,9 @@ from pathlib import Path
 from steadyload.atomic import write_atomically
 from steadyload.errors import UserError
 from steadyload.studies.published import ROWS, Entry, entries
+from steadyload.studies.study import CHECKPOINTS
 
-_LEFT_OUT = (".lock", "report.md", "report.html", "figures")
+_LEFT_OUT = (".lock", "report.md", "report.html", "figures", CHECKPOINTS)
 """What a work folder holds besides rows."""
 
 

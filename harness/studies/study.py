@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
+CHECKPOINTS = "checkpoints"
+"""Folder in a work folder of what an interrupted run continues from; it holds no result."""
+
 C = TypeVar("C")
 R = TypeVar("R")
 

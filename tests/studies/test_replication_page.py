@@ -1,6 +1,8 @@
 """The paper's experiment from end to end, on a data set of a hundred files."""
 
 import dataclasses
+import io
+import shutil
 
 import numpy as np
 import pandas as pd
@@ -8,7 +10,12 @@ import pytest
 
 pytest.importorskip("torch")
 
+import torch
+
+from steadyload.atomic import CHECKSUM_DIGITS
 from steadyload.layouts.heuristics import Heuristic
+from steadyload.learners.network import LstmNetwork
+from steadyload.learners.scoring import items_safe
 from steadyload.methods.registry import make_method
 from steadyload.reports.writing import write_page
 from steadyload.runs.evaluation import ALL
@@ -18,8 +25,9 @@ from steadyload.studies.replication.methods import ALL_LINES
 from steadyload.studies.replication.networks import (
     NETWORKS,
     Material,
+    items_safe_by,
+    networks_on_folds,
     paper_options,
-    train_networks,
 )
 from steadyload.studies.replication.page import replication_page
 from steadyload.studies.replication.splits import PartSizes, SplitKind, folds
@@ -33,6 +41,7 @@ from steadyload.studies.replication.study import (
     replicate,
 )
 from steadyload.studies.replication.summary import fall, paper_of, summarise
+from steadyload.studies.study import CHECKPOINTS
 
 SIZES = dict.fromkeys(("S1", "S2a", "S2b"), PartSizes(test=(4, 2), validation=(2, 1)))
 OPTIONS = ReplicationOptions(
@@ -80,17 +89,44 @@ def test_processes_train_what_one_process_does(done, tmp_path):
     material = Material(done.cases, case_layouts(done.files, done.cases))
     (fold,) = folds(done.cases, done.part, SplitKind.GEOMETRY)
     wanted = [(fold, paper_options(0, seed, epochs=1)) for seed in (0, 1)]
-    found = [
-        {
-            network.options.seed: network.arrays
-            for _, network in train_networks(material, wanted, tmp_path / str(n), 60.0, workers=n)
-        }
+    here, beside = (
+        list(networks_on_folds(material, wanted, tmp_path / str(n), 60.0, workers=n))
         for n in (0, 2)
-    ]
-    for seed in (0, 1):
-        here, beside = (arrays[seed] for arrays in found)
-        assert here.keys() == beside.keys()
-        assert all(np.array_equal(here[name], beside[name]) for name in here)
+    )
+    for one, other in zip(here, beside, strict=True):
+        assert (one.probabilities == other.probabilities).all()
+    assert (here[0].probabilities != here[1].probabilities).any()
+
+
+def test_what_a_network_says_is_what_its_weights_say(done, tmp_path):
+    """Held against torch, of the checkpoint that the training left."""
+    material = Material(done.cases, case_layouts(done.files, done.cases))
+    (fold,) = folds(done.cases, done.part, SplitKind.GEOMETRY)
+    options = paper_options(0, 0, epochs=1)
+    (tested,) = networks_on_folds(material, [(fold, options)], tmp_path, 60.0)
+    (checkpoint,) = (tmp_path / CHECKPOINTS).glob("*/checkpoint.pt")
+    stored = torch.load(io.BytesIO(checkpoint.read_bytes()[CHECKSUM_DIGITS:]), weights_only=True)
+    asked = material.sequences(options.features).chosen(fold.test)
+    network = LstmNetwork(asked.rows.shape[1], options.hidden, options.layers)
+    network.load_state_dict(stored["best"])
+    with torch.inference_mode():
+        told = torch.sigmoid(network(torch.from_numpy(asked.padded()))).numpy()
+    within = np.arange(told.shape[1]) < asked.counts[:, None]
+    assert tested.probabilities[within] == pytest.approx(told[within], abs=1e-5)
+    safe = items_safe_by([tested], fold, done.cases)
+    assert (safe == items_safe(told, asked.counts)).mean() > 0.99
+
+
+def test_without_checkpoints_nothing_is_trained_again(done, tmp_path):
+    material = Material(done.cases, case_layouts(done.files, done.cases))
+    (fold,) = folds(done.cases, done.part, SplitKind.GEOMETRY)
+    wanted = [(fold, paper_options(0, 0, epochs=1))]
+    (before,) = networks_on_folds(material, wanted, tmp_path, 60.0)
+    shutil.rmtree(tmp_path / CHECKPOINTS)
+    (after,) = networks_on_folds(material, wanted, tmp_path, 60.0)
+    assert after.effort == before.effort
+    assert (after.probabilities == before.probabilities).all()
+    assert not (tmp_path / CHECKPOINTS).exists()
 
 
 def test_all_learn_on_all_splits(done):

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -12,22 +11,24 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
 import torch
 from numpy.typing import NDArray
 
 from steadyload.layouts.model import Layout
-from steadyload.learners import LearnerError
-from steadyload.learners.features import FeatureKind, features
+from steadyload.learners.features import Array32, FeatureKind, features
 from steadyload.learners.inference import Network
 from steadyload.learners.options import TrainingOptions, options_from, training_preset
 from steadyload.learners.ranges import extent_of, trained_ranges
 from steadyload.learners.scoring import items_safe
 from steadyload.learners.sequences import Sequences
-from steadyload.learners.training import Training
+from steadyload.learners.training import VERSION, Training
 from steadyload.methods.spec import as_plain
-from steadyload.runs.pool import SinglePart, run_units
-from steadyload.runs.store import locked
+from steadyload.runs.pool import SinglePart
+from steadyload.runs.provenance import key_of
+from steadyload.runs.store import Progress, Store, locked, parquet
 from steadyload.studies.replication.splits import Fold, steps_safe
+from steadyload.studies.study import CHECKPOINTS
 
 NETWORKS = training_preset("paper-ensemble").networks
 """Hidden size and learning rate of the networks of Table 4; the first one is LSTM_1."""
@@ -115,106 +116,162 @@ def paper_options(member: int, seed: int, **changes: Any) -> TrainingOptions:
 
 @dataclass(frozen=True)
 class NetworkTraining(SinglePart):
-    """The training of a network on a fold of a split, in a folder of its own.
+    """The training of a network on a fold of a split, and what it says of the fold's test.
 
     Attributes:
-        fold: of a split.
+        key: of its shard: a hash of all that it depends on.
+        fold: number and kind of its fold, and the size of the network, for messages.
         options: of the network.
         learnt: what it learns from.
         stopping: what says which epoch is best.
-        work: folder of all trainings; that of this one is named by all it depends on.
+        asked: what it is tested on.
+        folder: of its checkpoint.
         budget: seconds of CPU time, over all runs.
     """
 
-    fold: Fold
+    key: str
+    fold: str
     options: TrainingOptions
     learnt: Sequences
     stopping: Sequences
-    work: Path
+    asked: Sequences
+    folder: Path
     budget: float
+
+    @classmethod
+    def of(
+        cls, fold: Fold, options: TrainingOptions, material: Material, work: Path, budget: float
+    ) -> NetworkTraining:
+        """The training of a network on a fold, with its checkpoint below ``work``."""
+        every = material.sequences(options.features)
+        learnt, stopping, asked = map(every.chosen, (fold.train, fold.validation, fold.test))
+        identity = [as_plain(options), learnt.fingerprint(), stopping.fingerprint()]
+        key = key_of(
+            {
+                "training": json.loads(json.dumps(identity, default=str)),
+                "tested on": asked.fingerprint(),
+                "budget": budget,
+                "version": VERSION,
+                "torch": torch.__version__.partition("+")[0],
+            }
+        )
+        return cls(
+            key,
+            f"{fold.kind} {fold.number}, {options.hidden} cells",
+            options,
+            learnt,
+            stopping,
+            asked,
+            work / f"{fold.kind}-{fold.number}-{options.features}-{options.hidden}-{key}",
+            budget,
+        )
 
     def describe(self, part: int) -> str:
         """Description of the training for messages."""
-        return f"{self.fold.kind} {self.fold.number}, {self.options.hidden} cells"
+        return self.fold
 
 
 @dataclass(frozen=True)
-class TrainedNetwork:
-    """A network with its weights by name, and the effort of its training."""
+class FoldNetwork:
+    """What a trained network says of the test of its fold.
 
-    options: TrainingOptions
-    arrays: Mapping[str, np.ndarray]
+    Attributes:
+        effort: of its training.
+        probabilities: that steps are unstable, (cases, most items), by case of the fold's test.
+    """
+
     effort: Effort
+    probabilities: Array32
 
 
-def train_networks(
+_TESTED = pa.schema(
+    [
+        pa.field("epochs", pa.int32(), nullable=False),
+        pa.field("best_epoch", pa.int32(), nullable=False),
+        pa.field("seconds", pa.float64(), nullable=False),
+        pa.field("cut_off", pa.bool_(), nullable=False),
+        pa.field("cases", pa.int32(), nullable=False),
+        pa.field("probabilities", pa.list_(pa.float32()), nullable=False),
+    ]
+)
+"""A network a row; the probabilities of its cases follow each other."""
+
+
+def networks_on_folds(
     material: Material,
-    wanted: Iterable[tuple[Fold, TrainingOptions]],
+    wanted: Sequence[tuple[Fold, TrainingOptions]],
     work: Path,
     budget: float,
     *,
     workers: int = 0,
-) -> Iterator[tuple[Fold, TrainedNetwork]]:
-    """Train networks, or take up their trainings, each with one thread.
+    progress: Progress = lambda done, total: None,
+) -> Iterator[FoldNetwork]:
+    """Train and test the networks that are missing, each with one thread, and return all.
 
     Args:
         material: all cases.
         wanted: folds and options of networks.
-        work: folder of the trainings.
+        work: folder of what networks say, ``tested``, and of checkpoints, :data:`CHECKPOINTS`,
+            which an interrupted training continues from.
         budget: seconds of CPU time of every network, over all runs.
         workers: processes that train; 0 trains in this one.
+        progress: called with networks done and networks in all.
 
     Yields:
-        Every network with its fold, in the order in which they are trained.
+        Every network, in the order in which they are wanted.
 
     Raises:
-        ResultsError: another run is at work in the folder of a training.
-        LearnerError: a training ended its process twice.
+        ResultsError: another run is at work in the folder, or a training ended its process twice.
+        LearnerError: the checkpoint of a training is damaged.
     """
-    trainings = (
-        NetworkTraining(
-            fold,
-            options,
-            material.sequences(options.features).chosen(fold.train),
-            material.sequences(options.features).chosen(fold.validation),
-            work,
-            budget,
-        )
-        for fold, options in wanted
-    )
-    for training, (network,) in run_units(_train, trainings, workers=workers, crashed=_refuse):
-        yield training.fold, network
+
+    def units() -> Iterator[NetworkTraining]:
+        # One after the other: together their sequences take gigabytes.
+        for fold, options in wanted:
+            yield NetworkTraining.of(fold, options, material, work / CHECKPOINTS, budget)
+
+    with locked(work):
+        store = Store(work / "tested", parquet(_TESTED))
+        survey = store.survey(units())
+        store.complete(units(), _train, workers=workers, progress=progress, survey=survey)
+    for key in survey.keys:
+        (row,) = store.read(key).to_dict("records")
+        effort = Effort(*(row[name] for name in ("epochs", "best_epoch", "seconds", "cut_off")))
+        told = np.asarray(row["probabilities"], dtype=np.float32)
+        yield FoldNetwork(effort, told.reshape(row["cases"], -1))
 
 
-def items_safe_by(networks: Sequence[TrainedNetwork], material: Material, fold: Fold) -> Steps:
-    """Items placed safely, by case of the fold's test, by the mean of networks (Eq. 8)."""
-    asked = material.sequences(networks[0].options.features).chosen(fold.test)
-    rows = asked.padded()
-    found = [Network(network.arrays).probabilities_of_many(rows) for network in networks]
-    return items_safe(np.mean(found, axis=0), asked.counts)
+def items_safe_by(networks: Sequence[FoldNetwork], fold: Fold, cases: pd.DataFrame) -> Steps:
+    """Items placed safely, by case of the fold's test, by the mean of networks (Eq. 8).
+
+    Args:
+        networks: that were tested on the fold.
+        fold: of a split of ``cases``.
+        cases: of :func:`steadyload.studies.replication.splits.labelled_cases`.
+    """
+    counts = cases.loc[fold.test, "item_count"].to_numpy()
+    return items_safe(np.mean([each.probabilities for each in networks], axis=0), counts)
 
 
-def _train(training: NetworkTraining) -> Iterator[TrainedNetwork]:
+def _train(training: NetworkTraining) -> Iterator[dict[str, Any]]:
     return (_trained(training) for _ in range(1))
 
 
-def _trained(asked: NetworkTraining) -> TrainedNetwork:
-    folder = asked.work / _folder(asked.fold, asked.options, asked.learnt, asked.stopping)
+def _trained(asked: NetworkTraining) -> dict[str, Any]:
     torch.set_num_threads(1)
-    with locked(folder):
-        training = Training(folder, asked.options, asked.learnt, asked.stopping, held_out=None)
+    with locked(asked.folder):
+        training = Training(
+            asked.folder, asked.options, asked.learnt, asked.stopping, held_out=None
+        )
         trained = training.run(budget=asked.budget)
     last = trained.history[-1]
-    effort = Effort(last.number, last.best_epoch, last.seconds, cut_off=not training.finished)
-    return TrainedNetwork(asked.options, trained.arrays, effort)
-
-
-def _refuse(training: NetworkTraining, part: int, reason: str) -> TrainedNetwork:
-    raise LearnerError(f"{training.describe(part)}: {reason}")
-
-
-def _folder(fold: Fold, own: TrainingOptions, learnt: Sequences, stopping: Sequences) -> str:
-    identity = [as_plain(own), learnt.fingerprint(), stopping.fingerprint()]
-    text = json.dumps(identity, sort_keys=True, default=str)
-    digest = hashlib.sha256(text.encode()).hexdigest()[:10]
-    return f"{fold.kind}-{fold.number}-{own.features}-{own.hidden}-{own.seed}-{digest}"
+    told = Network(trained.arrays).probabilities_of_many(asked.asked.padded())
+    told[np.arange(told.shape[1]) >= asked.asked.counts[:, None]] = 0.0
+    return {
+        "epochs": last.number,
+        "best_epoch": last.best_epoch,
+        "seconds": last.seconds,
+        "cut_off": not training.finished,
+        "cases": len(told),
+        "probabilities": told.ravel(),
+    }

@@ -32,8 +32,8 @@ from steadyload.studies.replication.networks import (
     Effort,
     Material,
     items_safe_by,
+    networks_on_folds,
     paper_options,
-    train_networks,
 )
 from steadyload.studies.replication.splits import (
     TABLE_2,
@@ -190,7 +190,7 @@ def replicate(
         unlabelled=len(files.table) * len(TABLE_2) - len(cases),
         judged=judged,
         rights={spec: rights_of(judged, spec, cases[test])[None] for spec in named},
-        splits=_trained(asked, cases, part, layouts, work / "networks", workers, progress),
+        splits=_trained(asked, cases, part, layouts, work, workers, progress),
         left_out=left_out,
         made_with=provenance_lines(),
     )
@@ -293,17 +293,15 @@ def _trained(
         for member in ensemble
     }
     material, test = Material(cases, layouts), (part == TEST).to_numpy(bool)
-    progress("training", 0, len(wanted))
-    networks = {}
-    for fold, network in train_networks(
+    tested = networks_on_folds(
         material,
-        ((fold, options) for (*_, options), fold in wanted.items()),
+        [(fold, options) for (*_, options), fold in wanted.items()],
         work,
         asked.budget / len(wanted),
         workers=workers,
-    ):
-        networks[fold.kind, fold.number, network.options] = network
-        progress("training", len(networks), len(wanted))
+        progress=lambda *of: progress("training", *of),
+    )
+    networks = dict(zip(wanted, tested, strict=True))
     labels, found = steps_safe(cases), {}
     for kind, own in plans.items():
         rights = {MEMORISER: _memorised(cases, layouts, made[kind])[:, test]}
@@ -312,13 +310,13 @@ def _trained(
             right = np.zeros((len(ensembles), len(cases)), dtype=bool)
             for which, ensemble in enumerate(ensembles):
                 for fold in made[kind]:
-                    trained = [
+                    told = [
                         networks[kind, fold.number, member.options(asked.epochs)]
                         for member in ensemble
                     ]
-                    safe = items_safe_by(trained, material, fold)
+                    safe = items_safe_by(told, fold, cases)
                     right[which, fold.test] = safe == labels[fold.test]
-                    efforts.setdefault(name, []).extend(each.effort for each in trained)
+                    efforts.setdefault(name, []).extend(each.effort for each in told)
             rights[name] = right[:, test]
         twins = np.zeros(len(cases), dtype=bool)
         for fold in made[kind]:
