@@ -121,7 +121,7 @@ tuning: $(READY) ## remake the page of tuning from its searches, on 450 cases (a
 learned: $(READY) ## train what the plan of learners asks for and remake their page (hours); goes on
 	$(BIN)/steadyload pages remake learned
 
-replication: $(READY) ## remake the page of the paper's experiment (eight hours of CPU time, of trainings); goes on
+replication: $(READY) ## remake the page of the paper's experiment (six hours of CPU time, of trainings); goes on
 	$(BIN)/steadyload pages remake replication
 
 cascade: $(READY) ## hold the cascade against others and remake its page (ten minutes); goes on

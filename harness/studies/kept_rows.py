@@ -11,10 +11,10 @@ from pathlib import Path
 from steadyload.atomic import write_atomically
 from steadyload.errors import UserError
 from steadyload.studies.published import ROWS, Entry, entries
-from steadyload.studies.study import CHECKPOINTS
+from steadyload.studies.study import CHECKPOINT, CHECKPOINTS
 
-_LEFT_OUT = (".lock", "report.md", "report.html", "figures", CHECKPOINTS)
-"""What a work folder holds besides rows."""
+_LEFT_OUT = (".lock", "report.md", "report.html", "figures")
+"""What a work folder holds besides rows, and :data:`.CHECKPOINTS` anywhere in it."""
 
 
 class RowsError(UserError):
@@ -41,7 +41,7 @@ def keep(entry: Entry, folder: Path = ROWS) -> Path:
     with tarfile.open(fileobj=packed, mode="w", format=tarfile.PAX_FORMAT) as archive:
         for path in sorted(entry.work.rglob("*")):
             inside = path.relative_to(entry.work)
-            if path.is_file() and inside.parts[0] not in _LEFT_OUT:
+            if path.is_file() and inside.parts[0] not in _LEFT_OUT and not _goes_on(inside):
                 about = tarfile.TarInfo(str(inside))
                 about.size = path.stat().st_size
                 with path.open("rb") as content:
@@ -93,6 +93,11 @@ def kept(folder: Path = ROWS) -> str:
             "",
         ]
     )
+
+
+def _goes_on(inside: Path) -> bool:
+    """True for what an interrupted run continues from."""
+    return any(Path(part).stem in (CHECKPOINTS, CHECKPOINT) for part in inside.parts)
 
 
 def _archive(entry: Entry, folder: Path) -> Path:

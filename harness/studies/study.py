@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
-CHECKPOINTS = "checkpoints"
-"""Folder in a work folder of what an interrupted run continues from; it holds no result."""
+CHECKPOINTS, CHECKPOINT = "checkpoints", "checkpoint"
+"""Folder in a work folder, and stem of a file, of what an interrupted run continues from."""
 
 C = TypeVar("C")
 R = TypeVar("R")

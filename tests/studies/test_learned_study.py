@@ -278,6 +278,18 @@ def test_again_nothing_is_made_and_the_page_is_the_same(learned, plan, folder, f
     assert again == learned
 
 
+def test_what_weights_say_is_kept_without_them(learned, plan, folder, foreign, tmp_path):
+    work, aside = folder / "work", tmp_path / "aside"
+    assert [path.name[:8] for path in (work / "trainings").iterdir()] == ["small-0-"]
+    (work / "checkpoints").rename(aside)
+    try:
+        again = learner_study(plan, work, limit=LIMIT, foreign=[foreign], workers=0)
+        assert again == learned
+        assert not (work / "checkpoints").exists()
+    finally:
+        aside.rename(work / "checkpoints")
+
+
 CHILD = """
 import sys
 from pathlib import Path
@@ -338,7 +350,7 @@ def test_only_what_was_asked_is_made_and_shown(tmp_path, capsys, learned, in_thi
     text = path.read_text()
     headings = [line[3:] for line in text.splitlines() if line.startswith("## ")]
     assert headings == ["Size of the training set", "Where the weights come from", "Made with"]
-    [training] = (work / "trainings").iterdir()
+    [training] = (work / "checkpoints").iterdir()
     assert training.name.startswith("fewer-0-")
     assert not (work / "sets").exists()
     made = load_weights(training / "weights").manifest

@@ -2,44 +2,103 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark import Part
+from steadyload.learners.features import VERSION as FEATURES
 from steadyload.learners.features import Array32, FeatureKind
+from steadyload.learners.inference import VERSION as INFERENCE
 from steadyload.learners.jobs import BENCHMARK
-from steadyload.learners.scoring import names_the_label
+from steadyload.learners.scoring import items_safe
 from steadyload.learners.sequences import Sequences, load_sequences
 from steadyload.learners.weights import Weights, load_weights
 from steadyload.runs.accuracy import accuracy_of_seeds, difference_of_seeds
 from steadyload.runs.evaluation import ALL
+from steadyload.runs.provenance import key_of
+from steadyload.runs.store import JSON, Store, locked
 from steadyload.studies.learned.summary import ProvenanceRow, TrainedRow
 from steadyload.studies.learned.trainings import Run
+
+VERSION = 1
+"""Version of what is kept of trainings: raised when its meaning changes."""
 
 Rights = NDArray[np.bool_]
 """Mask of scores that are the label's, shape (seeds, cases)."""
 
 
+@dataclass(frozen=True)
+class Said:
+    """Verdicts of the weights of a run on a part of the labelled set.
+
+    Attributes:
+        manifest: of the weights.
+        digest: of the weights.
+        right: mask of the cases whose score is the label's, (cases,).
+    """
+
+    manifest: Mapping[str, Any]
+    digest: str
+    right: NDArray[np.bool_]
+
+
 class JudgedPart:
-    """Cases with labels, in one order for all methods.
+    """Cases with labels, in one order for all methods, and what trained weights say of them.
 
     Layouts outside of the training range are judged, too: a small training set has a narrow range
     whatever the features are.
 
     Args:
         part: of the labelled set.
+        folder: of what is kept of runs, which then need no weights.
         limit: largest number of cases a scenario; None for all.
     """
 
-    def __init__(self, part: Part, limit: int | None = None) -> None:
-        self.part, self._limit = part, limit
+    def __init__(self, part: Part, folder: Path, limit: int | None = None) -> None:
+        self.part, self._folder, self._limit = part, folder, limit
         self._sequences: dict[FeatureKind, Sequences] = {}
-        self._known: dict[Path, NDArray[np.bool_]] = {}
+        self._store: Store[dict[str, Any], list[Any]] = Store(folder / "said", JSON)
+
+    def knows(self, run: Run) -> bool:
+        """True if what a run says is kept."""
+        return not self._store.missing([self._key(run)])
+
+    def keep(self, run: Run) -> None:
+        """Judge the part by the weights of a run, unless it is known, and keep what they say.
+
+        Raises:
+            ResultsError: another run is at work in the folder.
+            LearnerError: the weights cannot be read.
+        """
+        if self.knows(run):
+            return
+        weights = load_weights(run.weights)
+        safe = items_safe(self.probabilities(weights), self.cases.counts)
+        said = {"manifest": weights.manifest, "digest": weights.digest, "safe": safe.tolist()}
+        with locked(self._folder):
+            self._store.write(self._key(run), [said])
+
+    def said(self, run: Run) -> Said:
+        """The verdicts of a run that is known."""
+        (found,) = self._store.read(self._key(run))
+        return Said(found["manifest"], found["digest"], np.equal(found["safe"], self.cases.safe))
+
+    def _key(self, run: Run) -> str:
+        return key_of(
+            {
+                "training": run.folder.name,
+                "cases": self.cases.fingerprint(),
+                "version": VERSION,
+                "features": FEATURES,
+                "inference": INFERENCE,
+            }
+        )
 
     def sequences(self, kind: FeatureKind) -> Sequences:
         """The cases as features and labels."""
@@ -65,13 +124,7 @@ class JudgedPart:
 
     def rights(self, runs: Sequence[Run]) -> Rights:
         """Mask of the cases on which each seed of a training is right, (seeds, cases)."""
-        return np.array([self._right(run.weights) for run in runs])
-
-    def _right(self, folder: Path) -> NDArray[np.bool_]:
-        if folder not in self._known:
-            told = self.probabilities(load_weights(folder))
-            self._known[folder] = names_the_label(told, self.cases)
-        return self._known[folder]
+        return np.array([self.said(run).right for run in runs])
 
     def row(self, runs: Sequence[Run], against: Sequence[Run] = ()) -> TrainedRow:
         """Result of a training.
@@ -82,14 +135,14 @@ class JudgedPart:
         """
         rights, others = self.rights(runs), self.rights(against)
         lists, groups = self.cases.instances, self._groups()
-        manifest = load_weights(runs[0].weights).manifest
+        manifest = self.said(runs[0]).manifest
         options = manifest["members"][0]["options"]
         return TrainedRow(
             title=runs[0].training.title,
             features=manifest["features"],
             network=manifest["network"],
             symmetries=int(options["symmetries"]),
-            labels=_label_sources(manifest["data"], runs[0]),
+            labels=self._label_sources(runs[0]),
             item_lists=manifest["item_lists"],
             cases=manifest["cases"],
             accuracy={g: accuracy_of_seeds(rights[:, m], lists[m]) for g, m in groups.items()},
@@ -102,6 +155,14 @@ class JudgedPart:
             else None,
         )
 
+    def _label_sources(self, run: Run) -> str:
+        """Sources of the labels of a training, those of the training that it continues first."""
+        own = " and ".join(
+            "labelled set" if data["name"] == BENCHMARK else str(data.get("label", data["name"]))
+            for data in self.said(run).manifest["data"]
+        )
+        return f"{self._label_sources(run.start)}, then {own}" if run.start else own
+
     def _groups(self) -> dict[str, NDArray[np.bool_]]:
         scenarios = self.cases.scenarios
         return {ALL: np.ones(len(scenarios), dtype=bool)} | {
@@ -109,8 +170,8 @@ class JudgedPart:
         }
 
 
-def provenance_row(title: str, weights: Weights) -> ProvenanceRow:
-    """Provenance of weights."""
+def provenance_row(title: str, weights: Weights | Said) -> ProvenanceRow:
+    """Provenance of weights, or of what is kept of them."""
     manifest = weights.manifest
     members = manifest["members"]
     return ProvenanceRow(
@@ -126,15 +187,3 @@ def provenance_row(title: str, weights: Weights) -> ProvenanceRow:
         seconds=sum(m["seconds"] for m in members),
         digest=weights.digest,
     )
-
-
-def _label_sources(data: Sequence[Mapping[str, object]], run: Run) -> str:
-    """Sources of the labels of a training, those of the training that it continues first."""
-    own = " and ".join(
-        "labelled set" if source["name"] == BENCHMARK else str(source.get("label", source["name"]))
-        for source in data
-    )
-    if run.start is None:
-        return own
-    before = load_weights(run.start).manifest["data"]
-    return f"{_label_sources(before, dataclasses.replace(run, start=None))}, then {own}"

@@ -163,6 +163,12 @@ class Plan:
             yield from getattr(what, "trainings", ())
             yield from (name for name in getattr(what, "judges", ()) if name in self.trainings)
 
+    def judging(self) -> set[str]:
+        """Names of the trainings whose first seed is a method of the study."""
+        judges = self.calibration.judges if self.calibration else ()
+        own = self.table.trainings if self.table else ()
+        return {name for name in (*own, *judges) if name in self.trainings}
+
     def method_names(self, sections: Collection[Section]) -> Iterable[str]:
         """Names and specs of the methods of some sections, besides trainings."""
         for what in self._planned(sections):

@@ -64,20 +64,24 @@ def learner_study(
         :func:`steadyload.studies.learned.table.judge_table` and
         :func:`steadyload.studies.learned.foreign.foreign_layouts`.
     """
+    workshop = Workshop(plan, work)  # of the whole plan, which says what is a method
     plan = dataclasses.replace(_chosen(plan, only, foreign), part=part or plan.part)
-    workshop = Workshop(plan, work)
+    judged = JudgedPart(plan.part, work, limit)
     workshop.make(
         plan.sections(),
         workers=workers,
+        known=judged.knows,
         generating=partial(progress, "item lists"),
         training=partial(progress, "trainings"),
     )
+    for planned in plan.needed(plan.sections()):
+        for run in workshop.runs(planned.name):
+            judged.keep(run)
     judging: dict[str, Any] = {
         "limit": limit,
         "workers": workers,
         "progress": partial(progress, "verdicts"),
     }
-    judged = JudgedPart(plan.part, limit)
     trained = _Trained(plan, workshop, judged)
     return Learned(
         part=str(plan.part),
@@ -192,7 +196,7 @@ class _Trained:
                 if name in shipped_weights()
             ),
             *(
-                provenance_row(training.title, load_weights(run.weights))
+                provenance_row(training.title, self.judged.said(run))
                 for training in self.plan.needed(sections)
                 for run in self.workshop.runs(training.name)
             ),

@@ -23,6 +23,7 @@ from steadyload.learners.weights import MANIFEST
 from steadyload.methods.spec import as_plain
 from steadyload.runs.pool import SinglePart, run_units
 from steadyload.studies.learned.plan import Plan, PlannedTraining, Section
+from steadyload.studies.study import CHECKPOINTS
 
 Progress = Callable[[int, int], None]
 
@@ -34,16 +35,19 @@ class Run(SinglePart):
     Attributes:
         training: the planned training.
         seed: of its options.
-        folder: holds checkpoints, and ``weights`` in the end.
+        folder: holds checkpoints, and ``weights`` in the end. It is among the checkpoints of the
+            study where the weights are no method of it: what they say is kept, they need not be.
         data: names of its sets as a :class:`TrainingJob` has them.
-        start: folder of the weights that it starts from; None for none.
+        start: the run whose weights it starts from; None for none.
+        judges: its weights are a method of the study.
     """
 
     training: PlannedTraining
     seed: int
     folder: Path
     data: tuple[str, ...]
-    start: Path | None
+    start: Run | None
+    judges: bool
 
     @property
     def weights(self) -> Path:
@@ -54,6 +58,11 @@ class Run(SinglePart):
     def finished(self) -> bool:
         """True if its weights exist."""
         return (self.weights / MANIFEST).exists()
+
+    @property
+    def depth(self) -> int:
+        """Number of trainings that it continues one after the other."""
+        return 1 + self.start.depth if self.start else 0
 
     def describe(self, part: int) -> str:
         """Description of the run for messages."""
@@ -71,7 +80,7 @@ class Run(SinglePart):
             data=self.data,
             limit=planned.limit,
             lists=planned.lists,
-            start=str(self.start) if self.start else "",
+            start=str(self.start.weights) if self.start else "",
             leaky=planned.leaky,
         )
 
@@ -82,7 +91,7 @@ class Workshop:
 
     Args:
         plan: of them.
-        folder: holds ``sets`` and ``trainings``.
+        folder: holds ``sets``, ``trainings`` whose weights are methods, and the others' weights.
     """
 
     plan: Plan
@@ -102,6 +111,7 @@ class Workshop:
         sections: Collection[Section],
         *,
         workers: int,
+        known: Callable[[Run], bool] = lambda run: False,
         generating: Progress = lambda done, total: None,
         training: Progress = lambda done, total: None,
     ) -> None:
@@ -109,6 +119,8 @@ class Workshop:
 
         Args:
             sections: of the plan.
+            known: tells the runs whose weights are needed no more, unless they are a method or
+                another one starts from them.
             workers: processes beside this one; each trains with one thread.
             generating: called with item lists done and item lists in all, for every set.
             training: called with trainings done and trainings in all.
@@ -127,24 +139,29 @@ class Workshop:
                     workers=workers,
                     progress=generating,
                 )
-        total = sum(len(t.seeds) for t in needed)
+        runs = [run for planned in needed for run in self.runs(planned.name)]
+        missing: dict[Path, Run] = {}
+        for run in runs:
+            chain = run if run.judges or not known(run) else None
+            while chain and not chain.finished:
+                missing[chain.folder], chain = chain, chain.start
+        done = len(runs) - len(missing)
+        training(done, len(runs))
         waves: dict[int, list[Run]] = {}
-        for planned in needed:
-            waves.setdefault(self._depth(planned), []).extend(self.runs(planned.name))
-        done = total - sum(not run.finished for runs in waves.values() for run in runs)
-        training(done, total)
-        for _, runs in sorted(waves.items()):
-            missing = [run for run in runs if not run.finished]
+        for run in missing.values():
+            waves.setdefault(run.depth, []).append(run)
+        for _, wave in sorted(waves.items()):
             for run, (reason,) in run_units(
-                _train, missing, workers=workers, crashed=lambda run, part, reason: reason
+                _train, wave, workers=workers, crashed=lambda run, part, reason: reason
             ):
                 if reason:
                     raise LearnerError(f"{run.describe(0)}: {reason}")
                 done += 1
-                training(done, total)
+                training(done, len(runs))
 
     def _run(self, name: str, seed: int) -> Run:
         planned = self.plan.trainings[name]
+        judges = name in self.plan.judging() and seed == planned.seeds[0]
         start = self._run(planned.start, seed) if planned.start else None
         identity = {
             "options": as_plain(training_preset(planned.preset).options) | dict(planned.options),
@@ -160,11 +177,14 @@ class Workshop:
         return Run(
             training=planned,
             seed=seed,
-            folder=self.folder / "trainings" / f"{name}-{seed}-{_digest(identity)}",
+            folder=self.folder
+            / ("trainings" if judges else CHECKPOINTS)
+            / f"{name}-{seed}-{_digest(identity)}",
             data=tuple(
                 each if each == BENCHMARK else str(self.set_folder(each)) for each in planned.data
             ),
-            start=start.weights if start else None,
+            start=start,
+            judges=judges,
         )
 
     def _data_identity(self, name: str) -> Any:
@@ -178,12 +198,6 @@ class Workshop:
             return int(read_tables(self.set_folder(name))[3]["lists"])
         except BenchmarkError:
             return None
-
-    def _depth(self, training: PlannedTraining) -> int:
-        """Number of trainings that it continues one after the other."""
-        if not training.start:
-            return 0
-        return 1 + self._depth(self.plan.trainings[training.start])
 
 
 def _train(run: Run) -> Iterator[str]:

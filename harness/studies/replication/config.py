@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.studies.options import methods_option, option
-from steadyload.studies.study import Progress, PublishedPage, Study, silent
+from steadyload.studies.study import Progress, Study, silent
 
 QUICK_EPOCHS = 10
 
@@ -20,8 +20,8 @@ class ReplicationConfig:
         False, "every third file, labels of the package, networks of 10 epochs: some minutes"
     )
     budget: float = option(
-        8.0,
-        "hours of CPU time of all trainings (default: 8)",
+        6.0,
+        "hours of CPU time of all trainings (default: 6)",
         unit="h",
         least=0.001,
     )
@@ -47,7 +47,6 @@ class ReplicationStudy(Study[ReplicationConfig, Any]):
     command = "replicate"
     Config = ReplicationConfig
     workers = 0
-    published = (PublishedPage("replication", "--budget 8"),)
 
     def run(
         self,

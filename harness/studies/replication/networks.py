@@ -173,7 +173,7 @@ class NetworkTraining(SinglePart):
 
 @dataclass(frozen=True)
 class FoldNetwork:
-    """What a trained network says of the test of its fold.
+    """Probabilities that a trained network gives the test of its fold, and its effort.
 
     Attributes:
         effort: of its training.
