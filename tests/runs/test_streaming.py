@@ -110,7 +110,8 @@ def test_results_can_be_read_by_column_and_by_shard(tmp_path):
 
 
 def test_what_a_study_needs_is_measured(tmp_path):
-    points = scale([80], workers=1)
+    points, made_with = scale([80], tmp_path / "work", workers=1)
+    assert scale([80], tmp_path / "work", workers=1) == (points, made_with)
     (point,) = points
     assert (point.rows, point.layouts) == (80, 2)
     for step in (point.run, point.load, point.report):

@@ -3,6 +3,8 @@
 import dataclasses
 import math
 import re
+import tempfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,7 +24,8 @@ TESTS = {test.name: test for test in closed_form_tests()}
 
 
 def measured(name, engine="bullet", frequency=240):
-    (result,) = closed_forms([engine], (frequency,), tests=[TESTS[name]])
+    with tempfile.TemporaryDirectory() as work:
+        (result,) = closed_forms(Path(work), [engine], (frequency,), tests=[TESTS[name]])
     return result
 
 
@@ -181,12 +184,15 @@ def test_an_engine_with_its_own_steps_runs_once(monkeypatch, tmp_path):
     monkeypatch.setattr("steadyload.engines.with_mujoco.OwnSteps", OwnSteps, raising=False)
     monkeypatch.setitem(ENGINES, "own", EngineEntry("steadyload.engines.with_mujoco:OwnSteps"))
     tests = [TESTS["free fall"], TESTS["sink under 10"], TESTS["sink under 100"]]
-    results = closed_forms(["bullet", "own"], (90, 240), tests=tests, progress=said.append)
+    results = closed_forms(
+        tmp_path / "work", ["bullet", "own"], (90, 240), tests=tests,
+        progress=lambda *of: said.append(of),
+    )  # fmt: skip
     assert [(r.engine, r.frequency) for r in results[:3]] == [
         ("bullet", 90), ("bullet", 240), ("own", None),
     ]  # fmt: skip
-    assert len(results) == len(said) == 9
-    assert said[0] == "free fall: bullet, 90 Hz"
+    assert len(results) == 9
+    assert said == [("closed forms", done, 9) for done in range(10)]
     text = write_page(closed_forms_page(list(TESTS.values()), results, {}), tmp_path).read_text()
     assert "| bullet, 240 Hz | own, own |" in text
     assert re.search(r"\| own +\| +own \|", text)
@@ -194,9 +200,19 @@ def test_an_engine_with_its_own_steps_runs_once(monkeypatch, tmp_path):
     write_page(closed_forms_page(tests, alone, {}), tmp_path / "alone")
 
 
-def test_an_unknown_engine_is_named():
+def test_an_unknown_engine_is_named(tmp_path):
     with pytest.raises(StudyError, match="unknown engine 'bulet'"):
-        closed_forms(["bulet"])
+        closed_forms(tmp_path / "work", ["bulet"])
+    assert not (tmp_path / "work").exists()
+
+
+def test_results_are_kept_and_measured_by_processes_alike(tmp_path, monkeypatch):
+    tests = [TESTS[name] for name in ("free fall", "creep")]
+    here = closed_forms(tmp_path / "here", ["mujoco"], (90, 240), tests=tests)
+    beside = closed_forms(tmp_path / "beside", ["mujoco"], (90, 240), tests=tests, workers=2)
+    assert here == beside
+    monkeypatch.setattr("steadyload.studies.closed_forms.study.result_of", None)
+    assert closed_forms(tmp_path / "here", ["mujoco"], (90, 240), tests=tests) == here
 
 
 # --- what is shown ------------------------------------------------------------------------------
@@ -207,7 +223,7 @@ def test_the_page_defines_every_test_and_shows_its_errors(tmp_path, assert_drawn
         TESTS[name] for name in ("free fall", "intermediate-axis spin", "creep", "sink under 10")
     ]
     chosen.append(TESTS["sink under 100"])
-    results = closed_forms(["bullet", "chipmunk"], (90, 240), tests=chosen)
+    results = closed_forms(tmp_path / "work", ["bullet", "chipmunk"], (90, 240), tests=chosen)
     page = closed_forms_page(list(TESTS.values()), results, {"made": "here"})
     text = write_page(page, tmp_path).read_text()
     for test in chosen:
@@ -230,9 +246,9 @@ def test_the_page_defines_every_test_and_shows_its_errors(tmp_path, assert_drawn
     assert write_page(again, tmp_path / "again").read_text() == text
 
 
-def test_the_figure_shows_the_errors_of_the_records():
+def test_the_figure_shows_the_errors_of_the_records(tmp_path):
     test = TESTS["time to 10 degrees, 10 mm"]
-    results = closed_forms(["bullet"], (90, 240), tests=[test])
+    results = closed_forms(tmp_path, ["bullet"], (90, 240), tests=[test])
     axes = plot_closed_forms([test], results).axes[0]
     drawn = next(line for line in axes.lines if len(line.get_xdata()) == 2)
     assert list(drawn.get_ydata()) == pytest.approx([abs(r.error) for r in results])

@@ -1,6 +1,7 @@
 """The benchmark measures what it says, keeps its figures, and compares what can be compared."""
 
 import json
+import math
 from dataclasses import replace
 
 import pytest
@@ -13,13 +14,22 @@ from steadyload.methods.method import Status, Trait, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.methods.session import LoadingSession
 from steadyload.statistics.estimate import Estimate
-from steadyload.stored import StoredFileError
+from steadyload.stored import StoredFileError, store_list
 from steadyload.studies.speed import config, growth, measuring, study
 from steadyload.studies.speed.growth import growth_curves
-from steadyload.studies.speed.history import FILE, earlier_runs, former_runs, keep
+from steadyload.studies.speed.history import FILE, earlier_runs, former_runs, keep, last_run
 from steadyload.studies.speed.measuring import Job, measure
 from steadyload.studies.speed.page import speed_page
-from steadyload.studies.speed.records import CaseSet, Cost, EarlierRun, Kind, SpeedRun
+from steadyload.studies.speed.records import (
+    CaseSet,
+    Cost,
+    EarlierRun,
+    GrowthCurve,
+    GrowthPoint,
+    Kind,
+    SpeedRun,
+    StepShares,
+)
 from steadyload.studies.speed.scenes import Cases, Scene, Source, cases_of, check_names, growing
 from steadyload.studies.speed.steps import step_shares
 
@@ -204,7 +214,7 @@ RUN = SpeedRun(
     date="2026-11-22", source="git 1", machine="this", compiled=True, quick=False, load=1.0,
     patience=2.0, cases=(CaseSet("validation", 900, 9.4),),
     costs=(of(Kind.LOOP, "", 0.01), of(Kind.EMPTY, "", 6.0), of(Kind.JUDGE, "sme", 10.0)),
-    steps=(), growth=(),
+    steps=(), growth=(), made_with={"source": "git 1"},
 )  # fmt: skip
 
 
@@ -214,18 +224,18 @@ def earlier(machine, count):
 
 
 def test_times_are_compared_on_the_same_processor_and_layouts_alone():
-    section = speed_page(RUN, [earlier("this", 900)], {}).sections[-2]
+    section = speed_page(RUN, [earlier("this", 900)]).sections[-2]
     assert [c.cell(row) for t in section.tables for row in t.rows for c in t.columns][-3:] == [
         "62.0", "10.0 [10.0, 10.0]", "6.20",
     ]  # fmt: skip
-    section = speed_page(RUN, [earlier("other", 900)], {}).sections[-2]
+    section = speed_page(RUN, [earlier("other", 900)]).sections[-2]
     assert [c.title for t in section.tables for c in t.columns][-2:] == ["then, us", "processor"]
     assert "not compared" in section.tables[0].caption
     many = [replace(earlier("this", 900), source=f"git {k}") for k in range(9)]
-    section = speed_page(RUN, [earlier("this", 30), *many], {}).sections[-2]
+    section = speed_page(RUN, [earlier("this", 30), *many]).sections[-2]
     shown = [row[0].source for row in section.tables[0].rows]
     assert shown == ["git 0", "git 6", "git 7", "git 8"]  # the first and the latest
-    titles = [s.title for s in speed_page(RUN, [earlier("this", 30)], {}).sections]
+    titles = [s.title for s in speed_page(RUN, [earlier("this", 30)]).sections]
     assert "Earlier versions" not in titles
 
 
@@ -239,7 +249,7 @@ def test_steps_are_shown_of_methods_that_count_them():
     assert step_shares("validation", "sme", make_method("sme"), []) is None
     found = step_shares("validation", "sme", Counting(), ["flat", "high"])
     assert (found.steps, found.kept.value, found.asked.value) == (20, 0.75, 0.15)
-    sections = {s.title: s for s in speed_page(replace(RUN, steps=(found,)), [], {}).sections}
+    sections = {s.title: s for s in speed_page(replace(RUN, steps=(found,)), []).sections}
     (table,) = sections["Steps kept and asked"].tables
     assert [c.cell(found) for c in table.columns] == [
         "validation", "SME", "20", "75.0 [60.0, 90.0]", "15.0 [10.0, 20.0]",
@@ -247,7 +257,7 @@ def test_steps_are_shown_of_methods_that_count_them():
 
 
 def test_the_page_says_when_times_say_little():
-    told = speed_page(replace(RUN, compiled=False, quick=True, load=4.0), [], {}).summary
+    told = speed_page(replace(RUN, compiled=False, quick=True, load=4.0), []).summary
     for words in ("**not compiled**", "A quick run", "The machine was busy"):
         assert words in told
 
@@ -258,6 +268,32 @@ def test_what_is_kept_is_read_again(tmp_path):
     first, second = earlier_runs(tmp_path)
     assert (first.date, second.date, first.machine) == ("2026-11-22", "2026-11-23", "this")
     assert second.costs["validation", Kind.JUDGE, "sme"] == (10.0, 900)
+
+
+def test_the_last_run_is_read_whole(tmp_path):
+    assert last_run(tmp_path) is None
+    nothing = Estimate(math.nan, math.nan, math.nan, 0)
+    points = (GrowthPoint(5, 0, Estimate(1.0, 0.5, 2.0, 8), nothing),)
+    curve = GrowthCurve("piles", "sme", points, Estimate(1.5, 1.0, 2.0, 4), nothing, nothing)
+    shares = StepShares("validation", "sme", 4, Estimate(0.5, 0.1, 0.9, 4), nothing)
+    full = replace(RUN, growth=(curve,), steps=(shares,), load=None)
+    keep(RUN, tmp_path)
+    keep(full, tmp_path)
+    found, before = last_run(tmp_path)
+    assert repr(found) == repr(full)  # of numbers that are none, which equal nothing
+    assert [run.costs for run in before] == [run.costs for run in earlier_runs(tmp_path)[:1]]
+    store_list(tmp_path / "history.json", "runs", [{**RUN.to_json(), "costs": 3}])
+    with pytest.raises(StoredFileError, match=r"history\.json: is damaged"):
+        last_run(tmp_path)
+
+
+def test_the_last_page_is_made_again_without_measuring(tmp_path, capsys, monkeypatch):
+    keep(RUN, tmp_path)
+    monkeypatch.setattr("steadyload.studies.speed.study.speed_run", None)
+    before = (tmp_path / "history.json").read_bytes()
+    assert main(["bench", "--last", "-o", str(tmp_path)]) == 0
+    assert "- source: git 1\n" in (tmp_path / "report.md").read_text()
+    assert (tmp_path / "history.json").read_bytes() == before
 
 
 def test_figures_from_before_the_history_are_of_the_benchmarks_methods():

@@ -79,15 +79,17 @@ def test_bins_that_are_packed_stably_can_be_loaded(spec):
 
 
 def test_the_page_tells_gain_and_cost(tmp_path):
-    (first, *_) = tasks = packing_gains(
-        ["fbs"], judge="equilibrium", instances=1, heuristics=PACKED_BY[:2]
-    )
+    asked = {"judge": "equilibrium", "instances": 1, "heuristics": PACKED_BY[:2]}
+    (first, *_) = tasks = packing_gains(tmp_path / "work", ["fbs"], **asked)
+    assert packing_gains(tmp_path / "work", ["fbs"], **asked) == tasks
     assert len(tasks) == len(ITEM_CLASSES)
     nobody, strict = first.gains
     assert (nobody.method, nobody.rejected, strict.method.spec) == (None, 0.0, "fbs")
     assert strict.stable.value == 1.0  # full support is balance
     assert nobody.stable.value < 1.0
-    curves = session_curves(["pbs0.7", "equilibrium"], count=40)
+    specs = ["pbs0.7", "equilibrium"]
+    curves, made_with = session_curves(tmp_path / "work", specs, count=40)
+    assert session_curves(tmp_path / "work", specs, count=40) == (curves, made_with)
     assert [curve.scene for curve in curves] == [scene.name for scene in SCENES for _ in range(2)]
     assert [[p.items for p in curve.points] for curve in curves] == [[20, 40]] * 6
     assert all(min(p.placement, p.whole) > 0.0 for curve in curves for p in curve.points)
@@ -97,11 +99,12 @@ def test_the_page_tells_gain_and_cost(tmp_path):
     assert (tmp_path / "figures" / "placements.svg").exists()
 
 
-def test_a_placement_costs_its_own_box_and_substeps(told_time):
+def test_a_placement_costs_its_own_box_and_substeps(told_time, tmp_path):
     told_time("mujoco", session_cost, stopwatch)
     spec = "simulation@mujoco:t_max=0.1,frequency=60,between_steps=reseat,samples=1"
     each = 20.0 + 6 * 1.0  # milliseconds of adding a box and of 0.1 s at 60 Hz
-    for curve in session_curves([spec], count=40):
+    curves, _ = session_curves(tmp_path, [spec], count=40)
+    for curve in curves:
         assert [(p.items, p.placement, p.whole) for p in curve.points] == [
             (20, pytest.approx(each), pytest.approx(20 * each)),
             (40, pytest.approx(each), pytest.approx(40 * each)),
@@ -110,10 +113,11 @@ def test_a_placement_costs_its_own_box_and_substeps(told_time):
 
 def test_the_command_packs_and_measures_what_is_asked_for(tmp_path, capsys):
     arguments = ["--part", "gain", "-m", "sme", "--judge", "equilibrium", "--lists", "1"]
+    arguments += ["--work", str(tmp_path / "work")]
     assert main(["session", *arguments, "-o", str(tmp_path)]) == 0
     page = capsys.readouterr().out.strip()
     assert page == str(tmp_path / "report.md")
     text = (tmp_path / "report.md").read_text()
     assert text.count("| SME") == 3
     assert "What a placement costs" not in text
-    assert main(["session", "-m", "nonsense", "-o", str(tmp_path)]) == 2
+    assert main(["session", "-m", "nonsense", "--work", str(tmp_path)]) == 2

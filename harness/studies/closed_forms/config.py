@@ -27,8 +27,6 @@ class ClosedForms(Study[ClosedFormsConfig, Any]):
     about = "compare engines with formulas: tipping, sliding, spinning, stacks"
     command = "verify closed-forms"
     Config = ClosedFormsConfig
-    resumable = False
-    workers = None
 
     def run(
         self,
@@ -43,7 +41,7 @@ class ClosedForms(Study[ClosedFormsConfig, Any]):
         from steadyload.studies.closed_forms.study import closed_form_tests, closed_forms
 
         made_with = provenance_lines()
-        results = closed_forms(config.engines or None, progress=progress)
+        results = closed_forms(work, config.engines or None, workers=workers, progress=progress)
         return closed_form_tests(), results, made_with
 
     def page(self, result: Any) -> Any:

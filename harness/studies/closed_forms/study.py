@@ -7,19 +7,25 @@ one are planar, so that 2-D engines take part in them.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from functools import cache, partial
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from steadyload.engines.registry import engines as registered
-from steadyload.engines.registry import engines_here, world_class
+from steadyload.engines.registry import engines_here, package_versions, world_class
 from steadyload.engines.world import EngineError
 from steadyload.errors import nearest
 from steadyload.properties import mechanics
 from steadyload.runs.definition import StudyError
+from steadyload.runs.pool import IN_THIS_PROCESS, Executor, SinglePart
+from steadyload.runs.provenance import key_of, made_on
+from steadyload.runs.store import kept_records
 from steadyload.studies.closed_forms import measuring as runs
+from steadyload.studies.study import Progress, silent
 
 FREQUENCIES = (90, 240, 1000)
 
@@ -28,8 +34,6 @@ SAMPLING = 240
 
 BLOCK_COUNTS = (2, 3, 4, 5, 6, 7, 8)
 MASS_RATIOS = (1e1, 1e2, 1e3, 1e4, 1e5)
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,38 +92,90 @@ def closed_form_tests() -> list[ClosedFormTest]:
     return list(_tests())
 
 
-def closed_forms(
-    engines: Sequence[str] | None = None,
-    frequencies: Sequence[int] = FREQUENCIES,
-    *,
-    tests: Sequence[ClosedFormTest] | None = None,
-    progress: Progress = lambda what: None,
-) -> list[ClosedFormResult]:
-    """Results of engines, test by test.
-
-    Args:
-        engines: registered names; those of :func:`engines_here` if None.
-        frequencies: substeps a second; an engine that controls its own error runs once.
-        tests: a choice of :func:`closed_form_tests`; all if None.
-        progress: called with a description of the current measurement.
-
-    Raises:
-        StudyError: no engine of that name.
-        EngineNotInstalledError: the library behind an engine is missing.
-    """
+def _cells(
+    engines: Sequence[str] | None, frequencies: Sequence[int], tests: Sequence[ClosedFormTest]
+) -> list[tuple[ClosedFormTest, str, int | None]]:
+    """Test by test the engines, each with its frequencies; None where it chooses its own steps."""
     names = engines_here() if engines is None else tuple(engines)
     for name in names:
         if name not in registered():
             raise StudyError(f"unknown engine {name!r}; {nearest(name, registered())}")
-    results = []
-    for test in _tests() if tests is None else tests:
-        for engine in names:
-            own_steps = world_class(engine).capabilities.error_controlled
-            for frequency in (SAMPLING,) if own_steps else frequencies:
-                progress(f"{test.name}: {engine}, {frequency} Hz")
-                stage = runs.Stage(engine, frequency)
-                results.append(result_of(test, stage, None if own_steps else frequency))
-    return results
+    own = {name for name in names if world_class(name).capabilities.error_controlled}
+    return [
+        (test, name, frequency)
+        for test in tests
+        for name in names
+        for frequency in ((None,) if name in own else frequencies)
+    ]
+
+
+@dataclass(frozen=True)
+class ClosedFormUnit(SinglePart):
+    """A unit of work with one part: a test on an engine at a frequency."""
+
+    test: str
+    engine: str
+    frequency: int | None
+    made_by: Mapping[str, str]
+
+    @property
+    def key(self) -> str:
+        """The key of its record."""
+        return key_of(
+            {"question": "closed form", "version": runs.VERSION, "sampling": SAMPLING}
+            | asdict(self)
+        )
+
+    def describe(self, part: int) -> str:
+        """Description of the test for messages."""
+        rate = "" if self.frequency is None else f", {self.frequency} Hz"
+        return f"{self.test} on {self.engine}{rate}"
+
+
+def closed_forms(
+    work: Path,
+    engines: Sequence[str] | None = None,
+    frequencies: Sequence[int] = FREQUENCIES,
+    *,
+    tests: Sequence[ClosedFormTest] | None = None,
+    workers: int | Executor = IN_THIS_PROCESS,
+    progress: Progress = silent,
+) -> list[ClosedFormResult]:
+    """Results of engines, test by test, measured where they are missing.
+
+    Args:
+        work: folder of the results; an interrupted run is resumed.
+        engines: registered names; those of :func:`engines_here` if None.
+        frequencies: substeps a second; an engine that controls its own error runs once.
+        tests: a choice of :func:`closed_form_tests`; all if None.
+        workers: see :func:`steadyload.runs.store.Store.complete`.
+        progress: called with what is done, results done and results in all.
+
+    Raises:
+        StudyError: no engine of that name.
+        EngineNotInstalledError: the library behind an engine is missing.
+        ResultsError: another run is at work in the folder.
+    """
+    cells = _cells(engines, frequencies, _tests() if tests is None else tests)
+    made = {
+        name: made_on(name) | package_versions(("numpy", "scipy"))
+        for name in dict.fromkeys(name for _, name, _ in cells)
+    }
+    units = [ClosedFormUnit(test.name, name, rate, made[name]) for test, name, rate in cells]
+    found = kept_records(
+        work / "results",
+        units,
+        _measured,
+        workers=workers,
+        progress=lambda *of: progress("closed forms", *of),
+    )
+    return [ClosedFormResult(**record) for record in found]
+
+
+def _measured(unit: ClosedFormUnit) -> Iterator[dict[str, Any]]:
+    test = next(test for test in _tests() if test.name == unit.test)
+    stage = runs.Stage(unit.engine, unit.frequency or SAMPLING)
+    yield asdict(result_of(test, stage, unit.frequency))
 
 
 def result_of(test: ClosedFormTest, stage: runs.Stage, frequency: int | None) -> ClosedFormResult:

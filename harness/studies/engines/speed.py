@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import multiprocessing
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from functools import cache
@@ -23,9 +23,9 @@ from steadyload.methods.method import Status, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.methods.scene import boxes
 from steadyload.methods.simulation_parameters import SimulationParameters
-from steadyload.runs.pool import IN_THIS_PROCESS, SinglePart
+from steadyload.runs.pool import SinglePart
 from steadyload.runs.provenance import key_of, made_on
-from steadyload.runs.store import JSON, Store, locked
+from steadyload.runs.store import kept_records
 from steadyload.runs.worker import worker_environment
 from steadyload.statistics.growth import slope
 from steadyload.studies.study import Progress, silent
@@ -164,7 +164,9 @@ def speed_curves(
         progress: called with what is done, the curves done and those to be done.
     """
     units = list(_speed_units(tuple(counts)))
-    found = _kept(work, units, _curve, lambda *of: progress("speed", *of))
+    found = kept_records(
+        work / "measured", units, _curve, progress=lambda *of: progress("speed", *of)
+    )
     return [
         SpeedCurve(**{**one, "points": tuple(SpeedPoint(**point) for point in one["points"])})
         for one in found
@@ -191,19 +193,6 @@ def _curve(unit: SpeedUnit) -> Iterator[dict[str, Any]]:
         points.append(point)
     curve = SpeedCurve(unit.engine, unit.scene, unit.scope, tuple(points), _exponent(points))
     yield asdict(curve)
-
-
-def _kept(
-    work: Path,
-    units: Sequence[SpeedUnit | ThroughputUnit],
-    measure: Callable[[Any], Iterator[dict[str, Any]]],
-    progress: Callable[[int, int], None],
-) -> list[dict[str, Any]]:
-    """A record a unit; those that are missing are measured in this process."""
-    with locked(work):
-        store: Store[Any, Any] = Store(work / "measured", JSON)
-        store.complete(units, measure, workers=IN_THIS_PROCESS, progress=progress)
-        return [store.read(unit.key)[0] for unit in units]
 
 
 @dataclass(frozen=True)
@@ -237,7 +226,9 @@ def throughput(work: Path, *, layouts: int = 60, progress: Progress = silent) ->
         for engine in engines_here()
         if world_class(engine).capabilities.dimensions == 3
     ]
-    found = _kept(work, units, _rates, lambda *of: progress("throughput", *of))
+    found = kept_records(
+        work / "measured", units, _rates, progress=lambda *of: progress("throughput", *of)
+    )
     return [Throughput(**one) for one in found]
 
 

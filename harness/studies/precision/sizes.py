@@ -16,7 +16,7 @@ from typing import Any
 from steadyload.engines.world import Box, FixedStepWorld, Poses, WorldSettings
 from steadyload.runs.pool import Executor, SinglePart
 from steadyload.runs.provenance import key_of, made_on
-from steadyload.runs.store import JSON, Store, locked
+from steadyload.runs.store import kept_records
 from steadyload.studies.closed_forms import measuring
 from steadyload.studies.closed_forms.measuring import Stage
 from steadyload.studies.closed_forms.study import (
@@ -127,12 +127,14 @@ def closed_forms_by_size(
         for engine in engines
         for edge in EDGES
     ]
-    with locked(work):
-        store: Store[Any, Any] = Store(work / "sizes", JSON)
-        store.complete(
-            units, _measured, workers=workers, progress=lambda *of: progress("sizes", *of)
-        )
-        return {
-            (unit.test, unit.engine, unit.edge): ClosedFormResult(**store.read(unit.key)[0])
-            for unit in units
-        }
+    found = kept_records(
+        work / "sizes",
+        units,
+        _measured,
+        workers=workers,
+        progress=lambda *of: progress("sizes", *of),
+    )
+    return {
+        (unit.test, unit.engine, unit.edge): ClosedFormResult(**record)
+        for unit, record in zip(units, found, strict=True)
+    }

@@ -31,7 +31,6 @@ class Scale(Study[ScaleConfig, Any]):
     about = "measure what studies of many rows need"
     command = "study measure"
     Config = ScaleConfig
-    resumable = False
     workers = 2
     published = (PublishedPage("scale", "--rows 1000000"),)
 
@@ -39,17 +38,16 @@ class Scale(Study[ScaleConfig, Any]):
         self, config: ScaleConfig, work: Path, *, workers: int = 2, progress: Progress = silent
     ) -> Any:
         """The measurements, a sentence on how they were taken, and provenance."""
-        from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.scale.study import METHODS, REPETITIONS, scale
 
         largest = config.rows - config.rows % _FEWEST_ROWS
         counts = [largest // 10**k for k in range(8) if largest // 10**k >= _FEWEST_ROWS]
-        made_with = provenance_lines()
         how = (
             f"Generated layouts, judged by {', '.join(METHODS)}, {REPETITIONS} times each, over "
             f"{workers} processes."
         )
-        return scale(counts[::-1], workers=workers, progress=progress), how, made_with
+        points, made_with = scale(counts[::-1], work, workers=workers, progress=progress)
+        return points, how, made_with
 
     def page(self, result: Any) -> Any:
         """The page of time and memory of a run, of reading it and of its report."""

@@ -11,17 +11,21 @@ import re
 import resource
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.pool import SinglePart
+from steadyload.runs.provenance import key_of, provenance_lines
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
+from steadyload.runs.store import kept_records
 from steadyload.runs.worker import worker_environment
 from steadyload.studies.comparison.summary import compare
+from steadyload.studies.study import Progress, silent
 
 METHODS = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5")
 """Cheap methods, so that the measured needs are those of everything but judging."""
@@ -57,33 +61,67 @@ class ScalePoint:
     report: ScaleStep
 
 
+@dataclass(frozen=True)
+class ScaleUnit(SinglePart):
+    """A study to be measured; what was measured stays, however fast the code has become since."""
+
+    rows: int
+    workers: int
+
+    @property
+    def key(self) -> str:
+        """The key of its record."""
+        asked = {"question": "scale", "methods": METHODS, "repetitions": REPETITIONS}
+        return key_of(asked | asdict(self))
+
+    def describe(self, part: int) -> str:
+        """Description of the study for messages."""
+        return f"a study of {self.rows} rows over {self.workers} processes"
+
+
 def scale(
-    row_counts: Sequence[int],
-    *,
-    workers: int = 2,
-    progress: Callable[[str], None] = lambda what: None,
-) -> list[ScalePoint]:
-    """Run, load and compare generated studies.
+    row_counts: Sequence[int], work: Path, *, workers: int = 2, progress: Progress = silent
+) -> tuple[list[ScalePoint], dict[str, str]]:
+    """Run, load and compare generated studies; those that were measured are not measured again.
 
     Args:
         row_counts: of the studies, 40 or more; rounded down to whole layouts.
+        work: folder of what was measured.
         workers: processes that judge.
-        progress: called with a description of the current measurement.
+        progress: called with what is done, the studies done and those to be done.
+
+    Returns:
+        What was measured, and the provenance of the measurement of the largest study.
+
+    Raises:
+        ResultsError: another run is at work in the folder.
     """
-    points = []
-    for asked in row_counts:
-        layouts = asked // _ROWS_A_LAYOUT
-        rows = layouts * _ROWS_A_LAYOUT
-        with tempfile.TemporaryDirectory(prefix="steadyload-scale-") as name:
-            folder = Path(name) / "run"
-            steps = {}
-            for what, step in (("run", _run), ("load", load_results), ("report", compare)):
-                progress(f"{rows} rows: {what}")
-                told = (folder, layouts, workers) if step is _run else (folder,)
-                steps[what] = _measured(step, *told)
-            size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
-        points.append(ScalePoint(rows, layouts, size / 2**20, **steps))
-    return points
+    counts = [asked - asked % _ROWS_A_LAYOUT for asked in row_counts]
+    units = [ScaleUnit(rows, workers) for rows in counts]
+    found = kept_records(
+        work / "measured", units, _point, progress=lambda *of: progress("studies", *of)
+    )
+    points = [
+        ScalePoint(
+            rows,
+            rows // _ROWS_A_LAYOUT,
+            record["size"],
+            *(ScaleStep(**record[what]) for what in ("run", "load", "report")),
+        )
+        for rows, record in zip(counts, found, strict=True)
+    ]
+    return points, found[counts.index(max(counts))]["made_with"]
+
+
+def _point(unit: ScaleUnit) -> Iterator[dict[str, Any]]:
+    made_with = provenance_lines()  # of the code that measures
+    with tempfile.TemporaryDirectory(prefix="steadyload-scale-") as name:
+        folder = Path(name) / "run"
+        run = _measured(_run, folder, unit.rows // _ROWS_A_LAYOUT, unit.workers)
+        load, report = _measured(load_results, folder), _measured(compare, folder)
+        size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+    steps = {"run": asdict(run), "load": asdict(load), "report": asdict(report)}
+    yield {**steps, "size": size / 2**20, "made_with": made_with}
 
 
 def _run(folder: Path, layouts: int, workers: int) -> None:

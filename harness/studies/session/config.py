@@ -38,7 +38,6 @@ class SessionStudy(Study[SessionConfig, Any]):
     question = "What does judging while packing cost, and what is gained by it?"
     about = "pack with and without rejecting what is not stable; what a placement costs"
     Config = SessionConfig
-    resumable = False
     workers = None
 
     def run(
@@ -50,14 +49,16 @@ class SessionStudy(Study[SessionConfig, Any]):
         from steadyload.studies.session.study import COSTED, SCENES, session_curves
 
         parts = config.parts or PARTS
-        made_with = provenance_lines()  # of the code that measures
-        curves = (
-            session_curves(config.methods or COSTED, count=config.most_items, progress=progress)
+        curves, made_with = (
+            session_curves(
+                work, config.methods or COSTED, count=config.most_items, progress=progress
+            )
             if "cost" in parts
-            else []
+            else ([], provenance_lines())
         )
         tasks = (
             packing_gains(
+                work,
                 config.methods or REJECTING,
                 judge=config.judge or JUDGE,
                 instances=config.lists,

@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from itertools import chain
+from pathlib import Path
+from typing import Any
 
 from steadyload.layouts.heuristics import HEURISTICS, Heuristic
 from steadyload.layouts.model import Layout
-from steadyload.layouts.packing import ITEM_CLASSES, Instance, make_instance
+from steadyload.layouts.packing import ITEM_CLASSES, make_instance
 from steadyload.methods.method import Method, Verdict
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
+from steadyload.runs.pool import SinglePart
+from steadyload.runs.provenance import key_of, made_by
+from steadyload.runs.store import kept_records
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
-from steadyload.studies.session.stable_packing import StablePacking, pack_stably
+from steadyload.studies.session.stable_packing import pack_stably
+from steadyload.studies.study import Progress, silent
 
-Progress = Callable[[str], None]
+VERSION = 1
+"""Version of the packing: raised when the same methods come to other bins."""
 
 REJECTING = (
     "fbs",
@@ -86,44 +95,85 @@ class PackingTask:
     gains: tuple[PackingGain, ...]
 
 
+@dataclass(frozen=True)
+class PackingUnit(SinglePart):
+    """Packing of item lists of a class by all heuristics while one method rejects placements.
+
+    Attributes:
+        item_class: of the lists.
+        method: spec of the method that rejects; empty: nothing is rejected.
+        judge: spec of the method that judges the packed bins.
+        instances: number of item lists.
+        heuristics: numbers of the heuristics.
+        made_by: versions of both methods.
+    """
+
+    item_class: int
+    method: str
+    judge: str
+    instances: int
+    heuristics: tuple[int, ...]
+    made_by: Mapping[str, Mapping[str, str]]
+
+    @property
+    def key(self) -> str:
+        """The key of its record."""
+        asked = {"question": "gain for packing", "version": VERSION, "seed": _SEED}
+        return key_of(asked | {"item count": ITEM_COUNT} | asdict(self))
+
+    def describe(self, part: int) -> str:
+        """Description of the packing for messages."""
+        who = self.method or "nobody"
+        return f"class {self.item_class}, {who} rejects"
+
+
 def packing_gains(
+    work: Path,
     specs: Sequence[str] = REJECTING,
     *,
     judge: str = JUDGE,
     instances: int = 5,
     heuristics: Sequence[Heuristic] = PACKED_BY,
-    progress: Progress = lambda what: None,
+    progress: Progress = silent,
 ) -> list[PackingTask]:
     """Pack item lists of all classes with every method that rejects, and without any.
 
     Args:
+        work: folder of what was packed and judged, which is not done again.
         specs: methods that reject placements.
         judge: method that judges the packed bins.
         instances: number of item lists of each class.
         heuristics: that pack each of them.
-        progress: called with a description of the current work.
+        progress: called with what is done, the packings done and those to be done.
 
     Raises:
         SpecError: no such method.
+        ResultsError: another run is at work in the folder.
     """
-    methods = [None, *map(make_method, specs)]
-    verdicts = _Verdicts(make_method(judge))
-    tasks = []
-    for item_class in ITEM_CLASSES:
-        lists = [
-            make_instance(item_class, number, seed=_SEED, item_count=ITEM_COUNT)
-            for number in range(instances)
-        ]
-        gains = []
-        for method in methods:
-            rejecting = "nobody rejects" if method is None else f"{method.spec} rejects"
-            progress(f"class {item_class}, {rejecting}")
-            gains.append(_gain(method, lists, heuristics, verdicts))
-        names = tuple(h.name for h in heuristics)
-        tasks.append(
-            PackingTask(f"Class {item_class}", instances, ITEM_COUNT, names, judge, tuple(gains))
+    made = {spec: made_by(make_method(spec)) for spec in (*specs, judge)}
+    numbers = tuple(heuristic.number for heuristic in heuristics)
+    units = [
+        PackingUnit(
+            item_class, spec, judge, instances, numbers,
+            {name: made[name] for name in (spec, judge) if name},
         )
-    return tasks
+        for item_class in ITEM_CLASSES
+        for spec in ("", *specs)
+    ]  # fmt: skip
+    found = kept_records(
+        work / "packed",
+        units,
+        partial(_packed, verdicts=_Verdicts(make_method(judge))),
+        progress=lambda *of: progress("packings", *of),
+    )
+    names = tuple(heuristic.name for heuristic in heuristics)
+    gains: dict[int, list[PackingGain]] = {}
+    for unit, record in zip(units, found, strict=True):
+        gains.setdefault(unit.item_class, []).append(_gain(unit.method, record["packings"]))
+    return [
+        PackingTask(f"Class {item_class}", instances, ITEM_COUNT, names, judge, tuple(own))
+        for item_class, own in gains.items()
+    ]
 
 
 class _Verdicts:
@@ -141,30 +191,47 @@ class _Verdicts:
         return self._known[key]
 
 
-def _gain(
-    method: Method | None,
-    instances: Sequence[Instance],
-    heuristics: Sequence[Heuristic],
-    verdicts: _Verdicts,
-) -> PackingGain:
+def _packed(unit: PackingUnit, verdicts: _Verdicts) -> Iterator[dict[str, Any]]:
+    method = make_method(unit.method) if unit.method else None
     if method is not None:
         method.prepare(ITEM_COUNT)
-    packed: list[tuple[int, StablePacking]] = [
-        (instance.number, pack_stably(instance, heuristic, method))
-        for instance in instances
-        for heuristic in heuristics
-    ]
-    judged = [(number, verdicts.of(layout)) for number, p in packed for layout in p.layouts]
-    of_bins, of_packings = [number for number, _ in judged], [number for number, _ in packed]
-    items = ITEM_COUNT * len(packed)
+    packings = []
+    for number in range(unit.instances):
+        instance = make_instance(unit.item_class, number, seed=_SEED, item_count=ITEM_COUNT)
+        for heuristic in map(Heuristic.numbered, unit.heuristics):
+            found = pack_stably(instance, heuristic, method)
+            judged = [verdicts.of(layout) for layout in found.layouts]
+            packings.append(
+                {
+                    "item_list": instance.number,
+                    "stable": [verdict.stable for verdict in judged],
+                    "scores": [verdict.score or 0.0 for verdict in judged],
+                    "left_out": found.left_out,
+                    "placements": found.placements,
+                    "rejected": found.rejected,
+                    "seconds": found.seconds,
+                    "judging": found.judging,
+                }
+            )
+    yield {"packings": packings}
+
+
+def _gain(spec: str, packings: Sequence[Mapping[str, Any]]) -> PackingGain:
+    of_packings = [packing["item_list"] for packing in packings]
+    of_bins = [packing["item_list"] for packing in packings for _ in packing["stable"]]
+    items = ITEM_COUNT * len(packings)
+
+    def of_all(name: str) -> list[Any]:
+        return [packing[name] for packing in packings]
+
     return PackingGain(
-        method=None if method is None else method_key(method),
-        stable=share([v.stable for _, v in judged], of_bins),
-        score=mean([v.score or 0.0 for _, v in judged], of_bins),
-        bins=mean([len(p.layouts) for _, p in packed], of_packings),
-        left_out=sum(p.left_out for _, p in packed),
-        asked=sum(p.placements for _, p in packed) / items,
-        rejected=sum(p.rejected for _, p in packed) / items,
-        cpu=mean([1e3 * p.seconds / ITEM_COUNT for _, p in packed], of_packings),
-        judging=mean([1e3 * p.judging / ITEM_COUNT for _, p in packed], of_packings),
+        method=method_key(make_method(spec)) if spec else None,
+        stable=share(list(chain(*of_all("stable"))), of_bins),
+        score=mean(list(chain(*of_all("scores"))), of_bins),
+        bins=mean(list(map(len, of_all("stable"))), of_packings),
+        left_out=sum(of_all("left_out")),
+        asked=sum(of_all("placements")) / items,
+        rejected=sum(of_all("rejected")) / items,
+        cpu=mean([1e3 * seconds / ITEM_COUNT for seconds in of_all("seconds")], of_packings),
+        judging=mean([1e3 * seconds / ITEM_COUNT for seconds in of_all("judging")], of_packings),
     )

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, astuple, dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -14,10 +17,12 @@ from steadyload.methods.method import Method
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.session import LoadingSession
+from steadyload.runs.pool import SinglePart
+from steadyload.runs.provenance import key_of, made_by, provenance_lines
+from steadyload.runs.store import kept_records
 from steadyload.statistics.growth import slope
 from steadyload.studies.engines.speed import random_boxes
-
-Progress = Callable[[str], None]
+from steadyload.studies.study import Progress, silent
 
 COSTED = (
     "pbs0.7",
@@ -134,41 +139,79 @@ SCENES = (
 )
 
 
+@dataclass(frozen=True)
+class CurvesUnit(SinglePart):
+    """Curves of methods in turns; what was measured stays, however fast the code has become."""
+
+    methods: tuple[str, ...]
+    count: int
+    made_by: Mapping[str, Mapping[str, str]]
+
+    @property
+    def key(self) -> str:
+        """The key of the record."""
+        return key_of({"question": "cost of a placement"} | asdict(self))
+
+    def describe(self, part: int) -> str:
+        """Description of the curves for messages."""
+        return f"placements of {len(self.methods)} methods, up to {self.count} items"
+
+
 def session_curves(
+    work: Path,
     specs: Sequence[str] = COSTED,
     *,
     count: int = 200,
-    progress: Progress = lambda what: None,
-) -> list[SessionCurve]:
+    progress: Progress = silent,
+) -> tuple[list[SessionCurve], dict[str, str]]:
     """Cost of a placement against the number of items loaded, by scene and method.
 
     Sessions are repeated in turns, so that a disturbance of the machine affects all of them, and
     the smallest time of each placement counts.
 
     Args:
+        work: folder of what was measured, which is not measured again.
         specs: methods.
         count: number of items to load.
         progress: called with a description of the current measurement.
 
+    Returns:
+        The curves, and the provenance of the measurement.
+
     Raises:
         SpecError: no such method.
+        ResultsError: another run is at work in the folder.
     """
-    methods = [make_method(spec) for spec in specs]
+    made = {spec: made_by(make_method(spec)) for spec in specs}
+    unit = CurvesUnit(tuple(specs), count, made)
+    (found,) = kept_records(work / "measured", [unit], partial(_measured, progress=progress))
+    curves = []
+    for one in found["curves"]:
+        points = tuple(PlacementCost(*point) for point in one["points"])
+        key = method_key(make_method(one["method"]))
+        curves.append(SessionCurve(key, one["scene"], points, _exponent(points)))
+    return curves, found["made_with"]
+
+
+def _measured(unit: CurvesUnit, progress: Progress) -> Iterator[dict[str, Any]]:
+    made_with = provenance_lines()  # of the code that measures
+    methods = [make_method(spec) for spec in unit.methods]
     cells = []
     for scene in SCENES:
-        draws = [scene.make(round(_SPARE * count), seed) for seed in range(_DRAWS)]
+        draws = [scene.make(round(_SPARE * unit.count), seed) for seed in range(_DRAWS)]
         cells += [_Cell(scene, method, draws) for method in methods]
     for method in methods:
-        method.prepare(count)
+        method.prepare(unit.count)
     for turn in range(_REPEATS):
         for cell in cells:
             progress(f"{cell.scene.name}, {cell.method.spec}, turn {turn + 1}")
-            cell.run(count)
+            cell.run(unit.count)
     curves = []
     for cell in cells:
         progress(f"{cell.scene.name}, {cell.method.spec}, whole layouts")
-        curves.append(cell.curve())
-    return curves
+        points = list(map(astuple, cell.points()))
+        curves.append({"method": str(cell.method.spec), "scene": cell.scene.name, "points": points})
+    yield {"made_with": made_with, "curves": curves}
 
 
 @dataclass(slots=True)
@@ -196,15 +239,14 @@ class _Cell:
             else:
                 self.least[place] = np.minimum(self.least[place], times)
 
-    def curve(self) -> SessionCurve:
-        """The measured curve, with the cost of judging whole layouts."""
+    def points(self) -> list[PlacementCost]:
+        """The points of the measured curve, with the cost of judging whole layouts."""
         whole = _whole_costs(self.method, self.loaded[0])
         points = []
         for last in range(_WINDOW, min(map(len, self.least)) + 1, _WINDOW):
             times = np.concatenate([times[last - _WINDOW : last] for times in self.least])
             points.append(PlacementCost(last, 1e3 * float(np.median(times)), whole.get(last)))
-        key = method_key(self.method)
-        return SessionCurve(key, self.scene.name, tuple(points), _exponent(points))
+        return points
 
 
 def _load(method: Method, layout: Layout, count: int) -> tuple[Layout, np.ndarray]:

@@ -24,6 +24,9 @@ class SpeedConfig:
         (), "measure on the layouts of this file, too; may be repeated", metavar="FILE"
     )
     quick: bool = option(False, "few layouts and repeats, up to 50 items: seconds")
+    last: bool = option(
+        False, "make the page of the last run of the history; measures where there is none"
+    )
 
 
 class Speed(Study[SpeedConfig, Any]):
@@ -37,26 +40,28 @@ class Speed(Study[SpeedConfig, Any]):
     Config = SpeedConfig
     resumable = False
     workers = None
-    published = (PublishedPage("speed", "--layouts ../shared/data/pallets/pallets.json"),)
+    published = (PublishedPage("speed", "--last --layouts ../shared/data/pallets/pallets.json"),)
 
     def run(
         self, config: SpeedConfig, work: Path, *, workers: int = 1, progress: Progress = silent
     ) -> Any:
-        """The run, which is added to the history in ``work``, those before it, and provenance."""
-        from steadyload.runs.provenance import provenance_lines
-        from steadyload.studies.speed.history import earlier_runs, former_runs, keep
+        """The run, which is added to the history in ``work``, and those before it."""
+        from steadyload.studies.speed.history import earlier_runs, former_runs, keep, last_run
         from steadyload.studies.speed.scenes import cases_of, check_names, labelled_cases
         from steadyload.studies.speed.study import FULL, METHODS, QUICK, speed_run
 
+        last = last_run(work) if config.last else None
+        if last:
+            found, before = last
+            return found, [*former_runs(), *before]
         earlier = [*former_runs(), *earlier_runs(work)]
-        made_with = provenance_lines()  # of the code that measures
         limit = _FEW if config.quick else None
         sets = [labelled_cases(limit), *(cases_of(path, limit) for path in config.layouts)]
         check_names(sets)
         extent = QUICK if config.quick else FULL
         found = speed_run(config.methods or METHODS, sets, extent, progress)
         keep(found, work)
-        return found, earlier, made_with
+        return found, earlier
 
     def page(self, result: Any) -> Any:
         """The page of costs and growth."""

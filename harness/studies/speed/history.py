@@ -35,6 +35,25 @@ def earlier_runs(folder: Path) -> list[EarlierRun]:
     return _earlier(stored_list(folder / FILE, _RUNS, _REMEDY), folder / FILE, _REMEDY)
 
 
+def last_run(folder: Path) -> tuple[SpeedRun, list[EarlierRun]] | None:
+    """The last run in the history of a folder and those before it.
+
+    None where there is no run, or the last one was kept before runs told what they were made with.
+
+    Raises:
+        StoredFileError: the history is damaged.
+        OSError: it cannot be read.
+    """
+    path = folder / FILE
+    entries = stored_list(path, _RUNS, _REMEDY)
+    if not entries or "made_with" not in entries[-1]:
+        return None
+    try:
+        return SpeedRun.from_json(entries[-1]), _earlier(entries[:-1], path, _REMEDY)
+    except (LookupError, TypeError, ValueError):
+        raise StoredFileError(path, _REMEDY) from None
+
+
 def keep(run: SpeedRun, folder: Path) -> Path:
     """Add a run to the history of a folder; the path of the history."""
     folder.mkdir(parents=True, exist_ok=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from steadyload.reports.page import Page, Section
@@ -25,13 +25,12 @@ _LATEST = 3
 """Earlier runs that are shown, the latest ones, beside the very first."""
 
 
-def speed_page(run: SpeedRun, earlier: Sequence[EarlierRun], manifest: Mapping[str, str]) -> Page:
+def speed_page(run: SpeedRun, earlier: Sequence[EarlierRun]) -> Page:
     """Compose the page.
 
     Args:
         run: what was measured.
         earlier: runs before it, in order.
-        manifest: provenance of the page.
     """
     sections = [
         _judgements(run),
@@ -44,7 +43,7 @@ def speed_page(run: SpeedRun, earlier: Sequence[EarlierRun], manifest: Mapping[s
         "What a judgement costs",
         _summary(run),
         [*sections, _method(run)],
-        {**manifest, "processor": run.machine},
+        {**run.made_with, "processor": run.machine},
     )
 
 

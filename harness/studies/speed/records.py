@@ -6,9 +6,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from enum import StrEnum
-from typing import Any
+from typing import Any, TypeVar
 
 from steadyload.statistics.estimate import Estimate
+
+R = TypeVar("R")
 
 
 class Kind(StrEnum):
@@ -128,6 +130,7 @@ class SpeedRun:
         patience: seconds after which a judgement is given up.
         cases: that were judged.
         costs, steps, growth: what was measured.
+        made_with: provenance of the code that measured, as a page shows it.
     """
 
     date: str
@@ -141,6 +144,30 @@ class SpeedRun:
     costs: tuple[Cost, ...]
     steps: tuple[StepShares, ...]
     growth: tuple[GrowthCurve, ...]
+    made_with: Mapping[str, str]
+
+    @classmethod
+    def from_json(cls, entry: Mapping[str, Any]) -> SpeedRun:
+        """The run of an entry of a history.
+
+        Raises:
+            LookupError, TypeError, ValueError: it is no entry of a history.
+        """
+        growth = [
+            {**curve, "points": tuple(_read(GrowthPoint, point) for point in curve["points"])}
+            for curve in entry["growth"]
+        ]
+        return cls(
+            **{
+                **entry,
+                "cases": tuple(_read(CaseSet, each) for each in entry["cases"]),
+                "costs": tuple(
+                    _read(Cost, {**each, "kind": Kind(each["kind"])}) for each in entry["costs"]
+                ),
+                "steps": tuple(_read(StepShares, each) for each in entry["steps"]),
+                "growth": tuple(_read(GrowthCurve, curve) for curve in growth),
+            }
+        )
 
     def cost(self, cases: str, kind: Kind, method: str = "") -> Cost | None:
         """The cost of a kind of work; None where it was not measured."""
@@ -186,6 +213,17 @@ class EarlierRun:
             for c in entry["costs"]
         }
         return cls(date, source, machine, str(entry.get("about", "")), costs)
+
+
+def _read(record: type[R], entry: Mapping[str, Any]) -> R:
+    """A record of its entry; a mapping is an estimate."""
+    return record(**{k: _estimate(v) if isinstance(v, Mapping) else v for k, v in entry.items()})
+
+
+def _estimate(entry: Mapping[str, Any]) -> Estimate:
+    """An estimate of its entry, in which numbers that are none are null."""
+    known = {name: math.nan if value is None else value for name, value in entry.items()}
+    return Estimate(known["value"], known["low"], known["high"], known["n"])
 
 
 def _plain(value: Any) -> Any:

@@ -11,7 +11,7 @@ import numba
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import Method, Status
 from steadyload.methods.registry import make_method
-from steadyload.runs.provenance import machine_kind, provenance, source_line
+from steadyload.runs.provenance import machine_kind, provenance, provenance_lines, source_line
 from steadyload.runs.timing import machine_load
 from steadyload.statistics.metrics import median
 from steadyload.studies.speed.growth import ITEM_COUNTS, growth_curves
@@ -107,6 +107,7 @@ def speed_run(
         costs=tuple(costs),
         steps=tuple(steps),
         growth=tuple(curves),
+        made_with=provenance_lines(made),
     )
 
 
