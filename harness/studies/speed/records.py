@@ -222,8 +222,10 @@ def _read(record: type[R], entry: Mapping[str, Any]) -> R:
 
 def _estimate(entry: Mapping[str, Any]) -> Estimate:
     """An estimate of its entry, in which numbers that are none are null."""
-    known = {name: math.nan if value is None else value for name, value in entry.items()}
-    return Estimate(known["value"], known["low"], known["high"], known["n"])
+    low, value, high = (
+        math.nan if entry[name] is None else float(entry[name]) for name in ("low", "value", "high")
+    )
+    return Estimate(value, low, high, int(entry["n"]))
 
 
 def _plain(value: Any) -> Any:
