@@ -29,7 +29,7 @@ class Sensitivity(Study[SensitivityConfig, Any]):
     about = "rank of every method over the rule by which a loading fails, told the rule and not"
     Config = SensitivityConfig
     workers = 0
-    published = (PublishedPage("sensitivity", "--limit 25"),)
+    published = (PublishedPage("sensitivity", "--limit 100"),)
 
     def run(
         self,
