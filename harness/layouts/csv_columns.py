@@ -68,7 +68,7 @@ def find_columns(header: Sequence[str], dialect: Dialect) -> Columns:
     places = _places(header, dialect)
     for key, words in (("pallet", PALLET_SIDES), ("order", ("sequence",))):
         there = [word for word in words if word in places]
-        if there and getattr(dialect, key) not in ("", "column"):
+        if there and getattr(dialect, key) not in ("", "column", "from-1"):
             raise FormatError(
                 f"has the CSV column {there[0]!r}, and {key} is {getattr(dialect, key)}; allowed: "
                 "one of the two"
@@ -86,7 +86,7 @@ def find_columns(header: Sequence[str], dialect: Dialect) -> Columns:
         count=len(header),
         layout=place("layout"),
         pallet=along_axes("pallet_") if not dialect.pallet else (),
-        sequence=place("sequence") if dialect.order == "column" else None,
+        sequence=place("sequence") if dialect.order != "rows" else None,
         position=tuple(map(place, "xyz")),
         size=along_axes(""),
         weight=place("weight"),

@@ -79,7 +79,23 @@ def read_csv(content: bytes | bytearray, dialect: Dialect) -> Iterator[Record | 
         begun[name] = read.added(begun.get(name), line, row)
         left[name] -= 1
         while begun and not left[first := next(iter(begun))]:
-            yield begun.pop(first)
+            yield _numbered(begun.pop(first), dialect)
+
+
+def _numbered(record: Record | Refused, dialect: Dialect) -> Record | Refused:
+    """A complete record; refused where its sequence begins at 1 and 0 was said, or at 0 and 1."""
+    numbers = [] if isinstance(record, Refused) else [item["sequence"] for item in record.items]
+    if dialect.order == "rows" or not all(isinstance(n, int) for n in numbers):
+        return record
+    count, begins = len(numbers), min(numbers, default=0)
+    from_one = dialect.order == "from-1"
+    if begins != (-1 if from_one else 1):
+        return record
+    zero, one = f"each of 0 to {count - 1} once", f"each of 1 to {count} once"
+    allowed = f"{one} as --order from-1 says, {zero}" if from_one else f"{zero}, {one}"
+    said = "without it" if from_one else "where --order from-1 says so"
+    text = f"its sequence numbers begin at {begins + from_one}; allowed: {allowed} {said}"
+    return Refused(record.name, LayoutError(text))
 
 
 def _opened(
@@ -193,6 +209,8 @@ class _Rows:
             sequence = place
         else:
             sequence = _whole(self._scaled(line, row[columns.sequence], _ONE))
+            if self.dialect.order == "from-1" and isinstance(sequence, int):
+                sequence -= 1
         item = {
             "sequence": sequence,
             "name": "" if columns.identity is None else unguarded(row[columns.identity]),

@@ -33,8 +33,8 @@ POSITIONS = ("corner", "centre")
 OTHER_COLUMNS = ("refuse", "ignore")
 """Ways to treat columns that are not known."""
 
-ORDERS = ("column", "rows")
-"""Ways to tell the order of loading."""
+ORDERS = ("column", "from-1", "rows")
+"""Ways to tell the order of loading: a column that counts from 0, one from 1, the rows."""
 
 PALLET_SIDES = ("pallet_length", "pallet_width", "pallet_height", "pallet_depth")
 SIDES = ("length", "width", "height", "depth")
@@ -67,8 +67,8 @@ class Dialect:
             coordinates, or its geometric centre.
         columns: the file's own names of columns, by the word of :data:`WORDS` that each stands for.
         other_columns: ``ignore`` leaves out columns that are not known.
-        order: ``rows`` takes the order of a layout's rows for that of loading, where the file has
-            no column ``sequence``.
+        order: ``from-1`` says that the column ``sequence`` counts from 1 and not from 0; ``rows``
+            takes the order of a layout's rows for that of loading, where there is no such column.
         pallet: sides of all pallets along the file's x, y and z, in its unit, such as
             ``1200x800x1800``, where the file has no columns of them; empty for the columns.
 

@@ -103,6 +103,27 @@ def test_rows_of_layouts_may_stand_in_any_order(tmp_path):
     assert layouts[0].items == layouts[1].items == read(tmp_path, PLAIN)[0].items
 
 
+def test_a_file_may_count_from_one_where_that_is_said(tmp_path):
+    head, *rows = PLAIN.splitlines()
+    place = head.split(",").index("sequence")
+    for row in reversed(rows):
+        assert row.split(",")[place] in "012"
+    later = []
+    for row in rows:
+        cells = row.split(",")
+        cells[place] = str(int(cells[place]) + 1)
+        later.append(",".join(cells))
+    text = "\n".join([head, *later]) + "\n"
+    assert_equal(read(tmp_path, text, order="from-1"), read(tmp_path, PLAIN))
+    with pytest.raises(LayoutError, match=r"begin at 1; allowed: each of 0 to 2 once,.* says"):
+        read(tmp_path, text)
+    with pytest.raises(LayoutError, match=r"begin at 0; allowed: each of 1 to 3 once as "):
+        read(tmp_path, PLAIN, order="from-1")
+    gap = text.replace(later[1] + "\n", "")
+    with pytest.raises(LayoutError, match="sequence 1 is missing before 2"):
+        read(tmp_path, gap, order="from-1")
+
+
 @pytest.mark.parametrize(
     ("units", "text", "expected"),
     [("mm", "127", 12.7), ("cm", "12.7", 12.7), ("m", "0.127", 12.7), ("in", "5", 12.7)],
