@@ -17,7 +17,7 @@ from steadyload.layouts.formats import read_layouts
 from steadyload.properties.property import Case
 
 MOST_PER_ENGINE = 3
-"""An engine with more findings is one to mend, or not to use."""
+"""An engine with more counterexamples is one to mend, or not to use."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -57,8 +57,8 @@ def test_findings_are_few_and_of_pairs_that_are_asked():
         tested = MethodUnderTest(known.method)
         assert PROPERTIES[known.property].applies(tested)
         assert known.why
-        by_engine.setdefault(tested.engine, []).append(known.property)
-    assert all(len(names) <= MOST_PER_ENGINE for names in by_engine.values())
+        by_engine.setdefault(tested.engine, set()).add(known.case.layout.items)
+    assert all(len(layouts) <= MOST_PER_ENGINE for layouts in by_engine.values())
 
 
 def test_every_property_is_asked_of_several_methods():
