@@ -15,7 +15,7 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-from cyclopts import App, CycloptsError, Parameter, UnknownOptionError
+from cyclopts import App, CycloptsError, Parameter, UnknownOptionError, UnusedCliTokensError
 
 from steadyload.cli.config_file import FIELD, read_config
 from steadyload.errors import UserError, nearest
@@ -224,6 +224,12 @@ def parsed(name: str, config: type[T], about: str, words: Sequence[str]) -> T | 
         known = [n for f in flags.values() if not f.said(OPERAND) for n in f.names]
         word = (error.token.keyword or error.token.value or "").partition("=")[0]
         raise UsageError(f"{name}: unknown flag {word!r}; {_near(word, [*known, *HELP])}") from None
+    except UnusedCliTokensError as error:
+        left = ", ".join(map(repr, error.unused_tokens or ()))
+        raise UsageError(
+            f"{name}: nothing takes {left}; allowed: one word after a flag, which may hold commas; "
+            "files stand side by side"
+        ) from None
     except CycloptsError as error:
         error.verbose = False
         raise UsageError(f"{name}: {error}") from None

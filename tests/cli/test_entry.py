@@ -85,6 +85,7 @@ def test_the_help_lists_commands_in_groups(capsys):
             ["score", "x", "--metod", "sme"],
             "score: unknown flag '--metod'; did you mean '--method'",
         ),
+        (["score", "x", "--columns", "x=a", "y=b"], "score: nothing takes 'y=b'; allowed: "),
         (["score", "--halp"], "score: unknown flag '--halp'; did you mean '--help'?"),
         (["score", "x", "-q"], "score: unknown flag '-q'; allowed: --profile, "),
         (["score", "x", "--limit", "0"], "--limit: '0'; allowed: a whole number, 1 or more"),
