@@ -37,6 +37,11 @@ class Section:
     tables: Sequence[Table | str] = ()
     pictures: Sequence[Picture] = ()
 
+    @property
+    def cut(self) -> tuple[Table, ...]:
+        """Tables that a Markdown page shows the first columns of."""
+        return tuple(t for t in self.tables if isinstance(t, Table) and t.is_cut)
+
 
 @dataclass(frozen=True, slots=True)
 class Page:

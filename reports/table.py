@@ -13,6 +13,9 @@ from steadyload.statistics.estimate import Estimate
 
 MISSING = "-"
 
+MOST_COLUMNS = 6
+"""Columns side by side on a Markdown page; its file of details has the others."""
+
 Key = TypeVar("Key")
 
 _BAR = re.compile(r"(?<!\\)((?:\\\\)*)\|")
@@ -129,12 +132,16 @@ class Column:
             place in a tuple, or a function; empty where the attribute is named as the title.
         format: makes the cell's text of the value.
         left: aligned left, as words are; numbers are aligned right.
+        alike: one of several that show the same of something else, as of every engine.
+        notable: shown where room is short, too, unless all its cells are empty.
     """
 
     title: str
     value: str | int | Callable[[Any], Any] = ""
     format: Callable[[Any], str] = cell
     left: bool = False
+    alike: bool = False
+    notable: bool = False
 
     def cell(self, row: Any) -> str:
         """The text of this column in a row."""
@@ -170,8 +177,8 @@ def columns_for(
     def column(key: Key) -> Column:
         named = title.format(key) if isinstance(title, str) else title(key)
         if isinstance(value, str):
-            return Column(named, lambda row: attrgetter(value)(row).get(key), form)
-        return Column(named, lambda row: value(row, key), form)
+            return Column(named, lambda row: attrgetter(value)(row).get(key), form, alike=True)
+        return Column(named, lambda row: value(row, key), form, alike=True)
 
     return [column(key) for key in keys]
 
@@ -191,12 +198,54 @@ class Table:
     caption: str = ""
 
     def __str__(self) -> str:
-        printed = _markdown(
-            [column.title for column in self.columns],
-            ([column.cell(row) for column in self.columns] for row in self.rows),
-            [column.left for column in self.columns],
-        )
+        return self._with_caption(self._printed(self.columns))
+
+    @property
+    def is_cut(self) -> bool:
+        """True if :meth:`brief` leaves out columns."""
+        return len(self.columns) > MOST_COLUMNS and not self._folds
+
+    def brief(self, details: str) -> str:
+        """The table with at most :data:`MOST_COLUMNS` columns side by side.
+
+        Columns that are alike go on in a second table where two hold them all. Of other tables the
+        first columns and notable ones are shown, with a link to the whole.
+
+        Args:
+            details: address of the whole table; not needed where nothing is left out.
+        """
+        if not self.is_cut:
+            return self._with_caption(
+                "\n\n".join(map(self._printed, self._folds or (self.columns,)))
+            )
+        notable = [
+            column
+            for column in self.columns[MOST_COLUMNS:]
+            if column.notable and any(column.cell(row) != MISSING for row in self.rows)
+        ]
+        shown = self._printed([*self.columns[: MOST_COLUMNS - len(notable)], *notable])
+        return self._with_caption(f"{shown}\n\n[All {len(self.columns)} columns]({details})")
+
+    @property
+    def _folds(self) -> Sequence[Sequence[Column]]:
+        """Columns of the two tables of one that is wide and goes on below; empty for others."""
+        labels = next((k for k, column in enumerate(self.columns) if column.alike), 0)
+        first, alike = self.columns[:labels], self.columns[labels:]
+        half = math.ceil(len(alike) / 2)
+        fits = labels + half <= MOST_COLUMNS < len(self.columns)
+        if not labels or not fits or not all(column.alike for column in alike):
+            return ()
+        return [*first, *alike[:half]], [*first, *alike[half:]]
+
+    def _with_caption(self, printed: str) -> str:
         return f"{self.caption}\n\n{printed}" if self.caption else printed
+
+    def _printed(self, columns: Sequence[Column]) -> str:
+        return _markdown(
+            [column.title for column in columns],
+            ([column.cell(row) for column in columns] for row in self.rows),
+            [column.left for column in columns],
+        )
 
 
 def estimates_table(

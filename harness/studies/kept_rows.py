@@ -13,7 +13,7 @@ from steadyload.errors import UserError
 from steadyload.studies.published import ROWS, Entry, entries
 from steadyload.studies.study import CHECKPOINT, CHECKPOINTS
 
-_LEFT_OUT = (".lock", "report.md", "report.html", "figures")
+_LEFT_OUT = (".lock", "report.md", "report.html", "report-details.md", "figures")
 """What a work folder holds besides rows, and :data:`.CHECKPOINTS` anywhere in it."""
 
 

@@ -42,7 +42,7 @@ CPU = Column("CPU ms", "cpu", milliseconds)
 WALL = Column("wall ms", "wall", milliseconds)
 AHEAD = Column("ahead", "ahead", percent)
 COST_RATIO = Column("cost ratio", "cost_ratio", factor)
-NO_VERDICT = Column("no verdict", "without_verdict", counts)
+NO_VERDICT = Column("no verdict", "without_verdict", counts, notable=True)
 
 JUDGED = (METHOD, N, ACCURACY, OVER, UNDER)
 """A method, and how often it is right, too late and too early."""

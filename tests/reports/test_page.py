@@ -10,6 +10,7 @@ import pytest
 
 from steadyload.reports import writing
 from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.table import Column, Table, columns_for, words
 from steadyload.reports.writing import write_page
 
 KILLED = """
@@ -124,3 +125,57 @@ def test_a_page_whose_process_was_killed_is_put_in_order_by_the_next(tmp_path):
     with pytest.raises(TypeError):
         write_page(Page("Title", "So.", [Section("One", tables=None)], {}), tmp_path)
     assert contents(tmp_path) == before
+
+
+WIDE = Table([("a", *range(7)), ("b", *range(7, 14))], [words("name", 0)] + [
+    Column(f"number {k}", k) for k in range(1, 8)
+])  # fmt: skip
+ENGINES = Table(
+    [{"x": 1}],
+    [words("what", lambda row: "x"), *columns_for(range(1, 9), "engine {}", lambda r, k: k)],
+)
+
+
+def header(lines):
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+
+
+def test_a_wide_table_stands_in_whole_in_the_file_of_details(tmp_path):
+    path = write_page(Page("Title", "So.", [Section("One", tables=[WIDE])], {}), tmp_path)
+    text, details = path.read_text(), (tmp_path / "report-details.md").read_text()
+    first, _, row, _ = header(line for line in text.splitlines() if line.startswith("|"))
+    assert first == ["name", *(f"number {k}" for k in range(1, 6))]
+    assert row == ["a", "0", "1", "2", "3", "4"]
+    assert "[All 8 columns](report-details.md#table-1)" in text
+    assert "## One\n\n### Table 1\n" in details
+    assert str(WIDE) in details
+    assert "[report.md](report.md)" in details
+    assert "number 7" in (tmp_path / "report.html").read_text()
+
+
+def test_a_notable_column_is_shown_unless_it_is_empty():
+    def brief(said):
+        columns = [*WIDE.columns[:7], Column("no verdict", lambda row: said, notable=True)]
+        return header(Table(WIDE.rows, columns).brief("there").splitlines())[0]
+
+    assert brief(None)[-1] == "number 5"
+    assert brief("2 timeout")[-2:] == ["number 4", "no verdict"]
+
+
+def test_columns_that_are_alike_go_on_below_where_two_tables_hold_them(tmp_path):
+    path = write_page(Page("Title", "So.", [Section("One", tables=[ENGINES])], {}), tmp_path)
+    lines = [line for line in path.read_text().splitlines() if line.startswith("| what")]
+    assert header(lines) == [
+        ["what", *(f"engine {k}" for k in range(1, 5))],
+        ["what", *(f"engine {k}" for k in range(5, 9))],
+    ]
+    assert files(tmp_path) == set(PAGES)
+
+
+def test_details_go_with_the_page_that_names_them(tmp_path):
+    (tmp_path / "report-details.md").write_text("mine")
+    write_page(page(), tmp_path)
+    assert (tmp_path / "report-details.md").read_text() == "mine"
+    write_page(Page("Title", "So.", [Section("One", tables=[WIDE])], {}), tmp_path)
+    write_page(page(), tmp_path)
+    assert files(tmp_path) == set(PAGES)

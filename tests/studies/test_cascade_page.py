@@ -106,7 +106,8 @@ def test_an_interrupted_study_goes_on(study):
 
 
 def text_of(record, folder):
-    return write_page(cascade_page(record, {"source": "here"}), folder).read_text()
+    path = write_page(cascade_page(record, {"source": "here"}), folder)
+    return path.read_text() + path.with_name("report-details.md").read_text()
 
 
 def test_the_page_shows_what_was_found(study, tmp_path):

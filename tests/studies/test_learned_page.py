@@ -137,6 +137,7 @@ def said(learned, title):
 def test_a_page_says_what_its_record_holds(tmp_path):
     path = write_page(learned_page(WHOLE, {"source": "here"}), tmp_path)
     text = path.read_text()
+    whole = text + path.with_name("report-details.md").read_text()
     assert text.startswith(
         "# Learned judges\n\nLSTM_e is right on 85.0 [83.0, 87.0] % of 900 cases"
     )
@@ -153,7 +154,7 @@ def test_a_page_says_what_its_record_holds(tmp_path):
         "4 to 1305", "31",
         "0123456789ab", "feedbeef", "steadyload train --option seed=7",
     ):  # fmt: skip
-        assert number in text, number
+        assert number in whole, number
     pictures = {p.name: p.read_bytes() for p in (tmp_path / "figures").iterdir()}
     assert len(pictures) == 5
     again = tmp_path / "again"

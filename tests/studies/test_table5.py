@@ -287,7 +287,8 @@ def test_one_run_answers_both_questions(tmp_path, monkeypatch):
         header, *lines = rows(text, "## Accuracy and cost")
         assert [line[0] for line in lines] == ["SME", title]
         assert ("paper %" in header) == (question == "within")
-        assert ("natural prevalence %" in header) == (question == "within")
+        details = (tmp_path / question / "report-details.md").read_text()
+        assert ("natural prevalence %" in details) == (question == "within")
         chosen = benchmark.select("test", limit=60, question=Question(question))
         method = make_method(spec)
         said = [

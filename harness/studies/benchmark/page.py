@@ -122,15 +122,15 @@ def _both_labels(found: BenchmarkSummary) -> Section:
     columns = [
         words("split"),
         words("scenario"),
-        Column("cases"),
-        Column("unsettled"),
-        Column("no label", "failed"),
         Column("n", "same.n"),
         Column("stable within 0.3 s %", "within", percent),
         Column("stands %", "stands", percent),
         Column("same step %", "same", percent),
         Column("falls earlier %", "earlier", percent),
         Column("falls later %", "later", percent),
+        Column("cases"),
+        Column("unsettled"),
+        Column("no label", "failed"),
     ]
     return Section(
         "Within 0.3 s, and until everything rests",

@@ -115,9 +115,11 @@ def _refused(comparison: Comparison) -> str:
 
 
 def _accuracy(found: Evaluation, about: LabelledPart) -> Section:
-    columns = [*column.JUDGED, column.STABLE_OR_NOT, column.WITHIN_ONE]
-    natural = column.natural_prevalence(about)
-    more = [*natural, column.CPU, column.WALL, column.NO_VERDICT]
+    columns = [
+        column.METHOD, column.N, column.ACCURACY, column.CPU, column.OVER, column.UNDER,
+        column.STABLE_OR_NOT, column.WITHIN_ONE,
+    ]  # fmt: skip
+    more = [*column.natural_prevalence(about), column.WALL, column.NO_VERDICT]
 
     def table(group: str) -> Table:
         rows = found.rows[group]
@@ -199,7 +201,7 @@ def _same_tunings(tunings: Sequence[SameTuning]) -> Section:
     return Section(
         "The same tuning on every engine",
         "Equal SI values, side by side. Where an engine ignores a setting, its row answers a "
-        "slightly different question; the last column says so.",
+        "slightly different question: its settings are named under *ignored*.",
         [_engines(tuning) for tuning in tunings],
     )
 
@@ -215,9 +217,11 @@ def _engines(tuning: SameTuning) -> Table:
         tuning.rows,
         [
             words("engine", "method.engine"),
-            *column.SCORED,
+            column.N_SCORED,
             *agreement,
             column.CPU,
+            column.SCORE,
+            column.FULLY_STABLE,
             Column("build / step / read ms", "phases", _phases),
             Column("emulated", lambda row: use[row.method.spec].emulated, names),
             Column("ignored", lambda row: use[row.method.spec].ignored, names),

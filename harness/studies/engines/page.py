@@ -10,6 +10,7 @@ from steadyload.reports.table import (
     MISSING,
     Column,
     Table,
+    columns_for,
     milliseconds,
     percent,
     plain_percent,
@@ -140,12 +141,10 @@ def _options(effects: Sequence[OptionEffect]) -> Section:
     options = dict.fromkeys(e.option for e in effects)
 
     def table(caption: str, name: str, form: Callable[[Any], str]) -> Table:
-        def column(engine: str) -> Column:
-            return Column(
-                engine, lambda option: getattr(found.get((option, engine)), name, None), form
-            )
-
-        return Table(options, [words("option", str), *map(column, engines)], caption)
+        each = columns_for(
+            engines, "{}", lambda option, e: getattr(found.get((option, e)), name, None), form
+        )
+        return Table(options, [words("option", str), *each], caption)
 
     return Section(
         "Options: what they change and what they cost",

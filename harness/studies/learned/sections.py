@@ -164,10 +164,10 @@ def _rows(rows: Sequence[TrainedRow], *, means: bool = False, caption: str = "")
     columns = [
         words("training", "title"),
         *map(words, about),
-        Column("cases"),
-        Column("item lists", "item_lists"),
         _N,
         *accuracies,
+        Column("cases"),
+        Column("item lists", "item_lists"),
     ]
     return Table(rows, columns, caption)
 

@@ -37,8 +37,9 @@ def calibration(judges: Sequence[MethodCalibration]) -> Section:
         "upward.",
         [
             errors_table(kinds),
-            f"Accuracy without the tenth of the cases that a judge is least sure of:\n\n"
-            f"{abstention_table(abstaining)}",
+            abstention_table(
+                abstaining, "Accuracy without the tenth of the cases that a judge is least sure of:"
+            ),
             bins_table(kinds),
         ],
         [

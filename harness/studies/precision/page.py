@@ -91,7 +91,9 @@ def _turned(rows: Sequence[EngineRow]) -> Section:
         return Column(f"{change.name} %", lambda row: row.turned[change], percent)
 
     def more(change: Change) -> Column:
-        return Column(f"{change.name}, more", lambda row: row.excess.get(change), percent)
+        return Column(
+            f"{change.name}, more", lambda row: row.excess.get(change), percent, alike=True
+        )
 
     kind = words("precision", lambda row: "single" if row.single else "double")
     return Section(

@@ -28,16 +28,16 @@ _SIGNS = {
     Standing.NOT_ASKED: MISSING,
 }
 
+
+def _lengths(three: Sequence[float]) -> str:
+    return ", ".join(map(general, three))
+
+
 _ITEMS = (
     words("item", 0),
-    *columns_for(range(3), "xyz".__getitem__, lambda row, axis: row[1].position[axis], general),
-    *columns_for(
-        range(3),
-        ("width", "height", "depth").__getitem__,
-        lambda row, axis: row[1].size[axis],
-        general,
-    ),
-    Column("offset x, y, z (cm)", lambda row: ", ".join(map(general, row[1].mass_offset))),
+    Column("x, y, z (cm)", lambda row: row[1].position, _lengths),
+    Column("width, height, depth (cm)", lambda row: row[1].size, _lengths),
+    Column("offset x, y, z (cm)", lambda row: row[1].mass_offset, _lengths),
     Column("kg", lambda row: row[1].weight, general),
 )
 """Columns of numbered items."""

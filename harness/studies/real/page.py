@@ -34,7 +34,7 @@ from steadyload.studies.real.summary import (
 )
 
 _METHOD = words("method", "method.title")
-_NO_VERDICT = Column("no verdict", "without_verdict", counts)
+_NO_VERDICT = Column("no verdict", "without_verdict", counts, notable=True)
 _ASKED = {
     Question.WITHIN: "Does anything move too far within 0.3 s (the label of the paper)?",
     Question.STANDS: "Does the load stand once everything rests?",
@@ -131,9 +131,9 @@ def _accuracies(found: RealSummary) -> Section:
             words("asked", lambda row: row.asked or "-"),
             Column("n", lambda row: row.accuracy[question].overall.n),
             _accuracy("accuracy %", question, "overall"),
-            _accuracy("behind the best", question, "behind"),
             Column("failing n", lambda row: row.accuracy[question].failing.n),
             _accuracy("failing: accuracy %", question, "failing"),
+            _accuracy("behind the best", question, "behind"),
         ]
         return Table(found.real.methods, columns, f"**{_ASKED[question]}**")
 

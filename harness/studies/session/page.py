@@ -47,10 +47,10 @@ _GAINS = (
     Column("stable %", "stable", percent),
     Column("mean score %", "score", percent),
     Column("bins a list", "bins.value", "{:.2f}".format),
+    Column("ms an item", "cpu", milliseconds),
     Column("left out", "left_out"),
     Column("judged an item", lambda gain: gain.asked if gain.method else None, _two_digits),
     Column("rejected an item", lambda gain: gain.rejected if gain.method else None, _two_digits),
-    Column("ms an item", "cpu", milliseconds),
     Column("of this judging", lambda gain: gain.judging if gain.method else None, milliseconds),
 )
 

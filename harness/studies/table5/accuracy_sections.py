@@ -108,6 +108,7 @@ def _methods(found: Table5, group: str) -> Table:
             column.N,
             *([] if paper is None else [paper]),
             column.ACCURACY,
+            column.CPU,
             column.by_spec("letters", own.tests[group].letters),
             column.OVER,
             column.UNDER,
@@ -115,11 +116,11 @@ def _methods(found: Table5, group: str) -> Table:
             *column.of_stands(own.about),
             *column.robust_and_fragile(rows),
             *column.natural_prevalence(own.about),
-            column.CPU,
             share_of_time(own, group),
             Column(
                 "no verdict, and why",
                 lambda row: why.get(row.method.spec) or counts(row.without_verdict),
+                notable=any(row.without_verdict for row in rows),
             ),
         ],
     )
@@ -275,6 +276,7 @@ def planar_layouts(planar: JudgedSet) -> Section:
         column.METHOD,
         column.N,
         column.ACCURACY,
+        column.CPU,
         column.by_spec(
             f"minus {held.title}", {s: t.difference for s, t in against.items()}, percent
         ),
@@ -287,7 +289,6 @@ def planar_layouts(planar: JudgedSet) -> Section:
             lambda row, group: evaluation.row(row.method.spec, group).accuracy,
             percent,
         ),
-        column.CPU,
         share_of_time(planar),
         column.NO_VERDICT,
     ]

@@ -33,19 +33,19 @@ def _from_start(what: int, form: Callable[[float], str]) -> Callable[[SearchRow]
 _SEARCHES = (
     words("engine"),
     words("algorithm"),
-    words("space"),
-    Column("seed"),
-    Column("population", lambda r: f"{r.population} x {r.generations}"),
     Column("genotypes"),
-    Column("judged whole", "whole"),
-    Column("given up", lambda r: r.genotypes - r.whole),
-    Column("repeats"),
-    Column("CPU", "cpu", duration),
-    Column("wall", "wall", duration),
     Column("fitness", _from_start(0, "{:.4f}".format)),
     Column("accuracy %", _from_start(1, plain_percent)),
     Column("cost ms", _from_start(2, significant)),
     Column("hypervolume", "hypervolume", "{:.3f}".format),
+    Column("CPU", "cpu", duration),
+    Column("wall", "wall", duration),
+    words("space"),
+    Column("seed"),
+    Column("population", lambda r: f"{r.population} x {r.generations}"),
+    Column("judged whole", "whole"),
+    Column("given up", lambda r: r.genotypes - r.whole),
+    Column("repeats"),
 )
 
 
