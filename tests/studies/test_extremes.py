@@ -518,7 +518,8 @@ def test_wrong_names_are_one_sentence(tmp_path, capsys, monkeypatch, arguments, 
 @pytest.mark.engine("bullet")
 def test_the_committed_envelope_is_the_published_one():
     text = (PUBLISHED / "report.md").read_text()
-    table = text.partition("## The envelope")[2].partition("\n## ")[0]
+    details = (PUBLISHED / "report-details.md").read_text()
+    table = details.partition("## The envelope")[2].partition("\n## ")[0]
     lines = [line for line in table.splitlines() if line.startswith("|")][2:]
     published = {tuple(c.strip() for c in line.strip("|").split("|")) for line in lines}
     committed = set()
