@@ -155,9 +155,12 @@ def add_navigation(app: Sphinx, page: str, source: list[str]) -> None:
     elif page == "reports/published/README":
         pages = sorted((folder / page).parent.glob("*/report.md"))
         source[0] += _contents([f"/{path.relative_to(folder)}" for path in pages])
-    elif (folder / f"{page}.html").exists():
-        link = f'\n\n<a href="{INTERACTIVE}">The same page to sort, filter and ask</a>\n'
-        source[0] = source[0].replace("\n", link, 1)
+    elif page.startswith("reports/published/"):
+        if (folder / f"{page}.html").exists():
+            link = f'\n\n<a href="{INTERACTIVE}">The same page to sort, filter and ask</a>\n'
+            source[0] = source[0].replace("\n", link, 1)
+        if (folder / f"{page}-details.md").exists():
+            source[0] += _contents([f"/{page}-details"])
 
 
 def _contents(pages: list[str], caption: str = "", *, hidden: bool = True) -> str:

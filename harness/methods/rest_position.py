@@ -50,7 +50,7 @@ _CORNERS = np.array(((0, 1), (0, 3), (2, 1), (2, 3)))
 """Columns of x and z of a patch's four corners."""
 
 
-class UnsolvedError(RuntimeError):
+class RestPositionError(RuntimeError):
     """The linear programme could not be solved."""
 
 
@@ -112,7 +112,7 @@ class RestPositions:
             fixed: other items, which do not move.
 
         Raises:
-            UnsolvedError: the solver gave up.
+            RestPositionError: the solver gave up.
         """
         sunk = self._solve(items, fixed)
         half = self._half[items]
@@ -166,7 +166,9 @@ class RestPositions:
                 bounds=Bounds(-most, most),
             )
             if found.status != 0:
-                raise UnsolvedError(f"the linear programme of the rest position: {found.message}")
+                raise RestPositionError(
+                    f"the linear programme of the rest position: {found.message}"
+                )
             left_out = ~taken & (matrix @ found.x > gaps + _PASSES)
             if not left_out.any():
                 return np.asarray(found.x).reshape(-1, 3)
