@@ -10,7 +10,7 @@ from typing import Any
 
 from steadyload.bearing import Crushed, first_crushed
 from steadyload.kernels.constants import FLOOR
-from steadyload.layouts.contacts import find_supports
+from steadyload.layouts.contacts import Patch, find_supports
 from steadyload.layouts.model import Layout
 from steadyload.layouts.naming import box_id, with_ids
 from steadyload.layouts.question import Question
@@ -82,6 +82,7 @@ class Check(ShownInNotebook):
         side: of its support beyond which the centre of mass of the moved box lies in the plan, or
             that of the failing step where none is known to move: ``left`` or ``right`` (low or high
             x), ``front`` or ``back`` (low or high z); None where it lies above its support.
+        unsupported: whether that box stands on nothing in the plan.
         reason: of the method, or what is wrong with the layout; empty for a load that stands.
         reliability: None where the method was not measured on layouts of such a size.
         crushed: the box that first bears more than it may; the load fails then, at that step,
@@ -98,6 +99,7 @@ class Check(ShownInNotebook):
     failing_box: str | None = None
     moved_box: str | None = None
     side: str | None = None
+    unsupported: bool = False
     reason: str = ""
     reliability: Reliability | None = None
     crushed: Crushed | None = None
@@ -130,6 +132,8 @@ class Check(ShownInNotebook):
         """Motion of the box, as far as verdict and plan tell it, to follow its name."""
         said, way = self.verdict, f" {_WAYS[self.side]}" if self.side else ""
         if said is None or said.displacement is None:  # a method that measures no movement
+            if self.unsupported:
+                return " stands on nothing"
             return f" leans{way}" if way else ""
         how = "moves" if said.rotation is None or said.rotation < TIPPING else f"tips{way}"
         return f" {how}, {said.displacement:.1f} cm"
@@ -163,6 +167,7 @@ class Check(ShownInNotebook):
             "displacement_cm": of_verdict("displacement_cm"),
             "rotation_deg": of_verdict("rotation_deg"),
             "side": self.side,
+            "unsupported": self.unsupported,
             "reason": self.reason,
             "reliability": None if sure is None else sure.accuracy.value,
             "reliability_low": None if sure is None else sure.accuracy.low,
@@ -237,6 +242,7 @@ def check(
         failing_box=box_id(layout.items, verdict.failing_step),
         moved_box=box_id(layout.items, verdict.moved_item),
         side=None if at_fault is None else leaning(layout, at_fault),
+        unsupported=at_fault is not None and not _supports(layout, at_fault),
         reason=reason or (str(verdict.status) if answer is Answer.NOT_JUDGED else ""),
         reliability=reliability(spec, len(layout)),
         crushed=crushed,
@@ -370,8 +376,7 @@ def leaning(layout: Layout, item: int) -> str | None:
         lies farther out; None where it lies within the rectangle about its support, or nothing
         supports it.
     """
-    box = layout.items[item]
-    patches = [p for p in find_supports(layout).below[item] if p.below == FLOOR or p.below < item]
+    box, patches = layout.items[item], _supports(layout, item)
     if not patches:
         return None
     x, _, z = (
@@ -386,3 +391,8 @@ def leaning(layout: Layout, item: int) -> str | None:
     }
     side, farthest = max(out.items(), key=lambda entry: entry[1])
     return side if farthest > 0.0 else None
+
+
+def _supports(layout: Layout, item: int) -> list[Patch]:
+    """Patches of the floor and of boxes loaded before that carry a box."""
+    return [p for p in find_supports(layout).below[item] if p.below == FLOOR or p.below < item]

@@ -13,7 +13,7 @@ from steadyload.transport.errors import TransportError
 
 _HALF_SINE_POINTS = 65
 
-_STEEPEST = 20.0
+STEEPEST = 20.0
 """Largest acceleration of a history [g], either way."""
 
 _LONGEST = 600.0
@@ -52,9 +52,9 @@ class History:
                 f"a history of {self.times[-1]:g} s; allowed: up to {_LONGEST:g} s"
             )
         for level in self.levels:
-            if not abs(level) <= _STEEPEST:
+            if not abs(level) <= STEEPEST:
                 raise TransportError(
-                    f"an acceleration of {level:g} g; allowed: -{_STEEPEST:g} to {_STEEPEST:g}"
+                    f"an acceleration of {level:g} g; allowed: -{STEEPEST:g} to {STEEPEST:g}"
                 )
 
     @property

@@ -94,10 +94,12 @@ def limits(
             knows no time.
 
     Raises:
-        TransportError: no such method, or one that has no friction; or such a rise.
+        TransportError: no such method, or one that has no friction; such a rise; no directions.
         SpecError, EngineNotInstalledError: see :func:`steadyload.methods.registry.make_method`.
     """
     chosen = around(directions) if isinstance(directions, int) else tuple(directions)
+    if not chosen:
+        raise TransportError("no directions; allowed: one or more")
     judge = make_method(method) if isinstance(method, str) else method
     if isinstance(judge, Equilibrium):
         return _balanced(layout, judge, chosen)

@@ -137,7 +137,8 @@ class LoadedWorld:
         shifts, angles = _moved(planned, settled)
         most = np.maximum(shifts / displacement, angles / rotation)
         if most.max() >= 1.0:
-            return self._ended(int(most.argmax()), shifts, shifts, angles, 0.0, shifts, Mode.FALLS)
+            drops = _drops(planned, settled)
+            return self._ended(int(most.argmax()), shifts, shifts, angles, 0.0, drops, Mode.FALLS)
         farthest, steepest = np.zeros_like(shifts), np.zeros_like(angles)
         first: tuple[int, float] | None = None
         end, time = history.duration + rest, 0.0
@@ -156,7 +157,7 @@ class LoadedWorld:
                 first = int(most.argmax()), time
                 if not whole:
                     break
-        drops = (settled.centres - now.centres)[:, 2] / CM
+        drops = _drops(settled, now)
         item, seconds = first or (int(most.argmax()), time)
         return self._ended(item, farthest, shifts, steepest, seconds, drops, None, first is None)
 
@@ -191,6 +192,11 @@ class LoadedWorld:
             held, item, float(farthest[item]), float(left[item]), float(steepest[item]), mode,
             seconds, fell,
         )  # fmt: skip
+
+
+def _drops(before: Poses, now: Poses) -> FloatArray:
+    """How far every centre came down [cm]."""
+    return (before.centres - now.centres)[:, 2] / CM
 
 
 def _moved(before: Poses, now: Poses) -> tuple[FloatArray, FloatArray]:

@@ -12,7 +12,7 @@ from typing import Any
 
 from steadyload.errors import nearest
 from steadyload.transport.errors import TransportError
-from steadyload.transport.history import History, trapezoid
+from steadyload.transport.history import STEEPEST, History, trapezoid
 
 _SIDES = {"forwards": (0.0,), "sideways": (90.0, 270.0), "backwards": (180.0,)}
 """Directions of the force on the load [degrees] by side: its width is its length on the road."""
@@ -32,8 +32,8 @@ class Rule:
         tilted: the deck is tilted, see :class:`steadyload.transport.history.History`.
 
     Raises:
-        TransportError: a side that is none, a number that is out of range, or not just one of the
-            two limits of displacement.
+        TransportError: no level, a side that is none, a number that is none or out of range, or
+            not just one of the two limits of displacement.
     """
 
     name: str
@@ -49,17 +49,34 @@ class Rule:
     tilted: bool = False
 
     def __post_init__(self) -> None:
-        for side in self.levels:
+        if not isinstance(self.levels, Mapping) or not self.levels:
+            raise TransportError(
+                f"rule {self.name}: levels is {self.levels!r}; allowed: accelerations [g] by side, "
+                f"such as levels = {{ forwards = 0.5 }}, of {', '.join(_SIDES)}"
+            )
+        for side, level in self.levels.items():
             if side not in _SIDES:
                 raise TransportError(f"rule {self.name}: side {side!r}; {nearest(side, _SIDES)}")
-        for name in ("rise", "hold", "rest", "rotation", "displacement", "displacement_share"):
-            if not 0.0 <= getattr(self, name) <= 1000.0:
-                raise TransportError(
-                    f"rule {self.name}: {name} is {getattr(self, name):g}; allowed: 0 to 1000"
-                )
+            self._check(f"level {side}", level, 0.0, STEEPEST)
+        for name in ("rise", "hold", "rest", "displacement", "displacement_share"):
+            self._check(name, getattr(self, name), 0.0, 1000.0)
+        self._check("rotation", self.rotation, 0.1, 1000.0)
+        if not isinstance(self.tilted, bool):
+            raise TransportError(
+                f"rule {self.name}: tilted is {self.tilted!r}; allowed: true, false"
+            )
         if (self.displacement > 0.0) == (self.displacement_share > 0.0):
             raise TransportError(
                 f"rule {self.name}: allowed: displacement or displacement_share, above 0, just one"
+            )
+        for level in self.levels.values():
+            self.history(level)  # refuses what no history can be
+
+    def _check(self, name: str, value: object, least: float, most: float) -> None:
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not number or not least <= value <= most:
+            raise TransportError(
+                f"rule {self.name}: {name} is {value!r}; allowed: {least:g} to {most:g}"
             )
 
     def history(self, level: float) -> History:

@@ -75,6 +75,15 @@ class CaseSource:
         object.__setattr__(self, "data", tuple(self.data))  # a stored one is a list
         check_sets((self.directory, *self.data))
 
+    def parts(self) -> dict[str | None, str]:
+        """The part by set, None for the shipped one.
+
+        Raises:
+            TuningError: see :func:`own_part`.
+        """
+        own = {one: own_part(one, self.part) for one in self.data}
+        return {self.directory: self.part, **own}
+
     def stored(self) -> dict[str, Any]:
         """The fields as they are stored; question and further sets only where unusual."""
         found = {**asdict(self), "data": list(self.data)}

@@ -209,6 +209,14 @@ def test_a_box_leans_to_where_its_centre_of_mass_lies(shift, offset, side):
     assert leaning(stack("one", shift, offset), 0) is None  # on the floor
 
 
+def test_a_box_without_support_is_said_to_stand_on_nothing(run):
+    status, out, _ = run([stack("hangs", (31.0, 0.0)), FALLING])
+    assert status == 1
+    assert "fails at step 1: SKU-2002 stands on nothing" in out
+    told = json.loads(run([stack("hangs", (31.0, 0.0)), FALLING], "--json")[1])
+    assert [one["unsupported"] for one in told] == [True, False]
+
+
 def test_reliability_is_what_was_measured_on_layouts_of_the_size():
     spec = str(make_method(DEFAULT_METHOD).spec)
     for boxes in (2, 30, 50):

@@ -42,6 +42,8 @@ from steadyload.runs.definition import load_study
 from steadyload.runs.results import ROWS, load_results, result_row
 from steadyload.runs.store import checksum
 from steadyload.studies.learned.plan_file import load_plan
+from steadyload.transport.history import recorded
+from steadyload.transport.rules import rule_named
 
 ACLPP = b"""\
 flights:
@@ -100,6 +102,19 @@ length = "L"
 width = "B"
 id = "SKU"
 """
+
+RULE = b"""\
+[ours]
+title = "Our road"
+levels = { forwards = 0.3, sideways = 0.2 }
+rise = 0.1
+hold = 1
+rest = 0.5
+rotation = 5
+displacement = 2
+"""
+
+HISTORY = b"time_s,acceleration_g\n0,0\n0.1,0.5\n0.4,0.5\n"
 
 _PLAN = Path(str(resources.files("steadyload.studies.learned") / "plan.toml"))
 
@@ -306,6 +321,12 @@ def _mutated_table(content, draw):
     return content[:1] + parquet.mutated_table(content[1:], draw)
 
 
+def read_rule(path):
+    rule = rule_named(str(path))
+    for level in rule.directions().values():
+        rule.history(level)
+
+
 def read_set(folder):
     found = load_benchmark(folder)
     for row in found.select().itertuples():
@@ -381,6 +402,10 @@ FORMATS = {
         lambda: [CONFIG],
         lambda path: nothing(read_config(path, ("part", "limit", "workers", "methods"))),
     ),
+    "rule": Format(
+        lambda: [RULE], read_rule, place=lambda folder, rule: written(folder / "rule.toml", rule)
+    ),
+    "history": Format(lambda: [HISTORY], lambda path: nothing(recorded(path))),
     "plan": Format(lambda: [_PLAN.read_bytes()], lambda path: nothing(load_plan(path))),
     "shard": Format(
         lambda: [_shard()],

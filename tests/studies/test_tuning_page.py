@@ -107,7 +107,11 @@ def transfer(engines, lead):
     return TransferTable("test", engines, tuple(cells), {engines: ("margin", "restitution")})
 
 
-EMPTY = Tuning("validation", {"bullet": 900, "dart": 900}, {"bullet": 8.6, "dart": 17.25})
+EMPTY = Tuning(
+    {"bullet": {None: "validation"}, "dart": {None: "search", "real": "train"}},
+    {"bullet": 900, "dart": 900},
+    {"bullet": 8.6, "dart": 17.25},
+)
 PAIR = ("bullet", "dart")
 FULL = replace(
     EMPTY,

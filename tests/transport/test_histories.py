@@ -96,12 +96,22 @@ def test_a_rule_of_ones_own_comes_from_a_file(tmp_path):
         ("levels = { forwards = 0.3 }\nspeed = 3", "unknown key 'speed'"),
         ("levels = { forwards = 0.3 }\ndisplacement_share = 0.1", "just one"),
         ("levels = { forwards = 0.3 }\nrise = -1", "rise is -1; allowed: 0 to 1000"),
+        ("levels = { forwards = 0.3 }\nrise = 700", "a history of 701 s; allowed: up to 600"),
+        ('levels = { forwards = "0.5" }', "level forwards is '0.5'; allowed: 0 to 20"),
+        ("levels = { forwards = nan }", "level forwards is nan; allowed: 0 to 20"),
+        ('levels = ["forwards"]', r"levels is \['forwards'\]; allowed: accelerations"),
+        ("levels = {}", "levels is {}; allowed: accelerations"),
+        ("levels = { forwards = 0.3 }\nrotation = 0", "rotation is 0; allowed: 0.1 to 1000"),
+        ("levels = { forwards = 0.3 }\ntilted = 1", "tilted is 1; allowed: true, false"),
     ],
 )
 def test_a_rule_that_cannot_be_is_refused(tmp_path, change, message):
     file = tmp_path / "ours.toml"
-    rest = "" if "rise" in change else "rise = 0\n"
-    file.write_text(f"[ours]\n{change}\n{rest}hold = 1\nrest = 0\nrotation = 5\ndisplacement = 2\n")
+    usual = {"rise": 0, "hold": 1, "rest": 0, "rotation": 5, "displacement": 2}
+    rest = "\n".join(
+        f"{key} = {value}" for key, value in usual.items() if f"{key} = " not in change
+    )
+    file.write_text(f"[ours]\n{change}\n{rest}\n")
     with pytest.raises(TransportError, match=message):
         rule_named(str(file))
     with pytest.raises(TransportError, match="en12195, eumos40509, tilt"):

@@ -70,6 +70,26 @@ def test_a_number_of_directions_that_cannot_be_is_refused(count):
         around(count)
 
 
+def test_no_directions_at_all_are_refused():
+    with pytest.raises(TransportError, match="no directions; allowed: one or more"):
+        limits(FLAT, directions=())
+
+
+def test_a_box_that_slides_before_it_is_pushed_has_not_fallen():
+    """A flat box on a floor without friction, beside one that leans on it and pushes it away."""
+    ramp = Layout(
+        "leaning", Pallet(200, 200, 200),
+        (
+            Item(0, (60.0, 0.0, 60.0), (40.0, 2.0, 40.0), 0.5),
+            Item(1, (60.0, 2.0, 60.0), (40.0, 20.0, 40.0), 50.0, mass_offset=(19.9, 0.0, 0.0)),
+        ),
+    )  # fmt: skip
+    with LoadedWorld(ramp, "mujoco", SimulationParameters(frequency=480, friction=0.0)) as world:
+        ride = world.ride(constant(0.0, 1.0), 0.0, displacement=0.01, rotation=0.01)
+    assert not ride.held
+    assert ride.fell == ()
+
+
 def test_a_box_slides_as_far_as_a_pulse_pushes_it():
     """By a - mu g while the pulse is on, and is braked by mu g after it."""
     friction, level, hold, g = 0.3, 0.5, 0.4, 9.8

@@ -288,7 +288,7 @@ def test_a_search_without_its_start_is_no_record(finished, tmp_path):
 def test_a_record_of_searches_holds_what_they_found(finished):
     search, _ = finished
     record = tuning_of([search])
-    assert (record.part, record.cases) == ("validation", {"mujoco": CASES})
+    assert (record.parts, record.cases) == ({"mujoco": {None: "validation"}}, {"mujoco": CASES})
     assert record.goal == {"mujoco": search.goal}
     best = search.space.values(search.fittest().genotype)
     rows = record.parameters["mujoco"]

@@ -76,7 +76,7 @@ def _answer(found: PropertyTable) -> str:
         violated.setdefault(row.property, []).append(row.method.title)
     listed = "; ".join(f"*{name}* by {names(titles)}" for name, titles in violated.items())
     return (
-        f"No property is violated by {sound} of {len(found.methods)} methods"
+        f"{sound} of {len(found.methods)} methods violate no property"
         f"{f'. Violated: {listed}' if listed else ''}.\n\n"
     )
 

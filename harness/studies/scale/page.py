@@ -58,9 +58,9 @@ def _answer(most: ScalePoint) -> str:
     """Sentence on the largest study."""
     peaks = [f"{step.peak:.0f}" for step in _steps(most)]
     return (
-        f"Beside the judging itself a study of {most.rows} rows takes {most.run.cpu:.0f} s of CPU "
-        f"time and {peaks[0]} MiB; reading all its rows takes {significant(most.load.cpu)} s and "
-        f"{peaks[1]} MiB, its report {significant(most.report.cpu)} s and {peaks[2]} MiB.\n\n"
+        f"Beside the judging itself a study of {most.rows:,} rows takes {most.run.cpu:.0f} s of "
+        f"CPU time and {peaks[0]} MiB; reading all its rows takes {significant(most.load.cpu)} s "
+        f"and {peaks[1]} MiB, its report {significant(most.report.cpu)} s and {peaks[2]} MiB.\n\n"
     )
 
 

@@ -83,11 +83,9 @@ def _cheapest(table: ScopeTable) -> str:
     if row is not None:
         return f"{row.title} {asked} ({_kept(row)})"
     most = max(table.options, key=lambda option: option.same.value)
-    open_ones = sum(table.whole.without_verdict.values())
-    return (
-        f"none {asked}, where {most.title} keeps most ({_kept(most)}; {open_ones} times the whole "
-        "pile has no verdict)"
-    )
+    lost = sum(table.whole.without_verdict.values())
+    left_out = f", and {lost} without a verdict on the whole pile" if lost else ""
+    return f"none {asked}, where {most.title} keeps most ({_kept(most)}{left_out})"
 
 
 def _kept(row: OptionRow) -> str:

@@ -17,8 +17,8 @@ class TransportConfig:
     loads: int = option(200, "loads of real size (default: 200)", least=1)
     small: int = option(60, "loads of at most 20 boxes (default: 60)", least=1)
     referenced: int = option(
-        0, "loads of real size, those of fewest boxes, that the reference is asked of as well "
-        "(default: 0; a load takes it over ten minutes)", least=0,
+        100, "loads of real size, those of fewest boxes, that the reference is asked of as well "
+        "(default: 100; a load takes it a minute or several)", least=0,
     )  # fmt: skip
     directions: int = option(8, "directions around a load (default: 8)", least=1, most=360)
     engines: tuple[str, ...] = option(

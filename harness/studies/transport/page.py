@@ -81,12 +81,25 @@ def _answer(found: TransportSummary) -> str:
     return (
         f"Loads of real size that balance as planned hold {_g(weakest.weakest)} g in their weakest "
         f"direction in the mean, {percent(weakest.share[0.3])} % of them 0.3 g in every direction. "
-        f"On small loads the limit by equilibrium less the reference's is {_g(exact.difference)} g "
-        f"in the mean ({exact.difference.n} limits), and {percent(exact.above)} % of its limits "
-        f"promise more than {CLOSE:g} g too much; the engine nearest to the reference is "
-        f"{best.method.title} ({_g(best.apart)} g apart), and b / h of the whole load, the rule of "
-        f"thumb, promises too much in {percent(whole.above)} %."
+        f"On small loads {_beside(exact, whole)}; the engine nearest to the reference is "
+        f"{best.method.title} ({_g(best.apart)} g apart).{_beside_of_real(found.real)}"
     )
+
+
+def _beside(exact: Distance, whole: Distance) -> str:
+    return (
+        f"the limit by equilibrium less the reference's is {_g(exact.difference)} g in the mean "
+        f"({exact.difference.n} limits), and {percent(exact.above)} % of its limits promise more "
+        f"than {CLOSE:g} g too much, as b / h of the whole load, the rule of thumb, does in "
+        f"{percent(whole.above)} %"
+    )
+
+
+def _beside_of_real(real: Sequence[Distance]) -> str:
+    exact, whole = _of(real, EXACT), _of(real, WHOLE)
+    if exact is None or whole is None:
+        return ""
+    return f" On {exact.loads} loads of real size with few boxes {_beside(exact, whole)}."
 
 
 _DISTANCE = (
@@ -100,19 +113,18 @@ _DISTANCE = (
 
 
 def _distances(found: TransportSummary) -> Section:
-    tables = [Table(found.small, _DISTANCE, "**Small loads that balance as planned**")]
-    if found.leaning:
-        tables.append(Table(found.leaning, _DISTANCE, "**Small loads that lean on a neighbour**"))
-    if found.real:
-        boxes = max(one.loads for one in found.real)
-        tables.append(
-            Table(
-                found.real,
-                _DISTANCE,
-                f"**The {boxes} loads of real size with the fewest boxes**, statics on those that "
-                "balance as planned",
-            )
-        )
+    fewest = "Loads of real size, of those with the fewest boxes,"
+    beside = (
+        ("Small loads that balance as planned", found.small),
+        ("Small loads that lean on a neighbour", found.leaning),
+        (f"{fewest} that balance as planned", found.real),
+        (f"{fewest} that lean on a neighbour", found.real_leaning),
+    )
+    tables = [
+        Table(own, _DISTANCE, f"**{about}** ({max(one.loads for one in own)} loads)")
+        for about, own in beside
+        if own
+    ]
     lost = counts({_named(m): n for m, n in found.without.items()})
     return Section(
         "How far limits are from the reference's",
@@ -203,8 +215,9 @@ def _rising(found: TransportSummary) -> Section:
 def _real(found: TransportSummary) -> Section:
     return Section(
         f"Loads of real size, beside {found.against}",
-        "The reference is too slow for all of these; the first engine stands in its place. Unless "
-        "others were named, these are the engines whose tuned simulation no cheaper one beats on "
-        "the largest loads that `steadyload recommend` knows, where these have to stand.",
+        "On all loads of real size, of which the reference was asked of some alone; the first "
+        "engine stands in its place. Unless others were named, these are the engines whose tuned "
+        "simulation no cheaper one beats on the largest loads that `steadyload recommend` knows, "
+        "where these have to stand.",
         [Table(found.engines, _DISTANCE)],
     )

@@ -104,7 +104,9 @@ class TransportSummary:
         directions: how many.
         small: distances from the reference on small loads that balance as planned.
         leaning: the same on small loads that do not.
-        real: distances from the reference on loads of real size that it was asked of.
+        real: distances from the reference on loads of real size that it was asked of and that
+            balance as planned.
+        real_leaning: the same on those that do not.
         engines: distances on all loads of real size that balance from the first engine's limits.
         against: the title of that engine's method.
         holding: by set and method.
@@ -120,6 +122,7 @@ class TransportSummary:
     small: Sequence[Distance]
     leaning: Sequence[Distance]
     real: Sequence[Distance]
+    real_leaning: Sequence[Distance]
     engines: Sequence[Distance]
     against: str
     holding: Sequence[Holding]
@@ -156,10 +159,8 @@ def summarise(found: LoadLimits) -> TransportSummary:
         directions=rows["direction_deg"].nunique(),
         small=_distances(steady[steady["of"] == LISTS], small, REFERENCE),
         leaning=_distances(leaning[leaning["of"] == LISTS], [WHOLE, *engines], REFERENCE),
-        real=[
-            *_distances(_of(steady, REAL, referenced), [EXACT, RUBBING], REFERENCE),
-            *_distances(_of(rows, REAL, referenced), [WHOLE, *asked], REFERENCE),
-        ],
+        real=_distances(_of(steady, REAL, referenced), [EXACT, RUBBING, WHOLE, *asked], REFERENCE),
+        real_leaning=_distances(_of(leaning, REAL, referenced), [WHOLE, *asked], REFERENCE),
         engines=_distances(steady[steady["of"] == REAL], [EXACT, RUBBING, WHOLE, *others], first),
         against=_key(first).title,
         holding=[

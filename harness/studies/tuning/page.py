@@ -64,14 +64,17 @@ def tuning_page(tuning: Tuning, manifest: Mapping[str, str]) -> Page:
     sections += [transfer(table, k) for k, table in enumerate(tuning.transfer)]
     if tuning.costs:
         sections.append(_costs(tuning.costs))
-    cases = ", ".join(f"{engine} {count}" for engine, count in tuning.cases.items())
+    cases = "; ".join(
+        f"{engine} {tuning.cases[engine]} of {_described(parts)}"
+        for engine, parts in tuning.parts.items()
+    )
     goals = ", ".join(f"{e} {significant(g)} ms" for e, g in tuning.goal.items())
     return Page(
         "Tuned simulations",
         f"{answer(tuning.tests)}The parameters of a simulation are searched, engine by engine, "
         "for the highest accuracy at a low cost. Searches judge a set of parameters, a "
-        f"*genotype*, on part `{tuning.part}` of labelled sets (cases: {cases}); what is said of "
-        "other parts was not seen by a search. *Accuracy* is the share of cases on which a "
+        f"*genotype*, on cases of labelled sets, those that found the presets on {cases}; what is "
+        "said of part `test` was not seen by a search. *Accuracy* is the share of cases on which a "
         "method names the label's failing step; *overestimated*: a later one, *underestimated*: "
         "an earlier one. *Cost* is the CPU time a layout that is modelled from what a simulation "
         "does, so that it does not depend on what else a machine was doing; *CPU* is measured. "
@@ -81,6 +84,11 @@ def tuning_page(tuning: Tuning, manifest: Mapping[str, str]) -> Page:
         sections,
         manifest,
     )
+
+
+def _described(parts: Mapping[str | None, str]) -> str:
+    """Parts and sets of the cases of a search."""
+    return " and ".join(f"part `{part}` of {of or 'the large set'}" for of, part in parts.items())
 
 
 def _source(tuning: Tuning) -> str:

@@ -152,7 +152,7 @@ def tuning_study(
         run_study(study, folder, workers=workers, progress=progress)
         part = f"{PART}, {benchmark}" if benchmark else PART
         judged.append(_Judged(part, engines, pairs, evaluate(folder, by_scenario=False)))
-    return _assembled(searches, judged)
+    return _assembled([*_finders_first(names, searches)], judged)
 
 
 def _assembled(searches: Sequence[Search], judged: Sequence[_Judged]) -> Tuning:
@@ -237,6 +237,15 @@ def _finder(engine: str, searches: Sequence[Search]) -> Search:
         if preset(search).parameters == values:
             return search
     raise TuningError(f"none of these searches found {TUNED}@{engine}; name the folder of the one")
+
+
+def _finders_first(names: Sequence[str], searches: Sequence[Search]) -> Iterator[Search]:
+    """Searches by engine, of each first the one that found its preset."""
+    for name in names:
+        own = [search for search in searches if search.options.engine == name]
+        finder = _finder(name, own)
+        yield finder
+        yield from (search for search in own if search is not finder)
 
 
 def _carried(here: str, there: str) -> tuple[str, tuple[str, ...]]:

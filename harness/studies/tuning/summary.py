@@ -238,13 +238,14 @@ class SeedRow:
 class Tuning:
     """All results on tuning. Parts that were not computed are empty.
 
-    ``cases``: by engine, how many its first search judged. ``goal``: by engine, the cost [ms] below
+    ``parts``: by engine, what its first search judged: part by labelled set, None for the large
+    one. ``cases``: how many of them. ``goal``: by engine, the cost [ms] below
     which fitness does not grow further: 18.5 % of that of PS_3, unless one was stated.
     ``parameters``: by engine, the found values, in the order of the space. ``cost_source``:
     of measured CPU times; None where nothing was tested.
     """
 
-    part: str
+    parts: Mapping[str, Mapping[str | None, str]]
     cases: Mapping[str, int]
     goal: Mapping[str, float]
     costs: tuple[CostRow, ...] = ()
@@ -348,7 +349,7 @@ def tuning_of(searches: Sequence[Search]) -> Tuning:
     """
     first = {search.options.engine: search for search in reversed(searches)}
     return Tuning(
-        part=searches[0].options.source.part,
+        parts={engine: search.options.source.parts() for engine, search in first.items()},
         cases={engine: len(search.cases) for engine, search in first.items()},
         goal={engine: search.goal for engine, search in first.items()},
         costs=tuple(cost_row(search) for search in first.values()),
