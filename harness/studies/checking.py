@@ -10,7 +10,7 @@ from typing import Any
 
 from steadyload.bearing import Crushed, first_crushed
 from steadyload.kernels.constants import FLOOR
-from steadyload.layouts.contacts import Patch, find_supports
+from steadyload.layouts.contacts import find_supports
 from steadyload.layouts.model import Layout
 from steadyload.layouts.naming import box_id, with_ids
 from steadyload.layouts.question import Question
@@ -242,7 +242,7 @@ def check(
         failing_box=box_id(layout.items, verdict.failing_step),
         moved_box=box_id(layout.items, verdict.moved_item),
         side=None if at_fault is None else leaning(layout, at_fault),
-        unsupported=at_fault is not None and not _supports(layout, at_fault),
+        unsupported=at_fault is not None and stands_on_nothing(layout, at_fault),
         reason=reason or (str(verdict.status) if answer is Answer.NOT_JUDGED else ""),
         reliability=reliability(spec, len(layout)),
         crushed=crushed,
@@ -376,7 +376,8 @@ def leaning(layout: Layout, item: int) -> str | None:
         lies farther out; None where it lies within the rectangle about its support, or nothing
         supports it.
     """
-    box, patches = layout.items[item], _supports(layout, item)
+    box = layout.items[item]
+    patches = [p for p in find_supports(layout).below[item] if p.below == FLOOR or p.below < item]
     if not patches:
         return None
     x, _, z = (
@@ -393,6 +394,8 @@ def leaning(layout: Layout, item: int) -> str | None:
     return side if farthest > 0.0 else None
 
 
-def _supports(layout: Layout, item: int) -> list[Patch]:
-    """Patches of the floor and of boxes loaded before that carry a box."""
-    return [p for p in find_supports(layout).below[item] if p.below == FLOOR or p.below < item]
+def stands_on_nothing(layout: Layout, item: int) -> bool:
+    """Whether neither the floor nor a box loaded before carries a box."""
+    supports = find_supports(layout)
+    below = (p.below for p in supports.below[item])
+    return not supports.on_floor[item] and all(box != FLOOR and box > item for box in below)

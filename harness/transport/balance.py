@@ -81,7 +81,9 @@ class BalanceProgramme:
         self._sizes = layout.upper - layout.lower
         self._masses = layout.weights / layout.weights.mean()
         centres = 0.5 * (layout.lower + layout.upper) + layout.mass_offsets
-        self._unit = float(self._sizes.mean())
+        # Rows are in weights and sides of their own box: else a heavy one hides a light one.
+        self._scale = np.repeat(self._masses[:, None], 6, axis=1)
+        self._scale[:, 3:] *= self._sizes.mean(axis=1)[:, None]
         rough = (self.points.axes == 1) | (sides is Sides.FRICTION)
         rough &= friction > 0.0
         self._columns = _columns(self.points, rough)
@@ -89,11 +91,11 @@ class BalanceProgramme:
         force = np.zeros((len(point), 3))
         force[np.arange(len(point)), along] = 1.0
         matrix = wrenches(self.points, self.points.positions, centres, point, force)
-        matrix[:, 3:] /= self._unit
+        matrix /= self._scale[:, :, None]
         self._balance = csc_array(matrix.reshape(6 * len(layout), -1))
         self._cones, self._blocks = _cones(rough, friction)
         weight = np.zeros((len(layout), 6))
-        weight[:, 1] = self._masses
+        weight[:, 1] = 1.0
         self._weight = weight.ravel()
         self._falls = self._at_rest()
 
@@ -111,8 +113,8 @@ class BalanceProgramme:
             return self._falls
         angle = math.radians(direction_deg)
         push = np.zeros((len(self._masses), 6))
-        push[:, 0] = self._masses * math.cos(angle)
-        push[:, 2] = self._masses * math.sin(angle)
+        push[:, 0] = math.cos(angle)
+        push[:, 2] = math.sin(angle)
         solution = self._solve(push.ravel()[:, None], np.array([-1.0]))
         if not is_solved(solution):
             raise UnsolvedError(f"the limit at {direction_deg:g} degrees: {solution.status}")
@@ -143,8 +145,7 @@ class BalanceProgramme:
 
     def _moved(self, solution: clarabel.DefaultSolution) -> tuple[int, Mode, FloatArray]:
         """The dual of the balance: a motion of the boxes that no contact force can stop."""
-        motion = np.asarray(solution.z)[: len(self._weight)].reshape(-1, 6).copy()
-        motion[:, 3:] /= self._unit
+        motion = np.asarray(solution.z)[: len(self._weight)].reshape(-1, 6) / self._scale
         speeds = np.linalg.norm(motion[:, :3], axis=1)
         turns = 0.5 * np.linalg.norm(self._sizes, axis=1) * np.linalg.norm(motion[:, 3:], axis=1)
         item = int((speeds + turns).argmax())

@@ -62,11 +62,24 @@ class History:
         """Time of the last point [s]."""
         return self.times[-1]
 
-    def gravity(self, time: float, direction_deg: float, gravity: float) -> tuple[float, ...]:
-        """Gravity and acceleration that the boxes feel at a time, in the frame of the deck [m/s2].
+    def mean(self, start: float, span: float) -> float:
+        """The mean acceleration from a time on, over a span [s, s; g]: it has the same impulse."""
+        times, end = np.asarray(self.times), start + span
+        bends = times[(times > start) & (times < end)]
+        if not len(bends):
+            middle = start + 0.5 * span
+            return float(np.interp(middle, times, self.levels, right=0.0))
+        corners = np.clip(np.array([start, *bends, end]), 0.0, self.duration)
+        return float(np.trapezoid(np.interp(corners, times, self.levels), corners)) / span
+
+    def gravity(
+        self, start: float, span: float, direction_deg: float, gravity: float
+    ) -> tuple[float, ...]:
+        """Gravity and acceleration that the boxes feel, in the frame of the deck [m/s2].
 
         Args:
-            time: [s].
+            start: of the time over which it is the mean [s].
+            span: length of that time [s].
             direction_deg: of the force on the boxes, seen from above: 0 along the layout's width,
                 90 along its depth.
             gravity: [m/s2].
@@ -74,7 +87,7 @@ class History:
         Returns:
             Along the layout's width, its height and its depth.
         """
-        level = float(np.interp(time, self.times, self.levels, right=0.0))
+        level = self.mean(start, span)
         down = 1.0
         if self.tilted:
             down = 1.0 / math.hypot(1.0, level)

@@ -94,7 +94,7 @@ class LoadedWorld:
         self._substep = 1.0 / parameters.frequency
         self._world: FixedStepWorld = kind(parameters.world_settings())
         self._around = surroundings(layout)
-        self._heights = (layout.upper - layout.lower)[:, 1]
+        self._sizes = layout.upper - layout.lower
         for box in (*self._around, *boxes(layout, shrink=parameters.shrink)):
             self._world.add_box(box)
 
@@ -144,7 +144,7 @@ class LoadedWorld:
         end, time = history.duration + rest, 0.0
         while time < end - 1e-9:
             span = min(_LOOK, end - time)
-            across, up, along = history.gravity(time + 0.5 * span, direction_deg, self._gravity)
+            across, up, along = history.gravity(time, span, direction_deg, self._gravity)
             world.set_gravity((along, across, up))  # world (x, y, z) = layout (z, x, y)
             self._advance(span)
             time += span
@@ -183,9 +183,10 @@ class LoadedWorld:
         mode: Mode | None,
         held: bool = False,
     ) -> Ride:
-        fell = tuple(np.flatnonzero(drops > 0.5 * self._heights).tolist())
-        # A box that turns about an edge moves its centre by half a side a radian.
-        turned = math.radians(float(steepest[item])) * 0.5 * float(self._heights[item])
+        fell = tuple(np.flatnonzero(drops > 0.5 * self._sizes[:, 1]).tolist())
+        # A box that turns about an edge moves its centre by up to half its diagonal a radian.
+        reach = 0.5 * float(np.linalg.norm(self._sizes[item]))
+        turned = math.radians(float(steepest[item])) * reach
         if mode is None:
             mode = Mode.TIPS if turned > 0.5 * farthest[item] else Mode.SLIDES
         return Ride(

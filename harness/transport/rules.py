@@ -72,9 +72,9 @@ class Rule:
         for level in self.levels.values():
             self.history(level)  # refuses what no history can be
 
-    def _check(self, name: str, value: object, least: float, most: float) -> None:
+    def _check(self, name: str, value: Any, least: float, most: float) -> None:
         number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not number or not least <= value <= most:
+        if not (number and least <= value <= most):
             raise TransportError(
                 f"rule {self.name}: {name} is {value!r}; allowed: {least:g} to {most:g}"
             )

@@ -13,7 +13,14 @@ from steadyload.methods.simulation import Simulation
 from steadyload.transport.balance import Mode
 from steadyload.transport.errors import TransportError
 from steadyload.transport.history import History
-from steadyload.transport.limits import DISPLACEMENT, EXACT, ROTATION, knows_accelerations, limits
+from steadyload.transport.limits import (
+    DISPLACEMENT,
+    EXACT,
+    ROTATION,
+    Limit,
+    knows_accelerations,
+    limits,
+)
 from steadyload.transport.riding import LoadedWorld
 from steadyload.transport.rules import Rule
 
@@ -118,7 +125,7 @@ def under_rule(layout: Layout, rule: Rule, method: str | Method = EXACT) -> list
             Trial(
                 one.direction_deg,
                 level,
-                None if one.limit_g is None else one.limit_g >= level - _EXACT_TO,
+                None if one.limit_g is None else _holds(one, level),
                 one.moved_item,
                 mode=one.mode,
                 reason=one.reason,
@@ -129,6 +136,12 @@ def under_rule(layout: Layout, rule: Rule, method: str | Method = EXACT) -> list
     histories = {direction: rule.history(level) for direction, level in levels.items()}
     displacement = rule.largest_displacement(height)
     return _ridden(layout, judge, histories, displacement, rule.rotation, rule.rest)
+
+
+def _holds(limit: Limit, level: float) -> bool:
+    """Whether a limit that is known allows a level; a load that falls at rest holds nothing."""
+    assert limit.limit_g is not None
+    return limit.mode != Mode.FALLS and limit.limit_g >= level - _EXACT_TO
 
 
 def under_history(

@@ -7,7 +7,8 @@ import math
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from steadyload.layouts.model import TOLERANCE, Arrangement
+from steadyload.layouts.contacts import FLOOR, find_supports
+from steadyload.layouts.model import Arrangement
 from steadyload.transport.errors import TransportError
 
 
@@ -25,21 +26,24 @@ def whole_load_limit(layout: Arrangement, friction: float, direction_deg: float)
     Raises:
         TransportError: no box stands on the deck.
     """
-    low, high = layout.lower, layout.upper
+    low, high, supports = layout.lower, layout.upper, find_supports(layout)
     shares = layout.weights / layout.weights.sum()
     centre = shares @ (0.5 * (low + high) + layout.mass_offsets)
-    below = low[:, 1] <= TOLERANCE
-    if not below.any():
+    bases = [
+        (low[item, 0], low[item, 2], high[item, 0], high[item, 2])
+        for item, whole in enumerate(supports.on_floor)
+        if whole
+    ]
+    bases += [patch[2:] for own in supports.below for patch in own if patch.below == FLOOR]
+    if not bases:
         lowest = float(low[:, 1].min())
         raise TransportError(
             f"layout {layout.name!r}: its lowest box is {lowest:g} cm above the deck; allowed: a "
             "load of which a box stands on it"
         )
-    corners = [
-        np.column_stack((x[below, 0], z[below, 2])) for x in (low, high) for z in (low, high)
-    ]
+    corners = [(x, z) for x0, z0, x1, z1 in bases for x in (x0, x1) for z in (z0, z1)]
     # A row (a, b, c) a side: a x + b z + c is the distance beyond it.
-    sides = ConvexHull(np.concatenate(corners)).equations
+    sides = ConvexHull(np.array(corners)).equations
     angle = math.radians(direction_deg)
     towards = sides[:, :2] @ (math.cos(angle), math.sin(angle))
     inside = -(sides[:, :2] @ centre[[0, 2]] + sides[:, 2])

@@ -81,8 +81,9 @@ class CaseSource:
         Raises:
             TuningError: see :func:`own_part`.
         """
-        own = {one: own_part(one, self.part) for one in self.data}
-        return {self.directory: self.part, **own}
+        parts: dict[str | None, str] = {self.directory: self.part}
+        parts |= {one: own_part(one, self.part) for one in self.data}
+        return parts
 
     def stored(self) -> dict[str, Any]:
         """The fields as they are stored; question and further sets only where unusual."""

@@ -17,7 +17,7 @@ from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.methods.registry import make_method
 from steadyload.runs.scoring import read_entries
 from steadyload.studies import checking, demo
-from steadyload.studies.checking import check_all, leaning, reliability
+from steadyload.studies.checking import check_all, leaning, reliability, stands_on_nothing
 from steadyload.studies.demo import demo_pallets
 from steadyload.studies.options import DEFAULT_METHOD
 from steadyload.studies.recommend.kept import load_fronts
@@ -215,6 +215,17 @@ def test_a_box_without_support_is_said_to_stand_on_nothing(run):
     assert "fails at step 1: SKU-2002 stands on nothing" in out
     told = json.loads(run([stack("hangs", (31.0, 0.0)), FALLING], "--json")[1])
     assert [one["unsupported"] for one in told] == [True, False]
+
+
+def test_what_carries_a_box_is_the_floor_or_a_box_loaded_before():
+    hanging, stacked = stack("hangs", (31.0, 0.0)), stack("one", (5.0, 0.0))
+    assert [stands_on_nothing(hanging, k) for k in (0, 1)] == [False, True]
+    assert [stands_on_nothing(stacked, k) for k in (0, 1)] == [False, False]
+    over = Item(0, position=(-5, 0, 30), size=(30, 20, 20), weight=10)
+    assert not stands_on_nothing(Layout("over the edge", PALLET, (over,)), 0)
+    lower, upper = stacked.items
+    early = Layout("early", PALLET, (replace(upper, sequence=0), replace(lower, sequence=1)))
+    assert stands_on_nothing(early, 0)
 
 
 def test_reliability_is_what_was_measured_on_layouts_of_the_size():

@@ -55,6 +55,17 @@ def test_a_column_of_equal_boxes_tips_as_one(count):
     assert found.limit_g == pytest.approx(min(1.5, 10.0 / (6.0 * count)), abs=1e-6)
 
 
+@pytest.mark.parametrize("heavy", [1.0, 1e3, 1e5, 1e7])
+@pytest.mark.parametrize("place", [(80.0, 0.0, 30.0), (40.0, 30.0, 30.0)])
+def test_a_heavy_box_hides_nothing_of_a_light_one_beside_or_on_it(heavy, place):
+    block = ((30.0, 0.0, 20.0), (40.0, 30.0, 40.0), 0.01 * heavy)
+    programme = BalanceProgramme(load(block, (place, (10.0, 40.0, 10.0), 0.01)), 0.5)
+    for direction, limit in ((0.0, 0.25), (45.0, 0.25 * math.sqrt(2.0)), (90.0, 0.25)):
+        found = programme.limit(direction)
+        assert found.limit_g == pytest.approx(limit, abs=1e-5)
+        assert (found.moved_item, found.mode) == (1, Mode.TIPS)
+
+
 def test_a_light_box_on_a_heavy_one_slides_no_sooner():
     """The limit of sliding does not hang on masses."""
     found = []

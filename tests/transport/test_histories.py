@@ -13,29 +13,44 @@ from steadyload.transport.trials import under_rule
 
 def test_a_pulse_rises_is_held_and_ends():
     pulse = trapezoid(0.5, 0.05, 0.3)
-    levels = [pulse.gravity(t, 0.0, 10.0)[0] for t in (0.0, 0.025, 0.05, 0.3, 0.36)]
+    levels = [pulse.gravity(t, 0.0, 0.0, 10.0)[0] for t in (0.0, 0.025, 0.05, 0.3, 0.36)]
     assert levels == pytest.approx([0.0, 2.5, 5.0, 5.0, 0.0])
     assert pulse.duration == pytest.approx(0.35)
 
 
 def test_directions_are_seen_from_above():
     push = constant(0.4, 1.0)
-    assert push.gravity(0.5, 0.0, 10.0) == pytest.approx((4.0, -10.0, 0.0))
-    assert push.gravity(0.5, 90.0, 10.0) == pytest.approx((0.0, -10.0, 4.0))
-    assert push.gravity(0.5, 180.0, 10.0) == pytest.approx((-4.0, -10.0, 0.0))
+    assert push.gravity(0.5, 0.0, 0.0, 10.0) == pytest.approx((4.0, -10.0, 0.0))
+    assert push.gravity(0.5, 0.0, 90.0, 10.0) == pytest.approx((0.0, -10.0, 4.0))
+    assert push.gravity(0.5, 0.0, 180.0, 10.0) == pytest.approx((-4.0, -10.0, 0.0))
 
 
 def test_a_tilt_turns_gravity_and_keeps_its_size():
-    across, up, along = trapezoid(0.5, 1.0, 1.0, tilted=True).gravity(1.5, 0.0, 9.8)
+    across, up, along = trapezoid(0.5, 1.0, 1.0, tilted=True).gravity(1.5, 0.0, 0.0, 9.8)
     assert math.hypot(across, up, along) == pytest.approx(9.8)
     assert across / -up == pytest.approx(0.5)
 
 
 def test_half_a_sine_has_the_impulse_of_one():
     wave = half_sine(0.8, 0.5)
-    moments = [wave.gravity(0.5 * (k + 0.5) / 500, 0.0, 1.0)[0] for k in range(500)]
+    moments = [wave.gravity(0.5 * (k + 0.5) / 500, 0.0, 0.0, 1.0)[0] for k in range(500)]
     assert sum(moments) * 0.5 / 500 == pytest.approx(0.8 * 0.5 * 2.0 / math.pi, rel=1e-3)
     assert max(moments) == pytest.approx(0.8, rel=1e-3)
+
+
+@pytest.mark.parametrize("history", [constant(7.0, 0.013), half_sine(5.0, 0.011),
+                                     trapezoid(2.0, 0.004, 0.0151)])  # fmt: skip
+def test_means_over_any_spans_have_the_impulse_of_the_history(history):
+    impulse = sum(
+        0.5 * (b - a) * (p + q)
+        for a, b, p, q in zip(
+            history.times, history.times[1:], history.levels, history.levels[1:], strict=False
+        )
+    )
+    for span in (0.001, 0.01, 0.03):
+        count = math.ceil(history.duration / span)
+        found = sum(history.mean(k * span, span) for k in range(count)) * span
+        assert found == pytest.approx(impulse, rel=1e-9)
 
 
 def test_a_recorded_history_is_read(tmp_path):

@@ -11,8 +11,9 @@ from steadyload.transport.balance import Mode
 from steadyload.transport.history import constant, trapezoid
 from steadyload.transport.limits import RESOLUTION, around
 from steadyload.transport.riding import LoadedWorld
-from steadyload.transport.rules import rules
+from steadyload.transport.rules import Rule, rules
 from steadyload.transport.trials import under_history, under_rule
+from steadyload.transport.whole_load import whole_load_limit
 
 PALLET = Pallet(120.0, 200.0, 80.0)
 FLAT = Layout("flat", PALLET, (Item(0, (40.0, 0.0, 30.0), (30.0, 10.0, 30.0), 8.0),))
@@ -108,6 +109,50 @@ def test_a_box_slides_as_far_as_a_pulse_pushes_it():
     assert ride == again
     assert (short.held, short.mode) == (False, Mode.SLIDES)
     assert short.seconds == pytest.approx((0.02 / pushed) ** 0.5, abs=0.011)
+
+
+@pytest.mark.parametrize(("level", "hold"), [(20.0, 0.004), (10.0, 0.015), (5.0, 0.014)])
+def test_a_short_blow_pushes_a_box_as_far_as_its_impulse(level, hold):
+    friction, g = 0.5, 9.8
+    pushed = (level - friction) * g
+    expected = 0.5 * pushed * hold**2 + 0.5 * (pushed * hold) ** 2 / (friction * g)
+    parameters = SimulationParameters(frequency=2000, friction=friction)
+    with LoadedWorld(FLAT, "mujoco", parameters) as world:
+        ride = world.ride(constant(level, hold), 0.0, displacement=500.0, rotation=30.0, rest=1.0)
+    # The impulse is spread over spans of 10 ms: up to so much longer under way.
+    assert ride.displacement == pytest.approx(100.0 * expected, rel=0.15)
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "dart"])
+def test_a_flat_box_that_tips_is_said_to_tip(engine):
+    """Its centre of mass is 3 cm from its edge and 10 cm high."""
+    flat = Layout(
+        "flat", Pallet(400, 300, 400),
+        (Item(0, (150.0, 0.0, 150.0), (40.0, 20.0, 40.0), 5.0, (17.0, 0.0, 0.0)),),
+    )  # fmt: skip
+    (found,) = limits(flat, f"label@{engine}", directions=(0.0,))
+    assert found.mode == Mode.TIPS
+    assert found.limit_g == pytest.approx(0.3, abs=0.015)
+
+
+def test_a_load_that_falls_holds_not_even_a_level_of_nothing():
+    overhanging = Layout(
+        "falls", Pallet(400, 300, 400),
+        (
+            Item(0, (100.0, 0.0, 100.0), (20.0, 20.0, 20.0), 5.0),
+            Item(1, (115.0, 20.0, 100.0), (40.0, 20.0, 20.0), 5.0),
+        ),
+    )  # fmt: skip
+    still = Rule("still", "", "", {"forwards": 0.0}, 0.0, 0.5, 0.1, 10.0, displacement=5.0)
+    for method in ("equilibrium:sides=frictionless", "label@mujoco"):
+        assert under_rule(overhanging, still, method)[0].held is False, method
+
+
+def test_a_box_that_overhangs_the_deck_tips_over_the_edge_of_the_deck():
+    box = Item(0, (-9.0, 0.0, 10.0), (20.0, 20.0, 20.0), 5.0)
+    layout = Layout("over", Pallet(120, 200, 80), (box,))
+    assert whole_load_limit(layout, 0.5, 180.0) == pytest.approx(0.1, abs=1e-3)
+    assert limits(layout, directions=(180.0,))[0].limit_g == pytest.approx(0.1, abs=1e-3)
 
 
 def test_a_tilted_deck_is_held_to_the_angle_of_friction():

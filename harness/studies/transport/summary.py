@@ -64,7 +64,8 @@ class Holding:
     """Limits of loads in their weakest direction, by a method.
 
     ``weakest``: mean limit there. ``share``: of the loads that hold each of :data:`LEVELS` in
-    every direction. ``tips``: share of limits beyond which a box tips, of those with a mode.
+    every direction. ``tips``: share of limits beyond which a box tips, of those with a mode, by
+    equilibrium.
     """
 
     of: str
@@ -234,12 +235,13 @@ def _holding(rows: pd.DataFrame, of: str, method: str) -> Holding:
     weakest = weakest.dropna()
     lists = weakest.index.get_level_values("item_list").to_numpy()
     moving = own[own["mode"].isin([Mode.SLIDES, Mode.TIPS])]
+    tips = share(moving["mode"] == Mode.TIPS, moving["item_list"])
     return Holding(
         of,
         _key(method),
         mean(weakest, lists),
         {level: share(weakest >= level - RESOLUTION, lists) for level in LEVELS},
-        share(moving["mode"] == Mode.TIPS, moving["item_list"]),
+        NOTHING if "@" in method else tips,
     )
 
 
