@@ -24,7 +24,8 @@ class Crushed:
         step: placement after which it does.
         item: the box.
         label: its id, or its number where it has none, as a sentence has it.
-        bears_kg: the load on its top, by the contact forces of least energy.
+        bears_kg: the load on its top, by the contact forces of least energy, or by those that come
+            nearest to balance where none balance.
         allowed_kg: what it may bear.
     """
 
@@ -44,7 +45,7 @@ class Crushed:
 def first_crushed(layout: Layout) -> Crushed | None:
     """The box that is crushed first while a load is built up, box by box; None where none is.
 
-    A step after which no forces balance the load is passed over: there something falls.
+    After a step at which no forces balance the load, those that come nearest count.
 
     Args:
         layout: the plan, in the order of loading.
@@ -79,7 +80,7 @@ def crushed_by_now(layout: Arrangement, items: Sequence[Item]) -> Crushed | None
     statics = Statics(layout)
     forces = statics.least_energy()
     if forces is None:
-        return None
+        forces = statics.nearest()
     borne = statics.tops() @ forces
     worst = max(
         (k for k, item in enumerate(items) if _beyond(borne[k], item.max_load)),

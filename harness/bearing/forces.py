@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import clarabel
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import lsq_linear, nnls
 from scipy.sparse import csc_array, diags_array, eye_array, vstack
 
 from steadyload.bearing.cones import is_solved, solve_cones
@@ -22,7 +23,10 @@ from steadyload.layouts.contacts import FLOOR, Patch, find_supports
 from steadyload.layouts.model import Arrangement, FloatArray
 
 _BALANCED = 1e-7
-"""What may be left of a box's weight, and of its moments, in balance."""
+"""What may be left of a box's weight, and of its moments, in balance; of the largest of them."""
+
+_MOMENTS, _ENERGY = 1e-2, 1e-5
+"""What moments, and the square root of the energy, count beside weights where nothing balances."""
 
 
 @dataclass(frozen=True)
@@ -101,11 +105,9 @@ class Statics:
             right: in place of :attr:`right`.
         """
         right = self.right if right is None else right
-        areas = np.array([(p.x1 - p.x0) * (p.z1 - p.z0) for p in self.patches])
-        if not len(areas):
+        if not self.patches:
             return None
-        unit = float(self.layout.weights.mean())
-        soft = np.repeat(areas.mean() / areas, 4)
+        unit, soft = float(self.layout.weights.mean()), self._soft()
         n = len(soft)
         matrix = csc_array(self.matrix * unit)
         solution = solve_cones(
@@ -115,10 +117,39 @@ class Statics:
             np.concatenate((right, np.zeros(n))),
             [clarabel.ZeroConeT(len(right)), clarabel.NonnegativeConeT(n)],
         )
-        if not is_solved(solution):
-            return None
-        found = self._polished(unit * np.maximum(np.asarray(solution.x), 0.0), soft, right)
-        return found if np.abs(self.matrix @ found - right).max() <= _BALANCED else None
+        guesses = [unit * np.maximum(np.asarray(solution.x), 0.0)] if is_solved(solution) else []
+        for guess in (*guesses, None):  # the solver may fail where weights differ by 10,000 times
+            guess = self.nearest(right) if guess is None else guess
+            found = self._polished(guess, soft, right)
+            if np.abs(self.matrix @ found - right).max() <= _BALANCED * np.abs(right).max():
+                return found
+        return None
+
+    def nearest(self, right: FloatArray | None = None) -> FloatArray:
+        """The corner forces that come nearest to balance [kg], shape (4 k,).
+
+        They carry weights before they balance moments, and have the least energy of such.
+
+        Args:
+            right: in place of :attr:`right`.
+        """
+        right = self.right if right is None else right
+        if not self.patches:
+            return np.zeros(0)
+        rows = np.tile([1.0, _MOMENTS, _MOMENTS], len(self.layout))
+        unit, soft = float(self.layout.weights.mean()), self._soft()
+        stacked = np.vstack((rows[:, None] * self.matrix * unit, np.diag(_ENERGY * np.sqrt(soft))))
+        target = np.concatenate((rows * right, np.zeros(len(soft))))
+        try:
+            found = nnls(stacked, target)[0]
+        except RuntimeError:  # it gave up counting
+            found = lsq_linear(stacked, target, (0.0, np.inf)).x
+        return unit * found
+
+    def _soft(self) -> FloatArray:
+        """How far every corner yields to a force, relative to the mean, shape (4 k,)."""
+        areas = np.array([(p.x1 - p.x0) * (p.z1 - p.z0) for p in self.patches])
+        return np.repeat(areas.mean() / areas, 4)
 
     def _polished(self, found: FloatArray, soft: FloatArray, right: FloatArray) -> FloatArray:
         """The same, balanced to rounding: once it is known what presses, all is linear."""

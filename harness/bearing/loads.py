@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,12 @@ from steadyload.layouts.model import FloatArray, Layout
 
 _SHARE = 1e-3
 """Width of the interval that a payload is known in, as a share of it."""
+
+_OCTAVES = 12
+"""Doublings of a load's own weight up to which a payload is followed; beyond them all is linear."""
+
+_LEAST = 1e-9
+"""Limit that a smaller one counts as where shares are formed [kg]."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +85,7 @@ def max_loads(layout: Layout) -> FloatArray:
 
 
 def _payload(statics: Statics, item: int, limits: FloatArray) -> float:
-    """The weight at which the load tips, or a box is crushed."""
+    """The least weight at which the load tips, or a box is crushed."""
     added = statics.pressed(item)
     # The weight is one more unknown: matrix f = right + weight added, f >= 0.
     columns = np.hstack((statics.matrix, -added[:, None]))
@@ -86,28 +93,63 @@ def _payload(statics: Statics, item: int, limits: FloatArray) -> float:
     cost[-1] = -1.0
     result = linprog(cost, A_eq=columns, b_eq=statics.right, method="highs")
     tips = np.inf if result.status == 3 else max(0.0, -float(result.fun or 0.0))
-    if not np.isfinite(limits).any():
+    limited = np.flatnonzero(np.isfinite(limits))
+    if not len(limited):
         return tips
-    tops = statics.tops()
+    tops = statics.tops()[limited]
 
-    def crushes(weight: float) -> bool:
+    def over(weight: float) -> FloatArray:
+        """By how much every limit is exceeded, as a share of it; at the last, all where it tips."""
         forces = statics.least_energy(statics.right + weight * added)
         if forces is None:
-            return True
-        borne = tops @ forces
-        borne[item] += weight
-        return bool((borne > limits * (1.0 + 1e-9)).any())
+            return np.full(len(limited), np.inf)
+        borne = tops @ forces + weight * (limited == item)
+        return (borne - limits[limited]) / np.maximum(limits[limited], _LEAST) - 1e-9
 
-    if crushes(0.0):
+    crushed = _first_crossing(over, float(statics.layout.weights.sum()), tips)
+    return min(tips, crushed)
+
+
+def _first_crossing(over: Callable[[float], FloatArray], unit: float, end: float) -> float:
+    """The least weight at which something is above 0; infinite where nothing is up to an end.
+
+    What a box bears is linear in the weight between weights at which contacts begin or cease to
+    press, and neither rises all the way nor stays where it was: it is followed from 0.
+    """
+    low, at_low = 0.0, over(0.0)
+    if at_low.max() > 0.0:
         return 0.0
-    # No box bears more than all of the weight above it.
-    total = float(statics.layout.weights.sum())
-    low, high = 0.0, min(tips, float(limits[np.isfinite(limits)].sum()) + total)
-    if np.isfinite(tips) and not crushes(tips):
-        return tips
-    if not crushes(high):
-        return tips
-    while high - low > _SHARE * high:
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if crushes(middle) else (middle, high)
-    return low
+    for octave in range(_OCTAVES):
+        high = min(unit * 2.0**octave, end * (1.0 - 1e-6))
+        at_high = over(high)
+        found = _crossing(over, (low, at_low), (high, at_high))
+        if found is not None:
+            return found
+        slope = (at_high - at_low) / (high - low) if high > low else np.zeros(1)
+        low, at_low = high, at_high
+        if high < unit * 2.0**octave:
+            return np.inf
+    rising = slope > _SHARE / low
+    return float((low - at_low[rising] / slope[rising]).min()) if rising.any() else np.inf
+
+
+def _crossing(
+    over: Callable[[float], FloatArray],
+    low: tuple[float, FloatArray],
+    high: tuple[float, FloatArray],
+) -> float | None:
+    """The first crossing between two weights, the first of which crosses nothing."""
+    (a, at_a), (b, at_b) = low, high
+    if b - a <= _SHARE * b:
+        return a if at_b.max() > 0.0 else None
+    inner = a + 0.4 * (b - a)
+    at_inner = over(inner)
+    even = at_a + 0.4 * (at_b - at_a)
+    if np.isfinite(at_b).all() and np.abs(at_inner - even).max() <= _SHARE * np.abs(at_b).max():
+        crosses = at_b > 0.0
+        if not crosses.any():
+            return None
+        share = -at_a[crosses] / (at_b[crosses] - at_a[crosses])
+        return a + float(share.min()) * (b - a)
+    found = _crossing(over, low, (inner, at_inner))
+    return found if found is not None else _crossing(over, (inner, at_inner), high)

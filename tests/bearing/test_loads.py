@@ -123,6 +123,79 @@ def test_the_payload_tips_at_the_lever_and_crushes_at_the_limit():
     assert payload(column(5.0, 6.0, 7.0, most=10.0)) == pytest.approx([0.0, 0.0, 0.0])
 
 
+def on_three_posts(most=None, added=0.0):
+    """A plank on three posts, its centre of mass at x = 10 cm, and a weight at x = 30 cm."""
+    post = (5.0, 10.0, 10.0)
+    boxes = [
+        ((0.0, 0.0, 0.0), post, 1.0, 0.0, None),
+        ((12.0, 0.0, 0.0), post, 1.0, 0.0, most),
+        ((20.0, 0.0, 0.0), post, 1.0, 0.0, None),
+        ((0.0, 10.0, 0.0), (60.0, 5.0, 10.0), 40.0, -20.0, None),
+    ]
+    if added:
+        boxes.append(((29.95, 15.0, 4.95), (0.1, 0.1, 0.1), added, 0.0, None))
+    return pile(*boxes)
+
+
+@pytest.mark.parametrize("most", [15.0, 18.0, 22.0, 26.0])
+def test_a_post_that_bears_more_and_then_less_is_crushed_on_the_way(most):
+    """Three equally stiff posts, as springs: by hand. The plank tips at 120 kg."""
+    places = np.array([2.5, 14.5, 22.5])
+    about = places - places.mean()
+    stiffness = (about**2).sum() + 3.0 * 2.5**2  # the posts yield at their own edges, too
+
+    def bears(weight, x):
+        return weight * (1.0 / 3.0 + about[1] * (x - places.mean()) / stiffness)
+
+    by_hand = (most - bears(40.0, 10.0)) / bears(1.0, 30.0)
+    found = payload(on_three_posts(most))[3]
+    assert found == pytest.approx(by_hand, rel=2e-3)
+    assert first_crushed(on_three_posts(most, 0.99 * found)) is None
+    assert first_crushed(on_three_posts(most, 1.01 * found)).item == 1
+    assert payload(on_three_posts())[3] == pytest.approx(120.0, rel=1e-3)
+
+
+def test_a_box_that_yields_passes_its_load_on_slowly():
+    """The limited box bears more only as its neighbour sinks: far beyond the sum of all limits."""
+
+    def yielding(added=0.0, most=7.0):
+        return pile(
+            ((0.0, 0.0, 0.0), (20.0, 5.0, 10.0), 10.0, 0.0, None),
+            ((20.0, 0.0, 0.0), (20.0, 5.0, 10.0), 10.0, 0.0, most),
+            ((10.0, 5.0, 0.0), (20.0, 5.0, 10.0), 10.0, 0.0, None),
+            ((0.0, 5.0, 0.0), (10.0, 5.0, 10.0), 1.0 + added, 0.0, None),
+        )
+
+    found = payload(yielding())[3]
+    assert first_crushed(yielding(0.99 * found)) is None
+    assert first_crushed(yielding(1.01 * found)).item == 1
+    assert payload(yielding(most=11.0))[3] == np.inf  # it bears 10 kg at most
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.02, 0.3])
+def test_a_box_that_hangs_elsewhere_hides_no_load(gap):
+    """No forces balance it; those that come nearest carry the column."""
+    boxes = [((70.0, gap, 70.0), (10.0, 10.0, 10.0), 1.0, 0.0, None)]
+    boxes += [
+        ((0.0, 30.0 * k, 0.0), (40.0, 30.0, 40.0), 50.0, 0.0, None if k else 80.0) for k in range(4)
+    ]
+    found = first_crushed(pile(*boxes))
+    assert (found.step, found.item) == (3, 1)
+    assert found.bears_kg == pytest.approx(100.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("weight", [10.0, 1e3, 1e4, 1e5, 1e6])
+def test_a_heavy_box_beside_it_hides_no_load(weight):
+    """The centre of mass of the upper one lies above the corner of what carries it."""
+    boxes = (
+        ((5.0, 0.0, 10.0), (10.0, 10.0, 15.0), 33.5, 0.0, 0.05),
+        ((15.0, 0.0, 10.0), (15.0, 5.0, 5.0), weight, 0.0, None),
+        ((10.0, 10.0, 20.0), (10.0, 10.0, 10.0), 0.1, 0.0, None),
+    )
+    assert first_crushed(pile(*boxes)).bears_kg == pytest.approx(0.1)
+    assert contact_forces(pile(*boxes)) is not None
+
+
 def test_forces_balance_every_box_of_a_thousand_layouts():
     """Summed by hand, box by box: to 1e-6 of its weight, moments in weights times its sides."""
     worst, counted = 0.0, 0

@@ -194,8 +194,8 @@ def _holding(found: TransportSummary) -> Section:
     return Section(
         "What loads hold in their weakest direction",
         "Of loads that balance as planned. *Held*: in every direction. *Tips*: share of limits "
-        "beyond which a box tips, by equilibrium; else one slides. No load holds more than its friction, so that "
-        "0.8 g, which EN 12195-1 asks forwards, is beyond all of them.",
+        "beyond which a box tips, by equilibrium; else one slides. No load holds more than its "
+        "friction, so that 0.8 g, which EN 12195-1 asks forwards, is beyond all of them.",
         [
             Table(found.holding, columns),
             Table(found.frictions, of_friction, "**By friction, by equilibrium**"),
