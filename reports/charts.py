@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -135,6 +135,18 @@ def set_cost_axis(axes: Axes) -> None:
     axes.xaxis.set_major_formatter(PLAIN_TICKS)
     axes.set_xlabel(COST_LABEL)
     axes.grid(visible=True, which="major", linewidth=0.4, alpha=0.6)
+
+
+def finish_growth(axes: Axes, counts: Collection[int], cost_label: str) -> None:
+    """Axes of cost against the number of items, both logarithmic, with the legend beside them."""
+    axes.set(xscale="log", yscale="log")
+    axes.yaxis.set_major_formatter(PLAIN_TICKS)
+    axes.set_xlabel("items in the layout, J")
+    axes.set_ylabel(cost_label)
+    axes.set_xticks(sorted(counts), [str(n) for n in sorted(counts)])
+    axes.minorticks_off()
+    axes.grid(visible=True, linewidth=0.4, alpha=0.6)
+    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
 
 
 def plot_cost_accuracy(points: Sequence[CostPoint], *, y_label: str = ACCURACY_LABEL) -> Figure:

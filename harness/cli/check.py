@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 STANDS, FAILS, BAD_INPUT, NOT_JUDGED = 0, 1, 2, 3
 """Exit statuses; of several the worse one: bad input, then a load that fails."""
 
-_NAME, _SENTENCE, _RULE = 20, 45, 10
-"""Widths of columns, escapes included: a row has at most 80 characters."""
+_ROW, _NAME, _RULE = 80, 20, 10
+"""Widths in characters, escapes included: of a row at most, of a name where sentences are long, and
+of the column of a rule."""
 
 
 class FailOn(StrEnum):
@@ -76,6 +77,7 @@ class Check(ReadingFlags):
         """Judge all pallets and print a row each; the exit status tells the worst answer."""
         from steadyload.errors import FailedError
         from steadyload.layouts.question import Question
+        from steadyload.runs.envelope_use import score_warnings
         from steadyload.runs.pool import all_cores
         from steadyload.runs.scoring import read_entries
         from steadyload.studies.able import asked_question
@@ -100,6 +102,8 @@ class Check(ReadingFlags):
         for one in found:
             if one.answer is Answer.BAD_INPUT:
                 say(f"steadyload: {one.reason}")
+        for warning in score_warnings(one.to_dict() for one in found):
+            say(warning)
         with kept_status():
             self._print(found)
         if self.html is not None:
@@ -120,7 +124,9 @@ class Check(ReadingFlags):
             print(_as_csv(found), end="")
         else:
             asked = self.transport is not None
-            print_table(_header(found, asked), [_row(one, asked) for one in found])
+            name, sentence = _widths(found, asked)
+            rows = [_row(one, asked, name, sentence) for one in found]
+            print_table(_header(found, asked), rows)
             print(_counts(found))
             if asked:
                 print("On the road: rigid boxes, without wrap, straps or anti-slip mats.")
@@ -143,14 +149,23 @@ def _header(found: Sequence[Checked], transport: bool) -> tuple[str, ...]:
     return ("pallet", "boxes", "sure", *([printable(rule, _RULE)] * transport), "answer")
 
 
-def _row(one: Checked, transport: bool) -> tuple[str, ...]:
+def _widths(found: Sequence[Checked], transport: bool) -> tuple[int, int]:
+    """Of names and of sentences: all that a row has, if they need it."""
+    left = _ROW - len("  boxes  sure  ") - (_RULE + 2) * transport
+    longest = max((len(printable(one.layout)) for one in found), default=0)
+    sentences = max((len(printable(one.sentence)) for one in found), default=0)
+    name = min(longest, max(_NAME, left - sentences))
+    return name, left - max(name, len("pallet"))
+
+
+def _row(one: Checked, transport: bool, name: int, sentence: int) -> tuple[str, ...]:
     sure = one.reliability
     return (
-        printable(printable(one.layout), _NAME),
+        printable(printable(one.layout), name),
         "-" if one.items is None else str(one.items),
         "-" if sure is None else f"{100 * sure.accuracy.value:.0f} %",
         *([_on_the_road(one)] * transport),
-        printable(printable(one.sentence), _SENTENCE - (_RULE + 2) * transport),
+        printable(printable(one.sentence), sentence),
     )
 
 
@@ -188,7 +203,7 @@ def _as_csv(found: Sequence[Checked]) -> str:
     text = io.StringIO()
     records = [
         {key: _cell(value) if isinstance(value, str) else value for key, value in fields.items()}
-        for fields in (one.to_dict() for one in found)
+        for fields in (one.to_dict() | {"outside": "; ".join(one.outside)} for one in found)
     ]
     if records:
         writer = csv.DictWriter(text, list(records[0]), lineterminator="\n")

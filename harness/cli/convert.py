@@ -7,7 +7,7 @@ from pathlib import Path
 
 from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import working
-from steadyload.cli.reading import ReadingFlags
+from steadyload.cli.reading import ReadingFlags, check_output
 from steadyload.studies.options import REQUIRED, operand, option
 
 WRITABLE = ("native", "csv", "job")
@@ -49,6 +49,7 @@ class Convert(ReadingFlags):
         from steadyload.layouts.formats import Format, read_layouts, write_layouts
 
         working()
+        check_output(self.output, self.files)
         kind, reading = Format(output_format(self.output, self.to)), self.reading()
         layouts = [layout for file in self.files for layout in read_layouts(file, **reading)]
         write_layouts(self.output, layouts, kind)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from steadyload.cli.check import Check, FailOn
+from steadyload.cli.flags import UsageError
 from steadyload.cli.terminal import say
 from steadyload.studies.options import option
 
@@ -23,11 +24,16 @@ class Demo:
     def run(self) -> int:
         """Write the pallets, check them, and open their page where somebody looks."""
         from steadyload.layouts.formats import Format, write_layouts
+        from steadyload.layouts.writers import as_native
         from steadyload.studies.checked_page import PAGE
         from steadyload.studies.demo import demo_pallets
 
         self.output.mkdir(parents=True, exist_ok=True)
         file = self.output / "pallets.json"
+        if file.exists() and file.read_bytes() != "".join(as_native(demo_pallets())).encode():
+            raise UsageError(
+                f"--output: {str(file)!r} is not the demo's; allowed: a folder without that file"
+            )
         write_layouts(file, demo_pallets(), Format.NATIVE)
         say(f"steadyload check {file} --html {self.output}")
         status = Check(files=(file,), html=self.output, fail_on=str(FailOn.NOTHING)).run()

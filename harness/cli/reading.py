@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from steadyload.cli.flags import UsageError
 from steadyload.studies.options import number_from_zero, option, positive_number
 
 if TYPE_CHECKING:
@@ -102,6 +104,16 @@ class ReadingFlags:
         changes = {key: getattr(self, key) for key in keys}
         changes["columns"] = columns_of(",".join(self.columns)) if self.columns else None
         return found.with_changes({k: v for k, v in changes.items() if v is not None})
+
+
+def check_output(output: Path, inputs: Sequence[Path]) -> None:
+    """Refuse to write over what is read.
+
+    Raises:
+        UsageError: the output is one of the inputs.
+    """
+    if output.exists() and any(file.exists() and output.samefile(file) for file in inputs):
+        raise UsageError(f"--output: {str(output)!r} is read, too; allowed: another file")
 
 
 SOME_REFUSED = 3

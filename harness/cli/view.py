@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from steadyload.cli.flags import UsageError
-from steadyload.cli.reading import ReadingFlags
-from steadyload.cli.terminal import status_line
+from steadyload.cli.reading import SOME_REFUSED, ReadingFlags, check_output
+from steadyload.cli.terminal import say, status_line
 from steadyload.studies.options import DEFAULT_METHOD, REQUIRED, number_from_zero, operand, option
 
 _RIDDEN = "label@mujoco"
@@ -44,9 +44,10 @@ class View(ReadingFlags):
         if self.direction is not None and self.transport is None:
             raise UsageError("--direction: allowed with --transport alone")
 
-    def run(self) -> None:
-        """Write the page."""
+    def run(self) -> int:
+        """Write the page; the exit status tells whether some layouts were refused."""
         from steadyload.layouts.model import Layout
+        from steadyload.layouts.record import Refused
         from steadyload.methods.recording import record_loading
         from steadyload.studies.viewing import (
             Recorder,
@@ -56,19 +57,24 @@ class View(ReadingFlags):
             write_views,
         )
 
+        check_output(self.output, [self.file])
         record: Recorder = record_loading
         method = DEFAULT_METHOD
         if self.transport is not None:
             record, method = riding(self.transport, self.direction or 0.0), _RIDDEN
         entries = pick_layouts(self.file, self.layouts, **self.reading())
         methods = [self.method or method, *filter(None, [self.beside])]
-        with status_line() as say:
+        with status_line() as tell:
             if len(entries) == 1 and isinstance(entries[0], Layout):
-                say(f"judging {entries[0].name}")
+                tell(f"judging {entries[0].name}")
                 print(write_view(entries[0], methods, self.output, record=record))
-                return
+                return 0
             page = write_views(
                 entries, methods, self.output, record=record,
-                progress=lambda name: say(f"judging {name}"),
+                progress=lambda name: tell(f"judging {name}"),
             )  # fmt: skip
             print(page)
+        refused = [entry for entry in entries if isinstance(entry, Refused)]
+        for entry in refused:
+            say(f"steadyload: {entry.error}")
+        return SOME_REFUSED if refused else 0

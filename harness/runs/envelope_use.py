@@ -74,7 +74,11 @@ def study_warnings(use: EnvelopeUse) -> list[str]:
 
 
 def score_warnings(records: Iterable[Mapping[str, Any]]) -> list[str]:
-    """The same warnings for the records of :func:`steadyload.runs.scoring.score_layouts`."""
+    """The same warnings for records with ``method``, ``layout`` and ``outside``.
+
+    As :func:`steadyload.runs.scoring.score_layouts` and :func:`steadyload.studies.checking.check`
+    give them.
+    """
     by_method: dict[str, list[Mapping[str, Any]]] = {}
     for record in records:
         by_method.setdefault(record["method"], []).append(record)

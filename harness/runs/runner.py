@@ -91,7 +91,7 @@ def run_study(
         EngineNotInstalledError: a method's engine is missing.
         LayoutError, StudyError: see :meth:`StudyDefinition.layouts`.
         BenchmarkError: see :func:`steadyload.runs.labels.labelled_material`.
-        OtherCodeError: a process that is to judge has other code or packages than this one.
+        OtherCodeError: a process that is to judge states other versions than this one.
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     if resume and not (directory / "manifest.json").exists():

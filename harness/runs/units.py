@@ -25,7 +25,7 @@ MadeBy = Mapping[str, str]
 
 
 class OtherCodeError(ResultsError):
-    """A worker process has other code, or other packages, than the process that started it."""
+    """A worker states other versions of its parts or packages than the process that started it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +108,7 @@ def judge_unit(unit: Unit) -> Iterator[Row]:
     or first connections.
 
     Raises:
-        OtherCodeError: the code or packages here are not those that the unit states.
+        OtherCodeError: the versions of parts or packages here are not those that the unit states.
     """
     _check(unit)
     method = make_method(unit.method)

@@ -15,6 +15,7 @@ from steadyload.layouts.model import Layout
 from steadyload.layouts.naming import box_id, with_ids
 from steadyload.layouts.question import Question
 from steadyload.layouts.record import Refused
+from steadyload.methods.envelope import leaves
 from steadyload.methods.method import Method, Status, Verdict, judge
 from steadyload.methods.registry import make_method
 from steadyload.notebook import ShownInNotebook
@@ -84,7 +85,9 @@ class Check(ShownInNotebook):
             x), ``front`` or ``back`` (low or high z); None where it lies above its support.
         unsupported: whether that box stands on nothing in the plan.
         reason: of the method, or what is wrong with the layout; empty for a load that stands.
-        reliability: None where the method was not measured on layouts of such a size.
+        reliability: None where the method was not measured on layouts of such a size, or on none
+            beyond what its engine was measured to hold.
+        outside: a sentence for every way in which the layout lies beyond that.
         crushed: the box that first bears more than it may; the load fails then, at that step,
             unless something moves too far before. None where none does, or none has a limit.
         transport: whether the complete load holds a rule of the road; None where none was asked.
@@ -102,6 +105,7 @@ class Check(ShownInNotebook):
     unsupported: bool = False
     reason: str = ""
     reliability: Reliability | None = None
+    outside: tuple[str, ...] = ()
     crushed: Crushed | None = None
     transport: RuleAnswer | None = None
 
@@ -147,7 +151,8 @@ class Check(ShownInNotebook):
                 f", right on {100 * found.accuracy.value:.1f} % of {found.cases} labelled cases "
                 "of about this size"
             )
-        return f"{self.layout}{boxes}: {self.sentence} [{self.method}{sure}]"
+        road = "" if self.transport is None else f"; {self.transport}"
+        return f"{self.layout}{boxes}: {self.sentence}{road} [{self.method}{sure}]"
 
     def to_dict(self) -> dict[str, Any]:
         """The answer as values that JSON can hold, with units in the names."""
@@ -169,6 +174,7 @@ class Check(ShownInNotebook):
             "side": self.side,
             "unsupported": self.unsupported,
             "reason": self.reason,
+            "outside": list(self.outside),
             "reliability": None if sure is None else sure.accuracy.value,
             "reliability_low": None if sure is None else sure.accuracy.low,
             "reliability_high": None if sure is None else sure.accuracy.high,
@@ -231,7 +237,7 @@ def check(
             crushed = None
         elif answer is not Answer.NOT_JUDGED:
             answer = Answer.FAILS
-    reason = with_ids(verdict.reason, layout.items)
+    reason, outside = with_ids(verdict.reason, layout.items), leaves(layout, judging)
     at_fault = verdict.item_at_fault
     return Check(
         layout=layout.name,
@@ -244,7 +250,8 @@ def check(
         side=None if at_fault is None else leaning(layout, at_fault),
         unsupported=at_fault is not None and stands_on_nothing(layout, at_fault),
         reason=reason or (str(verdict.status) if answer is Answer.NOT_JUDGED else ""),
-        reliability=reliability(spec, len(layout)),
+        reliability=None if outside else reliability(spec, len(layout)),
+        outside=outside,
         crushed=crushed,
         transport=None if rule is None else answer_rule(layout, rule, judging),
     )

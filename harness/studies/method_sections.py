@@ -85,8 +85,8 @@ def stands_explained(about: LabelledPart) -> str:
     rest = ", ".join(f"{n} {status}" for status, n in about.stands.items() if status != "done")
     return (
         f" *Stands*: accuracy when the same cases are labelled for another question: does anything "
-        f"move too far until everything rests, within 3 s, instead of within 0.3 s? n = {done}; "
-        f"{rest or 'none'} without such a label are not counted."
+        f"move too far until everything rests, within 3 s, instead of within 0.3 s? n = {done}"
+        f"{f'; {rest}, without such a label, are not counted' if rest else ''}."
     )
 
 

@@ -5,13 +5,17 @@ from __future__ import annotations
 import csv
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
+from steadyload.escaping import shown
 from steadyload.transport.errors import TransportError
 
 _HALF_SINE_POINTS = 65
+
+_COLUMNS = ("time_s", "acceleration_g")
 
 STEEPEST = 20.0
 """Largest acceleration of a history [g], either way."""
@@ -45,7 +49,7 @@ class History:
                 f"a history of {len(self.times)} times and {len(self.levels)} accelerations; "
                 "allowed: 2 or more points"
             )
-        if self.times[0] != 0.0 or not (np.diff(self.times) > 0.0).all():
+        if self.times[0] != 0.0 or not all(a < b for a, b in pairwise(self.times)):
             raise TransportError("times of a history do not rise from 0 s")
         if not self.times[-1] <= _LONGEST:
             raise TransportError(
@@ -125,20 +129,25 @@ def recorded(path: Path) -> History:
     times, levels = [], []
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            rows = csv.DictReader(file)
-            wanted = {"time_s", "acceleration_g"}
-            if not wanted <= set(rows.fieldnames or ()):
+            rows = csv.reader(file)
+            header = next(rows, [])
+            if any(header.count(name) != 1 for name in _COLUMNS):
                 raise TransportError(
-                    f"{path}: columns are {', '.join(rows.fieldnames or ()) or 'none'}; "
-                    "allowed: time_s, acceleration_g"
+                    f"{path}: columns are {shown(header)}; allowed: {' and '.join(_COLUMNS)}, once"
                 )
-            for number, row in enumerate(rows, start=2):
+            first, second = (header.index(name) for name in _COLUMNS)
+            for cells in rows:
+                if not cells:
+                    continue
                 try:
-                    times.append(float(row["time_s"]))
-                    levels.append(float(row["acceleration_g"]))
-                except (TypeError, ValueError):
+                    if len(cells) != len(header):
+                        raise ValueError
+                    times.append(float(cells[first]))
+                    levels.append(float(cells[second]))
+                except ValueError:
                     raise TransportError(
-                        f"{path}: line {number} holds no two numbers; allowed: seconds and g"
+                        f"{path}: line {rows.line_num} is {shown(cells)}; "
+                        f"allowed: {len(header)} cells, of them seconds and g"
                     ) from None
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise TransportError(f"{path}: cannot be read ({error})") from None

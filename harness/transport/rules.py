@@ -11,11 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.errors import nearest
+from steadyload.escaping import shown
 from steadyload.transport.errors import TransportError
 from steadyload.transport.history import STEEPEST, History, trapezoid
 
 _SIDES = {"forwards": (0.0,), "sideways": (90.0, 270.0), "backwards": (180.0,)}
 """Directions of the force on the load [degrees] by side: its width is its length on the road."""
+
+_LONGEST_TEXT = 300
 
 
 @dataclass(frozen=True)
@@ -32,8 +35,8 @@ class Rule:
         tilted: the deck is tilted, see :class:`steadyload.transport.history.History`.
 
     Raises:
-        TransportError: no level, a side that is none, a number that is none or out of range, or
-            not just one of the two limits of displacement.
+        TransportError: a text that is not printable, no level, a side that is none, a number that
+            is none or out of range, or not just one of the two limits of displacement.
     """
 
     name: str
@@ -49,21 +52,30 @@ class Rule:
     tilted: bool = False
 
     def __post_init__(self) -> None:
+        for name in ("name", "title", "source"):
+            text = getattr(self, name)
+            if not (isinstance(text, str) and text.isprintable() and len(text) <= _LONGEST_TEXT):
+                raise TransportError(
+                    f"{name} of a rule is {shown(text)}; allowed: a printable text of up to "
+                    f"{_LONGEST_TEXT} characters"
+                )
         if not isinstance(self.levels, Mapping) or not self.levels:
             raise TransportError(
-                f"rule {self.name}: levels is {self.levels!r}; allowed: accelerations [g] by side, "
-                f"such as levels = {{ forwards = 0.5 }}, of {', '.join(_SIDES)}"
+                f"rule {self.name}: levels is {shown(self.levels)}; allowed: accelerations [g] by "
+                f"side, such as levels = {{ forwards = 0.5 }}, of {', '.join(_SIDES)}"
             )
         for side, level in self.levels.items():
             if side not in _SIDES:
-                raise TransportError(f"rule {self.name}: side {side!r}; {nearest(side, _SIDES)}")
+                raise TransportError(
+                    f"rule {self.name}: side {shown(side)}; {nearest(side, _SIDES)}"
+                )
             self._check(f"level {side}", level, 0.0, STEEPEST)
         for name in ("rise", "hold", "rest", "displacement", "displacement_share"):
             self._check(name, getattr(self, name), 0.0, 1000.0)
         self._check("rotation", self.rotation, 0.1, 1000.0)
         if not isinstance(self.tilted, bool):
             raise TransportError(
-                f"rule {self.name}: tilted is {self.tilted!r}; allowed: true, false"
+                f"rule {self.name}: tilted is {shown(self.tilted)}; allowed: true, false"
             )
         if (self.displacement > 0.0) == (self.displacement_share > 0.0):
             raise TransportError(
@@ -76,7 +88,7 @@ class Rule:
         number = isinstance(value, int | float) and not isinstance(value, bool)
         if not (number and least <= value <= most):
             raise TransportError(
-                f"rule {self.name}: {name} is {value!r}; allowed: {least:g} to {most:g}"
+                f"rule {self.name}: {name} is {shown(value)}; allowed: {least:g} to {most:g}"
             )
 
     def history(self, level: float) -> History:
@@ -126,9 +138,10 @@ def rule_named(name: str) -> Rule:
     if path.suffix != ".toml":
         raise TransportError(f"rule {name!r}; {nearest(name, rules())}, or a TOML file of one rule")
     try:
-        found = _rules(tomllib.loads(path.read_text()), name)
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except (OSError, ValueError, RecursionError) as error:
         raise TransportError(f"{name}: cannot be read as TOML ({error})") from None
+    found = _rules(content, name)
     if len(found) != 1:
         raise TransportError(f"{name}: holds {len(found)} rules; allowed: one table [NAME]")
     return next(iter(found.values()))
@@ -139,12 +152,14 @@ def _rules(content: Mapping[str, Any], file: str) -> dict[str, Rule]:
     found = {}
     for name, given in content.items():
         if not isinstance(given, dict):
-            raise TransportError(f"{file}: {name} is no table; allowed: one rule a table")
+            raise TransportError(f"{file}: {shown(name)} is no table; allowed: one rule a table")
         for key in given:
             if key not in known:
-                raise TransportError(f"{file}: {name}: unknown key {key!r}; {nearest(key, known)}")
+                raise TransportError(
+                    f"{file}: {shown(name)}: unknown key {shown(key)}; {nearest(key, known)}"
+                )
         try:
             found[name] = Rule(**{"name": name, "title": name, "source": "", **given})
         except TypeError as error:
-            raise TransportError(f"{file}: {name}: {error}") from None
+            raise TransportError(f"{file}: {shown(name)}: {error}") from None
     return found

@@ -70,6 +70,15 @@ class RuleAnswer:
     method: str
     trials: tuple[Trial, ...]
 
+    def __str__(self) -> str:
+        if self.held is None:
+            return f"whether it holds {self.rule} is not known"
+        worst = self.worst
+        if worst is None:
+            return f"holds {self.rule}"
+        box = "" if worst.moved_item is None else f": item {worst.moved_item} {worst.mode}"
+        return f"does not hold {self.rule} at {worst.direction_deg:g} degrees{box}"
+
     @property
     def held(self) -> bool | None:
         """Whether it is held in every direction; None where that is not known."""

@@ -17,10 +17,11 @@ from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.methods.registry import make_method
 from steadyload.runs.scoring import read_entries
 from steadyload.studies import checking, demo
-from steadyload.studies.checking import check_all, leaning, reliability, stands_on_nothing
+from steadyload.studies.checking import check, check_all, leaning, reliability, stands_on_nothing
 from steadyload.studies.demo import demo_pallets
 from steadyload.studies.options import DEFAULT_METHOD
 from steadyload.studies.recommend.kept import load_fronts
+from steadyload.transport.rules import Rule
 
 PALLET = Pallet(120, 150, 80)
 
@@ -41,6 +42,11 @@ def stack(name, shift, offset=(0.0, 0.0, 0.0), id_="SKU-2002"):
 
 
 STANDING, FALLING = stack("stands", (5.0, 0.0)), stack("falls", (22.0, 0.0))
+
+
+def _gentle():
+    """A rule that asks for next to nothing."""
+    return Rule("tilt", "", "", {"forwards": 0.01}, 0.1, 0.5, 0.1, 10.0, displacement=5.0)
 
 
 @pytest.fixture
@@ -92,7 +98,7 @@ def test_csv_and_json_hold_the_same_records(run):
     told = json.loads(out)
     assert (status, run([STANDING, FALLING], "--csv")[0]) == (1, 1)
     rows = list(csv.DictReader(io.StringIO(run([STANDING, FALLING], "--csv")[1])))
-    texts = [{k: "" if v is None else str(v) for k, v in one.items()} for one in told]
+    texts = [{k: "" if v in (None, []) else str(v) for k, v in one.items()} for one in told]
     for mine, theirs in zip(rows, texts, strict=True):
         del mine["cpu_seconds"], theirs["cpu_seconds"]
         assert mine == theirs
@@ -226,6 +232,34 @@ def test_what_carries_a_box_is_the_floor_or_a_box_loaded_before():
     lower, upper = stacked.items
     early = Layout("early", PALLET, (replace(upper, sequence=0), replace(lower, sequence=1)))
     assert stands_on_nothing(early, 0)
+
+
+def test_a_layout_beyond_what_an_engine_holds_is_warned_of_and_not_sure(run):
+    light, heavy = stack("one", (5.0, 0.0)).items
+    beyond = Layout("beyond", PALLET, (replace(light, weight=0.01), replace(heavy, weight=1000.0)))
+    within = stack("within", (5.0, 0.0))
+    spec = "ps_opt@mujoco:question=stands"
+    _, out, err = run([beyond, within], "-m", spec)
+    assert f"warning: {spec}: 1 of 2 cases lie beyond what its engine was measured to hold" in err
+    first, second = out.splitlines()[1:3]
+    assert first.split()[:3] == ["beyond", "2", "-"]
+    assert second.split()[3] == "%"
+    said = check(beyond, spec).outside[0]
+    assert "1e+05 times as heavy" in said
+
+
+def test_a_line_says_what_becomes_of_the_load_on_the_road():
+    said = str(check(stack("one", (5.0, 0.0)), transport="en12195"))
+    assert "stands; does not hold en12195 at 0 degrees: item" in said
+    assert "; holds tilt [" in str(check(stack("one", (5.0, 0.0)), transport=_gentle()))
+
+
+def test_names_take_the_room_that_sentences_leave(run):
+    names = [f"LH8098-29NOV15-FRA-LEJ pallet {k}" for k in range(3)]
+    _, out, _ = run([stack(name, (5.0, 0.0)) for name in names])
+    assert all(name in out for name in names)
+    long = stack("short", (22.0, 0.0), id_="B" * 30)
+    assert f"{'B' * 30} leans right" in run([long])[1]
 
 
 def test_reliability_is_what_was_measured_on_layouts_of_the_size():

@@ -93,6 +93,31 @@ def test_a_profile_and_flags_say_the_same(folder, capsys):
     assert records[1]["failing_box"] is None
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("view", "wms.csv", "--profile", "wms.toml", "--layout", "P-2", "-o", "wms.csv"),
+        ("convert", "wms.csv", "--profile", "wms.toml", "-o", "./wms.csv"),
+    ],
+)
+def test_what_is_read_is_not_written_over(folder, capsys, words):
+    before = (folder / "wms.csv").read_bytes()
+    status, out, err = run(capsys, *words)
+    assert (status, out) == (2, "")
+    assert "wms.csv' is read, too; allowed: another file" in err
+    assert (folder / "wms.csv").read_bytes() == before
+
+
+def test_the_demo_leaves_pallets_of_ones_own_alone(folder, capsys):
+    own = folder / "pallets.json"
+    write_layouts(own, [leaning("mine")], Format.NATIVE)
+    before = own.read_bytes()
+    status, _, err = run(capsys, "demo", "--no-open", "-o", ".")
+    assert status == 2
+    assert "'pallets.json' is not the demo's; allowed: a folder without that file" in err
+    assert (own.read_bytes(), (folder / "index.html").exists()) == (before, False)
+
+
 def test_flags_override_a_profile(folder, capsys):
     words = ("score", "wms.csv", "--profile", "wms.toml", "--units", "m")
     status, out, err = run(capsys, *words)
@@ -240,6 +265,9 @@ def test_an_ending_that_cannot_be_written_is_refused(folder, capsys, name):
 def test_a_layout_is_viewed_although_another_is_wrong(folder, capsys):
     with_bad(folder / "a.json")
     assert run(capsys, "view", "a.json", "--layout", "L1", "-m", "sme")[0] == 0
+    status, out, err = run(capsys, "view", "a.json", "-m", "sme")
+    assert (status, out) == (3, "view.html\n")
+    assert "box SKU-7 (step 1): weight is 0 kg" in err
     status, _, err = run(capsys, "view", "a.json", "--layout", "L0", "-m", "sme")
     assert status == 2
     assert "box SKU-7 (step 1): weight is 0 kg" in err

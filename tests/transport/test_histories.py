@@ -63,13 +63,17 @@ def test_a_recorded_history_is_read(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("t,a\n0,1\n", "columns are t, a; allowed: time_s, acceleration_g"),
-        ("", "columns are none"),
-        ("time_s,acceleration_g\n0,0\n0.1,fast\n", "line 3 holds no two numbers"),
-        ("time_s,acceleration_g\n0,0\n0.1\n", "line 3 holds no two numbers"),
+        ("t,a\n0,1\n", "columns are ['t', 'a']; allowed: time_s and acceleration_g"),
+        ("", "columns are []; allowed: time_s and acceleration_g, once"),
+        ("time_s,acceleration_g,time_s\n0,0,0\n", "allowed: time_s and acceleration_g, once"),
+        ("\t[" * 3000 + "\n0,0\n", "allowed: time_s and acceleration_g, once"),
+        ("time_s,acceleration_g\n0,0\n0.1,fast\n", "line 3 is ['0.1', 'fast']; allowed: 2 cells"),
+        ("time_s,acceleration_g\n0,0\n0.1\n", "line 3 is ['0.1']; allowed: 2 cells"),
+        ("time_s,acceleration_g\n0,0\n0.1,1,9\n", "line 3 is ['0.1', '1', '9']; allowed: 2 cells"),
         ("time_s,acceleration_g\n0,0\n", "1 times and 1 accelerations; allowed: 2 or more"),
         ("time_s,acceleration_g\n0.1,0\n0.2,1\n", "times of a history do not rise from 0 s"),
         ("time_s,acceleration_g\n0,0\n0,1\n", "times of a history do not rise from 0 s"),
+        ("time_s,acceleration_g\n0,0\n-1e999,0\n-1e999,0\n", "do not rise from 0 s"),
         ("time_s,acceleration_g\n0,0\nnan,1\n", "times of a history do not rise from 0 s"),
         ("time_s,acceleration_g\n0,0\n1,nan\n", "an acceleration of nan g; allowed: -20 to 20"),
         ("time_s,acceleration_g\n0,0\n1,99\n", "an acceleration of 99 g; allowed: -20 to 20"),
@@ -83,6 +87,8 @@ def test_a_file_that_is_no_history_is_refused_by_name_and_line(tmp_path, text, m
         recorded(file)
     assert str(refusal.value).startswith(f"{file}: ")
     assert message in str(refusal.value)
+    assert str(refusal.value).isprintable()
+    assert len(str(refusal.value)) < 1000
 
 
 def test_rules_of_the_package_say_what_their_sources_ask():
@@ -117,6 +123,9 @@ def test_a_rule_of_ones_own_comes_from_a_file(tmp_path):
         ('levels = ["forwards"]', r"levels is \['forwards'\]; allowed: accelerations"),
         ("levels = {}", "levels is {}; allowed: accelerations"),
         ("levels = { forwards = 0.3 }\nrotation = 0", "rotation is 0; allowed: 0.1 to 1000"),
+        ("levels = { forwards = 0.3 }\ntitle = 3", "title of a rule is 3; allowed: a printable"),
+        ('levels = { forwards = 0.3 }\n"\\u0007" = 3', r"unknown key '\\x07'"),
+        ("levels = { forwards = " + "[" * 5000, "cannot be read as TOML"),
         ("levels = { forwards = 0.3 }\ntilted = 1", "tilted is 1; allowed: true, false"),
     ],
 )

@@ -11,7 +11,6 @@ import time
 import numpy as np
 import pytest
 
-from steadyload.methods import tuned
 from steadyload.methods.registry import make_method
 from steadyload.studies.tuning.summary import search_row, tuning_of
 from steadyload.tuning import TuningError, trial
@@ -62,13 +61,6 @@ def multi_objective(tmp_path_factory):
 def finished(request):
     """A finished search and its folder, for either algorithm."""
     return request.getfixturevalue(request.param)
-
-
-@pytest.fixture
-def nothing_tuned(tmp_path, monkeypatch):
-    """As before the first search, and the file that presets would be written to."""
-    monkeypatch.setattr(tuned, "FILE", tmp_path / "tuned.json")
-    return tuned.FILE
 
 
 def verdicts(folder):

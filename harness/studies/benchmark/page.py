@@ -85,7 +85,8 @@ def _answer(found: BenchmarkSummary) -> str:
     least, most = (f(shares, key=lambda share: share.value) for f in (min, max))
     return (
         f"Of the labels of the test part {percent(least)} to {percent(most)} %, by scenario, are "
-        "robust: a whole ensemble of changed reference simulations names the same failing step.\n\n"
+        f"robust (n = {sum(share.n for share in shares)}): a whole ensemble of changed reference "
+        "simulations names the same failing step.\n\n"
     )
 
 

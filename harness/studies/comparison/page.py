@@ -226,7 +226,7 @@ def _engines(tuning: SameTuning) -> Table:
             Column("emulated", lambda row: use[row.method.spec].emulated, names),
             Column("ignored", lambda row: use[row.method.spec].ignored, names),
         ],
-        f"**{tuning.title}** ({_listed(tuning.settings)})",
+        f"**{tuning.title}**{_listed(tuning.settings)}",
     )
 
 
@@ -237,7 +237,8 @@ def _phases(found: PhaseTimes | None) -> str:
 
 
 def _listed(settings: Mapping[str, str]) -> str:
-    return ", ".join(f"{name} {value}" for name, value in settings.items())
+    listed = ", ".join(f"{name} {value}" for name, value in settings.items())
+    return f" ({listed})" if listed else ""
 
 
 def _costs(found: Evaluation) -> Section:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from steadyload.reports.charts import PLAIN_TICKS, reach
+from steadyload.reports.charts import COST_LABEL, finish_growth, reach
 from steadyload.reports.style import engine_colour, engine_marker
 from steadyload.studies.engines.sources import SourceTable
 from steadyload.studies.engines.speed import SpeedCurve
@@ -33,15 +33,7 @@ def plot_growth(curves: Sequence[SpeedCurve]) -> Figure:
             color=engine_colour(curve.engine),
             label=label,
         )
-    axes.set(xscale="log", yscale="log")
-    axes.yaxis.set_major_formatter(PLAIN_TICKS)
-    axes.set_xlabel("items in the layout, J")
-    axes.set_ylabel("CPU time a layout (ms)")
-    counts = sorted({p.item_count for c in curves for p in c.points})
-    axes.set_xticks(counts, [str(n) for n in counts])
-    axes.minorticks_off()
-    axes.grid(visible=True, linewidth=0.4, alpha=0.6)
-    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+    finish_growth(axes, {p.item_count for c in curves for p in c.points}, COST_LABEL)
     return figure
 
 

@@ -26,15 +26,16 @@ def calibration(judges: Sequence[MethodCalibration]) -> Section:
     return Section(
         "Calibration, and not judging the unsure",
         "\n".join(_won(judge) for judge in judges)
-        + "\n\nThe probability of a *step* is that it is unstable, all steps before it being "
-        "stable: labels end with the first unstable step, and steps after it are not counted. So "
-        "a judge gives a *score* of k the probability of step k times those of all steps before "
-        "it being stable, and a stable layout the product over all its steps. That of the score "
-        "that it names, at a threshold of 0.5, is how *sure* it is. *Brier*: mean square of the "
-        "probability minus what happened, 0 or 1. *Expected calibration error*: the distance "
-        "between mean probability and share that happened, over ten bins of equal width, weighted "
-        "by the number of predictions; noise alone makes it larger than 0, and its interval leans "
-        "upward.",
+        + "\n\nAll cases are judged here, also those outside of what a network was trained on, "
+        "which it refuses elsewhere. The probability of a *step* is that it is unstable, all "
+        "steps before it being stable: labels end with the first unstable step, and steps after "
+        "it are not counted. So a judge gives a *score* of k the probability of step k times those "
+        "of all steps before it being stable, and a stable layout the product over all its steps. "
+        "That of the score that it names, at a threshold of 0.5, is how *sure* it is. *Brier*: "
+        "mean square of the probability minus what happened, 0 or 1. *Expected calibration error*: "
+        "the distance between mean probability and share that happened, over ten bins of equal "
+        "width, weighted by the number of predictions; noise alone makes it larger than 0, and its "
+        "interval leans upward.",
         [
             errors_table(kinds),
             abstention_table(

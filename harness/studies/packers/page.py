@@ -230,7 +230,7 @@ def _hangs_on(found: PackersSummary) -> Section:
         "**Settings of packers.** PackingSolver: one pass of at most 10 s, so that its plans hang "
         "on the machine, too; Packvium: balanced settings, bounded by counted work, once without "
         "and once with a least share of 75 % of every base supported; py3dbp: largest boxes first. "
-        "Only that third one was asked for support. Versions: "
+        "Only the second one of Packvium was asked for support. Versions: "
         f"{names(f'{name} {version}' for name, version in found.versions.items())}.",
         f"**Turning.** {_sentence(found.turning)} Where an instance forbids that, plans that keep "
         "to it are others.",

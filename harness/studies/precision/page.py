@@ -166,7 +166,7 @@ def _accuracy(rows: Sequence[EngineRow]) -> Section:
 def _outside() -> Section:
     return Section(
         "What was not measured",
-        "Engines on a GPU, such as MuJoCo Warp, were not run: no GPU was at hand. They compute in "
+        "Engines on a GPU, such as MuJoCo Warp, were not measured. They compute in "
         "single precision, as the engines above do on the CPU. That an engine holds a box that "
         "stands on its edge ([Rapier, issue 934](https://github.com/dimforge/rapier/issues/934)) "
         "is looked at by a conformance check of every adapter: a tenth of a degree from its "

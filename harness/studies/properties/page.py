@@ -68,17 +68,28 @@ def properties_page(found: PropertyTable, manifest: Mapping[str, str]) -> Page:
 
 
 def _answer(found: PropertyTable) -> str:
-    """Sentence on the methods of which all holds, and on what is violated by the others."""
-    against = [row for row in found.rows if row.standing in (Standing.VIOLATED, Standing.FINDING)]
-    sound = len(found.methods) - len({row.method for row in against})
-    violated: dict[str, list[str]] = {}
-    for row in against:
-        violated.setdefault(row.property, []).append(row.method.title)
-    listed = "; ".join(f"*{name}* by {names(titles)}" for name, titles in violated.items())
-    return (
-        f"{sound} of {len(found.methods)} methods violate no property"
-        f"{f'. Violated: {listed}' if listed else ''}.\n\n"
-    )
+    """Sentences on the methods of which all holds, and on what does not hold of the others."""
+    against = {
+        standing: [row for row in found.rows if row.standing is standing]
+        for standing in (Standing.VIOLATED, Standing.FINDING)
+    }
+    unsound = {row.method for rows in against.values() for row in rows}
+    said = [
+        f"Of {len(found.methods) - len(unsound)} of {len(found.methods)} methods all properties "
+        "hold that they were asked, each on up to "
+        f"{max((row.examples for row in found.rows), default=0)} cases."
+    ]
+    for standing, words_ in (
+        (Standing.VIOLATED, "Violated"),
+        (Standing.FINDING, "Known not to hold, declared with a reason"),
+    ):
+        by_property: dict[str, list[str]] = {}
+        for row in against[standing]:
+            by_property.setdefault(row.property, []).append(row.method.title)
+        if by_property:
+            listed = "; ".join(f"*{name}* of {names(of)}" for name, of in by_property.items())
+            said.append(f"{words_}: {listed}.")
+    return " ".join(said) + "\n\n"
 
 
 def property_sections(found: PropertyTable) -> list[Section]:

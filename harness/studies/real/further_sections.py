@@ -65,7 +65,9 @@ def labels_section(found: RealSummary) -> Section:
         Column("disagree", "differ"),
         Column("disagree %", "share", percent),
     ]
-    missing = f" Of the set, {counts(found.unlabelled)} have no label." if found.unlabelled else ""
+    missing = (
+        f" {counts(found.unlabelled)} cases of the set have no label." if found.unlabelled else ""
+    )
     drawn = screened.of("drawn")
     missed = (
         ""

@@ -37,7 +37,10 @@ def scale_page(points: Sequence[ScalePoint], how: str, manifest: Mapping[str, st
     if most.rows > least.rows:
         added = [b.peak - a.peak for a, b in zip(_steps(least), _steps(most), strict=True)]
         grown = [f"{2**20 * more / (most.rows - least.rows):.0f}" for more in added]
-        growth = f" From the first line to the last it grows by {', '.join(grown)} bytes a row."
+        growth = (
+            f" From the first line to the last the memory of the run grows by {grown[0]} bytes a "
+            f"row, of the load by {grown[1]}, of the report by {grown[2]}."
+        )
     return Page(
         "What a study of many rows needs",
         f"{_answer(most)}{how} MiB is the most memory that the process of a step held at a time, "

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from steadyload.methods.naming import method_key
 from steadyload.methods.registry import make_method
-from steadyload.reports.charts import PLAIN_TICKS, reach
+from steadyload.reports.charts import finish_growth, reach
 from steadyload.reports.style import colour, face, marker
 from steadyload.studies.speed.records import GrowthCurve
 
@@ -44,13 +44,5 @@ def plot_growth(curves: Sequence[GrowthCurve]) -> Figure:
             color=colour(key),
             label=label,
         )
-    axes.set(xscale="log", yscale="log")
-    axes.yaxis.set_major_formatter(PLAIN_TICKS)
-    axes.set_xlabel("items in the layout, J")
-    axes.set_ylabel("CPU time a judgement (us)")
-    counts = sorted({p.items for c in curves for p in c.points})
-    axes.set_xticks(counts, [str(n) for n in counts])
-    axes.minorticks_off()
-    axes.grid(visible=True, linewidth=0.4, alpha=0.6)
-    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+    finish_growth(axes, {p.items for c in curves for p in c.points}, "CPU time a judgement (us)")
     return figure

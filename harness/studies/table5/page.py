@@ -227,7 +227,8 @@ def _rules(found: Table5) -> list[Finding]:
     if found.rules is None:
         return []
     question = "Which conclusions survive other rules for the label?"
-    return [(question, what_survives(found.rules), str(found.rules.cases))]
+    answer = f"{what_survives(found.rules)} On more cases: [sensitivity](../sensitivity/report.md)."
+    return [(question, answer, str(found.rules.cases))]
 
 
 def _order(found: Table5) -> list[Finding]:
