@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.studies.options import option
-from steadyload.studies.study import Progress, Study, silent
+from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,7 @@ class ConvergenceStudy(Study[ConvergenceConfig, Any]):
     command = "verify convergence"
     Config = ConvergenceConfig
     workers = 0
+    published = (PublishedPage("convergence", "--second-model"),)
 
     def run(
         self,
