@@ -202,8 +202,9 @@ def test_the_paper_is_quoted():
 def test_the_page_answers_and_marks_a_quick_run(found, tmp_path):
     text = write_page(replication_page(found), tmp_path / "full").read_text()
     answer = text.split("\n\n")[1]
-    assert answer.startswith("On the test files of S1 the paper's LSTM_e is right on 98.7 %.")
-    assert "When whole item lists are held out, they are right on" in answer
+    assert answer.startswith("A memoriser, which only repeats the label of the training file")
+    assert "The paper's LSTM_e is right on 98.7 %; trained here" in answer
+    assert "when whole item lists are held out" in answer
     assert len(answer) < 700
     assert "under-trained" not in text
     assert "Not all readings of PS_3 and PS_5 were judged" in text

@@ -13,7 +13,6 @@ from steadyload.reports.table import (
     columns_for,
     milliseconds,
     percent,
-    plain_percent,
     significant,
     words,
 )
@@ -92,11 +91,10 @@ def _answer(agreement: Sequence[EngineAgreement], shares: Sequence[SourceTable])
     said = [leading_source(shares)] if shares else []
     if agreement:
         finest = agreement[-1]
-        alike = [share.value for share in finest.agreement.values()]
+        alike = sorted(finest.agreement.values(), key=lambda share: share.value)
         said.append(
             f"Untuned at {finest.frequency} Hz, any two engines name the same failing step on "
-            f"{plain_percent(min(alike))} to {plain_percent(max(alike))} % of "
-            f"{next(iter(finest.agreement.values())).n} layouts."
+            f"{percent(alike[0])} to {percent(alike[-1])} % of {alike[0].n} layouts."
         )
     return " ".join(said) + "\n\n" if said else ""
 

@@ -86,12 +86,11 @@ def _twins(found: ReplicationSummary) -> str:
     recalled = [_in_s1(found, MEMORISER, kind) for kind in kinds]
     trained = f", under-trained with {found.epochs} epochs instead of 700," if found.quick else ""
     return (
-        f"On the test files of S1 the paper's {name} is right on "
-        f"{plain_percent(paper_of(name)['S1'])} %. When files are split one by one, as the paper's "
-        f"seem to be, {name}{trained} is right on {learnt[0]} here, and a memoriser, which only "
-        "repeats the label of the training file that begins most alike, on "
-        f"{recalled[0]}. When whole item lists are held out, they are right on {learnt[1]} and "
-        f"{recalled[1]}."
+        "A memoriser, which only repeats the label of the training file that begins most alike, is "
+        f"right on {recalled[0]} of S1's test files when files are split one by one, as the "
+        f"paper's seem to be, and on {recalled[1]} when whole item lists are held out. The paper's "
+        f"{name} is right on {plain_percent(paper_of(name)['S1'])} %; trained here{trained} {name} "
+        f"is right on {learnt[0]} split by file and on {learnt[1]} split by item list."
     )
 
 

@@ -89,9 +89,9 @@ def _answer(found: TransportSummary) -> str:
 def _beside(exact: Distance, whole: Distance) -> str:
     return (
         f"the limit by equilibrium less the reference's is {_g(exact.difference)} g in the mean "
-        f"({exact.difference.n} limits), and {percent(exact.above)} % of its limits promise more "
-        f"than {CLOSE:g} g too much, as b / h of the whole load, the rule of thumb, does in "
-        f"{percent(whole.above)} %"
+        f"({exact.difference.n} limits); more than {CLOSE:g} g too much is promised by "
+        f"{percent(exact.above)} % of its limits, and by {percent(whole.above)} % of those of the "
+        "rule of thumb, b / h of the whole load"
     )
 
 
@@ -125,7 +125,7 @@ def _distances(found: TransportSummary) -> Section:
         for about, own in beside
         if own
     ]
-    lost = counts({_named(m): n for m, n in found.without.items()})
+    lost = counts({_named(m): n for m, n in found.without.items()}) if found.without else "none"
     return Section(
         "How far limits are from the reference's",
         "A limit is told by method and direction. *n*: limits that both have. *Above*: it promises "
