@@ -72,6 +72,8 @@ class Check(ReadingFlags):
     def __post_init__(self) -> None:
         if self.json and self.csv:
             raise UsageError("--json: not allowed with --csv")
+        if self.html is not None and self.html.exists() and not self.html.is_dir():
+            raise UsageError(f"--html: {str(self.html)!r} is no folder; allowed: a folder")
 
     def run(self) -> int:
         """Judge all pallets and print a row each; the exit status tells the worst answer."""

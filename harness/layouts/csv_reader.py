@@ -170,6 +170,8 @@ class _Rows:
         pallet = self._pallet(line, row)
         if record is None:
             record = Record(unguarded(row[self.columns.layout]), pallet, [])
+            if not record.name:
+                return Refused("", FormatError(f"line {line} names no layout; allowed: its name"))
         if record.pallet != pallet:
             error: LayoutError = FormatError(
                 f"line {line} states another pallet size than the lines before; allowed: one "

@@ -105,6 +105,12 @@ class Dialect:
         default, own = vars(Dialect()), vars(self)
         return {key: value for key, value in own.items() if value != default[key]}
 
+    def terms(self) -> str:
+        """What a message on a layout has to say where lengths or axes are not those of the file."""
+        said = ["lengths in cm"] * (self.units != "cm")
+        said += ["x, y, z of the message are y, z, x of the file"] * (self.up == "z")
+        return f" ({'; '.join(said)})" if said else ""
+
     def with_changes(self, changes: Mapping[str, Any]) -> Dialect:
         """The same dialect with other values; ``columns`` are added to those there are.
 

@@ -33,6 +33,13 @@ HEAD_BYTES = 64 * 1024
 
 _CHUNK_BYTES = 256 * 1024
 
+_OTHERS = {
+    b"\x1f\x8b": "compressed (gzip)",
+    b"PK\x03\x04": "a spreadsheet (.xlsx) or another ZIP file",
+    b"\xff\xfe": "no text in UTF-8 but in UTF-16",
+    b"\xfe\xff": "no text in UTF-8 but in UTF-16",
+}
+"""What files are often given instead, by their first bytes."""
 
 _PLAIN = Dialect()
 
@@ -90,9 +97,10 @@ def scan_layouts(path: str | Path, **reading: Unpack[Reading]) -> Iterator[Layou
     """Like :func:`read_layouts`, but an invalid layout is handed out instead of raised."""
     file, floor, snap_gap = source_name(path), reading.get("floor"), reading.get("snap_gap", 0.0)
     kind = None if floor is None else FloorKind.named(floor)
+    dialect = reading.get("dialect") or _PLAIN
     names: set[str] = set()
     try:
-        for record in _records(path, reading.get("dialect") or _PLAIN):
+        for record in _records(path, dialect):
             if record.name in names:
                 raise FormatError(_TWICE, layout=record.name)
             names.add(record.name)
@@ -102,7 +110,8 @@ def scan_layouts(path: str | Path, **reading: Unpack[Reading]) -> Iterator[Layou
                 layout = to_layout(record, overhang=reading.get("overhang"), floor=kind)
                 yield snap(layout, snap_gap) if snap_gap > 0.0 else layout
             except LayoutError as error:
-                yield Refused(record.name, error.located(file=file, layout=record.name))
+                told = error if isinstance(record, Refused) else error.explained(dialect.terms())
+                yield Refused(record.name, told.located(file=file, layout=record.name))
         if not names:
             raise FormatError("holds no layouts; allowed: one or more")
     except LayoutError as error:
@@ -126,6 +135,14 @@ def detect_format(head: str, dialect: Dialect | None = None) -> Format | None:
     return Format.CSV if is_csv(first, dialect or _PLAIN) else None
 
 
+def _other(head: bytes) -> str:
+    """What a file is that is in no format of ours."""
+    for start, kind in _OTHERS.items():
+        if head.startswith(start):
+            return kind
+    return "in no known format"
+
+
 def _records(path: str | Path, dialect: Dialect) -> Iterator[Record | Refused]:
     with opened(path) as file:
         head = file.read(HEAD_BYTES)
@@ -135,7 +152,7 @@ def _records(path: str | Path, dialect: Dialect) -> Iterator[Record | Refused]:
             raise FormatError("is empty")
         if kind is None:
             raise FormatError(
-                "is in no known format; allowed: steadyload JSON, CSV with a header line (columns "
+                f"is {_other(head)}; allowed: steadyload JSON, CSV with a header line (columns "
                 "of your own are named with --columns or in a profile), job JSON with 'ulds', "
                 "ACLPP schedule YAML, a certificate of PackingSolver, JSON of Packvium"
             )

@@ -51,6 +51,10 @@ class LayoutError(UserError):
             self.message, file=self.file or file, layout=self.layout or layout, item=self.item
         )
 
+    def explained(self, words: str) -> LayoutError:
+        """The same error with some words more."""
+        return type(self)(self.message + words, file=self.file, layout=self.layout, item=self.item)
+
     def __str__(self) -> str:
         places = [self.file]
         places.append(f'layout "{printable(self.layout, SHOWN)}"' if self.layout else None)

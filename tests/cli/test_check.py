@@ -300,6 +300,10 @@ def test_a_page_of_all_pallets_is_written_beside_the_rows(run, tmp_path):
     assert status == 1
     assert out.splitlines()[-1].startswith("2 pallets: 1 stand, 1 fail")
     assert f"page: {tmp_path / 'out' / 'index.html'}" in err
+    (tmp_path / "file").write_text("")
+    status, out, err = run([STANDING], "--html", str(tmp_path / "file"))
+    assert (status, out) == (2, "")
+    assert f"--html: '{tmp_path / 'file'}' is no folder; allowed: a folder" in err
     page = (tmp_path / "out" / "index.html").read_text()
     assert "2 pallets: 1 stand, 1 fail." in page
     assert [name in page for name in ("fails at step 1: SKU-2002", "player-0", "player-1")] == [

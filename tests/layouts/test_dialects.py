@@ -1,8 +1,10 @@
 """CSV files as people have them: separators, units, axes, positions, names of columns, profiles."""
 
+import gzip
 import io
 import time
 import tracemalloc
+import zipfile
 from decimal import Context, Decimal
 from itertools import islice
 
@@ -336,6 +338,50 @@ def test_a_pipe_and_standard_input_are_capped_as_files_are(tmp_path, monkeypatch
     path.write_bytes(content.getvalue())
     with pytest.raises(FormatError, match="is too large; allowed for this format: 2 MiB"):
         read_layouts(path)
+
+
+def test_a_refusal_tells_axes_and_unit_that_are_not_those_of_the_file(tmp_path):
+    head = "layout,pallet_length,pallet_width,pallet_height,sequence,id,x,y,z,length,width,height"
+    path = write(
+        tmp_path / "high.csv", f"{head},weight\nA,1200,800,1800,0,b,0,0,1700,400,400,400,10\n"
+    )
+    with pytest.raises(LayoutError) as refusal:
+        read_layouts(path, dialect=Dialect(units="mm", up="z"))
+    assert 'layout "A": box b (step 0): spans y = 170 to 210 cm' in str(refusal.value)
+    assert str(refusal.value).endswith(
+        "(lengths in cm; x, y, z of the message are y, z, x of the file)"
+    )
+
+
+def test_a_row_without_a_layout_is_named_by_its_line(tmp_path):
+    head = "layout,pallet_width,pallet_depth,pallet_height,sequence,x,y,z,width,depth,height,weight"
+    path = write(tmp_path / "a.csv", f"{head}\n,100,60,80,0,1,2,3,10,20,30,5\n")
+    with pytest.raises(FormatError, match="line 2 names no layout; allowed: its name"):
+        read_layouts(path)
+
+
+def zipped(text):
+    """A ZIP file with one file."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as file:
+        file.writestr("a.csv", text)
+    return content.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("packed", "kind"),
+    [
+        (gzip.compress, "compressed (gzip)"),
+        (lambda text: text.decode().encode("utf-16"), "no text in UTF-8 but in UTF-16"),
+        (zipped, "a spreadsheet (.xlsx) or another ZIP file"),
+    ],
+)
+def test_a_file_that_is_packed_or_of_another_encoding_is_told_so(tmp_path, packed, kind):
+    path = tmp_path / "a.csv"
+    path.write_bytes(packed(b"layout,sequence\nA,0\n"))
+    with pytest.raises(FormatError) as refusal:
+        read_layouts(path)
+    assert f"is {kind}; allowed: steadyload JSON, CSV" in str(refusal.value)
 
 
 def test_text_of_another_encoding_is_refused_at_its_byte(tmp_path):
