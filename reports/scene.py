@@ -15,7 +15,7 @@ from steadyload.escaping import printable
 
 FloatArray = NDArray[np.float64]
 
-_SHORT = 0.1
+_SHORT = 0.2
 """An axis below this share of the longest one has a single tick."""
 
 _FAR = 1000.0

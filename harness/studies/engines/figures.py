@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from steadyload.reports.charts import COST_LABEL, finish_growth, reach
 from steadyload.reports.style import engine_colour, engine_marker
@@ -38,28 +39,48 @@ def plot_growth(curves: Sequence[SpeedCurve]) -> Figure:
 
 
 def plot_convergence(rows: Sequence[EngineAgreement]) -> Figure:
-    """Agreement between every two engines against frequency."""
-    figure = Figure(figsize=(6.4, 3.8))
-    axes = figure.add_subplot()
-    for pair in rows[0].agreement:
-        found = [100 * row.agreement[pair].value for row in rows]
-        ends = np.hstack([reach(row.agreement[pair], 100.0) for row in rows])
-        axes.errorbar(
-            [row.frequency for row in rows],
-            found,
-            yerr=ends,
-            marker="o",
-            capsize=2,
-            linewidth=1.0,
-            label=" and ".join(pair),
-        )
-    axes.set_xscale("log")
-    axes.set_xticks([row.frequency for row in rows], [str(row.frequency) for row in rows])
-    axes.minorticks_off()
-    axes.set_xlabel("substeps a second (Hz)")
-    axes.set_ylabel("same failing step (%)")
-    axes.grid(visible=True, linewidth=0.4, alpha=0.6)
-    axes.legend(frameon=False)
+    """Agreement with every other engine against frequency, a panel an engine."""
+    engines = list(dict.fromkeys(engine for pair in rows[0].agreement for engine in pair))
+    across = min(3, len(engines))
+    down = math.ceil(len(engines) / across)
+    figure = Figure(figsize=(7.6, 0.8 + 2.1 * down))
+    grid = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True)
+    spread = np.geomspace(0.94, 1.06, len(engines))
+    for axes, engine in zip(grid.flat, engines, strict=False):
+        for pair in rows[0].agreement:
+            if engine not in pair:
+                continue
+            (other,) = {*pair} - {engine}
+            axes.errorbar(
+                [row.frequency * spread[engines.index(other)] for row in rows],
+                [100 * row.agreement[pair].value for row in rows],
+                yerr=np.hstack([reach(row.agreement[pair], 100.0) for row in rows]),
+                marker=engine_marker(other),
+                color=engine_colour(other),
+                markersize=4,
+                elinewidth=0.6,
+                capsize=1.5,
+                linewidth=1.0,
+                label=other,
+            )
+        axes.set_title(engine)
+        axes.set_xscale("log")
+        axes.set_xticks([row.frequency for row in rows], [str(row.frequency) for row in rows])
+        axes.minorticks_off()
+        axes.grid(visible=True, linewidth=0.4, alpha=0.6)
+    for axes in grid.flat[len(engines) :]:
+        axes.remove()
+    for axes in grid[-1]:
+        axes.set_xlabel("substeps a second (Hz)")
+    for axes in grid[:, 0]:
+        axes.set_ylabel("same failing step (%)")
+    lines = [
+        Line2D([], [], marker=engine_marker(e), color=engine_colour(e), markersize=4, label=e)
+        for e in engines
+    ]
+    height = figure.get_figheight()
+    figure.legend(handles=lines, loc="lower center", ncols=len(engines), frameon=False)
+    figure.tight_layout(rect=(0.0, 0.3 / height, 1.0, 1.0))
     return figure
 
 

@@ -126,7 +126,8 @@ def _agreement(rows: Sequence[EngineAgreement]) -> Section:
             Picture(
                 "convergence",
                 plot_convergence(rows),
-                "Unrelated engines come together as their step shrinks.",
+                "On how many layouts each other engine names the failing step of the one above; "
+                "bars are 95 % intervals.",
             )
         ],
     )
