@@ -207,8 +207,9 @@ def _rising(found: TransportSummary) -> Section:
     rises = names(f"{one.rise:g} s {_g(one.more)} g" for one in found.rises)
     return Section(
         "What the rise time changes",
-        "Where an acceleration does not act at once but rises, small loads on MuJoCo hold more or "
-        f"less than at once by, in the mean: {rises}. It is held for {HELD:g} s in each case.",
+        "Where an acceleration does not act at once but rises, small loads hold more or less than "
+        f"at once by, in the mean ({names({one.method.title for one in found.rises})}): {rises}. "
+        f"It is held for {HELD:g} s in each case.",
     )
 
 

@@ -79,6 +79,7 @@ class Holding:
 class Rising:
     """Effect of the time in which an acceleration rises: the limit, less that without a rise."""
 
+    method: MethodKey
     rise: float
     more: Estimate
 
@@ -253,7 +254,7 @@ def _rises(rows: pd.DataFrame) -> list[Rising]:
         if rise and rise in wide:
             both = wide[[0.0, rise]].dropna()
             lists = both.index.get_level_values("item_list").to_numpy()
-            found.append(Rising(rise, mean(both[rise] - both[0.0], lists)))
+            found.append(Rising(_key(RISING), rise, mean(both[rise] - both[0.0], lists)))
     return found
 
 
