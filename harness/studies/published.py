@@ -102,9 +102,11 @@ def remaking(entry: Entry, folder: Path) -> list[list[str]]:
 
 
 def _filled(words: tuple[str, ...]) -> Iterator[str]:
-    """Words with file patterns replaced by the existing files."""
+    """Words with file patterns replaced by the files there are; without any, as in a shell, the
+    pattern stays, for the command to refuse.
+    """
     for word in words:
-        yield from (sorted(glob.glob(word)) if "*" in word else [word])
+        yield from sorted(glob.glob(word)) or [word]
 
 
 def index(folder: Path) -> str:

@@ -387,6 +387,7 @@ def test_the_file_is_read_back_and_keeps_other_engines(tmp_path):
     other = envelope_rows(cells_of("mujoco", 60, {"tower": lambda n: n < 10}))
     still = envelope_rows(cells_of("mujoco", 60, {"tower": lambda n: n < 3}))
     write_envelopes(other, still, {**made, "git": "new"}, path)
+    write_envelopes(other, still, {**made, "git": "newer, and the same"}, path)
     read = json.loads(path.read_text())
     assert [read[name]["made"]["git"] for name in ("bullet", "mujoco")] == ["abc", "new"]
     held = Envelope(**read["mujoco"]["rows"][0]["holds"])

@@ -74,6 +74,17 @@ def test_the_commands_that_remake_pages_are_taken():
             command_of([word for word in words if "*" not in word])
 
 
+def test_a_page_whose_input_is_missing_is_refused_and_not_made_without_it(tmp_path, monkeypatch):
+    from steadyload.cli.running import run
+
+    monkeypatch.chdir(tmp_path)
+    (entry,) = published.named(("learned",))
+    (words,) = published.remaking(entry, Path("out"))
+    assert "../shared/data/aclpp/*.yaml" in words
+    assert run(words) == 2
+    assert not (tmp_path / "out").exists()
+
+
 def test_the_published_index_is_up_to_date():
     folder = ROOT / published.FOLDER
     assert (folder / published.INDEX).read_text() == published.index(folder)

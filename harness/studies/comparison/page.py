@@ -226,7 +226,7 @@ def _engines(tuning: SameTuning) -> Table:
             Column("emulated", lambda row: use[row.method.spec].emulated, names),
             Column("ignored", lambda row: use[row.method.spec].ignored, names),
         ],
-        f"**{tuning.title}**{_listed(tuning.settings)}",
+        f"**{tuning.title}**{f' ({_listed(tuning.settings)})' if tuning.settings else ''}",
     )
 
 
@@ -237,8 +237,7 @@ def _phases(found: PhaseTimes | None) -> str:
 
 
 def _listed(settings: Mapping[str, str]) -> str:
-    listed = ", ".join(f"{name} {value}" for name, value in settings.items())
-    return f" ({listed})" if listed else ""
+    return ", ".join(f"{name} {value}" for name, value in settings.items())
 
 
 def _costs(found: Evaluation) -> Section:
