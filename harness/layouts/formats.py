@@ -136,7 +136,7 @@ def detect_format(head: str, dialect: Dialect | None = None) -> Format | None:
 
 
 def _other(head: bytes) -> str:
-    """What a file is that is in no format of ours."""
+    """The kind, in words, of a file that is in no format of ours."""
     for start, kind in _OTHERS.items():
         if head.startswith(start):
             return kind

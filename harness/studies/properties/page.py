@@ -75,8 +75,8 @@ def _answer(found: PropertyTable) -> str:
     }
     unsound = {row.method for rows in against.values() for row in rows}
     said = [
-        f"Of {len(found.methods) - len(unsound)} of {len(found.methods)} methods all properties "
-        "hold that they were asked, each on up to "
+        "All properties that they were asked hold of "
+        f"{len(found.methods) - len(unsound)} of {len(found.methods)} methods, each on up to "
         f"{max((row.examples for row in found.rows), default=0)} cases."
     ]
     for standing, words_ in (
