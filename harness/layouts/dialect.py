@@ -106,7 +106,7 @@ class Dialect:
         return {key: value for key, value in own.items() if value != default[key]}
 
     def terms(self) -> str:
-        """Words on lengths and axes of a message on a layout, where those of the file are others."""
+        """Words on lengths and axes of a message on a layout; empty where the file has the same."""
         said = ["lengths in cm"] * (self.units != "cm")
         said += ["x, y, z of the message are y, z, x of the file"] * (self.up == "z")
         return f" ({'; '.join(said)})" if said else ""
