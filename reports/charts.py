@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,9 +15,17 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogFormatter, NullFormatter
 
-from steadyload.reports.style import Identified, colour, face, marker
+from steadyload.reports.style import (
+    Identified,
+    colour,
+    engine_colour,
+    engine_marker,
+    face,
+    marker,
+)
 from steadyload.statistics.estimate import Estimate
 
 matplotlib.rcParams.update(
@@ -147,6 +155,18 @@ def finish_growth(axes: Axes, counts: Collection[int], cost_label: str) -> None:
     axes.minorticks_off()
     axes.grid(visible=True, linewidth=0.4, alpha=0.6)
     axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+
+
+def engine_legend(figure: Figure, labels: Mapping[str, str], dashed: Collection[str] = ()) -> None:
+    """One legend below all panels: the label of every engine; dashed lines for some."""
+    handles = []
+    for engine, label in labels.items():
+        line = Line2D(
+            [], [], marker=engine_marker(engine), color=engine_colour(engine), label=label
+        )
+        line.set_linestyle("--" if engine in dashed else "-")
+        handles.append(line)
+    figure.legend(handles=handles, loc="lower center", ncols=max(1, len(handles)), frameon=False)
 
 
 def plot_cost_accuracy(points: Sequence[CostPoint], *, y_label: str = ACCURACY_LABEL) -> Figure:

@@ -29,12 +29,12 @@ class Demo:
         from steadyload.studies.demo import demo_pallets
 
         self.output.mkdir(parents=True, exist_ok=True)
-        file = self.output / "pallets.json"
-        if file.exists() and file.read_bytes() != "".join(as_native(demo_pallets())).encode():
+        file, pallets = self.output / "pallets.json", demo_pallets()
+        if file.exists() and file.read_bytes() != "".join(as_native(pallets)).encode():
             raise UsageError(
                 f"--output: {str(file)!r} is not the demo's; allowed: a folder without that file"
             )
-        write_layouts(file, demo_pallets(), Format.NATIVE)
+        write_layouts(file, pallets, Format.NATIVE)
         say(f"steadyload check {file} --html {self.output}")
         status = Check(files=(file,), html=self.output, fail_on=str(FailOn.NOTHING)).run()
         if sys.stdout.isatty() and not self.no_open:

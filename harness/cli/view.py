@@ -48,6 +48,7 @@ class View(ReadingFlags):
         """Write the page; the exit status tells whether some layouts were refused."""
         from steadyload.layouts.model import Layout
         from steadyload.layouts.record import Refused
+        from steadyload.layouts.refusals import Refusals
         from steadyload.methods.recording import record_loading
         from steadyload.studies.viewing import (
             Recorder,
@@ -64,17 +65,20 @@ class View(ReadingFlags):
             record, method = riding(self.transport, self.direction or 0.0), _RIDDEN
         entries = pick_layouts(self.file, self.layouts, **self.reading())
         methods = [self.method or method, *filter(None, [self.beside])]
+        refused = Refusals()
+        for entry in entries:
+            if isinstance(entry, Refused):
+                refused.add(str(entry.error))
         with status_line() as tell:
             if len(entries) == 1 and isinstance(entries[0], Layout):
                 tell(f"judging {entries[0].name}")
-                print(write_view(entries[0], methods, self.output, record=record))
-                return 0
-            page = write_views(
-                entries, methods, self.output, record=record,
-                progress=lambda name: tell(f"judging {name}"),
-            )  # fmt: skip
+                page = write_view(entries[0], methods, self.output, record=record)
+            else:
+                page = write_views(
+                    entries, methods, self.output, record=record,
+                    progress=lambda name: tell(f"judging {name}"),
+                )  # fmt: skip
             print(page)
-        refused = [entry for entry in entries if isinstance(entry, Refused)]
-        for entry in refused:
-            say(f"steadyload: {entry.error}")
-        return SOME_REFUSED if refused else 0
+        for sentence in refused.sentences(len(entries) - refused.count):
+            say(f"steadyload: {sentence}")
+        return SOME_REFUSED if refused.count else 0

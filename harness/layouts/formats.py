@@ -137,10 +137,8 @@ def detect_format(head: str, dialect: Dialect | None = None) -> Format | None:
 
 def _other(head: bytes) -> str:
     """The kind, in words, of a file that is in no format of ours."""
-    for start, kind in _OTHERS.items():
-        if head.startswith(start):
-            return kind
-    return "in no known format"
+    told = (kind for start, kind in _OTHERS.items() if head.startswith(start))
+    return next(told, "in no known format")
 
 
 def _records(path: str | Path, dialect: Dialect) -> Iterator[Record | Refused]:

@@ -28,6 +28,7 @@ from steadyload.engines.registry import (
     world_class,
 )
 from steadyload.engines.world import VERSION as WORLD
+from steadyload.methods.envelope import ENVELOPES
 from steadyload.methods.method import Method
 from steadyload.methods.spec import stored_values
 
@@ -149,14 +150,16 @@ def source_line(made: Mapping[str, Any]) -> str:
 def _git_revision() -> str | None:
     """Commit of the source tree this code runs from, marked when it has changes; None outside.
 
-    Published pages and the rows behind them do not count: one is remade after the other.
+    What remaking published pages writes does not count (pages, the rows behind them, and the
+    envelopes of engines): one is remade after the other.
     """
     root = Path(__file__).resolve().parents[2]
     if not (root / ".git").exists():
         return None
     described = _git(root, "describe", "--always", "--abbrev=12")
-    made = (f":!reports/{name}" for name in ("published", "rows"))
-    changed = _git(root, "status", "--porcelain", "--untracked-files=no", "--", ".", *made)
+    made = ("reports/published", "reports/rows", f"harness/methods/{ENVELOPES}")
+    others = [f":!{path}" for path in made]
+    changed = _git(root, "status", "--porcelain", "--untracked-files=no", "--", ".", *others)
     if not described or changed is None:
         return None
     return f"{described}-dirty" if changed else described

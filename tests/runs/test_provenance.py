@@ -175,7 +175,7 @@ def tree(tmp_path, monkeypatch):
     """A clone with a module and a published page, which the code seems to run from."""
     module = tmp_path / "harness" / "runs" / "provenance.py"
     page = tmp_path / "reports" / "published" / "report.md"
-    for file in (module, page):
+    for file in (module, page, tmp_path / "harness" / "methods" / "envelopes.json"):
         file.parent.mkdir(parents=True)
         file.write_text("1\n")
     who = ["-c", "user.name=a", "-c", "user.email=a@b"]
@@ -190,6 +190,8 @@ def test_a_page_that_was_remade_leaves_the_revision_clean(tree):
     clean = provenance()["git"]
     assert len(clean) == 12
     page.write_text("2\n")
+    assert provenance()["git"] == clean
+    (module.parents[1] / "methods" / "envelopes.json").write_text("2\n")
     assert provenance()["git"] == clean
     module.write_text("2\n")
     assert provenance()["git"] == f"{clean}-dirty"

