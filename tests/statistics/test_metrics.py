@@ -5,6 +5,8 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from steadyload.statistics.metrics import (
     agreement,
@@ -30,6 +32,56 @@ def test_wilson(hits, n, low, high):
 def test_a_share_of_nothing_is_not_a_number():
     assert math.isnan(share([]).value)
     assert math.isnan(mean([]).value)
+
+
+@settings(deadline=None)
+@given(st.lists(st.integers(1, 300), min_size=1, max_size=30), st.data())
+def test_no_hit_has_no_wider_interval_than_any_number_of_hits(sizes, data):
+    clusters = np.repeat(np.arange(len(sizes)), sizes)
+    struck = data.draw(st.lists(st.integers(0, len(clusters) - 1), min_size=1, max_size=8))
+    hits = np.zeros(len(clusters), bool)
+    none, every = share(hits, clusters), share(~hits, clusters)
+    hits[struck] = True
+    some, others = share(hits, clusters), share(~hits, clusters)
+    assert (none.value, none.low, every.value, every.high) == (0.0, 0.0, 1.0, 1.0)
+    assert none.high <= some.high + 1e-12
+    assert every.low >= others.low - 1e-12
+    # Independent cases say most; a hit in one cluster is not many times surer than none.
+    assert none.high >= share(np.zeros(len(clusters), bool)).high
+    assert every.low == pytest.approx(1.0 - none.high)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(10, 60), st.integers(1, 200))
+def test_one_hit_more_widens_an_interval_where_hits_are_spread_over_clusters(lists, size):
+    clusters = np.tile(np.arange(lists), size)
+    ends = [
+        share(np.arange(len(clusters)) < k, clusters).high
+        for k in range(min(25, lists * size // 2))
+    ]
+    assert (np.diff(ends) >= -1e-12).all()
+
+
+def test_no_hit_is_not_many_times_less_certain_than_two():
+    """3,000 cases of 15 item lists: a third of 3,000 was possible at 0 hits, and 0.4 % at 2."""
+    clusters = np.repeat(np.arange(15), 200)
+    none, two = (share(np.arange(3000) < k, clusters) for k in (0, 2))
+    assert none.high == two.high == pytest.approx(0.0063, abs=1e-4)
+    # By hand: 3000 / (1 + 199 * 0.02) cases, and z^2 / (n + z^2) of them.
+    assert none.high == pytest.approx(3.8415 / (3000 / 4.98 + 3.8415), rel=1e-4)
+    # Many hits have the interval of the variance between clusters, as ever.
+    many = share(np.arange(3000) % 10 == 0, clusters)
+    assert (many.low, many.high) == pytest.approx((0.0898, 0.1113), abs=1e-4)
+
+
+@pytest.mark.parametrize(("lists", "size", "rate"), [(15, 200, 0.002), (90, 10, 0.002)])
+def test_intervals_of_rare_events_cover_where_lists_are_alike(lists, size, rate):
+    """Rates of lists drawn from a beta law whose intra-class correlation is 0.02."""
+    random = np.random.default_rng(4)
+    clusters = np.repeat(np.arange(lists), size)
+    rates = random.beta(rate * 49.0, (1.0 - rate) * 49.0, (300, lists))
+    found = [share(random.random(lists * size) < np.repeat(own, size), clusters) for own in rates]
+    assert np.mean([f.low <= rate <= f.high for f in found]) > 0.92
 
 
 def test_the_bootstrap_covers_like_the_normal_law():
