@@ -26,6 +26,7 @@ from steadyload.reports.style import (
     face,
     marker,
 )
+from steadyload.reports.table import MISSING
 from steadyload.statistics.estimate import Estimate
 
 matplotlib.rcParams.update(
@@ -203,11 +204,12 @@ def plot_matrix(
 
     Args:
         titles: of rows and columns.
-        shares: a row each.
+        shares: a row each; one that is not a number, as on the diagonal, is a dash.
         label: what the colours show.
     """
     values = 100.0 * np.array([[e.value for e in row] for row in shares])
-    least = 10.0 * math.floor(float(np.nanmin(values)) / 10.0) if values.size else 0.0
+    known = values[~np.isnan(values)]
+    least = 10.0 * math.floor(float(known.min()) / 10.0) if known.size else 0.0
     side = 1.8 + 0.5 * len(titles)
     figure = Figure(figsize=(side + 0.6, side))
     axes = figure.add_subplot()
@@ -223,7 +225,7 @@ def plot_matrix(
             axes.text(
                 column,
                 row,
-                f"{value:.0f}",
+                MISSING if math.isnan(value) else f"{value:.0f}",
                 ha="center",
                 va="center",
                 fontsize=8,

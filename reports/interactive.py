@@ -31,6 +31,7 @@ class CostChart:
 
     kind = "cost"
     players = ()
+    caption = ""
 
     def data(self) -> dict[str, Any]:
         """The chart as plain values; points without a share or a cost are left out."""
@@ -68,10 +69,12 @@ class AnswerChart:
     Attributes:
         methods: titles; what a label says may stand among them.
         cases: all cases that were judged.
+        caption: what its cells are, in the place of the picture's caption.
     """
 
     methods: tuple[str, ...]
     cases: tuple[AnsweredCase, ...]
+    caption: str
 
     kind = "answers"
 

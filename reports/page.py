@@ -19,7 +19,8 @@ from steadyload.reports.table import Table
 class Picture:
     """A figure under its file name, with its caption.
 
-    ``interactive``: a chart that stands in its place in the HTML page.
+    ``interactive``: a chart that stands in its place in the HTML page, with its own caption where
+    it has one.
     """
 
     name: str

@@ -50,12 +50,18 @@ def report_html(page: Page, images: Mapping[str, tuple[str, bytes]]) -> str:
         html=_html,
         source=lambda picture: _source(*images[picture.name]),
         plain=_plain,
-        caption=lambda picture: _inline(picture.caption),
+        caption=_caption,
         style="\n".join(map(template_text, _STYLES)),
         script="\n".join(map(template_text, _SCRIPTS)),
         players=packed(json.dumps(players)) if players else "",
         shared=packed_shared_texts() if players else "",
     )
+
+
+def _caption(picture: Picture) -> Markup:
+    """The caption of what stands in the page: the picture, or the chart in its place."""
+    chart = picture.interactive
+    return _inline(picture.caption if chart is None else chart.caption or picture.caption)
 
 
 def _plain(picture: Picture) -> Markup:

@@ -26,12 +26,17 @@ def agreement_picture(matrix: AgreementMatrix, more: str = "") -> Picture:
     of each.
     """
     figure = plot_matrix(matrix.titles, matrix.shares, label="same failing step (%)")
-    caption = "Share of cases on which two methods name the same failing step."
-    chart = None if matrix.answers is None else _chart(matrix, matrix.answers)
-    return Picture("agreement", figure, f"{caption} {more}".rstrip(), chart)
+    drawn = "Share of cases on which two methods name the same failing step, in per cent."
+    asked = "Number of cases on which two methods name different failing steps, or one names none."
+    chart = (
+        None
+        if matrix.answers is None
+        else _chart(matrix, matrix.answers, f"{asked} {more}".rstrip())
+    )
+    return Picture("agreement", figure, f"{drawn} {more}".rstrip(), chart)
 
 
-def _chart(matrix: AgreementMatrix, answers: Answers) -> AnswerChart:
+def _chart(matrix: AgreementMatrix, answers: Answers, caption: str) -> AnswerChart:
     titles = {method.spec: method.title for method in matrix.methods}
     specs, made = list(answers.said.columns), provenance_lines()
     cases = []
@@ -40,7 +45,7 @@ def _chart(matrix: AgreementMatrix, answers: Answers) -> AnswerChart:
         layout = answers.layouts.get((name, scenario))
         player = "" if layout is None else _player(layout, specs[0], steps[0], made)
         cases.append(AnsweredCase(name, str(scenario), steps, player))
-    return AnswerChart(tuple(titles.get(spec, spec) for spec in specs), tuple(cases))
+    return AnswerChart(tuple(titles.get(spec, spec) for spec in specs), tuple(cases), caption)
 
 
 def _step(said: object, items: int) -> int | None:

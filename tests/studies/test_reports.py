@@ -103,6 +103,27 @@ def test_the_comparison_counts_by_hand(run):
     assert comparison.disputed == disputed
 
 
+def test_no_method_is_compared_with_itself(run, tmp_path, undrawn):
+    comparison = compare(run)
+    text = write_page(study_page(comparison), tmp_path).read_text()
+    table = text.partition("## Agreement between every two methods")[2].partition("\n## ")[0]
+    rows = [line.split("|")[2:-1] for line in table.splitlines() if line.startswith("| ")][2:]
+    assert len(rows) == len(comparison.matrix.titles) == 4
+    for at, cells in enumerate(rows):
+        assert [place for place, cell in enumerate(cells) if cell.strip() == "-"] == [at]
+
+
+def test_the_caption_of_a_chart_says_what_its_cells_are(run, tmp_path, undrawn):
+    """The picture has shares that are equal; the chart in its place, cases that differ."""
+    path = write_page(study_page(compare(run)), tmp_path)
+    same, differ = "Share of cases on which two methods name the same", "Number of cases on which"
+    assert same in path.read_text()
+    assert differ not in path.read_text()
+    page = path.with_suffix(".html").read_text()
+    assert differ in page
+    assert same not in page
+
+
 @pytest.mark.engine("bullet")
 def test_the_engine_page_states_every_answer():
     text = engines_markdown(engine_records())

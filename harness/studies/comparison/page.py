@@ -270,7 +270,8 @@ def _agreement(comparison: Comparison) -> Section:
     )
     return Section(
         "Agreement between every two methods",
-        f"Share of equal failing steps, in per cent, n = {comparison.cases} each.",
+        f"Share of equal failing steps between two different methods, in per cent, "
+        f"n = {comparison.cases} each.",
         [
             Table(
                 list(zip(matrix.titles, matrix.shares, strict=True)), [words("method", 0), *columns]

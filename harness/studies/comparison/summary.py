@@ -19,7 +19,7 @@ from steadyload.runs.evaluation import ALL, Evaluation, MethodEvaluation, evalua
 from steadyload.runs.judged import JudgedCases, load_judged
 from steadyload.runs.provenance import provenance_lines
 from steadyload.runs.results import LAYOUTS_FILE, each_shard, kept_file
-from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.metrics import agreement, mean, same
 from steadyload.studies.comparison.answers import Answers, answers_of
 from steadyload.studies.comparison.disagreements import Disagreement, disagreements
@@ -29,7 +29,10 @@ _COMMON = frozenset(f.name for f in dataclasses.fields(SimulationParameters))
 
 @dataclass(frozen=True, slots=True)
 class AgreementMatrix:
-    """Share of equal failing steps between every two methods, and the answers themselves."""
+    """Share of equal failing steps between every two methods, and the answers themselves.
+
+    A method is not compared with itself: the diagonal is :data:`.NOTHING`.
+    """
 
     methods: tuple[MethodKey, ...]
     shares: tuple[tuple[Estimate, ...], ...]
@@ -187,7 +190,12 @@ def agreement_matrix(judged: JudgedCases, kept: Path) -> AgreementMatrix:
     specs = list(judged.keys)
     return AgreementMatrix(
         tuple(judged.keys.values()),
-        tuple(tuple(agreement(judged.said, a, b, judged.clusters) for b in specs) for a in specs),
+        tuple(
+            tuple(
+                NOTHING if a == b else agreement(judged.said, a, b, judged.clusters) for b in specs
+            )
+            for a in specs
+        ),
         answers_of(judged, kept),
     )
 
