@@ -16,16 +16,19 @@ from steadyload.layouts.question import Question
 from steadyload.methods import registry
 from steadyload.methods.base_support import FullBaseSupport
 from steadyload.methods.method import RefusedError, judge
-from steadyload.methods.naming import method_key
+from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import parse_spec
+from steadyload.reports.table import names
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.runs.labels import load_labels
 from steadyload.runs.runner import run_study
-from steadyload.statistics.metrics import mean
+from steadyload.statistics.metrics import mean, share
+from steadyload.statistics.paired import holm
 from steadyload.studies.able import asked_question
 from steadyload.studies.recommend.measuring import measured_in
+from steadyload.studies.table5 import page as page_module
 from steadyload.studies.table5 import study as table5
 from steadyload.studies.table5.accuracy_sections import time_a_layout, what_rows_are
 from steadyload.studies.table5.pair_tests import pair_tests
@@ -37,6 +40,7 @@ from steadyload.studies.table5.summary import (
     summarise,
     tunings,
 )
+from steadyload.studies.table5.test_sections import significantly_different
 
 SPECS = ("fbs", "sme", "equilibrium")
 FEW = ("--limit", "3", "--timed", "2", "--repeats", "1", "--rules", "2", "-j", "1")
@@ -380,6 +384,52 @@ def test_what_each_engine_was_tuned_for_is_not_told_as_what_the_engine_changes()
     }
     assert said[True] == {("ps3@bullet", "ps3@mujoco")}
     assert said[False] == {("ps3@bullet", "ps_opt@bullet"), ("ps3@mujoco", "ps_opt@mujoco")}
+
+
+def test_a_comparison_with_one_method_is_a_family_of_its_own():
+    """Twelve methods: 11 tests against the best one, and not 66 of all pairs."""
+    keys = [MethodKey(f"m{n}", f"m{n}", "") for n in range(12)]
+    random = np.random.default_rng(8)
+    right = pd.DataFrame({key.spec: random.random(120) < 0.97 - 0.02 * n
+                          for n, key in enumerate(keys)})  # fmt: skip
+    tests = pair_tests(keys, right, np.arange(120) // 2)
+    assert len(tests.pairs) == 66
+    best = max(keys, key=lambda key: right[key.spec].mean())
+    found = tests.with_each(best)
+    assert [test.first for test in found] == [key for key in keys if key != best]
+    assert [test.corrected for test in found] == holm([test.p for test in found])
+    assert all(test.second == best for test in found)
+    for test in found:
+        of_all = tests.of(test.first, best)
+        assert (test.difference, test.p) == (of_all.difference, of_all.p)
+        assert test.corrected <= of_all.corrected
+    level = tests.level
+    assert any(t.corrected < level <= tests.of(t.first, best).corrected for t in found)
+
+
+def test_the_page_compares_every_method_with_the_best_alone():
+    keys = [method_key(make_method(spec)) for spec in SIMULATED]
+    random = np.random.default_rng(1)
+    right = pd.DataFrame({k.spec: random.random(40) < 0.95 - 0.08 * n for n, k in enumerate(keys)})
+    tests = pair_tests(keys, right, np.arange(40))
+    rows = [MethodEvaluation(key, accuracy=share(right[key.spec])) for key in keys]
+    shown = types.SimpleNamespace(
+        methods=rows, groups=(ALL,), labelled=types.SimpleNamespace(cases=40)
+    )
+    own = judged(evaluation=shown, tests={ALL: tests}, tunings=tunings(SIMULATED),
+                 timing=types.SimpleNamespace(yardstick=None))  # fmt: skip
+    mine = tests.with_each(own.best.method)
+    alike = [t.first.title for t in mine if t.corrected >= tests.level]
+    assert 0 < len(alike) < len(mine) == 5
+    _, answer, _ = page_module._best(own)
+    assert answer.endswith(f"Of 5 others, each compared with it, these are not significantly "
+                           f"different: {names(alike)}.")  # fmt: skip
+    section = significantly_different(own)
+    assert "a family is the 5 others" in section.text
+    assert "a family is all 15 pairs" in section.text
+    assert [test.corrected for test in section.tables[0].rows] == [t.corrected for t in mine]
+    one_tuning = own.simulation_pairs(same_tuning=True)
+    assert [t.corrected for t in one_tuning] == holm([t.p for t in one_tuning])
 
 
 def test_a_pair_that_is_equal_in_the_paper_is_no_order_to_be_kept():

@@ -62,7 +62,8 @@ def accuracy_and_cost(found: Table5) -> Section:
     return Section(
         "Accuracy and cost",
         f"All scenarios first, then each by itself. {paper}*Letters*: two methods share one just "
-        f"where their accuracies are not told apart (next section). {terms_explained(own.about)}"
+        "where their accuracies are not told apart among all pairs (see below). "
+        f"{terms_explained(own.about)}"
         f"{column.stands_explained(own.about)} "
         f"{own.evaluation.cost_source.explained()}{share}"
         f"{what_rows_are(own) if found.paper is not None else ''}",

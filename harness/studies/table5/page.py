@@ -122,16 +122,17 @@ def _found(found: Table5) -> Section:
 
 
 def _best(own: JudgedSet) -> Finding:
-    tests = own.tests[ALL]
-    alike = [
-        m.method.title
-        for m in own.evaluation.methods
-        if m is not own.best and tests.of(own.best.method, m.method).corrected >= tests.level
-    ]
+    others = own.tests[ALL].with_each(own.best.method)
+    alike = [test.first.title for test in others if test.corrected >= own.tests[ALL].level]
+    tested = (
+        f" Of {len(others)} others, each compared with it, these are not significantly different: "
+        f"{names(alike)}."
+        if others
+        else ""
+    )
     return (
         "Which method is the most accurate?",
-        f"{own.best.method.title}: {percent(own.best.accuracy)} %. Not told apart from it: "
-        f"{names(alike)}.",
+        f"{own.best.method.title}: {percent(own.best.accuracy)} %.{tested}",
         str(own.about.cases),
     )
 
@@ -195,7 +196,8 @@ def _spread(own: JudgedSet) -> list[Finding]:
             largest = max(pairs, key=lambda t: abs(t.difference.value))
             apart = sum(t.corrected < own.tests[ALL].level for t in pairs)
             answer = (
-                f"{apart} of {len(pairs)} pairs are told apart. The largest difference: "
+                f"{apart} of {len(pairs)} pairs, taken as one family of tests, differ "
+                "significantly. The largest difference: "
                 f"{largest.first.title} minus {largest.second.title}, "
                 f"{percent(largest.difference)} points."
             )

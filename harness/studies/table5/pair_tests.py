@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -21,8 +21,8 @@ from steadyload.statistics.paired import LEVEL, holm, letters, sign_flip
 class PairTest:
     """Two methods on the same cases: accuracy of the first minus that of the second.
 
-    ``p``: of the sign-flip test over item lists; ``corrected``: by Holm, over all pairs of the
-    group.
+    ``p``: of the sign-flip test over item lists; ``corrected``: by Holm, over the family of tests
+    that answer one question: all pairs of a group, or those of :func:`one_family`.
     """
 
     first: MethodKey
@@ -48,6 +48,15 @@ class PairTests:
     least: float
     against: MethodKey | None = None
 
+    def with_each(self, held: MethodKey) -> tuple[PairTest, ...]:
+        """Every other method compared with one: each minus it, corrected as a family of its own.
+
+        That is the family of "which methods differ from this one?"; the pairs among the others
+        answer another question.
+        """
+        others = dict.fromkeys(m for test in self.pairs for m in (test.first, test.second))
+        return one_family(self.of(method, held) for method in others if method != held)
+
     def of(self, first: MethodKey, second: MethodKey) -> PairTest:
         """The test of two methods, with the sign reversed where they were tested in reverse order.
 
@@ -62,6 +71,13 @@ class PairTests:
                 turned = Estimate(-d.value, -d.high, -d.low, d.n)
                 return PairTest(first, second, turned, test.p, test.corrected)
         raise KeyError(first.spec, second.spec)
+
+
+def one_family(tests: Iterable[PairTest]) -> tuple[PairTest, ...]:
+    """Tests that answer one question together, their p-values corrected for their number alone."""
+    own = tuple(tests)
+    corrected = holm([test.p for test in own])
+    return tuple(replace(test, corrected=p) for test, p in zip(own, corrected, strict=True))
 
 
 def pair_tests(

@@ -55,7 +55,7 @@ from steadyload.studies.table5.error_places import (
     size_bins,
 )
 from steadyload.studies.table5.label_ceiling import Ceiling, label_ceiling
-from steadyload.studies.table5.pair_tests import PairTest, PairTests, pair_tests
+from steadyload.studies.table5.pair_tests import PairTest, PairTests, one_family, pair_tests
 from steadyload.studies.table5.paper import Paper, paper
 from steadyload.studies.table5.study import YARDSTICK, Ran, Table5Options
 from steadyload.studies.table5.watched import Watch, watched
@@ -148,17 +148,20 @@ class JudgedSet:
         shown = dict.fromkeys((*self.fronts.get(ALL, ()), *(each.method for each in cheapest)))
         return ErrorCosts(tuple(own[spec] for spec in own if spec in shown), cheapest)
 
-    def simulation_pairs(self, *, same_tuning: bool) -> list[PairTest]:
-        """Pairs of simulations with one tuning on two engines, or two tunings on one engine."""
+    def simulation_pairs(self, *, same_tuning: bool) -> tuple[PairTest, ...]:
+        """Pairs of simulations with one tuning on two engines, or two tunings on one engine.
+
+        Their p-values are corrected for the number of these pairs.
+        """
         of = self.tunings
-        return [
+        return one_family(
             test
             for test in self.tests[ALL].pairs
             if test.first.spec in of
             and test.second.spec in of
             and (of[test.first.spec] == of[test.second.spec]) == same_tuning
             and (test.first.engine == test.second.engine) != same_tuning
-        ]
+        )
 
 
 @dataclass(frozen=True, slots=True)

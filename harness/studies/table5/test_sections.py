@@ -27,10 +27,13 @@ def significantly_different(own: JudgedSet) -> Section:
         "differences. Cases of one list are alike, so McNemar's test, which takes every case for "
         "an observation, would find too much; a t test would ask for lists of like size, and these "
         f"hold {tests.sizes[-1]} to {tests.sizes[0]} cases. "
-        f"With {len(tests.pairs)} pairs some differences look large by chance: *corrected* "
-        "p-values are Holm's, over all pairs of a group (all cases, or a scenario). Told apart "
+        "Of many differences some are large by chance, so *corrected* p-values are Holm's, over "
+        "the family of tests that answer one question. The tables below ask which methods differ "
+        f"from one: a family is the {len(order) - 1} others, each compared with it, on a group of "
+        "cases (all, or a scenario). The figure and the *letters* above compare all methods with "
+        f"one another: a family is all {len(tests.pairs)} pairs of a group. Told apart "
         f"means corrected p below {tests.level:g}. The smallest corrected p that so many lists and "
-        f"pairs can give is {compact(tests.least)}; "
+        f"all pairs can give is {compact(tests.least)}; "
         + (
             "no pair can be told apart here."
             if tests.least >= tests.level
@@ -43,8 +46,8 @@ def significantly_different(own: JudgedSet) -> Section:
                 "differences",
                 plot_differences(tests, [m.method for m in order]),
                 "Accuracy of the row minus that of the column, in percentage points, n = "
-                f"{own.about.cases} cases each. Coloured where the two are told apart; grey "
-                "numbers are not.",
+                f"{own.about.cases} cases each. Coloured where the two are told apart among all "
+                f"{len(tests.pairs)} pairs; grey numbers are not.",
             )
         ],
     )
@@ -52,14 +55,14 @@ def significantly_different(own: JudgedSet) -> Section:
 
 def _against(own: JudgedSet, held: MethodKey) -> Table:
     """A row a method: its difference to one of them."""
+    found = {group: tests.with_each(held) for group, tests in own.tests.items()}
 
     def brief(test: PairTest, group: str) -> str:
-        found = own.tests[group].of(test.first, held)
-        return f"{round(100 * found.difference.value, 1) + 0.0:.1f} ({compact(found.corrected)})"
+        here = next(other for other in found[group] if other.first == test.first)
+        return f"{round(100 * here.difference.value, 1) + 0.0:.1f} ({compact(here.corrected)})"
 
-    others = [m.method for m in own.evaluation.methods if m.method != held]
     return Table(
-        [own.tests[ALL].of(method, held) for method in others],
+        found[ALL],
         [
             words("method", "first.title"),
             _N,
@@ -68,7 +71,7 @@ def _against(own: JudgedSet, held: MethodKey) -> Table:
             *columns_for(own.groups[1:], "{}", brief),
         ],
         f"Accuracy minus that of {held.title}, in percentage points; by scenario with the "
-        "corrected p in round brackets:",
+        f"corrected p in round brackets. Each column of p is a family of {len(found[ALL])} tests:",
     )
 
 
@@ -84,8 +87,8 @@ def what_the_engine_changes(own: JudgedSet) -> Section:
     ]
     return Section(
         "What the engine changes",
-        "The same parameters on two engines, in percentage points. `steadyload engines` says which "
-        "of them an engine ignores or imitates."
+        "The same parameters on two engines, in percentage points; corrected p over these "
+        f"{len(rows)} pairs. `steadyload engines` says which of them an engine ignores or imitates."
         if rows
         else "No tuning was judged on two engines.",
         [Table(rows, columns)] if rows else [],
