@@ -151,6 +151,20 @@ def test_whether_an_aim_is_reached_is_said(numbers, reached, study, tmp_path, un
     assert re.findall(r"\| (yes|no) +\|", text) == reached
 
 
+@pytest.mark.parametrize(
+    ("ahead", "answer"),
+    # Of no more than 0.5 points behind: what the whole interval meets, misses, or neither.
+    [((-0.001, -0.009, 0.007), "open"), ((-0.001, -0.005, 0.002), "yes"),
+     ((-0.009, -0.014, -0.0051), "no"), ((-0.009, -0.014, -0.004), "open")],
+)  # fmt: skip
+def test_an_aim_is_decided_by_the_interval(ahead, answer, study, tmp_path, undrawn):
+    record = aimed(study[0], 0.985, 0.2, -0.005, 0.09)
+    cascade, simulation = record.methods
+    simulation = dataclasses.replace(simulation, ahead=Estimate(*ahead, 18))
+    text = text_of(dataclasses.replace(record, methods=(cascade, simulation)), tmp_path)
+    assert re.findall(r"\| (yes|no|open) +\|", text) == [answer, "yes", "yes"]
+
+
 def test_a_busy_machine_is_told(study, tmp_path, undrawn):
     record, _ = study
     busy = "The machine was busy"
