@@ -69,10 +69,13 @@ class Design:
 
 DESIGNS = (
     Design(LISTS, ("ps3-literal", "ps_opt-paper", TUNED, "label"), (Question.WITHIN,)),
+    Design(LISTS, (TUNED, "label"), (Question.WITHIN,)),
     Design(LISTS, (TUNED, "label"), (Question.WITHIN, Question.STANDS)),
     Design(REAL, (TUNED,), (Question.WITHIN, Question.STANDS)),
 )
-"""On real pallets only the tuned parameters: others take DART minutes a pallet."""
+"""The first is of all parameter sets, of which two stop at other times and thresholds than the
+label; the second of those that follow the label. On real pallets only the tuned parameters: others
+take DART minutes a pallet."""
 
 ANSWERS: Mapping[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]] = {
     "share of items placed": lambda placed: placed,

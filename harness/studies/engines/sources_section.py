@@ -26,7 +26,10 @@ def sources(tables: Sequence[SourceTable]) -> Section:
         "Engine, parameters, question or luck: what verdicts differ by",
         "\n".join(_sentence(table) for table in tables if table.answer == first) + "\n\n"
         f"Each case is judged on every engine ({names(tuned_engines())}) with every parameter "
-        "set and, where two are named, for both questions. The differences between the verdicts on "
+        "set and, where two are named, for both questions. The parameter sets ps3-literal and "
+        "ps_opt-paper run for other times and have other thresholds than the label, so a part of "
+        "what comes with the parameters is a difference of questions; ps_opt and label follow the "
+        "label. The differences between the verdicts on "
         "one case are shared out among what differs between their methods (analysis of variance; "
         "the shares add up to 100 %). *The same on all cases*: one engine, say, lets more items "
         "stand than another, always. *From case to case*: which of the two lets more stand "
@@ -46,29 +49,50 @@ def sources(tables: Sequence[SourceTable]) -> Section:
 
 
 def _sentence(table: SourceTable) -> str:
-    single = [share for share in table.shares if len(share.factors) == 1]
-    ordered = sorted(single, key=lambda share: -share.whole.value)
     return (
         f"- {_about(table)}: {plain_percent(table.differing)} % of {table.cases} cases have "
-        f"verdicts that differ. Of the differences {names([_share(share) for share in ordered])}."
+        f"verdicts that differ. Of the differences {_shared_out(table)}."
     )
 
 
 def leading_source(tables: Sequence[SourceTable]) -> str:
-    """Sentence on what most of the differences between verdicts come with, by the first table."""
-    table = tables[0]
-    single = [share for share in table.shares if len(share.factors) == 1]
-    first = max(single, key=lambda share: share.whole.value)
-    engine = next(share for share in single if share.factors == ("engine",))
-    rest = "" if first is engine else f", and {_share(engine)}"
-    return (
-        f"Of the differences between verdicts on the same case {_share(first)}{rest} "
-        f"({table.cases} cases of set {table.design.labelled_set})."
+    """Sentence on what the differences between verdicts come with, for every choice of parameters.
+
+    Of designs that ask several questions it says nothing, unless there are no others.
+    """
+    own = [table for table in tables if table.answer == next(iter(ANSWERS))]
+    one_question = [table for table in own if len(table.design.questions) == 1]
+    chosen = one_question or own[:1]
+    among = "; ".join(
+        f"among {names(table.design.parameters)} {_shared_out(table)} ({table.cases} cases of set "
+        f"{table.design.labelled_set})"
+        for table in chosen
     )
+    said = f"Of the differences between verdicts on the same case, {among}."
+    if len({_largest(table) for table in chosen}) > 1:
+        said += (
+            " So whether the engine or the parameters matter more depends on the parameter sets "
+            "that are compared."
+        )
+    return said
+
+
+def _largest(table: SourceTable) -> tuple[str, ...]:
+    """The factor with which most of the differences come, alone."""
+    single = [share for share in table.shares if len(share.factors) == 1]
+    return max(single, key=lambda share: share.whole.value).factors
+
+
+def _shared_out(table: SourceTable) -> str:
+    """Shares of single factors and of all of their combinations, the largest single one first."""
+    ordered = sorted(table.shares, key=lambda share: (len(share.factors), -share.whole.value))
+    return names([_share(share) for share in ordered])
 
 
 def _share(share: SourceShare) -> str:
-    return f"{percent(share.whole)} % come with the {share.factors[0]}"
+    if len(share.factors) == 1:
+        return f"{percent(share.whole)} % come with the {share.factors[0]} alone"
+    return f"{percent(share.whole)} % with the combination of {' and '.join(share.factors)}"
 
 
 def _about(table: SourceTable) -> str:
