@@ -84,14 +84,22 @@ def _largest(table: SourceTable) -> tuple[str, ...]:
 
 
 def _shared_out(table: SourceTable) -> str:
-    """Shares of single factors and of all of their combinations, the largest single one first."""
+    """Shares of single factors, the largest first, and of their combination, or of all of them."""
     ordered = sorted(table.shares, key=lambda share: (len(share.factors), -share.whole.value))
-    return names([_share(share) for share in ordered])
+    single = [
+        f"{percent(share.whole)} % come with the {share.factors[0]} alone"
+        for share in ordered
+        if len(share.factors) == 1
+    ]
+    rest = ordered[len(single) :]
+    if len(rest) > 1:
+        return names(
+            [*single, f"{plain_percent(sum(r.whole.value for r in rest))} % with combinations"]
+        )
+    return names([*single, *(_combined(share) for share in rest)])
 
 
-def _share(share: SourceShare) -> str:
-    if len(share.factors) == 1:
-        return f"{percent(share.whole)} % come with the {share.factors[0]} alone"
+def _combined(share: SourceShare) -> str:
     return f"{percent(share.whole)} % with the combination of {' and '.join(share.factors)}"
 
 

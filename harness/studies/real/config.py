@@ -40,7 +40,7 @@ class Real(Study[RealConfig, Any]):
 
     name = "real"
     question = "Which method judges a pallet of real size, how right is it, and at what cost?"
-    about = "all methods on labelled layouts of 25 to 150 boxes, by number of boxes"
+    about = "all methods on labelled layouts of real size, by number of boxes"
     Config = RealConfig
     published = (PublishedPage("real", "--workers 1"),)
 

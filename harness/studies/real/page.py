@@ -14,11 +14,13 @@ from steadyload.reports.table import (
     columns_for,
     counts,
     decimal,
+    names,
     percent,
     plain_percent,
     significant,
     words,
 )
+from steadyload.studies.real.delivered import CUSTOMERS, DELIVERED, PACKERS
 from steadyload.studies.real.figures import plot_accuracy, plot_cost
 from steadyload.studies.real.further_sections import (
     floors_section,
@@ -45,6 +47,7 @@ def real_page(found: RealSummary) -> Page:
     """Compose the page."""
     sections = [
         _accuracies(found),
+        _origins(found),
         _by_size(found),
         _cost(found),
         no_verdict_section(found),
@@ -58,8 +61,9 @@ def _summary(found: RealSummary) -> str:
     columns = [
         _METHOD,
         *(_accuracy(f"{question} %", question, "overall") for question in Question),
-        _milliseconds("CPU ms, median", "median"),
-        _milliseconds("CPU ms, 90 %", "ninety"),
+        _milliseconds("CPU ms, mean", "mean"),
+        _milliseconds("median", "median"),
+        _milliseconds("90 %", "ninety"),
         _NO_VERDICT,
     ]
     told = "\n\n".join(
@@ -77,12 +81,13 @@ def _summary(found: RealSummary) -> str:
 
 
 def _answer(found: RealSummary) -> str:
-    """Two sentences: which method, how right, at what cost, and what the easiest answer gives."""
+    """Which method, how right, at what cost, who is as good, and what the easiest answer gives."""
     chosen, whole = found.chosen, found.real
     parts = [
         f"{result.method.title} for the question *{question}* ("
         f"{plain_percent(result.accuracy[question].overall.value)} % right, "
-        f"{_of(result.cost, 'median')} ms a layout in the median)"
+        f"{_of(result.cost, 'mean')} ms a layout on average, {_of(result.cost, 'median')} ms in "
+        "the median)"
         for question, result in chosen.items()
     ]
     if not parts:
@@ -100,8 +105,58 @@ def _answer(found: RealSummary) -> str:
     return (
         f"On {whole.cases} cases of {whole.title} boxes ({whole.item_lists} item lists), the "
         f"cheapest method within {100 * NEAR:g} percentage point of the most accurate one is "
-        f"{' and '.join(parts)}. The constant verdict *stable* would be right on {right}; of the "
+        f"{' and '.join(parts)}. {_no_winner(found)}{_origins_in_words(found)}The constant verdict *stable* would be right on {right}; of the "
         f"loads that fail, these methods name the failing step on {failing}."
+    )
+
+
+def _no_winner(found: RealSummary) -> str:
+    """Sentences on the methods that do not differ significantly from the most accurate one."""
+    return "".join(
+        f"For *{question}*, of {best.others} other methods compared with the most accurate one, "
+        f"{best.method.title}, these do not differ from it significantly: "
+        f"{names(key.title for key in best.alike)}. "
+        for question, best in found.best.items()
+        if best.others
+    )
+
+
+def _origins_in_words(found: RealSummary) -> str:
+    """Sentence on the customers' pallets among the cases; empty without any."""
+    by_title = {origin.title: origin for origin in found.origins}
+    if not {CUSTOMERS, DELIVERED, PACKERS} <= set(by_title):
+        return ""
+    own, delivered = by_title[CUSTOMERS], by_title[DELIVERED]
+    stand = {q: d.n - round(d.value * d.n) for q, d in delivered.failing.items() if d.n}
+    shown = " and ".join(
+        f"{count} of {delivered.failing[q].n} stand by the label *{q}*"
+        for q, count in stand.items()
+    )
+    return (
+        f"{own.cases} of the cases are customers' pallets ({own.layouts} pallets of "
+        f"{own.item_lists} orders); as delivered, with centres of mass in the middle, {shown}. The "
+        f"other {by_title[PACKERS].cases} cases are plans of packers for published item lists. "
+    )
+
+
+def _origins(found: RealSummary) -> Section:
+    return Section(
+        "Whose pallets these are",
+        "Customers' pallets were planned by palletising software, and delivered; where the centres "
+        "of mass of their boxes are is not known, so those off the middle are made up. The plans "
+        "of packers are for published item lists, and were not loaded.",
+        [
+            Table(
+                found.origins,
+                [
+                    words("cases", "title"),
+                    Column("n", "cases"),
+                    Column("layouts"),
+                    Column("item lists", "item_lists"),
+                    *columns_for(Question, "fails {} %", "failing", percent),
+                ],
+            )
+        ],
     )
 
 
@@ -202,7 +257,8 @@ def _cost(found: RealSummary) -> Section:
     columns = [
         _METHOD,
         *(_milliseconds(title, what) for title, what in (
-            ("median ms", "median"), ("90 % ms", "ninety"), ("worst ms", "worst"))),
+            ("mean ms", "mean"), ("median ms", "median"), ("90 % ms", "ninety"),
+            ("worst ms", "worst"))),
         Column("n", lambda row: found.growth[row.method.spec].real.n),
         Column("exponent, real size", power("real")),
         Column("n", lambda row: found.growth[row.method.spec].everything.n),

@@ -25,6 +25,8 @@ from steadyload.statistics.growth import exponent
 from steadyload.statistics.metrics import share
 from steadyload.studies.able import asked_question
 from steadyload.studies.comparison.summary import manifest_lines
+from steadyload.studies.real.best import BestMethod, best_method
+from steadyload.studies.real.delivered import Origin, origins
 from steadyload.studies.real.floors import FloorRow, floor_rows
 from steadyload.studies.real.screened import ScreenedSteps, screened_steps
 from steadyload.studies.real.study import JudgedReal, RealStudyOptions
@@ -60,9 +62,10 @@ class Accuracy:
 
 @dataclass(frozen=True, slots=True)
 class JudgingCost:
-    """CPU time of a judgement over cases [ms]: median, 90th percentile, largest."""
+    """CPU time of a judgement over cases [ms]: mean, median, 90th percentile, largest."""
 
     n: int
+    mean: float
     median: float
     ninety: float
     worst: float
@@ -152,6 +155,9 @@ class RealSummary:
         growth: of the CPU time, by spec.
         chosen: by question, the cheapest method (by the median) that is at most :data:`NEAR` behind
             the most accurate one, which itself may be it; a question without a label is missing.
+        best: by question, the most accurate method, and those that do not differ from it
+            significantly; a question without a label is missing.
+        origins: who planned the cases.
         lost: cases without a verdict.
         floors: shares of customers' pallets that are called stable, by floor; empty without any.
         screened: agreement of screen and reference while the labels were made.
@@ -168,6 +174,8 @@ class RealSummary:
     small: bool
     growth: Mapping[str, Growth]
     chosen: Mapping[Question, MethodResult]
+    best: Mapping[Question, BestMethod]
+    origins: tuple[Origin, ...]
     lost: tuple[NoVerdict, ...]
     floors: tuple[FloorRow, ...]
     screened: ScreenedSteps
@@ -197,6 +205,8 @@ def summarise(asked: RealStudyOptions, judged: JudgedReal) -> RealSummary:
         small=small is not None,
         growth={spec: _growth(spec, real, small) for spec in real.keys},
         chosen={q: found for q in Question if (found := _chosen(whole, q)) is not None},
+        best={q: found for q in Question if (found := best_method(real, q)) is not None},
+        origins=origins(real, judged.benchmark.layouts),
         lost=_lost([folder for folder in (judged.small, judged.real) if folder]),
         floors=floor_rows(judged),
         screened=screened_steps(judged.benchmark.screening),
@@ -317,7 +327,9 @@ def _cost(judged: JudgedCases, spec: str, timeout: float) -> JudgingCost | None:
     if cost.empty:
         return None
     median, ninety = np.quantile(cost, (0.5, 0.9))
-    return JudgingCost(len(cost), float(median), float(ninety), float(cost.max()))
+    return JudgingCost(
+        len(cost), float(cost.mean()), float(median), float(ninety), float(cost.max())
+    )
 
 
 def _growth(spec: str, real: JudgedCases, small: JudgedCases | None) -> Growth:

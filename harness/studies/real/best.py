@@ -1,0 +1,45 @@
+"""Which methods do not differ significantly from the most accurate one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from steadyload.layouts.question import Question
+from steadyload.methods.naming import MethodKey
+from steadyload.runs.evaluation import names_the_label
+from steadyload.runs.judged import JudgedCases
+from steadyload.statistics.paired import LEVEL, holm, sign_flip
+from steadyload.studies.able import asked_question
+
+
+@dataclass(frozen=True, slots=True)
+class BestMethod:
+    """The most accurate method by the labels of one question, and those that may be as accurate.
+
+    Attributes:
+        method: of those that are asked the question, or have no such parameter, the most accurate.
+        others: number of the others, each compared with it by a paired sign-flip test over item
+            lists; refused cases count as wrong.
+        alike: those of them whose p-value, corrected by Holm for their number, is at least
+            :data:`steadyload.statistics.paired.LEVEL`.
+    """
+
+    method: MethodKey
+    others: int
+    alike: tuple[MethodKey, ...]
+
+
+def best_method(judged: JudgedCases, question: Question) -> BestMethod | None:
+    """The most accurate method of a run; None where no case has a label of the question."""
+    part = judged.asked(question)
+    keys = {
+        spec: key for spec, key in part.keys.items() if asked_question(spec) in (None, question)
+    }
+    if not len(part.said) or not keys:
+        return None
+    right = {spec: names_the_label(part, spec).astype(int) for spec in keys}
+    best = max(keys, key=lambda spec: right[spec].mean())
+    others = [spec for spec in keys if spec != best]
+    p_values = holm([sign_flip(right[best] - right[spec], part.clusters) for spec in others])
+    alike = [keys[spec] for spec, p in zip(others, p_values, strict=True) if p >= LEVEL]
+    return BestMethod(keys[best], len(others), tuple(alike))

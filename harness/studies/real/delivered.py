@@ -1,0 +1,81 @@
+"""Whose pallets the cases are: customers', as palletising software planned them, or packers'."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from steadyload.layouts.benchmark.real import PALLET_SOFTWARE
+from steadyload.layouts.question import Question
+from steadyload.layouts.scenarios import Scenario
+from steadyload.runs.judged import JudgedCases
+from steadyload.statistics.clusters import Labels
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.metrics import share
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Cases of one origin and one scenario.
+
+    Attributes:
+        title: who planned them, and with which centres of mass.
+        cases, layouts, item_lists: how many there are.
+        failing: share of cases whose label is a failing step, by question.
+    """
+
+    title: str
+    cases: int
+    layouts: int
+    item_lists: int
+    failing: Mapping[Question, Estimate]
+
+
+CUSTOMERS, PACKERS = "customers' pallets", "plans of packers"
+DELIVERED = f"{CUSTOMERS}, as delivered (S1)"
+
+_CENTRES = {
+    DELIVERED: Scenario.S1,
+    f"{CUSTOMERS}, centres of mass moved (S2a)": Scenario.S2A,
+    f"{CUSTOMERS}, centres of mass moved (S2b)": Scenario.S2B,
+}
+
+
+def origins(judged: JudgedCases, layouts: pd.DataFrame) -> tuple[Origin, ...]:
+    """Cases of a run by origin, those of customers by scenario, too; an origin without a case is
+    left out.
+
+    Args:
+        judged: by all methods.
+        layouts: of the labelled set, with their sources.
+    """
+    names = judged.said.index.get_level_values("layout")
+    scenarios = judged.said.index.get_level_values("scenario")
+    software = layouts["sources"].loc[names].map(lambda found: PALLET_SOFTWARE in found)
+    theirs = software.to_numpy(bool)
+    masks = {CUSTOMERS: theirs}
+    masks |= {
+        title: theirs & np.asarray(scenarios == str(scenario))
+        for title, scenario in _CENTRES.items()
+    }
+    masks[PACKERS] = ~theirs
+    return tuple(_origin(judged.only(here), title) for title, here in masks.items() if here.any())
+
+
+def _origin(judged: JudgedCases, title: str) -> Origin:
+    return Origin(
+        title,
+        len(judged.said),
+        judged.said.index.get_level_values("layout").nunique(),
+        judged.clusters.nunique(),
+        {q: _failing(judged.asked(q)) for q in Question},
+    )
+
+
+def _failing(judged: JudgedCases) -> Estimate:
+    assert judged.labels is not None, "the run is on a labelled set"
+    lists: Labels = judged.clusters
+    return share(judged.labels["failing_step"].notna(), lists)
