@@ -176,7 +176,7 @@ class DrakeWorld(FixedStepWorld):
         changing_gravity=SettingSupport(
             Support.HONOURED, "the scene is built anew, and takes the state over"
         ),
-        notes="An independent check, installed with `pip install 'steadyload[drake]'` and part of "
+        notes="An independent check, installed with `pip install '.[drake]'` and part of "
         "no comparison unless named. Contact is a field of pressure, steps are controlled by their "
         "error, and a substep is the longest. It runs in a process of its own, whose CPU time is "
         "not counted: read wall time. Side faces are drawn in by 0.05 mm, and shapes stand up to "

@@ -66,7 +66,7 @@ class PhysxWorld(RebuiltWorld):
             ),
         ),
         changing_gravity=SettingSupport(Support.EMULATED, "forces at the centres of mass"),
-        notes="Installed with `pip install 'steadyload[physx]'`. Single precision. What sapien "
+        notes="Installed with `pip install '.[physx]'`. Single precision. What sapien "
         "takes for a scene is of the whole process and is set before each.",
     )
 

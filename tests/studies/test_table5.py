@@ -360,6 +360,8 @@ def named(*specs):
 def test_a_page_says_which_rows_are_not_the_papers_own():
     networks, reading = what_rows_are(named("lstm_1")), what_rows_are(named("ps5@bullet"))
     assert "networks of our own" in networks
+    assert "after 80 to 154 of 700 epochs" in networks
+    assert "no measure of what a network learns from sequences" in networks
     assert what_rows_are(named("lstm_e-paper")) == networks
     assert "PS_3" not in networks
     assert "converted to SI" in reading

@@ -21,6 +21,9 @@ from steadyload.studies.learned.summary import Learned, ProvenanceRow
 from steadyload.studies.learned.table_section import judge_table
 from steadyload.studies.learned.trust_sections import calibration, foreign
 
+_RULE = "equilibrium:time=0.3"
+"""A rule of the quantities that features of support hold, for comparison with what is learnt."""
+
 
 def _numbers(values: Sequence[int]) -> str:
     return names(map(str, values))
@@ -62,9 +65,17 @@ def _answer(learned: Learned) -> str:
     if held is None or not others:
         return ""
     best = max(others, key=lambda row: row.accuracy.value)
+    ruled = next((row for row in others if row.method.spec == _RULE), None)
+    of_rule = (
+        f" Its features say how every item is supported, and how far a box would tip in 0.3 s; the "
+        f"rule {_found(ruled)} without any learning, so that little of this figure is due to the "
+        "network."
+        if ruled is not None and ruled.accuracy.value >= held.accuracy.low
+        else ""
+    )
     return (
         f"{_found(held)} on item lists that it has not seen. The most accurate of the other "
-        f"methods here is {_found(best, verb='with')}.\n\n"
+        f"methods here is {_found(best, verb='with')}.{of_rule}\n\n"
     )
 
 

@@ -105,7 +105,8 @@ def _answer(found: RealSummary) -> str:
     return (
         f"On {whole.cases} cases of {whole.title} boxes ({whole.item_lists} item lists), the "
         f"cheapest method within {100 * NEAR:g} percentage point of the most accurate one is "
-        f"{' and '.join(parts)}. {_no_winner(found)}{_origins_in_words(found)}The constant verdict *stable* would be right on {right}; of the "
+        f"{' and '.join(parts)}. {_no_winner(found)}"
+        f"{_origins_in_words(found)}The constant verdict *stable* would be right on {right}; of the "
         f"loads that fail, these methods name the failing step on {failing}."
     )
 
@@ -142,9 +143,10 @@ def _origins_in_words(found: RealSummary) -> str:
 def _origins(found: RealSummary) -> Section:
     return Section(
         "Whose pallets these are",
-        "Customers' pallets were planned by palletising software, and delivered; where the centres "
-        "of mass of their boxes are is not known, so those off the middle are made up. The plans "
-        "of packers are for published item lists, and were not loaded.",
+        "Customers' pallets are orders as palletising software planned them. Where the centres of "
+        "mass of their boxes are is not known: *as delivered* they are in the middle, and those "
+        "off the middle are made up. The plans of packers are for published item lists; nobody "
+        "loaded them.",
         [
             Table(
                 found.origins,

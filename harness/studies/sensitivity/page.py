@@ -70,6 +70,13 @@ def what_survives(found: Sensitivity) -> str:
         ]
         if turned:
             parts.append(f"Turned round {where}: {'; '.join(turned)}.")
+    unsure, sure = (sum(c.fate is Fate.OPEN for c in claims) for claims in (standing, told))
+    if unsure or sure:
+        parts.append(
+            f"Open are {unsure} where methods are not told the rule, and {sure} where they are: "
+            "under some rule the interval of the difference includes 0, which speaks neither for "
+            "nor against the conclusion."
+        )
     return " ".join(parts)
 
 

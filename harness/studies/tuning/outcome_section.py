@@ -70,13 +70,25 @@ def answer(tests: Sequence[TunedTable]) -> str:
     if not mine:
         return ""
     right = "; ".join(f"{percent(t.tuned.accuracy)} % on {t.engine}" for t in mine)
-    gains = _gains(_starts(mine))
+    starts = _starts(mine)
+    gains = _gains(starts)
     brought = "; ".join(f"{percent(gain)} points on {engine}" for engine, gain in gains.items())
     return (
         f"Tuned parameters are right on {right} (n = {mine[0].tuned.accuracy.n}, part "
         f"`{mine[0].part}`)"
         + (f"; to the protocol of the label their search adds {brought}." if brought else ".")
+        + (f" {_little_to_gain([starts[engine] for engine in gains])}" if gains else "")
         + "\n\n"
+    )
+
+
+def _little_to_gain(starts: Sequence[MethodEvaluation]) -> str:
+    """Sentences on how much a search could gain on these cases at most."""
+    right = sorted(100 * start.accuracy.value for start in starts)
+    already = " to ".join(dict.fromkeys(f"{value:.1f}" for value in (right[0], right[-1])))
+    return (
+        f"Without any search {already} % of these cases are right already, so a search can add at "
+        f"most {100 - right[0]:.1f} points here; on harder cases it may add more (docs/tuning.md)."
     )
 
 

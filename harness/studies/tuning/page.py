@@ -127,8 +127,10 @@ def _prices(tuning: Tuning) -> Section:
         "The price of accuracy",
         "\n".join(_best_buy(b, [p for p in tuning.prices if p.budget == b]) for b in budgets)
         + "\n\nA budget buys the most accurate of all parameter sets seen whose cost is below it; "
-        "it was chosen where the searches judged, and then tested once on other cases. *Nothing*: "
-        "no set is that cheap.",
+        "it was chosen where the searches judged, and then tested once on other cases. That cost "
+        "is modelled, on the cases that the searches judged, which may be dearer than the cases of "
+        "the test: a set above the budget there may be below it here. *Nothing*: no set is that "
+        "cheap there.",
         tables,
         [picture],
     )
