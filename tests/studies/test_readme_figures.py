@@ -19,7 +19,8 @@ def table(text, start):
 def test_the_table_of_the_readme_is_that_of_the_published_pages():
     header, rows = table((ROOT / "README.md").read_text(), "## What came out")
     assert header == [
-        "method", "paper %", "within 0.3 s %", "by class %", "CPU ms", "stands %", "CPU ms",
+        "method", "paper %", "within 0.3 s %", "over / under %", "by class %", "CPU ms",
+        "stands %", "CPU ms",
     ]  # fmt: skip
     pages = {name: (PAGES / name / "report.md").read_text() for name in ("table5", "table5_stands")}
     titles, within = table(pages["table5"], "## Accuracy and cost")
@@ -27,10 +28,14 @@ def test_the_table_of_the_readme_is_that_of_the_published_pages():
     named, classes = table(pages["table5"], "## By class of items")
     by_class = [k for k, title in enumerate(named) if title.startswith("class ")]
     assert len(by_class) == 3
-    for method, (_, paper, accuracy, parts, cpu, other, other_cpu) in rows.items():
+    details = (PAGES / "table5" / "report-details.md").read_text()
+    every, of_errors = table(details, "## Accuracy and cost")
+    wrong = [every.index(f"{how}estimated %") for how in ("over", "under")]
+    for method, (_, paper, accuracy, errors, parts, cpu, other, other_cpu) in rows.items():
         one = within[method]
         asked = stands.get(f"{method} (question=stands)") or stands[method]
         assert (paper, accuracy) == (one[titles.index("paper %")], one[titles.index("accuracy %")])
+        assert errors == " / ".join(of_errors[method][k].split()[0] for k in wrong)
         assert parts == " / ".join(classes[method][k].split()[0] for k in by_class)
         assert cpu == one[titles.index("CPU ms")].split()[0]
         assert other == asked[also.index("accuracy %")]
@@ -41,9 +46,11 @@ def test_every_figure_of_an_answer_of_the_readme_is_on_the_page_that_it_links():
     _, rows = table((ROOT / "README.md").read_text(), "| question")
     told = 0
     for question, answer in rows.values():
-        (page, *_) = re.findall(r"\]\((reports/published/\w+/report\.md)\)", answer)
+        pages = re.findall(r"\]\(((?:reports/published/\w+/report|docs/\w+)\.md)", answer)
+        assert pages, question
         figures = re.findall(r"\d+(?:\.\d+)?", re.sub(r"`[^`]*`|\[[^]]*\]\([^)]*\)", "", answer))
-        known = set(re.findall(r"\d+(?:\.\d+)?", (ROOT / page).read_text()))
+        text = "".join((ROOT / page).read_text() for page in pages)
+        known = set(re.findall(r"\d+(?:\.\d+)?", text))
         assert set(figures) <= known, question
         told += len(figures)
     assert told > 15
