@@ -6,7 +6,7 @@ A folder is worked on in place. ``traces/`` and ``opinions/`` in it hold the res
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -282,18 +282,8 @@ def _traced(directory: Path, workers: int, progress: Callable[[int, int], None])
     benchmark = load_benchmark(directory)
     names = zip(benchmark.cases["scenario"], benchmark.cases["layout"], strict=True)
     cases = [(scenario, benchmark.layout(name, scenario)) for scenario, name in names]
-    made = {
-        **made_by(make_method(LABEL)),
-        **package_versions(("numpy", "scipy")),
-        "version of traces": str(trace.VERSION),
-        "version of rows": str(label_rows.VERSION),
-    }
-    units = []
-    for start in range(0, len(cases), _SHARD):
-        part = tuple(cases[start : start + _SHARD])
-        content = [[scenario, lay.name, lay.content_hash()] for scenario, lay in part]
-        key = key_of({"question": "traces", "made by": made, "cases": content})
-        units.append(TraceUnit(part, key))
+    parts = (tuple(cases[start : start + _SHARD]) for start in range(0, len(cases), _SHARD))
+    units = list(_units(parts))
     store = Store(directory / "traces", parquet(TRACES))
     store.complete(
         sorted(units, key=_turn(benchmark)),
@@ -304,6 +294,20 @@ def _traced(directory: Path, workers: int, progress: Callable[[int, int], None])
         progress=progress,
     )
     return pd.concat([store.read(unit.key) for unit in units], ignore_index=True)
+
+
+def _units(parts: Iterable[tuple[tuple[str, Layout], ...]]) -> Iterator[TraceUnit]:
+    """Units of work of cases; a key is a hash of everything that the traces depend on."""
+    made = {
+        **made_by(make_method(LABEL)),
+        **package_versions(("numpy", "scipy")),
+        "version of traces": str(trace.VERSION),
+        "version of rows": str(label_rows.VERSION),
+    }
+    for cases in parts:
+        content = [[scenario, layout.name, layout.content_hash()] for scenario, layout in cases]
+        key = key_of({"question": "traces", "made by": made, "cases": content})
+        yield TraceUnit(cases, key)
 
 
 def _turn(benchmark: Benchmark) -> Callable[[TraceUnit], int]:

@@ -1,0 +1,423 @@
+"""Units of work that differ have other keys: no field of any unit is left out of its key.
+
+A key that lacks a field finds the rows of another question, and says nothing. So every unit is
+varied here, one field at a time, and a new class of units fails until it is varied, too.
+"""
+
+import dataclasses
+import importlib
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from enum import Enum
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from steadyload.layouts.benchmark import Part
+from steadyload.layouts.model import Layout
+from steadyload.layouts.packing import random_layouts
+from steadyload.learners.generation import GenerationOptions, ListUnit
+from steadyload.methods import trace
+from steadyload.properties.property import MethodUnderTest
+from steadyload.properties.registry import PROPERTIES
+from steadyload.runs import timing, units
+from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.timing import Turn
+from steadyload.runs.units import made_now, study_units
+from steadyload.runs.verdict_reliability import Sampling
+from steadyload.studies.benchmark import label_rows, labelling, screening
+from steadyload.studies.closed_forms import measuring
+from steadyload.studies.closed_forms import study as closed_forms
+from steadyload.studies.engines.speed import SpeedUnit, ThroughputUnit
+from steadyload.studies.extremes.study import CellUnit
+from steadyload.studies.learned import batches, judged
+from steadyload.studies.learned.batches import BatchUnit
+from steadyload.studies.learned.judged import JudgedPart
+from steadyload.studies.learned.plan import Plan, PlannedTraining
+from steadyload.studies.learned.trainings import Workshop
+from steadyload.studies.precision import sizes
+from steadyload.studies.properties import study as properties
+from steadyload.studies.replication import networks
+from steadyload.studies.replication.splits import SplitKind
+from steadyload.studies.scale import study as scale
+from steadyload.studies.session import packing_gains
+from steadyload.studies.session.study import CurvesUnit
+from steadyload.studies.transport import study as transport
+from steadyload.studies.uncertain import cases as uncertain_cases
+from steadyload.studies.uncertain import study as uncertain
+
+ROOT = Path(__file__).parents[2]
+FOLDERS = {"harness": "", "engines": "engines.", "learners": "learners."}
+ONE, OTHER = random_layouts(2, seed=5)
+MADE = {"version of method": "1"}
+
+WITHOUT_KEY = {
+    "checking._Entry": "an answer to a person, which is not kept",
+    "checked_page._Unit": "a card of a page, which is not kept",
+    "cost._Measurement": "the ledger of a search keeps the cost model, and states what it is of",
+    "trial.TrialUnit": "the ledger of a search keeps trials, and states what they are of",
+    "trainings.Run": "the name of its folder is its key",
+}
+"""Units whose results are in no shard, and why."""
+
+NOT_IN_KEY = {
+    "ListUnit.options": "the folder of the set states them",
+    "GenerationOptions.lists": "a longer set begins with the same lists",
+    "Load.of": "for people; the content of the layout is in the key",
+    "Load.name": "for people; the content of the layout is in the key",
+    "Load.item_list": "for statistics; the content of the layout is in the key",
+    "NetworkTraining.fold": "for messages",
+    "NetworkTraining.folder": "where its checkpoint lies",
+    "PlannedTraining.title": "for people",
+    "PlannedTraining.seeds": "a training each, and the seed is in the name of its folder",
+}
+"""Fields that change nothing in the results, and why."""
+
+CASES_SAY = dict.fromkeys(
+    (
+        "name", "files", "generated", "scenarios", "seed", "max_items", "limit", "snap_gap",
+        "overhang", "floor", "shard_size", "benchmark", "benchmark_directory", "dialect", "strict",
+    ),
+    "says which cases there are, and how they are cut; the cases of a unit are in its key",
+)  # fmt: skip
+"""Fields of a study that do not say how a case is judged, and why they need not be in a key."""
+
+
+def altered(value):
+    """Another value of the same kind."""
+    if isinstance(value, Layout):
+        return OTHER
+    if isinstance(value, Enum):
+        return next(each for each in type(value) if each is not value)
+    if isinstance(value, bool):
+        return not value
+    if isinstance(value, int | float):
+        return 2 * value + 1
+    if isinstance(value, str):
+        return f"{value}x"
+    if isinstance(value, tuple):
+        return (altered(value[0]), *value[1:])
+    if isinstance(value, Mapping):
+        return {**value, "numpy": "0"}
+    if isinstance(value, Path):
+        return value / "x"
+    raise TypeError(f"{value!r}: say in a test what another one is")
+
+
+def varied(thing, **others):
+    """By name of a field of a dataclass, a copy with another value of that field.
+
+    Args:
+        thing: a dataclass; fields that are dataclasses are varied in turn.
+        others: by field, another value where the usual one is none.
+    """
+    kind = type(thing).__name__
+    for field in dataclasses.fields(thing):
+        name, value = field.name, getattr(thing, field.name)
+        if f"{kind}.{name}" in NOT_IN_KEY:
+            continue
+        if name in others:
+            yield f"{kind}.{name}", replace(thing, **{name: others[name]})
+        elif dataclasses.is_dataclass(value) and not isinstance(value, Layout):
+            for inner, changed in varied(value):
+                yield inner, replace(thing, **{name: changed})
+        else:
+            yield f"{kind}.{name}", replace(thing, **{name: altered(value)})
+
+
+LOAD = transport.Load("set", "name", ONE, "list")
+METHODS = {"methods": ("sme", "equilibrium")}
+METHOD_BY_METHOD = {"made_by": {"sme": {"version of method": "2"}}}
+
+WITH_OWN_KEY = {
+    "Turn": (Turn(("sme", "fbs"), (ONE,), 50, 0), METHODS),
+    "SizeUnit": (sizes.SizeUnit("tipping offset", "mujoco", 0.1, MADE), {}),
+    "SpeedUnit": (SpeedUnit("mujoco", "pile", "all", (10, 20), MADE), {}),
+    "ThroughputUnit": (ThroughputUnit("mujoco", 60, MADE), {}),
+    "ScaleUnit": (scale.ScaleUnit(4000, 2), {}),
+    "CellUnit": (CellUnit("weight", "mujoco", 240, 1.0, 60.0, MADE), {}),
+    "ClosedFormUnit": (closed_forms.ClosedFormUnit("overhang of 5", "mujoco", 240, MADE), {}),
+    "CurvesUnit": (CurvesUnit(("sme",), 200, {"sme": MADE}), METHODS | METHOD_BY_METHOD),
+    "PackingUnit": (
+        packing_gains.PackingUnit(1, "sme", "ps_opt", 5, (3, 4), {"sme": MADE}), METHOD_BY_METHOD,
+    ),
+    "LimitUnit": (transport.LimitUnit(LOAD, "label", (0.0, 90.0), 0.5, MADE), {}),
+    "BatchUnit": (BatchUnit(("lstm_1",), (ONE,), 5, (8, 32)), {"methods": ("lstm_e",)}),
+    "ListUnit": (ListUnit(1, 0, GenerationOptions(1)), {}),
+}  # fmt: skip
+"""Units that compute their key of their fields; and other values where the usual ones are none."""
+
+
+def of_a_study(study, case=("as given", ONE), made=MADE):
+    [unit, *_] = study_units(study, [case], dict.fromkeys(study.methods, made))
+    return unit
+
+
+def study_cases():
+    study = StudyDefinition("one", ("sme",), repetitions=1, timeout=60.0)
+    yield "", of_a_study(study)
+    fields = {field.name for field in dataclasses.fields(study)} - CASES_SAY.keys()
+    others = {"methods": ("fbs",), "repetitions": 2, "timeout": 30.0}
+    assert fields == others.keys(), "a new field of a study enters keys, or says why it does not"
+    for name, value in others.items():
+        yield name, of_a_study(replace(study, **{name: value}))
+    yield "no timeout", of_a_study(replace(study, timeout=None))
+    for name, case in cases_varied().items():
+        yield name, of_a_study(study, case)
+    yield "versions", of_a_study(study, made={"version of method": "2"})
+
+
+def cases_varied():
+    return {
+        "scenario": ("s2", ONE),
+        "layout": ("as given", replace(OTHER, name=ONE.name)),
+        "name of the layout": ("as given", replace(ONE, name="x")),
+    }
+
+
+def traced(make):
+    yield "", make((("as given", ONE),))
+    for name, case in cases_varied().items():
+        yield name, make((case,))
+    yield "cases", make((("as given", ONE), ("as given", OTHER)))
+
+
+def uncertain_units():
+    options = uncertain.UncertainOptions(methods=("sme", "fbs"))
+    question = uncertain._Question("sme", "com=5mm", (("as given", ONE),), Sampling(decide=0.5), 0)
+    run = uncertain._Run(options, None, None)
+    yield "", next(run._units(question))
+    other = {"method": "fbs", "cases": (("s2", OTHER),)}
+    sampling = {"half_width": 0.1, "decide": 0.25, "most": 512, "seed": 1}
+    for field in dataclasses.fields(question):
+        if field.name == "sampling":
+            changes = [{name: value} for name, value in sampling.items()]
+            assert {*sampling} == {f.name for f in dataclasses.fields(Sampling)}
+            for change in changes:
+                asked = replace(question, sampling=replace(question.sampling, **change))
+                yield f"sampling {change}", next(run._units(asked))
+        elif field.name == "uncertainty":
+            yield "uncertainty", next(run._units(replace(question, uncertainty="position=3mm")))
+        else:
+            value = other.get(field.name, altered(getattr(question, field.name)))
+            yield field.name, next(run._units(replace(question, **{field.name: value})))
+
+
+def property_units():
+    asked = next(iter(PROPERTIES.values()))
+    also = next(each for each in PROPERTIES.values() if each is not asked)
+    always = [replace(each, applies=lambda subject: True) for each in (asked, also)]
+    study = properties.PropertyStudy(("sme",), (always[0],), 20, 0)
+    one = MethodUnderTest("sme")
+    yield "", next(properties._units(one, study))
+    yield "method", next(properties._units(MethodUnderTest("fbs"), study))
+    for name, value in {"properties": (always[1],), "examples": 30, "seed": 1}.items():
+        yield name, next(properties._units(one, replace(study, **{name: value})))
+
+
+def network_trainings():
+    material = networks.Material(
+        pd.DataFrame(
+            {
+                "scenario": ["s2"] * 6, "instance": [*"abcdef"], "geometry": [*"abcdef"],
+                "item_count": [len(each) for each in random_layouts(6, seed=3)],
+                "failing_step": pd.array([None] * 6, dtype="Int16"),
+            }
+        ),
+        random_layouts(6, seed=3),
+    )  # fmt: skip
+    masks = {"train": (0, 1), "validation": (2, 3), "test": (4, 5)}
+    parts = {name: np.isin(np.arange(6), places) for name, places in masks.items()}
+    fold = networks.Fold(SplitKind.FILE, 0, **parts)
+    options = networks.paper_options(0, 0, hidden=128)
+
+    def of(fold=fold, options=options, budget=60.0):
+        return networks.NetworkTraining.of(fold, options, material, Path("work"), budget)
+
+    yield "", of()
+    for name, mask in parts.items():
+        yield name, of(replace(fold, **{name: ~mask}))
+    yield "budget", of(budget=30.0)
+    for name, other in varied(options, dropout=0.5, learning_rate=0.1):
+        yield name, of(options=other)
+
+
+MADE_WITH_KEY = {
+    "units.Unit": study_cases,
+    "label_rows.TraceUnit": lambda: traced(lambda part: next(labelling._units([part]))),
+    "screening.ScreenedUnit": lambda: traced(screening._unit),
+    "cases.Unit": uncertain_units,
+    "study._Unit": property_units,
+    "networks.NetworkTraining": network_trainings,
+}
+"""Units that are made with their key: a first one, and others with one thing changed."""
+
+
+@cache
+def unit_classes():
+    """Names of all classes of units, module and class, with whether they have a key."""
+    heads, texts = {}, {}
+    for folder, package in FOLDERS.items():
+        for path in sorted((ROOT / folder).rglob("*.py")):
+            text = path.read_text()
+            module = package + ".".join(path.relative_to(ROOT / folder).with_suffix("").parts)
+            for found in re.finditer(r"^class (\w+)(?:\((.*)\))?:\n(?:[ \n].*\n|\n)*", text, re.M):
+                name = f"{module}.{found[1]}"
+                bases = re.sub(r"\[.*?\]", "", found[2] or "")
+                heads[name], texts[name] = bases.split(", "), found[0]
+    roots = {"SinglePart"}
+    found = {name for name, text in texts.items() if "def without(self, done" in text}
+    while True:
+        known = roots | {name.rpartition(".")[2] for name in found}
+        more = {name for name, bases in heads.items() if known & {*bases}} - found
+        if not more:
+            break
+        found |= more
+    protocols = {name for name in found if "Protocol" in heads[name]}
+    return sorted(found - protocols - {"runs.pool.SinglePart"})
+
+
+def short(name):
+    """The module and class of a unit, without the packages."""
+    return ".".join(name.split(".")[-2:])
+
+
+def test_every_class_of_units_is_varied():
+    known = {*WITH_OWN_KEY, *MADE_WITH_KEY, *WITHOUT_KEY}
+    found = {short(name) for name in unit_classes()}
+    assert len(found) >= 22
+    missing = {name for name in found if not {name, name.partition(".")[2]} & known}
+    assert not missing, "these units are to be varied here, or said to have no key, and why"
+    gone = known - found - {name.partition(".")[2] for name in found}
+    assert not gone, "no such units"
+
+
+def test_units_without_a_key_have_none():
+    for name in unit_classes():
+        if short(name) in WITHOUT_KEY:
+            module, _, kind = name.rpartition(".")
+            assert not hasattr(
+                getattr(importlib.import_module(f"steadyload.{module}"), kind), "key"
+            )
+
+
+@pytest.mark.parametrize("name", WITH_OWN_KEY)
+def test_every_field_of_a_unit_changes_its_key(name):
+    unit, others = WITH_OWN_KEY[name]
+    keys = {"nothing": unit.key, **{field: other.key for field, other in varied(unit, **others)}}
+    assert replace(unit).key == unit.key
+    same = {k for k in keys if list(keys.values()).count(keys[k]) > 1}
+    assert not same, "these give the same key"
+
+
+@pytest.mark.parametrize("name", MADE_WITH_KEY)
+def test_a_unit_that_differs_has_another_key(name):
+    (_, first), *others = MADE_WITH_KEY[name]()
+    (_, again), *_ = MADE_WITH_KEY[name]()
+    assert again.key == first.key
+    changed = set()
+    for what, other in others:
+        assert other.key != first.key, f"{what} is not in the key"
+        changed |= {f.name for f in dataclasses.fields(first) if differs(first, other, f.name)}
+    kind = type(first).__name__
+    fields = {f.name for f in dataclasses.fields(first) if f"{kind}.{f.name}" not in NOT_IN_KEY}
+    assert changed >= fields, f"{fields - changed}: vary these, too"
+
+
+def differs(one, other, field):
+    values = [getattr(each, field) for each in (one, other)]
+    first, second = (v.fingerprint() if hasattr(v, "fingerprint") else v for v in values)
+    return first != second
+
+
+CONSTANTS = {
+    "Turn": [(timing, "VERSION")],
+    "SizeUnit": [(sizes, "FREQUENCY"), (measuring, "VERSION")],
+    "ClosedFormUnit": [(measuring, "VERSION"), (closed_forms, "SAMPLING")],
+    "ScaleUnit": [(scale, "METHODS"), (scale, "REPETITIONS")],
+    "PackingUnit": [(packing_gains, n) for n in ("VERSION", "_SEED", "ITEM_COUNT")],
+    "LimitUnit": [(transport, "VERSION")],
+    "BatchUnit": [(batches, "VERSION")],
+    "units.Unit": [(units, "SCHEMA_VERSION")],
+    "label_rows.TraceUnit": [(trace, "VERSION"), (label_rows, "VERSION")],
+    "screening.ScreenedUnit": [(screening.step_answers, "VERSION"), (screening, "VERSION")],
+    "cases.Unit": [(uncertain.verdict_reliability, "VERSION"), (uncertain_cases, "VERSION")],
+    "study._Unit": [(properties, "VERSION")],
+    "networks.NetworkTraining": [(networks, "VERSION")],
+}
+"""What a key holds besides the fields of its unit."""
+
+
+@pytest.mark.parametrize(
+    ("name", "module", "constant"),
+    [(name, *constant) for name, constants in CONSTANTS.items() for constant in constants],
+)
+def test_a_version_that_is_raised_changes_the_key(name, module, constant, monkeypatch):
+    def key():
+        if name in WITH_OWN_KEY:
+            return replace(WITH_OWN_KEY[name][0]).key
+        return next(iter(MADE_WITH_KEY[name]()))[1].key
+
+    before = key()
+    monkeypatch.setattr(module, constant, altered(getattr(module, constant)))
+    assert key() != before
+
+
+def test_what_a_method_is_made_by_changes_keys_of_times(monkeypatch):
+    turn, batch = WITH_OWN_KEY["Turn"][0], WITH_OWN_KEY["BatchUnit"][0]
+    before = replace(turn).key, replace(batch).key
+    more = {"version of method": "9"}
+    monkeypatch.setattr(timing, "made_now", lambda specs: dict.fromkeys(made_now(specs), more))
+    monkeypatch.setattr(batches, "made_by", lambda method: more)
+    assert replace(turn).key != before[0]
+    assert replace(batch).key != before[1]
+
+
+def test_every_option_of_a_generated_set_is_in_its_identity():
+    options = GenerationOptions(1)
+    others = {"label": "sme", "scenarios": options.scenarios[:1]}
+    found = [each.identity() for _, each in varied(options, **others)]
+    assert len(found) == len(dataclasses.fields(options)) - 1
+    assert options.identity() not in found
+    assert replace(options, lists=2).identity() == options.identity()
+
+
+def test_everything_that_a_training_depends_on_names_its_folder(tmp_path):
+    first = PlannedTraining("first", "First", start="zero", limit=5, lists=5)
+    zero, nought = PlannedTraining("zero", "Zero"), PlannedTraining("nought", "Nought")
+    sets = {"one": GenerationOptions(2)}
+
+    def folder(training=first, sets=sets):
+        plan = Plan(Part.TEST, sets, {each.name: each for each in (training, zero, nought)})
+        return Workshop(plan, tmp_path).runs(training.name)[0].folder
+
+    others = {
+        "preset": "paper", "options": {"hidden": 8}, "data": ("one",), "start": "nought",
+    }  # fmt: skip
+    folders = [folder(), *(folder(each) for _, each in varied(first, **others))]
+    assert len(folders) == len({*folders}) == len(dataclasses.fields(first)) - 1
+    generated = replace(first, data=("one",))
+    longer = {"one": GenerationOptions(3)}
+    assert folder(generated) != folder(generated, longer)
+    seeds = Workshop(
+        Plan(Part.TEST, {}, {"first": replace(first, start="", seeds=(0, 1))}), tmp_path
+    )
+    assert len({run.folder for run in seeds.runs("first")}) == 2
+
+
+def test_what_weights_say_is_kept_by_training_and_cases(tmp_path, monkeypatch):
+    plan = Plan(Part.TEST, {}, {"first": PlannedTraining("first", "First", seeds=(0, 1))})
+    one, other = Workshop(plan, tmp_path).runs("first")
+    part, less = (JudgedPart(Part.TEST, tmp_path) for _ in range(2))
+    part.cases, less.cases = (SimpleNamespace(fingerprint=lambda name=name: name) for name in "ab")
+    keys = {part._key(one), part._key(other), less._key(one)}
+    for name in ("VERSION", "FEATURES", "INFERENCE"):
+        with monkeypatch.context() as changed:
+            changed.setattr(judged, name, altered(getattr(judged, name)))
+            keys.add(part._key(one))
+    assert len(keys) == 6
