@@ -1,11 +1,15 @@
 """Forces and loads of piles that can be worked out by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from steadyload.bearing import contact_forces, first_crushed, loads, payload
+from steadyload.bearing.forces import Statics
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.packing import random_layouts
 
 PALLET = Pallet(100, 200, 100)
 
@@ -82,6 +86,86 @@ def test_forces_press_more_on_the_side_of_the_centre_of_mass():
     assert sorted(forces.forces) == pytest.approx([1.6, 1.6, 2.4, 2.4], abs=1e-4)
 
 
+def overhanging():
+    return pile(
+        ((20.0, 0.0, 0.0), (20.0, 10.0, 20.0), 5.0, 0.0, None),
+        ((33.0, 10.0, 0.0), (20.0, 10.0, 20.0), 6.0, -5.0, None),
+    )
+
+
+def mirrored(layout):
+    """A layout seen in a mirror that stands across x."""
+    width = layout.pallet.size[0]
+
+    def of(item):
+        (x, y, z), (dx, dy, dz) = item.position, item.mass_offset
+        return replace(item, position=(width - x - item.size[0], y, z), mass_offset=(-dx, dy, dz))
+
+    return replace(layout, items=tuple(map(of, layout.items)))
+
+
+def swapped(layout):
+    """A layout whose x is z, and whose z is x."""
+
+    def of(item):
+        changed = {name: getattr(item, name)[::-1] for name in ("position", "size", "mass_offset")}
+        return replace(item, **changed)
+
+    pallet = Pallet(*layout.pallet.size[::-1])
+    return replace(layout, pallet=pallet, items=tuple(map(of, layout.items)))
+
+
+WAYS = {
+    "swapped": swapped,
+    "mirrored": mirrored,
+    "swapped and mirrored": lambda layout: mirrored(swapped(layout)),
+    "mirrored and swapped": lambda layout: swapped(mirrored(layout)),
+}
+"""Ways to turn a pile about the vertical, so that what was worked out along x holds along z."""
+
+ASYMMETRIC = {
+    "bridge": lambda: bridge(-5.0, most=22.0),
+    "overhanging": lambda: overhanging(),
+    "three posts": lambda: on_three_posts(22.0),
+    "packed": lambda: random_layouts(1, seed=1)[0].first(8),
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("name", ASYMMETRIC)
+def test_a_pile_bears_the_same_whichever_way_it_is_turned(name, way):
+    layout = ASYMMETRIC[name]()
+    other = WAYS[way](layout)
+    one, turned = loads(layout), loads(other)
+    assert one is not None
+    for what in ("borne", "least", "most"):
+        expected = pytest.approx(getattr(one, what), rel=1e-3, abs=2e-3)
+        assert getattr(turned, what) == expected, what
+    assert payload(other) == pytest.approx(payload(layout), rel=5e-3)
+    crushed, also = first_crushed(layout), first_crushed(other)
+    assert (crushed and (crushed.step, crushed.item)) == (also and (also.step, also.item))
+    sizes = [np.sort(contact_forces(each).resultants()[:, 3]) for each in (layout, other)]
+    assert sizes[1] == pytest.approx(sizes[0], abs=2e-3)
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("name", ASYMMETRIC)
+def test_a_weight_on_a_top_is_that_of_a_small_box_there(name, way):
+    """Both sides of the equations: what is pressed on, and what stands on it."""
+    layout = WAYS[way](ASYMMETRIC[name]())
+    top = len(layout) - 1
+    middle, weight = 0.5 * (layout.lower + layout.upper)[top], 0.5
+    at = (middle[0] - 0.05, layout.upper[top, 1], middle[2] - 0.05)
+    small = Item(top + 1, tuple(map(float, at)), (0.1, 0.1, 0.1), weight)
+    statics, with_it = Statics(layout), replace(layout, items=(*layout.items, small))
+    pressed = statics.least_energy(statics.right + weight * statics.pressed(top))
+    stands = contact_forces(with_it)
+    assert (pressed is None) == (stands is None)
+    if pressed is not None:
+        known = stands.forces[: len(pressed)]
+        assert pressed == pytest.approx(known, abs=1e-3 * layout.weights.sum())
+
+
 def test_what_falls_has_no_forces():
     falling = pile(
         ((0.0, 0.0, 0.0), (10.0, 10.0, 10.0), 1.0, 0.0, None),
@@ -113,12 +197,8 @@ def test_a_hair_beyond_its_limit_is_said_in_full():
 
 
 def test_the_payload_tips_at_the_lever_and_crushes_at_the_limit():
-    overhanging = pile(
-        ((20.0, 0.0, 0.0), (20.0, 10.0, 20.0), 5.0, 0.0, None),
-        ((33.0, 10.0, 0.0), (20.0, 10.0, 20.0), 6.0, -5.0, None),
-    )
     # The upper box tips about x = 40: 6 kg at 38 hold W at 43.
-    assert payload(overhanging) == pytest.approx([np.inf, 4.0], rel=1e-3)
+    assert payload(overhanging()) == pytest.approx([np.inf, 4.0], rel=1e-3)
     assert payload(column(5.0, 6.0, 7.0, most=21.0)) == pytest.approx([8.0, 8.0, 8.0], rel=2e-3)
     assert payload(column(5.0, 6.0, 7.0, most=10.0)) == pytest.approx([0.0, 0.0, 0.0])
 

@@ -1,6 +1,7 @@
 """The study of precision: its changes keep a verdict, and its page says who turned which."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -13,7 +14,7 @@ from steadyload.runs.definition import StudyError
 from steadyload.statistics.clusters import Clusters
 from steadyload.studies.able import fixed_step_engines
 from steadyload.studies.closed_forms.measuring import Stage, fall
-from steadyload.studies.closed_forms.study import closed_form_tests
+from steadyload.studies.closed_forms.study import ClosedFormResult, closed_form_tests
 from steadyload.studies.precision.changes import AS_IT_IS, CHANGES, DISTANCES, SCALES
 from steadyload.studies.precision.page import precision_page
 from steadyload.studies.precision.sizes import EDGES, TESTS, ScaledStage, closed_forms_by_size
@@ -108,3 +109,69 @@ def test_a_scaled_fall_is_the_fall_in_the_lengths_of_the_test():
     stage = ScaledStage("dart", 480, scale=100.0)
     assert fall(stage) == pytest.approx(fall(Stage("dart", 480)), rel=1e-9)
     assert math.isclose(stage.scale, EDGES[2] / EDGES[0])
+
+
+def verdicts_of(single, double, monkeypatch):
+    """Rows of an engine of single precision beside one of double, by verdicts that are turned.
+
+    Args:
+        single, double: by change, how many of 20 verdicts are turned; no other change turns any.
+        monkeypatch: so that no engine need be installed.
+    """
+    monkeypatch.setattr(
+        "steadyload.studies.precision.summary.capabilities",
+        lambda name: SimpleNamespace(single_precision=name == "single"),
+    )
+    index = pd.Index([f"case {k}" for k in range(20)], name="case")
+    cases = pd.DataFrame(
+        {"safe": 3, "items": 5, "height": 20.0, "mass_ratio": 2.0}, index=index
+    )  # fmt: skip
+
+    def said(turned):
+        return pd.array([4] * turned + [3] * (20 - turned), dtype="Int32")
+
+    changed = {
+        change: pd.DataFrame(
+            {"single": said(single.get(change, 0)), "double": said(double.get(change, 0))},
+            index=index,
+        )
+        for change in CHANGES
+    }
+    return summarise(Answers(("single", "double"), changed, cases, Clusters.of(None, 20)))
+
+
+def headline(rows):
+    sizes = {
+        (test, "single", edge): ClosedFormResult(test, "single", 480, 1.0, 0.0)
+        for test in TESTS
+        for edge in EDGES
+    }
+    return precision_page(rows, 20, 20, sizes, {}).summary
+
+
+def test_the_headline_counts_what_single_precision_turns_beyond_double(monkeypatch):
+    near, far, size = DISTANCES[0], DISTANCES[-1], SCALES[0]
+    rows = verdicts_of({near: 1, far: 19, size: 11}, {near: 1, far: 2, size: 1}, monkeypatch)
+    one, other = rows
+    assert one.excess[far].value == pytest.approx(0.85)
+    assert one.excess[near].value == 0.0
+    assert one.excess[size].value == pytest.approx(0.5)
+    assert other.excess[far].value == 0.0, "beside itself"
+    text = headline(rows)
+    assert text.startswith("On single 85.0 ")
+    assert "origin of a world, and 0.0 " in text
+    assert "its digits run out with distance." in text
+    assert f"where a load is {size.name}: 50.0 " in text
+
+
+def test_an_engine_that_turns_fewer_than_double_precision_has_no_cost(monkeypatch):
+    far = DISTANCES[-1]
+    rows = verdicts_of({far: 1}, {far: 9}, monkeypatch)
+    assert rows[0].excess[far].value == pytest.approx(-0.4)
+    assert "On single -40.0 " in headline(rows)
+    assert "no cost of its single precision was seen" in headline(rows)
+
+
+def test_an_engine_that_is_turned_at_any_distance_is_sensitive_to_rounding(monkeypatch):
+    rows = verdicts_of(dict.fromkeys(DISTANCES, 12), dict.fromkeys(DISTANCES, 1), monkeypatch)
+    assert "it is more sensitive to any rounding, wherever the load lies." in headline(rows)
