@@ -26,6 +26,7 @@ from itertools import islice
 from typing import Any, Generic, NamedTuple, Protocol, Self, TypeVar
 
 from steadyload.errors import FailedError, UserError, nearest
+from steadyload.runs.kept_only import refuse_unless_kept
 from steadyload.runs.worker import PartTimeoutError, Phase, ProcessDiedError, Worker
 
 IN_THIS_PROCESS = 0
@@ -346,11 +347,12 @@ def run_units(
 
     Raises:
         ValueError: fewer than 0 workers.
+        NotKeptError: see :func:`steadyload.runs.kept_only.kept_only`.
         WorkerDiedError: a worker could not start, or was killed repeatedly from outside or before
             it began a part. In the latter case all other units have been worked on.
         UnpicklableError: the work, a unit or a result cannot be sent between processes.
     """
-    tasks = (Task(work, unit, crashed, limit) for unit in units)
+    tasks = (Task(work, unit, crashed, limit) for unit in _allowed(units))
     if not isinstance(workers, int):
         yield from _finished(workers, tasks)
     elif workers >= 0:
@@ -358,6 +360,12 @@ def run_units(
             yield from _finished(executor, tasks)
     else:
         raise ValueError(f"workers is {workers}; allowed: 0 (in this process) or more")
+
+
+def _allowed(units: Iterable[Unit]) -> Iterator[Unit]:
+    for unit in units:
+        refuse_unless_kept(unit.describe(0), len(unit), len(unit))
+        yield unit
 
 
 def _finished(

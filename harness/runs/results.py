@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import logging
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -25,6 +26,8 @@ from steadyload.methods.method import Method, Verdict
 from steadyload.methods.spec import stored_values
 from steadyload.runs.store import Codec, DamagedError, Store, checksum_of
 from steadyload.runs.store import ResultsError as ResultsError
+
+_log = logging.getLogger("steadyload")
 
 SCHEMA_VERSION = 2
 """2: shards and the files beside them have checksums. The rows are those of 1."""
@@ -122,11 +125,22 @@ def result_store(directory: Path) -> Store[dict[str, Any], pa.Table]:
     return Store(directory / "results", ROWS)
 
 
+def superseded(directory: Path) -> set[Path]:
+    """Shards in a run folder that its manifest does not list: of an earlier study or other code.
+
+    Raises:
+        ResultsError: as :func:`load_manifest`.
+    """
+    listed, store = load_manifest(directory)["shards"], result_store(directory)
+    return {store.path(key) for key in set(store.keys()).difference(listed)}
+
+
 def load_results(directory: str | Path, columns: Sequence[str] | None = None) -> pd.DataFrame:
     """All rows of a run folder as a DataFrame with the columns of :data:`SCHEMA`.
 
-    Integer columns that may be missing come as pandas' nullable ``Int32``. Rows are sorted, so
-    equal studies give equal frames whatever order they were computed in.
+    A run that is not finished gives the rows that are there, with a warning that says how many
+    shards are missing. Integer columns that may be missing come as pandas' nullable ``Int32``. Rows
+    are sorted, so equal studies give equal frames whatever order they were computed in.
 
     Args:
         directory: the run folder.
@@ -134,7 +148,8 @@ def load_results(directory: str | Path, columns: Sequence[str] | None = None) ->
             are not needed: ``ignored`` and ``emulated`` take as much memory as all others.
 
     Raises:
-        ResultsError: not a run folder, one of another schema version, or a damaged one.
+        ResultsError: not a run folder, one of another schema version, a damaged one, or a finished
+            one without all of its shards.
     """
     wanted = SCHEMA.names if columns is None else list(columns)
     read = list(dict.fromkeys([*wanted, *KEYS]))
@@ -169,8 +184,19 @@ def _shards(directory: Path, columns: Sequence[str] | None) -> Iterator[pa.Table
         )
     store = result_store(directory)
     keys = [key for key in manifest["shards"] if key in store]
+    lost = len(manifest["shards"]) - len(keys)
+    if lost and manifest.get("finished"):
+        raise ResultsError(
+            f"{directory}: {lost} of {len(manifest['shards'])} shards of a finished run are "
+            "missing; run the study again to judge them anew"
+        )
     if not keys:
         raise ResultsError(f"{directory}: holds no results yet")
+    if lost:
+        _log.warning(
+            "%s: the run is not finished; %d of %d shards are there",
+            directory, len(keys), len(manifest["shards"]),
+        )  # fmt: skip
     for key in keys:
         yield store.decoded(key, partial(_decoded, columns=columns))
 

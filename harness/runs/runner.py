@@ -21,6 +21,7 @@ from steadyload.layouts.model import Layout
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.envelope_use import EnvelopeCount
+from steadyload.runs.kept_only import NotKeptError, refuse_unless_kept
 from steadyload.runs.labels import (
     LABELS_FILE,
     Case,
@@ -91,6 +92,7 @@ def run_study(
         EngineNotInstalledError: a method's engine is missing.
         LayoutError, StudyError: see :meth:`StudyDefinition.layouts`.
         BenchmarkError: see :func:`steadyload.runs.labels.labelled_material`.
+        NotKeptError: see :func:`steadyload.runs.kept_only.kept_only`.
         OtherCodeError: a process that is to judge states other versions than this one.
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
@@ -131,6 +133,11 @@ def _run(
         progress(survey.present, survey.parts)
         layouts.unlink()
         return 0
+    try:
+        refuse_unless_kept(directory, survey.parts - survey.present, survey.parts)
+    except NotKeptError:
+        layouts.unlink()
+        raise
     for key in survey.missing:
         store.drop(key)
     _write_manifest(directory, manifest)

@@ -28,6 +28,7 @@ import pyarrow as pa
 from steadyload.atomic import CHECKSUM_DIGITS, checksum, clear_unfinished, write_atomically
 from steadyload.errors import UserError
 from steadyload.layouts.benchmark.tables import as_parquet, from_parquet
+from steadyload.runs.kept_only import refuse_unless_kept
 from steadyload.runs.pool import IN_THIS_PROCESS, Executor, PartLimit, run_units
 
 Progress = Callable[[int, int], None]
@@ -207,7 +208,7 @@ class Store(Generic[Answer, Stored]):
             ResultsError: it is missing.
         """
         try:
-            path = self._path(key)
+            path = self.path(key)
             found = path.read_bytes()
         except (KeyError, FileNotFoundError):
             raise ResultsError(f"{self._folder}: shard {key} is missing; run it again") from None
@@ -225,22 +226,23 @@ class Store(Generic[Answer, Stored]):
         try:
             return decode(content)
         except (ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError):
-            raise DamagedError(self._path(key)) from None
+            raise DamagedError(self.path(key)) from None
         except (pa.ArrowException, RecursionError):
-            raise DamagedError(self._path(key)) from None
+            raise DamagedError(self.path(key)) from None
 
     def write(self, key: str, answers: Sequence[Answer]) -> None:
         """Write a shard, completely or not at all."""
+        refuse_unless_kept(self._folder, 1, 1)
         content = self._codec.encode(answers)
         self.drop(key)
         self._folder.mkdir(parents=True, exist_ok=True)
         self._sums[key] = checksum(content)
-        write_atomically(self._path(key), content)
+        write_atomically(self.path(key), content)
 
     def drop(self, key: str) -> None:
         """Remove a shard if it exists."""
         if key in self._sums:
-            self._path(key).unlink(missing_ok=True)
+            self.path(key).unlink(missing_ok=True)
             del self._sums[key]
 
     def missing(self, keys: Iterable[str]) -> set[str]:
@@ -297,12 +299,14 @@ class Store(Generic[Answer, Stored]):
             The number of parts that were judged now.
 
         Raises:
+            NotKeptError: see :func:`steadyload.runs.kept_only.kept_only`.
             ResultsError: a unit ended its process, and neither ``crashed`` nor ``lost`` was given.
             WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
         """
         if survey is None:
             units = list(units)
             survey = self.survey(units)
+        refuse_unless_kept(self._folder, survey.parts - survey.present, survey.parts)
         progress(survey.present, survey.parts)
         waiting, done = set(survey.missing), 0
         for unit, answers in run_units(
@@ -322,11 +326,12 @@ class Store(Generic[Answer, Stored]):
         return done
 
     def _is_whole(self, key: str) -> bool:
-        if key in self._sums and not is_whole(self._path(key), self._sums[key]):
+        if key in self._sums and not is_whole(self.path(key), self._sums[key]):
             self.drop(key)
         return key in self._sums
 
-    def _path(self, key: str) -> Path:
+    def path(self, key: str) -> Path:
+        """The file of a shard that exists."""
         return self._folder / f"{key}.{self._sums[key]}{self._codec.suffix}"
 
     def _listed(self) -> dict[str, str]:

@@ -26,7 +26,15 @@ from steadyload.methods.method import judge
 from steadyload.methods.registry import make_method
 from steadyload.methods.sme import StaticMechanicalEquilibrium
 from steadyload.runs.definition import StudyDefinition, StudyError, load_study
-from steadyload.runs.results import ROWS, SCHEMA, ResultsError, load_manifest, load_results
+from steadyload.runs.kept_only import NotKeptError, kept_only
+from steadyload.runs.results import (
+    ROWS,
+    SCHEMA,
+    ResultsError,
+    each_shard,
+    load_manifest,
+    load_results,
+)
 from steadyload.runs.runner import run_study
 from steadyload.runs.units import OtherCodeError, Unit, judge_unit, made_now
 
@@ -92,6 +100,45 @@ def test_a_second_run_computes_only_what_is_missing(study_file, tmp_path):
     next((run / "results").glob("*.parquet")).unlink()
     assert run_study(study, run) == 2
     assert run_study(study, run, rerun=True) == 18
+
+
+def test_a_finished_run_without_a_shard_is_refused_and_one_that_goes_on_says_how_many_are_there(
+    study_file, tmp_path, caplog
+):
+    study, run = load_study(study_file), tmp_path / "run"
+    run_study(study, run)
+    assert len(load_results(run)) == 18
+    assert not caplog.records
+    for shard in list((run / "results").glob("*.parquet"))[:2]:
+        shard.unlink()
+    with pytest.raises(ResultsError, match="2 of 9 shards of a finished run are missing; run the"):
+        load_results(run)
+    with pytest.raises(ResultsError, match="2 of 9 shards of a finished run"):
+        list(each_shard(run))
+    manifest = json.loads((run / "manifest.json").read_text()) | {"finished": None}
+    del manifest["checksum"]
+    (run / "manifest.json").write_text(json.dumps(manifest))
+    assert len(load_results(run)) == 14
+    assert f"{run}: the run is not finished; 7 of 9 shards are there" in caplog.text
+    run_study(study, run)
+    assert len(load_results(run)) == 18
+
+
+def test_where_kept_rows_are_wanted_alone_nothing_is_judged_or_written(study_file, tmp_path):
+    study, run = load_study(study_file), tmp_path / "run"
+    run_study(study, run)
+    next((run / "results").glob("*.parquet")).unlink()
+    before = {path: path.read_bytes() for path in run.rglob("*") if path.is_file()}
+    told = r"run: 2 of 18 results are not kept .*; judge them"
+    with kept_only("judge them"), pytest.raises(NotKeptError, match=told):
+        run_study(study, run)
+    assert {path: path.read_bytes() for path in run.rglob("*") if path.is_file()} == before
+    fewer = dataclasses.replace(study, timeout=50.0)
+    with kept_only("judge them"), pytest.raises(NotKeptError, match="18 of 18"):
+        run_study(fewer, run)
+    assert run_study(study, run) == 2
+    with kept_only("judge them"):
+        assert run_study(study, run) == 0
 
 
 def test_a_changed_method_or_layout_counts_as_missing(study_file, tmp_path, stack):
