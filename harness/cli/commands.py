@@ -103,7 +103,7 @@ _OWN = (
     Command("pages list", "pages:List", "name published pages, and the command of each",
             Group.REMAKE),
     Command("pages remake", "pages:Remake",
-            "remake published pages from their rows; judges those that are missing",
+            "remake published pages from their rows; --judge judges what is missing",
             Group.REMAKE),
     Command("pages keep", "pages:Keep", "pack the rows that published pages are made of",
             Group.REMAKE),

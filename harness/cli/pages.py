@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 from steadyload.atomic import write_atomically
+from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import working
 from steadyload.cli.running import run
 from steadyload.cli.terminal import print_table, say
+from steadyload.errors import UserError
+from steadyload.escaping import printable
 from steadyload.studies.options import REQUIRED, operand, option
 from steadyload.studies.published import (
     FOLDER,
@@ -65,19 +69,25 @@ class Remake:
     names: tuple[str, ...] = operand((), "only these (default: all)", metavar="PAGE")
     output: Path = _folder()
     rows: Path = _rows()
+    judge: bool = option(False, "judge, measure and time what is not among the kept rows")
+    fewer: bool = option(False, "leave out engines that kept rows are of and that are not here")
     keep: bool = option(False, "pack the rows of every page that was remade, for the next time")
     dry_run: bool = option(False, "print the commands, and run none")
 
     def run(self) -> int:
         """Run the commands of the pages, and write the index.
 
-        Rows that are packed and not in their work folder are unpacked first, and are not judged
-        again as long as nothing has changed that they depend on. Returns the first exit status that
-        is not 0; the other pages are remade nevertheless.
-        """
-        from steadyload.studies.kept_rows import unpack
+        Rows that are packed and not in their work folder are unpacked first. A page with kept rows
+        is made of these alone unless ``judge`` is given, and of all engines that they are of unless
+        ``fewer`` is given, or is refused before anything is judged or written. Returns the first
+        exit status that is not 0; the other pages are remade nevertheless.
 
+        Raises:
+            UsageError: both ``fewer`` and ``keep``.
+        """
         working()
+        if self.fewer and self.keep:
+            raise UsageError("--fewer and --keep: rows of the engines left out would be lost")
         if self.dry_run:
             for entry in named(self.names):
                 for words in remaking(entry, self.output):
@@ -87,7 +97,6 @@ class Remake:
         for work, pages in groupby(named(self.names), key=lambda entry: entry.work):
             made = []
             for entry in pages:
-                unpack(entry, self.rows)
                 ended = self._remake(entry)
                 status = status or ended
                 made += [] if ended else [entry]
@@ -98,11 +107,38 @@ class Remake:
 
     def _remake(self, entry: Entry) -> int:
         """Run the commands of a page; the exit status of the first that fails, or 0."""
-        for words in remaking(entry, self.output):
-            say(f"steadyload {shlex.join(words)}")
-            if ended := run(words):
-                return ended
+        from steadyload.runs.kept_only import kept_only
+
+        try:
+            are_kept = self._unpacked(entry)
+        except UserError as error:
+            say(f"steadyload: {printable(str(error))}")
+            return 2
+        remedy = f"steadyload pages remake {entry.name} --judge judges and times them here"
+        with nullcontext() if self.judge or not are_kept else kept_only(remedy):
+            for words in remaking(entry, self.output):
+                say(f"steadyload {shlex.join(words)}")
+                if ended := run(words):
+                    return ended
         return 0
+
+    def _unpacked(self, entry: Entry) -> bool:
+        """Unpack the rows of a page unless they are there; whether it has any.
+
+        Raises:
+            RowsError: the archive cannot be unpacked.
+            UserError: some rows are of engines that are not installed, and may not be left out.
+        """
+        from steadyload.studies.kept_rows import engines_missed, unpack
+
+        unpack(entry, self.rows)
+        missed = {} if self.fewer else engines_missed(entry)
+        if missed:
+            raise UserError(
+                f"page {entry.name!r} has kept rows of {', '.join(missed)}, not installed here "
+                f"({'; '.join(missed.values())}); --fewer remakes it without them"
+            )
+        return entry.work.exists()
 
 
 @dataclass(frozen=True)

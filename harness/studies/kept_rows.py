@@ -3,26 +3,50 @@
 from __future__ import annotations
 
 import io
+import json
 import lzma
 import tarfile
-from collections.abc import Sequence
-from pathlib import Path
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path, PurePosixPath
+from typing import Any
 
 from steadyload.atomic import write_atomically
+from steadyload.engines.registry import (
+    EngineNotInstalledError,
+    engines,
+    engines_here,
+    world_class,
+)
 from steadyload.errors import UserError
+from steadyload.layouts.limits import MAX_FILE_BYTES
+from steadyload.methods.spec import parse_spec
+from steadyload.runs.results import superseded
+from steadyload.runs.store import DamagedError, ResultsError
 from steadyload.studies.published import ROWS, Entry, entries
 from steadyload.studies.study import CHECKPOINT, CHECKPOINTS
 
 _LEFT_OUT = (".lock", "report.md", "report.html", "report-details.md", "figures")
 """What a work folder holds besides rows, and :data:`.CHECKPOINTS` anywhere in it."""
 
+_MANIFEST = "manifest.json"
+
+_MOST_FILES = 100_000
+"""Files of an archive, ten times those of the largest one; :data:`.MAX_FILE_BYTES` are those of
+the archive, and also of all its files together."""
+
+_DICTIONARY_BYTES = 256 * 1024**2
+"""Memory of unpacking; the strongest compression takes a quarter of that."""
+
 
 class RowsError(UserError):
-    """There are no rows to be packed."""
+    """Rows that cannot be packed, or an archive of rows that cannot be unpacked."""
 
 
 def keep(entry: Entry, folder: Path = ROWS) -> Path:
     """Pack the work folder of a page; the same rows give the same bytes. Returns the archive.
+
+    Shards that the manifest of their run does not list are left out.
 
     Args:
         entry: the page.
@@ -30,6 +54,7 @@ def keep(entry: Entry, folder: Path = ROWS) -> Path:
 
     Raises:
         RowsError: the work folder does not exist.
+        DamagedError: the manifest of a run in it has changed since it was written.
         OSError: the archive cannot be written.
     """
     if not entry.work.is_dir():
@@ -37,11 +62,14 @@ def keep(entry: Entry, folder: Path = ROWS) -> Path:
             f"the rows of page {entry.name!r} should lie in {entry.work}, which does not exist; "
             f"steadyload pages remake {entry.name} makes them"
         )
+    files, old = sorted(entry.work.rglob("*")), _superseded(entry.work)
     packed = io.BytesIO()
     with tarfile.open(fileobj=packed, mode="w", format=tarfile.PAX_FORMAT) as archive:
-        for path in sorted(entry.work.rglob("*")):
+        for path in files:
             inside = path.relative_to(entry.work)
-            if path.is_file() and inside.parts[0] not in _LEFT_OUT and not _goes_on(inside):
+            if inside.parts[0] in _LEFT_OUT or _goes_on(inside) or path in old:
+                continue
+            if path.is_file():
                 about = tarfile.TarInfo(str(inside))
                 about.size = path.stat().st_size
                 with path.open("rb") as content:
@@ -52,21 +80,118 @@ def keep(entry: Entry, folder: Path = ROWS) -> Path:
 
 
 def unpack(entry: Entry, folder: Path = ROWS) -> Path | None:
-    """Unpack the rows of a page into its work folder, unless that exists.
+    """Unpack the rows of a page into its work folder, unless that exists: all of them, or none.
 
     Returns:
         The work folder; None where it was there before, and is left as it is, and where nothing is
         packed for this page.
 
     Raises:
+        RowsError: the archive is damaged, too large, or holds more than files below the folder.
         OSError: the rows cannot be read or written.
     """
     archive = _archive(entry, folder)
     if entry.work.exists() or not archive.exists():
         return None
-    with tarfile.open(archive, "r:xz") as rows:
-        rows.extractall(entry.work, filter="data")
+    packed = io.BytesIO(_content(archive))
+    entry.work.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f".{entry.work.name}.", dir=entry.work.parent) as fresh:
+        rows = Path(fresh, "rows")
+        try:
+            with tarfile.open(fileobj=packed, mode="r:") as found:
+                found.extractall(rows, _checked(found, archive), filter="data")
+        except tarfile.TarError:
+            raise _damaged(archive) from None
+        rows.rename(entry.work)
     return entry.work
+
+
+def _content(archive: Path) -> bytes:
+    """The uncompressed content of an archive, of limited size."""
+    if not archive.is_file():
+        raise RowsError(f"{archive}: is no file")
+    with archive.open("rb") as file:
+        packed = file.read(MAX_FILE_BYTES + 1)
+    unpacking = lzma.LZMADecompressor(lzma.FORMAT_XZ, _DICTIONARY_BYTES)
+    try:
+        content = unpacking.decompress(packed, MAX_FILE_BYTES + 1)
+    except lzma.LZMAError:
+        raise _damaged(archive) from None
+    if max(len(packed), len(content)) > MAX_FILE_BYTES:
+        raise RowsError(f"{archive}: is too large; allowed: {MAX_FILE_BYTES} bytes, unpacked, too")
+    if not unpacking.eof:
+        raise _damaged(archive)
+    return content
+
+
+def _checked(found: tarfile.TarFile, archive: Path) -> list[tarfile.TarInfo]:
+    """The members of an archive, before any is written.
+
+    Raises:
+        RowsError: one is not a file below the folder, or they are too many or too large.
+    """
+    members, size = [], 0
+    for member in found:
+        path = PurePosixPath(member.name)
+        below = not path.is_absolute() and ".." not in path.parts and "\\" not in member.name
+        if not (member.isreg() and not member.issparse() and below):
+            raise RowsError(
+                f"{archive}: holds {member.name!r}; allowed: files below the work folder alone"
+            )
+        members.append(member)
+        size += member.size
+        if len(members) > _MOST_FILES or size > MAX_FILE_BYTES:
+            raise RowsError(
+                f"{archive}: holds too much; allowed: {_MOST_FILES} files of {MAX_FILE_BYTES} bytes"
+            )
+    return members
+
+
+def _damaged(archive: Path) -> RowsError:
+    return RowsError(f"{archive}: cannot be read, it is damaged or cut off; restore the file")
+
+
+def engines_missed(entry: Entry) -> dict[str, str]:
+    """Engines that the rows in a work folder are of and that are not installed; with the reasons.
+
+    Those that only check others are not among them: pages leave them out.
+    """
+    here = engines_here()
+    away = {n for n, about in engines().items() if n not in here and not about.check_only}
+    return {name: _reason(name) for name in sorted(away & _engines_of(entry.work, away))}
+
+
+def _engines_of(work: Path, wanted: set[str]) -> set[str]:
+    """Those of some engines that the manifests and records in a folder name."""
+    found: set[str] = set()
+    for path in work.rglob("*.json") if wanted else ():
+        try:
+            content = json.loads(path.read_bytes())
+        except (ValueError, RecursionError):
+            continue
+        found |= wanted & set(_named(content))
+        if found == wanted:
+            break
+    return found
+
+
+def _named(content: Any) -> Iterator[str]:
+    """Names of engines in a manifest of a run, and in a list of records."""
+    study = content.get("study") if isinstance(content, dict) else None
+    if isinstance(study, dict):
+        for spec in study.get("methods", ()):
+            yield parse_spec(spec).engine or ""
+    for record in content if isinstance(content, list) else ():
+        if isinstance(record, dict) and isinstance(record.get("engine"), str):
+            yield record["engine"]
+
+
+def _reason(engine: str) -> str:
+    try:
+        world_class(engine)
+    except EngineNotInstalledError as error:
+        return str(error)
+    return f"engine {engine!r} is not installed"
 
 
 def kept(folder: Path = ROWS) -> str:
@@ -81,8 +206,8 @@ def kept(folder: Path = ROWS) -> str:
             "# Rows behind published pages",
             "",
             f"{_megabytes(whole)} in all. `steadyload pages remake PAGE` unpacks the rows of a "
-            "page into its work folder, judges what is missing there, and makes the page. "
-            "`steadyload pages keep PAGE` packs them anew.",
+            "page into its work folder and makes the page; with `--judge` it also judges and times "
+            "what is missing there. `steadyload pages keep PAGE` packs them anew.",
             "",
             "| archive | size | pages |",
             "| ------- | ---: | ----- |",
@@ -93,6 +218,19 @@ def kept(folder: Path = ROWS) -> str:
             "",
         ]
     )
+
+
+def _superseded(work: Path) -> set[Path]:
+    """Shards of all runs in a folder that no manifest lists."""
+    found: set[Path] = set()
+    for manifest in work.rglob(_MANIFEST):
+        try:
+            found |= superseded(manifest.parent)
+        except DamagedError:
+            raise
+        except ResultsError:  # the manifest of something else, such as weights
+            continue
+    return found
 
 
 def _goes_on(inside: Path) -> bool:

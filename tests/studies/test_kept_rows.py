@@ -1,14 +1,22 @@
 """Rows behind pages are packed and unpacked whole, and a page made of them judges nothing."""
 
+import io
+import json
+import lzma
+import os
+import tarfile
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from steadyload.atomic import checksum, manifest_text
 from steadyload.cli import main
+from steadyload.engines import registry
 from steadyload.runs.results import load_results
+from steadyload.runs.store import DamagedError
 from steadyload.studies import kept_rows, published
-from steadyload.studies.kept_rows import RowsError, keep, kept, unpack
+from steadyload.studies.kept_rows import RowsError, engines_missed, keep, kept, unpack
 
 ROOT = Path(__file__).parents[2]
 
@@ -50,6 +58,124 @@ def test_what_is_not_there_is_said(entry, tmp_path):
     assert not (tmp_path / "rows").exists()
 
 
+def run_folder(folder, names, listed):
+    """A folder of a run that lists some shards, each of a byte."""
+    (folder / "results").mkdir(parents=True)
+    for name in names:
+        (folder / "results" / f"{name}.{checksum(b'1')}.parquet").write_bytes(b"1")
+    about = {
+        "schema_version": 2, "study": {"name": "x", "methods": ["sme", "ps3@physx"]},
+        "study_hash": "", "data_hash": "", "shards": listed, "finished": None,
+    }  # fmt: skip
+    (folder / "manifest.json").write_text(manifest_text(about))
+
+
+def test_shards_that_no_manifest_lists_are_not_packed(entry, tmp_path):
+    run_folder(entry.work / "spatial", ["a", "b", "c"], ["a", "c", "d"])
+    (entry.work / "weights").mkdir()
+    (entry.work / "weights" / "manifest.json").write_text("{}")
+    keep(entry, tmp_path / "rows")
+    entry.work.rename(tmp_path / "gone")
+    unpack(entry, tmp_path / "rows")
+    there = contents(entry.work)
+    assert {p.name[0] for p in there if p.parts[:2] == ("spatial", "results")} == {"a", "c"}
+    assert set(contents(tmp_path / "gone")) - set(there) == {
+        Path("spatial", "results", f"b.{checksum(b'1')}.parquet")
+    }
+    manifest = entry.work / "spatial" / "manifest.json"
+    manifest.write_text(manifest.read_text().replace('"d"', '"b"'))
+    with pytest.raises(DamagedError, match=r"manifest\.json"):
+        keep(entry, tmp_path / "rows")
+
+
+def packed(*members):
+    """An archive of some members and their contents."""
+    found = io.BytesIO()
+    with tarfile.open(fileobj=found, mode="w", format=tarfile.PAX_FORMAT) as archive:
+        for about, content in members:
+            about.size = len(content)
+            archive.addfile(about, io.BytesIO(content))
+    return lzma.compress(found.getvalue())
+
+
+def member(name, kind=tarfile.REGTYPE, target=""):
+    about = tarfile.TarInfo(name)
+    about.type, about.linkname = kind, target
+    return about
+
+
+WHOLE = packed((member("a"), bytes(range(256)) * 40), (member("b"), b"2"))
+
+HARMED = {
+    "cut off": (WHOLE[:-100], "is damaged or cut off"),
+    "begins alone": (WHOLE[:40], "is damaged or cut off"),
+    "no archive": (b"rows", "is damaged or cut off"),
+    "empty": (b"", "is damaged or cut off"),
+    "a changed bit": (WHOLE[:60] + bytes([WHOLE[60] ^ 1]) + WHOLE[61:], "is damaged or cut off"),
+    "no tar in it": (lzma.compress(b"x" * 4096), "is damaged or cut off"),
+    "needs much memory": (
+        lzma.compress(
+            b"", filters=[{"id": lzma.FILTER_LZMA2, "preset": 9, "dict_size": 2**30}]
+        ),
+        "is damaged or cut off",
+    ),
+    "an absolute path": (packed((member("/tmp/x"), b"1")), "holds '/tmp/x'; allowed: files below"),
+    "a path above": (packed((member("a"), b"1"), (member("b/../../x"), b"1")), r"'b/\.\./\.\./x'"),
+    "a link": (packed((member("a", tarfile.SYMTYPE, "/etc/passwd"), b"")), "holds 'a'; allowed"),
+    "a hard link": (packed((member("a", tarfile.LNKTYPE, "b"), b"")), "holds 'a'; allowed: files"),
+    "a device": (packed((member("a", tarfile.CHRTYPE), b"")), "holds 'a'; allowed: files below"),
+    "too large": (lzma.compress(bytes(4096) * 64 + b"x"), "is too large; allowed: 131072 bytes"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("harm", HARMED)
+def test_a_damaged_or_harmful_archive_is_named_and_leaves_no_folder(
+    harm, entry, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(kept_rows, "MAX_FILE_BYTES", 2**17)
+    content, message = HARMED[harm]
+    archive = tmp_path / "rows" / "table5.tar.xz"
+    archive.parent.mkdir()
+    archive.write_bytes(content)
+    entry.work.rename(tmp_path / "gone")
+    with pytest.raises(RowsError, match=message) as told:
+        unpack(entry, tmp_path / "rows")
+    assert str(archive) in str(told.value)
+    assert list(entry.work.parent.iterdir()) == []
+    archive.write_bytes(WHOLE)
+    assert unpack(entry, tmp_path / "rows") == entry.work
+    assert {path.name for path in entry.work.iterdir()} == {"a", "b"}
+
+
+def test_more_files_than_allowed_and_no_file_are_refused(entry, tmp_path, monkeypatch):
+    (tmp_path / "rows").mkdir()
+    archive = tmp_path / "rows" / "table5.tar.xz"
+    archive.write_bytes(WHOLE)
+    entry.work.rename(tmp_path / "gone")
+    with monkeypatch.context() as few:
+        few.setattr(kept_rows, "_MOST_FILES", 1)
+        with pytest.raises(RowsError, match="holds too much; allowed: 1 files"):
+            unpack(entry, tmp_path / "rows")
+    archive.unlink()
+    os.mkfifo(archive)
+    with pytest.raises(RowsError, match="is no file"):
+        unpack(entry, tmp_path / "rows")
+
+
+@pytest.mark.deep("reads all archives: 10 s")
+def test_kept_archives_hold_no_superseded_shards():
+    """As the manifests in them list; they are what :func:`keep` packs of them."""
+    for path in sorted((ROOT / published.ROWS).glob("*.tar.xz")):
+        with tarfile.open(path, "r:xz") as archive:
+            names = archive.getnames()
+            shards = [Path(n) for n in names if n.endswith(".parquet") and "results/" in n]
+            manifests = {str(shard.parents[1] / "manifest.json") for shard in shards}
+            for name in manifests & {*names}:
+                listed = json.load(archive.extractfile(name))["shards"]
+                own = [s.name[:20] for s in shards if s.parents[1] == Path(name).parent]
+                assert sorted(own) == sorted(listed), f"{path.name}: {name}"
+
+
 def test_every_page_has_a_folder_of_its_rows():
     work = {entry.name: str(entry.work) for entry in published.entries()}
     assert work["accuracy"] == "runs/accuracy"
@@ -66,7 +192,7 @@ def test_what_is_kept_is_listed_with_its_size():
 
 
 def test_a_page_of_unpacked_rows_is_the_same_and_judges_nothing(
-    tmp_path, monkeypatch, in_this_process, undrawn
+    tmp_path, monkeypatch, in_this_process, undrawn, capsys
 ):
     monkeypatch.chdir(tmp_path)
     one = published.named(("table5",))[0]
@@ -79,6 +205,7 @@ def test_a_page_of_unpacked_rows_is_the_same_and_judges_nothing(
     assert main(["pages", "remake", "table5", "--keep", "-o", "pages", "--rows", "rows"]) == 0
     page = Path("pages/table5/report.md").read_text()
     rows = contents(few.work)
+    times = contents(few.work / "spatial" / "times")
     packed = Path("rows/table5.tar.xz").read_bytes()
     assert main(["pages", "keep", "table5", "--rows", "rows"]) == 0
     assert Path("rows/table5.tar.xz").read_bytes() == packed
@@ -88,3 +215,72 @@ def test_a_page_of_unpacked_rows_is_the_same_and_judges_nothing(
     assert Path("again/table5/report.md").read_text() == page
     assert contents(few.work) == rows
     assert len(load_results(few.work / "spatial")) == 12
+    less = replace(few, command=few.command[:-2])
+    monkeypatch.setattr("steadyload.cli.pages.named", lambda names: [less])
+    capsys.readouterr()
+    assert main(["pages", "remake", "table5", "--rows", "rows", "-o", "again"]) == 2
+    told = capsys.readouterr().err
+    assert "times: 1 of 1 results are not kept for these methods, this code and" in told
+    assert told.endswith("pages remake table5 --judge judges and times them here\n")
+    assert Path("again/table5/report.md").read_text() == page
+    assert contents(few.work / "spatial" / "times") == times
+
+
+@pytest.fixture
+def without_optional_engines(monkeypatch):
+    """PhysX and Rapier are not installed, wherever one asks."""
+    here = registry._is_installed
+    monkeypatch.setattr(
+        registry, "_is_installed", lambda name: name not in ("sapien", "rapier3d") and here(name)
+    )
+
+
+def test_a_page_with_kept_rows_of_engines_that_are_not_here_is_refused(
+    entry, tmp_path, monkeypatch, capsys, without_optional_engines
+):
+    run_folder(entry.work / "spatial", ["a"], ["a"])
+    keep(entry, tmp_path / "rows")
+    entry.work.rename(tmp_path / "gone")
+    begun = []
+    monkeypatch.setattr("steadyload.cli.pages.named", lambda names: [entry])
+    monkeypatch.setattr("steadyload.cli.pages.run", lambda words: begun.append(words) or 0)
+    monkeypatch.setattr("steadyload.cli.pages.write_index", lambda folder: folder)
+    remake = ["pages", "remake", "table5", "--rows", str(tmp_path / "rows"), "-o", str(tmp_path)]
+    assert main(remake) == 2
+    assert capsys.readouterr().err == (
+        "steadyload: page 'table5' has kept rows of physx, not installed here (engine 'physx' "
+        "needs the package sapien: pip install 'steadyload[physx]'); --fewer remakes it without "
+        "them\n"
+    )
+    assert begun == []
+    (entry.work / "measured").mkdir()
+    (entry.work / "measured" / "x.json").write_text('[{"engine": "rapier"}, {"engine": "dart"}]')
+    (entry.work / "measured" / "y.json").write_text("{")
+    assert list(engines_missed(entry)) == ["physx", "rapier"]
+    assert main([*remake, "--fewer"]) == 0
+    assert len(begun) == 1
+    assert main([*remake, "--fewer", "--keep"]) == 2
+    assert "rows of the engines left out would be lost" in capsys.readouterr().err
+
+
+def test_engines_that_are_here_are_missed_by_no_page(entry, monkeypatch):
+    run_folder(entry.work / "spatial", ["a"], ["a"])
+    monkeypatch.setattr(registry, "_is_installed", lambda name: True)
+    assert engines_missed(entry) == {}
+
+
+def test_a_page_whose_archive_is_damaged_stops_no_other(entry, tmp_path, monkeypatch, capsys):
+    archive = tmp_path / "rows" / "table5.tar.xz"
+    archive.parent.mkdir()
+    archive.write_bytes(WHOLE[:100])
+    entry.work.rename(tmp_path / "gone")
+    other = replace(entry, name="other", work=tmp_path / "runs" / "other")
+    begun = []
+    monkeypatch.setattr("steadyload.cli.pages.named", lambda names: [entry, other])
+    monkeypatch.setattr("steadyload.cli.pages.run", lambda words: begun.append(words[-1]) or 0)
+    monkeypatch.setattr("steadyload.cli.pages.write_index", lambda folder: folder)
+    assert main(["pages", "remake", "--rows", str(archive.parent), "-o", "pages"]) == 2
+    assert capsys.readouterr().err.startswith(
+        f"steadyload: {archive}: cannot be read, it is damaged or cut off; restore the file\n"
+    )
+    assert begun == [str(Path("pages", "other"))]

@@ -13,7 +13,7 @@ from steadyload.engines.registry import EngineNotInstalledError, capabilities, e
 from steadyload.layouts.benchmark.dataset import KEYS, PLANAR, set_named
 from steadyload.layouts.question import Question, with_question
 from steadyload.methods.method import Status
-from steadyload.methods.registry import method_class, method_classes
+from steadyload.methods.registry import METHODS, method_class
 from steadyload.methods.spec import parse_spec
 from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.labels import labelled_material
@@ -36,15 +36,16 @@ FOR_BOTH = frozenset({"ps_opt", "lstm_1", "lstm_e", "cascade", "label"})
 def standard_methods() -> tuple[str, ...]:
     """Specs of the methods compared by default: the paper's on every engine, our own, and more.
 
-    Every registered engine with fixed steps takes part; a registered method that none of these
-    specs names takes part with its own defaults, on every such engine where it needs one. Methods
+    Every registered engine with fixed steps takes part; a method of this package that none of these
+    specs names takes part with its own defaults, on every such engine where it needs one. Those of
+    other distributions join where they are named. Methods
     of :data:`FOR_BOTH` stand in the list once a question, those on planar engines once.
     """
     engines = tuple(name for name in engines_here() if _takes_steps(name))
     tunings = (f"{name}@{engine}" for name in TUNINGS for engine in engines)
     listed = (*RULES, *tunings, *NETWORKS, *OTHERS)
     named = {method_class(parse_spec(spec).name) for spec in listed}
-    more = [name for name in method_classes() if method_class(name) not in named]
+    more = [name for name in METHODS if method_class(name) not in named]
     stands = [
         with_question(spec, Question.STANDS)
         for spec in listed
