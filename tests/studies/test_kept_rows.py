@@ -108,6 +108,7 @@ WHOLE = packed((member("a"), bytes(range(256)) * 40), (member("b"), b"2"))
 
 HARMED = {
     "cut off": (WHOLE[:-100], "is damaged or cut off"),
+    "without its last bytes": (WHOLE[:-4], "is damaged or cut off"),
     "begins alone": (WHOLE[:40], "is damaged or cut off"),
     "no archive": (b"rows", "is damaged or cut off"),
     "empty": (b"", "is damaged or cut off"),
