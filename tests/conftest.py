@@ -299,10 +299,10 @@ def told_time(monkeypatch):
     """Puts a clock into modules that stands still but for two things that ``engine`` does.
 
     A substep takes a millisecond, and adding a box takes 20. What is clocked can then be told
-    exactly, on any machine.
+    exactly, on any machine. ``busy`` is how much more wall time passes than CPU time.
     """
 
-    def installed(engine, *modules):
+    def installed(engine, *modules, busy=1.0, patch=monkeypatch):
         world, now = world_class(engine), 0.0
         advance, add_box = world._advance, world.add_box
 
@@ -316,11 +316,13 @@ def told_time(monkeypatch):
             now += 20e-3
             return add_box(self, box)
 
-        monkeypatch.setattr(world, "_advance", stepping)
-        monkeypatch.setattr(world, "add_box", adding)
-        clock = SimpleNamespace(process_time=lambda: now, perf_counter=lambda: now)
+        patch.setattr(world, "_advance", stepping)
+        patch.setattr(world, "add_box", adding)
+        clock = SimpleNamespace(
+            process_time=lambda: now, thread_time=lambda: now, perf_counter=lambda: busy * now
+        )
         for module in modules:
-            monkeypatch.setattr(module, "time", clock)
+            patch.setattr(module, "time", clock)
 
     return installed
 

@@ -15,7 +15,7 @@ FOLDERS = {"harness": "", "engines": "engines.", "learners": "learners.", "repor
 _LAYOUTS = {
     "layouts", "kernels", "statistics", "atomic", "errors", "escaping", "stored", "notebook",
 }  # fmt: skip
-_METHODS = {"methods", "engines", "bearing", *_LAYOUTS}
+_METHODS = {"methods", "engines", "bearing", "time_limit", *_LAYOUTS}
 _RUNS = {"runs", *_METHODS}
 _LIBRARIES = {"compilation", "tuning", "properties", "learners", "transport", *_RUNS}
 
@@ -25,6 +25,7 @@ ALLOWED = {
     "errors": set(),
     "escaping": set(),
     "notebook": set(),
+    "time_limit": set(),
     "reports": {"reports", "statistics", "errors", "escaping"},
     "compilation": set(),
     "kernels": {"kernels", "compilation"},

@@ -47,7 +47,7 @@ class Check(ReadingFlags):
     )
     limit: int | None = option(None, "only the first N layouts", least=1)
     timeout: float | None = option(
-        None, "wall seconds a pallet may take", metavar="S", read=positive_number
+        None, "CPU seconds a pallet may take", metavar="S", read=positive_number
     )
     fail_on: str = option(
         str(FailOn.ANY), "end with status 1 or 3 for any pallet that does not stand or was not "

@@ -58,7 +58,7 @@ class Score(Strict, ReadingFlags):
         False, "end with status 0 although layouts were refused, and name them in the table only"
     )
     timeout: float | None = option(
-        None, "wall seconds a judgement may take", metavar="S", read=positive_number
+        None, "CPU seconds a judgement may take", metavar="S", read=positive_number
     )
     json: bool = option(False, "print one JSON array of records")
 

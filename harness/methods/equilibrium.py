@@ -92,7 +92,7 @@ _LATER = 4
 """Steps between two more, while they take less than :data:`_LONG`."""
 
 _LONG = 0.05
-"""[s]"""
+"""CPU time of this thread, in which kernels compute [s]."""
 
 _Near = Callable[[Sequence[int], float], Sequence[int]]
 """Of some items and a reach [cm]: at least those that they can meet within it."""
@@ -222,14 +222,14 @@ class Equilibrium(Method):
             loading = kernels.timed_balance.begin(*_arrays(layout))
             first, at_once = 0, _AT_ONCE
             while first < len(layout):
-                begun = time.perf_counter()
+                begun = time.thread_time()
                 end = min(first + at_once, len(layout))
                 found = kernels.timed_balance.first_moved(loading, first, end, *self._motion)
                 if found[0] != BALANCED:
                     break
                 watch.check()
                 # Steps that take long are judged one by one, so that a limit is kept.
-                first, at_once = end, 1 if time.perf_counter() - begun > _LONG else _LATER
+                first, at_once = end, 1 if time.thread_time() - begun > _LONG else _LATER
         ended, step, item, displacement, rotation = found
         if ended == BALANCED:
             return STABLE

@@ -308,8 +308,9 @@ class Method(ABC):
 
         Args:
             layout: any valid layout.
-            timeout: wall-clock seconds after which a long judgement ends with status ``timeout``;
-                looked at between engine calls, so a single call may overrun it.
+            timeout: CPU seconds after which a long judgement ends with status ``timeout``, with a
+                backstop of wall time (:mod:`steadyload.time_limit`); looked at between engine
+                calls, so a single call may overrun it.
         """
         return verdict_by(lambda watch: self._judge(layout, watch), len(layout), timeout, layout)
 

@@ -45,7 +45,7 @@ class LoadingSession:
         pallet: what is loaded.
         method: a spec string, or a method.
         name: of the layout. Verdicts depend on it only where positions are jittered.
-        timeout: wall-clock seconds that a placement may take, as of :meth:`Method.judge`.
+        timeout: CPU seconds that a placement may take, as of :meth:`Method.judge`.
         timed: verdicts state the time spent. False saves half of a placement by a rule; their times
             are zero then.
 

@@ -6,6 +6,8 @@ import time
 from dataclasses import dataclass
 from enum import StrEnum
 
+from steadyload.time_limit import cpu_clock, exceeded
+
 
 class Phase(StrEnum):
     """Phase of a judgement that time is spent on; static methods have no phases, only a total."""
@@ -35,13 +37,21 @@ class TimeoutExpiredError(Exception):
 
 
 class Stopwatch:
-    """CPU and wall time by phase, and the limit on the latter."""
+    """CPU and wall time by phase, and the limit on both.
+
+    Args:
+        timeout: CPU time that a judgement may take, as :mod:`steadyload.time_limit` counts it, in
+            the thread that makes the watch; wall time is its backstop [s]. None: no limit.
+    """
 
     def __init__(self, timeout: float | None = None) -> None:
         self.timeout = timeout
         self._spent: dict[Phase, list[float]] = {}
         self._start = self._last = (time.process_time(), time.perf_counter())
         self._phase: Phase | None = None
+        if timeout is not None:
+            self._clock = cpu_clock()
+            self._begun = self._clock()
 
     def enter(self, phase: Phase | None) -> None:
         """Begin ``phase``: the time that follows belongs to it."""
@@ -56,10 +66,13 @@ class Stopwatch:
         """End the judgement when its time is up.
 
         Raises:
-            TimeoutExpiredError: more wall time than the limit has passed.
+            TimeoutExpiredError: the limit on CPU time is exceeded, or its backstop.
         """
-        if self.timeout is not None and time.perf_counter() - self._start[1] > self.timeout:
-            raise TimeoutExpiredError(f"no verdict within {self.timeout:g} s")
+        if self.timeout is None:
+            return
+        cpu, wall = self._clock() - self._begun, time.perf_counter() - self._start[1]
+        if (over := exceeded(self.timeout, cpu, wall)) is not None:
+            raise TimeoutExpiredError(f"no verdict within {over}")
 
     def stop(self) -> tuple[Seconds, Seconds]:
         """CPU and wall time so far."""

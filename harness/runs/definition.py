@@ -64,7 +64,7 @@ class StudyDefinition:
         floor: what the layouts stand on; None for what a file states, or else ``auto``.
         repetitions: judgements of every case, for timing.
         shard_size: cases a unit of work.
-        timeout: wall seconds a judgement may take; None for no limit.
+        timeout: CPU seconds a judgement may take; None for no limit.
         benchmark: the part of a labelled set whose cases are judged, or its name; None for layouts
             without labels. The set has its own layouts and centres of mass: ``scenarios`` picks
             among them (empty for all) and ``limit`` counts cases a scenario, those of the first

@@ -102,7 +102,8 @@ class PartLimit(Generic[Unit, Result]):
     work has prepared for the unit.
 
     Args:
-        seconds: wall time that a part may take.
+        seconds: CPU time of its worker that a part may take, with a backstop of wall time: see
+            :mod:`steadyload.time_limit`.
         timed_out: makes the result of a part that takes longer.
     """
 
@@ -197,9 +198,9 @@ class Processes(Executor):
         while len(results) < len(task.unit):
             try:
                 self._work_on(task, results)
-            except PartTimeoutError:
+            except PartTimeoutError as error:
                 assert task.limit is not None
-                reason = f"no answer within {task.limit.seconds:g} s; its process was killed"
+                reason = f"no answer within {error}; its process was killed"
                 results.append(task.limit.timed_out(task.unit, len(results), reason))
             except ProcessDiedError as death:
                 if self._closed:

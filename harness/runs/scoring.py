@@ -48,7 +48,7 @@ def score_layouts(
         limit: use only the first layouts.
         strict: end at the first layout that is not valid, instead of a record with the status
             ``refused``.
-        timeout: wall seconds a judgement may take.
+        timeout: CPU seconds a judgement may take.
         uncertainty: the quantities that deviate from the plans; None judges the plans alone.
         sampling: the rule by which sampling of deviations ends; None for the defaults.
         progress: called with the number of finished judgements and of all.

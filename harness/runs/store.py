@@ -289,7 +289,7 @@ class Store(Generic[Answer, Stored]):
             crashed: makes the result of a part that ends its process. None: there is no result, and
                 the unit stays missing.
             lost: called with such a unit and the reason; by default it is an error.
-            limit: wall time that a part may take, and the result of one that takes longer.
+            limit: CPU time that a part may take, and the result of one that takes longer.
             workers: number of processes, or an executor.
             progress: called with parts done and parts in all, first with the existing ones.
             survey: the result of :meth:`survey`; units are then iterated once. None makes the

@@ -139,20 +139,20 @@ def _rows(method: Method, unit: Unit) -> Iterator[Row]:
 
 
 def hard_seconds(timeout: float) -> float:
-    """Time after which a judgement is ended from outside, such as one in a call that hangs [s].
+    """CPU time after which a judgement is ended from outside, such as in a call that hangs [s].
 
     A method looks at the clock between calls of its engine, so that a verdict may take longer than
     its ``timeout``; and the first judgement of a worker is made twice. Hence twice the timeout, and
     5 s more.
 
     Args:
-        timeout: wall seconds a judgement may take.
+        timeout: CPU seconds a judgement may take.
     """
     return 2.0 * timeout + 5.0
 
 
 def hard_limit(timeout: float | None) -> PartLimit[Unit, Row] | None:
-    """Hard limit of a judgement that may take some wall seconds; None for no limit."""
+    """Hard limit of a judgement that may take some CPU seconds; None for no limit."""
     return None if timeout is None else PartLimit(hard_seconds(timeout), timed_out_row)
 
 

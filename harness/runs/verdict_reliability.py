@@ -166,7 +166,7 @@ def verdict_reliability(
         layout: the plan.
         uncertainty: the quantities that deviate from it.
         sampling: the rule by which sampling ends; None for the defaults.
-        timeout: wall seconds a judgement may take; each sample is one.
+        timeout: CPU seconds a judgement may take; each sample is one.
     """
     sampling = sampling or Sampling()
     clocks = time.process_time, time.perf_counter

@@ -23,6 +23,8 @@ from multiprocessing.context import SpawnProcess
 from multiprocessing.reduction import ForkingPickler
 from typing import Any
 
+from steadyload.time_limit import BACKSTOP, exceeded, seconds_of_process
+
 _ENVIRONMENT = {
     "PYTHONSAFEPATH": "1",
     "OPENBLAS_NUM_THREADS": "1",
@@ -43,6 +45,9 @@ from a system that is out of memory."""
 
 _START_LOCK = threading.Lock()
 """Held while a process is started, because the environment is changed for it."""
+
+_GLANCE = 0.01
+"""Shortest time between two looks at the CPU time of a process [s]."""
 
 _PATIENCE = 10.0
 """Time within which a process must end after its pipe was closed [s]."""
@@ -69,7 +74,7 @@ class Phase(Enum):
 
 
 class PartTimeoutError(Exception):
-    """A part has taken longer than it may."""
+    """A part has taken longer than it may: than the time that the message names."""
 
 
 class ProcessDiedError(Exception):
@@ -113,7 +118,8 @@ class Worker:
 
         Args:
             unit: the unit of work.
-            seconds: wall time that a part may take; None for no limit.
+            seconds: CPU time that a part may take, with a backstop of wall time, see
+                :mod:`steadyload.time_limit`; None for no limit.
 
         Raises:
             PartTimeoutError: a part took longer. The process goes on.
@@ -136,8 +142,8 @@ class Worker:
 
     def _receive(self, seconds: float | None = None) -> Any:
         """The next result, if the message has one; the message sets the phase."""
-        if not self._pipe.poll(seconds):
-            raise PartTimeoutError
+        if seconds is not None:
+            self._wait(seconds)
         try:
             message = self._pipe.recv_bytes()
         except (EOFError, OSError):
@@ -147,6 +153,18 @@ class Worker:
             error, text = failure
             raise error from RemoteTracebackError(text)
         return result
+
+    def _wait(self, seconds: float) -> None:
+        """Wait for a message, or until the process has taken longer than it may."""
+        pid = self.process.pid
+        assert pid is not None, "it was started"
+        cpu_before, begun = seconds_of_process(pid), time.monotonic()
+        patience = seconds
+        while not self._pipe.poll(patience):
+            cpu, wall = seconds_of_process(pid) - cpu_before, time.monotonic() - begun
+            if (over := exceeded(seconds, cpu, wall)) is not None:
+                raise PartTimeoutError(over)
+            patience = max(min(seconds - cpu, BACKSTOP * seconds - wall), _GLANCE)
 
     def _exit_code(self) -> int:
         """Exit code; another thread that starts a process polls all, and may read it first."""

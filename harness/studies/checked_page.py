@@ -34,7 +34,7 @@ PLAYED = "ps_opt@mujoco:question=stands"
 """The simulation that shows the fall where the method that answered moves nothing."""
 
 _PATIENCE = 60.0
-"""Wall seconds that a simulation may take for a player; then the plan is shown."""
+"""CPU seconds that a simulation may take for a player; then the plan is shown."""
 
 _KINDS = tuple(map(str, (Answer.FAILS, Answer.NOT_JUDGED, Answer.BAD_INPUT, Answer.STANDS)))
 

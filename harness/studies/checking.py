@@ -32,7 +32,7 @@ TIPPING = 5.0
 """Angle [degrees] from which on a moved box is said to tip."""
 
 _PATIENCE = 5.0
-"""Wall seconds that a process is given beyond twice the time that a layout may take."""
+"""CPU seconds that a process is given beyond twice the time that a layout may take."""
 
 _WAYS = {"left": "left", "right": "right", "front": "forward", "back": "back"}
 """Side of a box -> the way in which it tips over that side."""
@@ -213,7 +213,7 @@ def check(
     Args:
         layout: the plan, in the order of loading.
         method: spec of the method that answers.
-        timeout: wall seconds that it may take.
+        timeout: CPU seconds that it may take.
         transport: a rule of the road that the complete load is asked to hold, such as ``en12195``,
             or a TOML file of one; by the method where it knows accelerations, else by
             :data:`steadyload.transport.limits.EXACT`.

@@ -79,7 +79,7 @@ CASES_OF_SEVERAL = 24
 are less easily disturbed."""
 
 _SECONDS_A_CASE = 20.0
-"""Hard limit on the wall time of a measurement, by judged case."""
+"""Hard limit on the CPU time of a measurement, by judged case."""
 
 _USUAL_ITERATIONS = 50
 """Of an engine that was not told."""

@@ -4,6 +4,7 @@ import ctypes
 import math
 import multiprocessing
 import os
+import re
 import signal
 import threading
 import time
@@ -15,6 +16,7 @@ import pymunk
 
 from steadyload.engines.quantities import quantity
 from steadyload.methods.method import STABLE, Method
+from steadyload.time_limit import cpu_clock
 
 BAD = "layout-0002"
 
@@ -67,11 +69,16 @@ class Harmful(Method):
                 case Harm.KILL:
                     os.kill(os.getpid(), signal.SIGKILL)
                 case Harm.HANG:
-                    ctypes.PyDLL(None).sleep(600)
+                    compute_without_end()
                 case Harm.KILL_PARENT:
                     os.kill(os.getppid(), signal.SIGKILL)
                     time.sleep(60)
         return STABLE
+
+
+def compute_without_end():
+    """A native call that holds Python's lock, so that nothing in its process can end it."""
+    re.match("(a|aa)+$", 99 * "a" + "b")
 
 
 def abort_in_chipmunk():
@@ -102,6 +109,23 @@ def variables(unit):
 def pauses(unit):
     for seconds in unit.words:
         time.sleep(seconds)
+        yield seconds
+
+
+def cpu_clocks(unit):
+    """The clocks of a worker: of its main thread, and of another one."""
+    found = [cpu_clock().__name__]
+    beside = threading.Thread(target=lambda: found.append(cpu_clock().__name__))
+    beside.start()
+    beside.join()
+    yield found
+
+
+def burns(unit):
+    for seconds in unit.words:
+        end = time.process_time() + seconds
+        while time.process_time() < end:
+            pass
         yield seconds
 
 

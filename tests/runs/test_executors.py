@@ -150,14 +150,15 @@ def test_a_layout_that_is_always_killed_ends_the_study_unmarked(tmp_path):
 
 
 @pytest.mark.usefixtures("outside")
-def test_a_native_call_that_hangs_costs_one_row_of_status_timeout(tmp_path):
+def test_a_native_call_that_hangs_costs_one_row_of_status_timeout(tmp_path, monkeypatch):
     """It holds Python's lock, so that nothing in its process can end it."""
+    monkeypatch.setattr("steadyload.runs.units.hard_seconds", lambda timeout: 20.0 * timeout)
     study = study_of("harmful:harm=hang", "fbs", timeout=0.1)
     assert run_study(study, tmp_path / "run", workers=1) == 12
     frame = load_results(tmp_path / "run")
     (late,) = frame[frame["status"] != "done"].itertuples()
     assert (late.method, late.layout, late.status) == ("harmful:harm=hang", BAD, "timeout")
-    assert late.reason == "no answer within 5.2 s; its process was killed"
+    assert late.reason == "no answer within 2 s of CPU time; its process was killed"
     assert pd.isna(late.score)
     assert judged(tmp_path).count(BAD) == 1
     assert not multiprocessing.active_children()
@@ -166,11 +167,19 @@ def test_a_native_call_that_hangs_costs_one_row_of_status_timeout(tmp_path):
 @pytest.mark.deep("several parts that hang: 5 s")
 def test_a_hard_limit_is_one_of_every_part(outside):
     unit, quick = outside.Words((0.6, 0.6, 600, 0.6, 600)), outside.Words((0.0,))
-    limit = PartLimit(1.5, outside.told_why)
-    found = dict(run_units(outside.pauses, [unit, quick], workers=2, crashed=no_crash, limit=limit))
-    why = "no answer within 1.5 s; its process was killed"
+    limit = PartLimit(1.0, outside.told_why)
+    found = dict(run_units(outside.burns, [unit, quick], workers=2, crashed=no_crash, limit=limit))
+    why = "no answer within 1 s of CPU time; its process was killed"
     assert found == {unit: [0.6, 0.6, (2, why), 0.6, (4, why)], quick: [0.0]}
     assert not multiprocessing.active_children()
+
+
+def test_what_waits_is_ended_by_ten_times_as_much_wall_time(outside):
+    """Waiting for 0.5 s costs no CPU time: alone it would not end under a limit of 0.25 s."""
+    unit = outside.Words((0.5, 600))
+    limit = PartLimit(0.25, outside.told_why)
+    [(_, found)] = run_units(outside.pauses, [unit], workers=1, crashed=no_crash, limit=limit)
+    assert found == [0.5, (1, "no answer within 2.5 s of wall time; its process was killed")]
 
 
 @pytest.fixture

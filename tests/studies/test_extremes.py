@@ -180,7 +180,7 @@ def test_time_runs_out_between_substeps():
     cell = measure_cell("tower", "bullet", 240, 2, timeout=1e-9)
     assert (cell.outcome, cell.note) == (
         Outcome.NO_VERDICT,
-        "no verdict within 1e-09 s",
+        "no verdict within 1e-09 s of CPU time",
     )
     assert set(cell.numbers) == {"cpu"}
 
@@ -285,11 +285,11 @@ def hanging(tmp_path, monkeypatch):
     entry = "[steadyload.engines]\nhanging = hanging_engine:HangingWorld\n"
     (about / "entry_points.txt").write_text(entry)
     (about.parent / "hanging_engine.py").write_text(
-        "import ctypes\n"
+        "import re\n"
         "from steadyload.engines.with_bullet import BulletWorld\n"
         "class HangingWorld(BulletWorld):\n"
         "    def _advance(self, substeps, length):\n"
-        "        ctypes.PyDLL(None).sleep(600)\n"
+        "        re.match('(a|aa)+$', 99 * 'a' + 'b')\n"
     )
     monkeypatch.syspath_prepend(about.parent)
     path = os.pathsep.join([str(about.parent), *filter(None, sys.path)])
@@ -305,9 +305,10 @@ def test_a_native_call_that_hangs_costs_one_cell(hanging, tmp_path):
     with pytest.MonkeyPatch.context() as patched:
         one = {"light-on-heavy": dataclasses.replace(sweeps()["light-on-heavy"], values=values)}
         patched.setattr(extreme_cells, "sweeps", lambda: one)
+        patched.setattr(extreme_cells, "hard_seconds", lambda timeout: 20.0 * timeout)
         (cell,) = run_extremes(tmp_path / "run", **asked, timeout=0.1, workers=1)
     assert (cell.outcome, cell.note) == (
-        Outcome.NO_VERDICT, "no answer within 5.2 s; its process was killed",
+        Outcome.NO_VERDICT, "no answer within 2 s of CPU time; its process was killed",
     )  # fmt: skip
 
 

@@ -24,7 +24,7 @@ VERSION = 1
 LABEL = "label@reference"
 
 CASE_SECONDS = 3600.0
-"""Hard limit on the wall time of a case, far beyond that of any: for a call that hangs."""
+"""Hard limit on the CPU time of a case, far beyond that of any: for a call that hangs."""
 
 T_MAX, SAMPLES = 0.33, 11
 """Length [s] and samples of a trace: one sample, of 0.03 s, more than the label needs."""

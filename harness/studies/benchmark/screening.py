@@ -67,7 +67,7 @@ CHECKED = 0.05
 """Share of all steps about which the reference is asked whatever MuJoCo says."""
 
 CASE_SECONDS = 4 * 3600.0
-"""Hard limit on the wall time of a case."""
+"""Hard limit on the CPU time of a case."""
 
 _SHARD = 1
 _TURNS = {part: turn for turn, part in enumerate((Part.TEST, Part.VALIDATION, Part.TRAIN))}

@@ -25,7 +25,7 @@ class ExtremesConfig:
         metavar="HZ", least=1,
     )  # fmt: skip
     timeout: float | None = option(
-        None, "wall seconds a cell may take", metavar="S", read=positive_number
+        None, "CPU seconds a cell may take", metavar="S", read=positive_number
     )
 
 

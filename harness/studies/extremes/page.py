@@ -95,7 +95,7 @@ def extremes_page(extremes: Extremes, manifest: Mapping[str, str]) -> Page:
         "that none moved by more than 10 cm or turned by more than 10 degrees at the end of it. "
         "What moves is held against a closed form. Each axis is swept by itself. An engine that "
         f"chooses its own steps (`{OWN_STEPS}`) runs once. A cell that takes longer than "
-        f"{extremes.timeout:g} s of wall time has no verdict, which is neither held nor failed. "
+        f"{extremes.timeout:g} s has no verdict, which is neither held nor failed. "
         "Nothing here is drawn by chance, so there are no intervals.",
         sections,
         manifest,

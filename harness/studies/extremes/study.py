@@ -110,7 +110,7 @@ def run_extremes(
         only_engines: registered names; those of :func:`engines_here` if None.
         only_sweeps: names of sweeps; all if None.
         frequencies: substeps a second; an engine that chooses its own steps runs once.
-        timeout: wall seconds a cell may take.
+        timeout: CPU seconds a cell may take.
         workers: see :func:`steadyload.runs.runner.run_study`.
         progress: called with cells done and the largest possible number of cells.
 

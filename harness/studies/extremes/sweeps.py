@@ -28,7 +28,7 @@ SAMPLING = 240
 """Rate at which an engine that chooses its own steps is sampled [1/s]."""
 
 TIMEOUT = 30.0
-"""Default time limit of a cell [s, wall time]."""
+"""Default time limit of a cell [s of CPU time]."""
 
 _HEIGHTS = (1, 2, 3, 5, 7, 10, 15, 20, 25, 30, 40, 50, 60, 70, 85, 100)
 _RATIOS = (1, 3, 10, 30, 100, 300, 1e3, 3e3, 1e4, 3e4, 1e5, 3e5, 1e6)
@@ -104,7 +104,7 @@ def measure_cell(
         engine: a registered name.
         frequency: substeps a second; None for an engine that chooses its own steps.
         value: on the sweep's axis, in its unit.
-        timeout: wall seconds after which there is no verdict; checked after every substep.
+        timeout: CPU seconds after which there is no verdict; checked after every substep.
     """
     world_class(engine).warm_up(0)
     watch = Stopwatch(timeout)

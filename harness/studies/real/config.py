@@ -20,7 +20,7 @@ class RealConfig:
     )
     directory: str = set_option("real")
     timeout: float = option(
-        20.0, "wall seconds a judgement may take (default: 20)", metavar="S", read=positive_number
+        20.0, "CPU seconds a judgement may take (default: 20)", metavar="S", read=positive_number
     )
     limit: int | None = option(None, "only the first N cases a scenario", least=1)
     small: int = option(

@@ -77,7 +77,7 @@ class RealStudyOptions:
             Given methods are replaced by their canonical specs.
         directory: folder of the labelled set, or a word of
             :data:`steadyload.layouts.benchmark.dataset.SETS`.
-        timeout: wall seconds a judgement may take.
+        timeout: CPU seconds a judgement may take.
         limit: cases a scenario of that set, those of the first ranks; None for all.
         small: cases a scenario of the large set of the package, whose layouts are small.
         sizes: largest numbers of boxes of the bins; empty for :data:`SIZES`.

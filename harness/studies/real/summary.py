@@ -163,7 +163,7 @@ class RealSummary:
         screened: agreement of screen and reference while the labels were made.
         natural: share of failing labels in the whole set, by question.
         unlabelled: cases of the set without labels, by status.
-        timeout: wall seconds a judgement may take.
+        timeout: CPU seconds a judgement may take.
         left_out: by spec, the reason why a method cannot judge.
         cost_source: explains the costs.
         manifest: provenance.

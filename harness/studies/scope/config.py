@@ -25,7 +25,7 @@ class ScopeConfig:
         300, "of them that are asked whether the load stands (default: 300)", least=1
     )
     seconds: float = option(
-        30.0, "wall time that a verdict may take (default: 30)", unit="s", least=0.001
+        30.0, "CPU time that a verdict may take (default: 30)", unit="s", least=0.001
     )
     methods: tuple[str, ...] = methods_option(
         "compare only this option; may be repeated (default: those of the published page)"

@@ -217,6 +217,6 @@ def _depends(result: ScopeResult) -> Section:
         f"**Labels.** `{result.label or 'not stated'}` where it was asked, and "
         f"`{result.screen or 'not stated'}` elsewhere (docs/benchmark.md), which is near to what "
         "is measured here: accuracies of other engines are held to a harder standard.\n\n"
-        f"**Limit.** A verdict may take {asked.seconds:g} s of wall time; cases in which the whole "
+        f"**Limit.** A verdict may take {asked.seconds:g} s; cases in which the whole "
         "pile has no verdict but `unsettled` are left out of *same*.",
     )

@@ -42,7 +42,7 @@ FRICTION = 0.5
 """Coefficient of every contact where none is stated."""
 
 _SECONDS = 1200.0
-"""Wall time that all directions of a load may take."""
+"""CPU time that all directions of a load may take."""
 
 
 @dataclass(frozen=True)
