@@ -42,9 +42,9 @@ study: $(JUDGING) ## run the embedded study and write its report
 	@$(BIN)/steadyload study run embedded --output runs/embedded
 	@$(BIN)/steadyload report runs/embedded
 
-test: $(READY) ## run the tests of every module (five minutes on two cores, once compiled)
+test: $(READY) ## run the tests of every module (five minutes on two cores, once compiled); PERTURB=SEED moves starts by rounding
 	@$(BIN)/steadyload warm-up
-	$(TEST) -m 'not deep'
+	$(TEST) -m 'not deep' $(if $(PERTURB),--perturb $(PERTURB))
 
 N ?= 1000000
 SEED ?= 0
@@ -54,7 +54,7 @@ fuzz: $(READY) ## read N mutated files of every format, from SEED; PUBLISH=1 put
 
 test-deep: $(READY) ## run the tests that take minutes, and those of optional engines
 	@$(BIN)/steadyload warm-up
-	$(TEST) -m deep
+	$(TEST) -m deep $(if $(PERTURB),--perturb $(PERTURB))
 
 lint: $(READY) ## check style
 	$(BIN)/ruff check .

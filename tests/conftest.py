@@ -14,8 +14,9 @@ import time
 import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 from xml.etree import ElementTree
 
 import matplotlib.image
@@ -31,6 +32,7 @@ ACLPP = Path(__file__).resolve().parents[2] / "shared" / "data" / "aclpp"
 PALLETS = Path(__file__).resolve().parents[2] / "shared" / "data" / "pallets" / "pallets.json"
 _JUDGES = Path(__file__).parent / "outside" / "outside_judges.py"
 _ALLOWED_SKIPS = Path(__file__).parent / "allowed_skips.toml"
+_PERTURBING = Path(__file__).parent / "perturbing"
 _LONG_FILES = (
     "golden/test_verdicts.py",
     "runs/test_executors.py",
@@ -79,6 +81,32 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--may-skip", action="append", default=[], metavar="REASON",
         help="the beginning of another reason that is allowed in this run",
     )  # fmt: skip
+    parser.addoption(
+        "--perturb", metavar="SEED",
+        help="move every start of a simulation by up to 1e-7 of a box's lengths, by this seed",
+    )  # fmt: skip
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Move starts, where that is asked for, also in processes that tests start."""
+    if config.option.perturb is not None:
+        _moved_starts().begin(config.option.perturb)
+
+
+def _moved_starts() -> ModuleType:
+    """The module of that name, which no process has to import that moves nothing."""
+    if str(_PERTURBING) not in sys.path:
+        sys.path.insert(0, str(_PERTURBING))
+    return importlib.import_module("moved_starts")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
+    """A test of what holds to the last bit by definition has its starts where they are planned."""
+    if item.config.option.perturb is None or item.get_closest_marker("exact") is None:
+        return (yield)
+    with _moved_starts().by(None):
+        return (yield)
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -86,14 +114,25 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """Keep what is deep and why, before tests are chosen by their marks; put long files first."""
     items.sort(key=lambda item: _turn(item.path))
     config.files = {item.path for item in items}  # type: ignore[attr-defined]
-    config.deep = {}  # type: ignore[attr-defined]
+    config.deep = _reasons(items, "deep")  # type: ignore[attr-defined]
+    config.exact = _reasons(items, "exact")  # type: ignore[attr-defined]
+
+
+def _reasons(items: list[pytest.Item], name: str) -> dict[str, str]:
+    """What bears a mark, and why: a file, a test, or a single case of one."""
+    found = {}
     for item in items:
         of_the_function = getattr(getattr(item, "function", None), "pytestmark", [])
-        for mark in item.iter_markers("deep"):
+        of_the_file = getattr(getattr(item, "module", None), "pytestmark", [])
+        for mark in item.iter_markers(name):
             if len(mark.args) != 1 or not isinstance(mark.args[0], str):
-                raise pytest.UsageError(f"{item.nodeid}: deep takes one reason")
-            name = item.nodeid.partition("[")[0] if mark in of_the_function else item.nodeid
-            config.deep[name] = mark.args[0]  # type: ignore[attr-defined]
+                raise pytest.UsageError(f"{item.nodeid}: {name} takes one reason")
+            if mark in (of_the_file if isinstance(of_the_file, list) else [of_the_file]):
+                bearer = item.nodeid.partition("::")[0]
+            else:
+                bearer = item.nodeid.partition("[")[0] if mark in of_the_function else item.nodeid
+            found[bearer] = mark.args[0]
+    return found
 
 
 def _turn(file: Path) -> int:
@@ -292,6 +331,12 @@ def begin_study(begin):
         return process
 
     return started
+
+
+@pytest.fixture
+def moved_by() -> Callable[[str | None], AbstractContextManager[None]]:
+    """Moves starts by a seed, or none, whatever ``--perturb`` says; in this process alone."""
+    return _moved_starts().by
 
 
 @pytest.fixture

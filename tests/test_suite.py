@@ -12,7 +12,8 @@ PAGE = TESTS.parent / "docs" / "testing.md"
 
 def test_the_page_lists_deep_tests_with_their_reasons(request):
     """Both ways, where all tests were collected; one sentence there covers optional engines."""
-    rows = re.findall(r"^\| `(tests/[^`]+::[^`]+)` \| (.+?) \|$", PAGE.read_text(), re.MULTILINE)
+    page = PAGE.read_text().partition("## Deep tests")[2]
+    rows = re.findall(r"^\| `(tests/[^`]+::[^`]+)` \| (.+?) \|$", page, re.MULTILINE)
     deep = {
         test: reason
         for test, reason in request.config.deep.items()
@@ -22,6 +23,16 @@ def test_the_page_lists_deep_tests_with_their_reasons(request):
     assert {test: listed.get(test) for test in deep} == deep
     if request.config.files == set(TESTS.rglob("test_*.py")):
         assert listed == deep
+
+
+def test_the_page_lists_what_holds_to_the_last_bit_with_its_reasons(request):
+    """Both ways, where all tests were collected; cases of a test are listed as one."""
+    page = PAGE.read_text().partition("## Moved starts")[2].partition("\n## ")[0]
+    listed = dict(re.findall(r"^\| `(tests/[^`]+)` \| (.+?) \|$", page, re.MULTILINE))
+    exact = {test.partition("[")[0]: reason for test, reason in request.config.exact.items()}
+    assert {test: listed.get(test) for test in exact} == exact
+    if request.config.files == set(TESTS.rglob("test_*.py")):
+        assert listed == exact
 
 
 SKIPPING = """

@@ -116,7 +116,7 @@ def test_what_falls_beside_the_deck_comes_to_lie_on_the_ground(any_engine):
 
 
 def test_a_layout_moves_on_a_deck_as_on_a_plane(any_engine):
-    """Away from edges, poses are equal to 0.2 mm while all stand, and to 1 mm in a fall."""
+    """Away from edges, poses are equal to 0.2 mm while all stand, and to 3 mm in a fall."""
     planar = world_class(any_engine).capabilities.dimensions == 2
     falls = 0
     for plan in _piles(planar=planar):
@@ -127,7 +127,7 @@ def test_a_layout_moves_on_a_deck_as_on_a_plane(any_engine):
             frames = min(one.judged, other.judged)
             there, here = one.poses.centres[:frames], other.poses.centres[:frames]
             failed = step == plane.verdict.failing_step
-            assert np.abs(there - here).max() <= (1.0 if failed else 0.2) * MM
+            assert np.abs(there - here).max() <= (3.0 if failed else 0.2) * MM
             falls += failed
     assert falls
 

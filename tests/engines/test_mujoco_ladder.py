@@ -43,6 +43,7 @@ def compiled(boxes, solimp="0.95 0.99 0.001"):
     return model, mujoco.MjData(model)
 
 
+@pytest.mark.exact("equal to the last bit to a model that is made from planned boxes")
 def test_the_ladder_equals_recompiling_at_every_step():
     from steadyload.engines.with_mujoco import MujocoWorld
 
@@ -76,6 +77,7 @@ def test_the_ladder_equals_recompiling_at_every_step():
             assert rung.model.stat.meaninertia == pytest.approx(model.stat.meaninertia)
 
 
+@pytest.mark.exact("equal to the last bit to a model that is made from planned boxes")
 def test_impedance_reaches_the_contacts_of_every_rung():
     from steadyload.engines.mujoco_options import MujocoOptions
     from steadyload.engines.with_mujoco import MujocoWorld

@@ -1,4 +1,4 @@
-"""Record golden verdicts anew: ``python tests/golden/record.py [--deep]``.
+"""Record golden verdicts anew: ``python tests/golden/record.py [--deep | --one-machine]``.
 
 First raise the version of the part that says something else, or what is stored would be taken for
 what is judged now.
@@ -6,13 +6,20 @@ what is judged now.
 
 import argparse
 import json
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "perturbing"))
 
 from computations import FILE as COMPUTATIONS
 from computations import computed
 from golden_cases import FILE as CASES
 from golden_cases import chosen_names
 from golden_methods import DEEP, array, asked
-from verdicts import FOLDER, judged, write
+from verdicts import FOLDER, ONE_MACHINE, judged, plan, read, turned, write
+
+from steadyload.engines.registry import capabilities
+from steadyload.methods.registry import make_method
 
 SECONDS = {"quick": 3.0, "deep": 20.0}
 """CPU time that a method may take: how many cases are kept of one that is slow."""
@@ -22,7 +29,15 @@ def main() -> None:
     """Write the names of cases, then verdicts."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--deep", action="store_true", help="those of the deep test, too")
-    deep = parser.parse_args().deep
+    parser.add_argument(
+        "--one-machine", action="store_true",
+        help="only which of the kept ones hold on one kind of machine alone",
+    )  # fmt: skip
+    given = parser.parse_args()
+    if given.one_machine:
+        ONE_MACHINE.write_text(json.dumps(on_one_machine(), indent=0) + "\n")
+        return
+    deep = given.deep
     FOLDER.mkdir(exist_ok=True)
     names = {kind: chosen_names(DEEP, planar=kind == "planar") for kind in ("spatial", "planar")}
     CASES.write_text(json.dumps({**names, "array": array()}, indent=0) + "\n")
@@ -32,7 +47,24 @@ def main() -> None:
         for spec, seconds in sorted(spent.items(), key=lambda entry: -entry[1])[:12]:
             print(f"{seconds:7.2f} s CPU  {spec}")
         print(f"{name}: {sum(spent.values()):.1f} s CPU")
+    ONE_MACHINE.write_text(json.dumps(on_one_machine(), indent=0) + "\n")
     COMPUTATIONS.write_text(json.dumps(computed(), indent=1) + "\n")
+
+
+def on_one_machine() -> list[list[str]]:
+    """Keys of the verdicts that moved starts turn: of the deep test those in single precision."""
+    found = []
+    for name in ("quick", "deep"):
+        golden, _ = read(FOLDER / f"{name}.parquet")
+        looked_at = [each for each in plan(golden, deep=name == "deep") if _rounds(each.spec, name)]
+        specs = {each.spec for each in looked_at}
+        found += turned([row for row in golden if row["method"] in specs], looked_at)
+    return sorted(found)
+
+
+def _rounds(spec: str, name: str) -> bool:
+    engine = make_method(spec).spec.engine
+    return engine is not None and (name == "quick" or capabilities(engine).single_precision)
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ def now():
     return computed()
 
 
+@pytest.mark.exact("what is kept was computed from planned starts")
 @pytest.mark.parametrize(
     ("kind", "version"),
     [

@@ -2,36 +2,49 @@
 
 import itertools
 import json
-from collections import Counter
 
 import pytest
 from golden_cases import FILE
 from golden_methods import FACTORS, asked
 from pairwise import pairs, pairwise
-from verdicts import FOLDER, advice, differences, judged, machine, read
+from verdicts import (
+    FOLDER,
+    KEYS,
+    advice,
+    differences,
+    holding_on_one_machine,
+    judged,
+    machine,
+    plan,
+    read,
+    turned,
+)
 
 from steadyload.engines import with_bullet
 from steadyload.engines.with_bullet import BulletWorld
 from steadyload.methods.base_support import FullBaseSupport
 
+ON_EDGE = "ps_opt@physx:question=stands"
+"""A method of single precision, some of whose verdicts turn."""
+
 
 def changed(chosen, name="quick"):
     """What is other than kept, of the chosen part of the plan; as many cases as were kept."""
     golden, on = read(FOLDER / f"{name}.parquet")
-    count = Counter(row["method"] for row in golden)
-    every = asked(deep=name == "deep")
-    assert {each.spec for each in every} == set(count), "record anew: the plan is another one"
-    plan = [each._replace(cases=each.cases[: count[each.spec]]) for each in every]
+    every = plan(golden, deep=name == "deep")
     kept = [row for row in golden if chosen(row["method"])]
-    now = judged(each for each in plan if chosen(each.spec))
-    return differences(kept, now, same_machine=on == machine())
+    now = judged(each for each in every if chosen(each.spec))
+    alone = holding_on_one_machine()
+    return differences(kept, now, same_machine=on == machine(), one_machine=alone)
 
 
+@pytest.mark.exact("verdicts were recorded from planned starts")
 def test_verdicts_are_those_that_were_kept():
     found = changed(lambda spec: True)
     assert not found, advice(found)
 
 
+@pytest.mark.exact("verdicts were recorded from planned starts")
 @pytest.mark.deep("more cases of every preset: minutes")
 def test_verdicts_on_many_cases_are_those_that_were_kept():
     found = changed(lambda spec: True, "deep")
@@ -64,16 +77,16 @@ def test_contacts_in_the_opposite_order_are_found(monkeypatch, bullet_as_new):
         world._all_bodies.reverse()
         real(world)
 
-    plan = [
+    bullet = [
         each._replace(spec="ps_opt@bullet:broad_phase=simple")
         for each in asked(deep=False)
         if each.spec == "ps_opt@bullet"
     ]
     # Held against verdicts of this machine: on another kind of it floats count for nothing.
-    before = list(judged(plan))
-    assert not differences(before, judged(plan), same_machine=True)
+    before = list(judged(bullet))
+    assert not differences(before, judged(bullet), same_machine=True)
     monkeypatch.setattr(BulletWorld, "_close", first_one_first)
-    assert differences(before, judged(plan), same_machine=True)
+    assert differences(before, judged(bullet), same_machine=True)
 
 
 def test_floats_count_on_the_same_kind_of_machine_alone():
@@ -88,6 +101,22 @@ def test_floats_count_on_the_same_kind_of_machine_alone():
     fragile = row | {"robust": False}
     assert not differences([fragile], [other], same_machine=False)
     assert not differences([row], [other | {"packages": "numpy=3"}], same_machine=True)
+    alone = {tuple(row[k] for k in KEYS)}
+    assert not differences([row], [other], same_machine=False, one_machine=alone)
+    assert differences([row], [other], same_machine=True, one_machine=alone)
+
+
+def test_verdicts_that_hold_on_one_kind_of_machine_are_those_that_moved_starts_turn():
+    """Of one method here, as record.py looks at all."""
+    golden, on = read(FOLDER / "quick.parquet")
+    every = golden + read(FOLDER / "deep.parquet")[0]
+    alone = holding_on_one_machine()
+    assert alone <= {tuple(row[k] for k in KEYS) for row in every}
+    kept = [row for row in golden if row["method"] == ON_EDGE]
+    found = turned(kept, [each for each in plan(golden, deep=False) if each.spec == ON_EDGE])
+    assert found or on != machine()
+    if on == machine():
+        assert {tuple(key) for key in found} <= alone
 
 
 def test_half_of_the_cases_fail_and_a_third_are_near():

@@ -1,22 +1,30 @@
 """Golden verdicts: judged in sequence in one process, stored, and compared."""
 
+import json
 import math
 import platform
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import moved_starts
 import pyarrow as pa
 import pyarrow.parquet as pq
 from golden_cases import Case, load_cases
-from golden_methods import Asked
+from golden_methods import Asked, asked
 
 from steadyload.engines.registry import package_versions
 from steadyload.methods.method import judge
 from steadyload.methods.registry import make_method
 
 FOLDER = Path(__file__).parent / "verdicts"
+ONE_MACHINE = FOLDER / "one_machine.json"
+"""Method, layout and scenario of the verdicts that hold on one kind of machine alone."""
+SEEDS = ("1", "2", "3")
+"""Starts are moved by these to find them."""
+KEYS = ("method", "layout", "scenario")
 DISCRETE = ("status", "failing_step", "moved_item")
 FLOATS = ("displacement", "rotation")
 
@@ -83,7 +91,30 @@ def _said(method: Any, case: Case) -> Row:
     return {**said, "status": str(verdict.status)}
 
 
-def differences(golden: Iterable[Row], now: Iterable[Row], *, same_machine: bool) -> list[str]:
+def turned(kept: Sequence[Row], asked: Sequence[Asked]) -> list[list[str]]:
+    """Keys of the verdicts that are other ones when starts are moved by less than rounding moves
+    them on another kind of machine.
+
+    Args:
+        kept: verdicts.
+        asked: the same, as they are judged.
+    """
+    found = set()
+    for seed in SEEDS:
+        with moved_starts.by(seed):
+            for row, now in zip(kept, judged(asked), strict=True):
+                if any(row[k] != now[k] for k in DISCRETE):
+                    found.add(tuple(row[k] for k in KEYS))
+    return sorted(map(list, found))
+
+
+def differences(
+    golden: Iterable[Row],
+    now: Iterable[Row],
+    *,
+    same_machine: bool,
+    one_machine: Collection[tuple[str, ...]] = (),
+) -> list[str]:
     """A sentence for every verdict that is another one now.
 
     Args:
@@ -92,12 +123,15 @@ def differences(golden: Iterable[Row], now: Iterable[Row], *, same_machine: bool
         same_machine: of the kind that the golden ones were judged on: floats count to the last
             bit. Elsewhere only what is discrete counts, and only on robust cases. What was judged
             with other versions of packages is another question.
+        one_machine: keys of the verdicts that do not count elsewhere.
     """
     found = []
     for kept, row in zip(golden, now, strict=True):
         where = f"{row['method']} on {row['layout']} ({row['scenario']})"
-        assert all(kept[k] == row[k] for k in ("method", "layout", "scenario")), where
-        if kept["packages"] != row["packages"] or not (same_machine or kept["robust"]):
+        key = tuple(row[k] for k in KEYS)
+        assert key == tuple(kept[k] for k in KEYS), where
+        holds_elsewhere = kept["robust"] and key not in one_machine
+        if kept["packages"] != row["packages"] or not (same_machine or holds_elsewhere):
             continue
         compared = (*DISCRETE, *FLOATS) if same_machine else DISCRETE
         changed = [f"{k} {kept[k]!r} -> {row[k]!r}" for k in compared if kept[k] != row[k]]
@@ -135,6 +169,19 @@ def write(path: Path, rows: Iterable[Row]) -> None:
     """Keep verdicts, and what they were judged on."""
     table = pa.Table.from_pylist([dict(row) for row in rows], schema=SCHEMA)
     pq.write_table(table.replace_schema_metadata({"machine": machine()}), path, compression="zstd")
+
+
+def plan(golden: Sequence[Row], *, deep: bool) -> list[Asked]:
+    """What is judged, as many cases as were kept."""
+    count = Counter(row["method"] for row in golden)
+    every = asked(deep=deep)
+    assert {each.spec for each in every} == set(count), "record anew: the plan is another one"
+    return [each._replace(cases=each.cases[: count[each.spec]]) for each in every]
+
+
+def holding_on_one_machine() -> set[tuple[str, ...]]:
+    """Keys of the verdicts that hold on one kind of machine alone, as they are kept."""
+    return {tuple(key) for key in json.loads(ONE_MACHINE.read_text())}
 
 
 def read(path: Path) -> tuple[list[Row], str]:

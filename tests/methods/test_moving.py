@@ -126,7 +126,7 @@ def test_what_is_in_the_way_of_one_item_is_in_the_way_of_all_that_moved_with_it(
 
 
 def test_a_box_on_the_floor_that_stands_on_its_edge_is_simulated():
-    one = stack((40, 0, 40, 10, 10, 10), offset=4.995)
+    one = stack((40, 0, 40, 10, 10, 10), offset=4.998)
     assert said(f"{MOVING},balance_margin=0", one).effort.substeps == 0
     asked = said(f"{MOVING},question=stands", one)
     assert asked.failing_step == said(f"{ALL},question=stands", one).failing_step == 0
