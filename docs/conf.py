@@ -159,8 +159,8 @@ def add_navigation(app: Sphinx, page: str, source: list[str]) -> None:
         if (folder / f"{page}.html").exists():
             link = f'\n\n<a href="{INTERACTIVE}">The same page to sort, filter and ask</a>\n'
             source[0] = source[0].replace("\n", link, 1)
-        if (folder / f"{page}-details.md").exists():
-            source[0] += _contents([f"/{page}-details"])
+        for path in (folder / page).parent.glob(f"{Path(page).name}-details*.md"):
+            source[0] += _contents([f"/{path.relative_to(folder).with_suffix('')}"])
 
 
 def _contents(pages: list[str], caption: str = "", *, hidden: bool = True) -> str:

@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 
-from steadyload.atomic import manifest_text, write_atomically
+from steadyload.atomic import is_unfinished, manifest_text, write_atomically
 from steadyload.layouts.benchmark import BenchmarkError, Part
 from steadyload.layouts.benchmark.build import BuildOptions, draw_case
 from steadyload.layouts.benchmark.dataset import row_of
@@ -186,7 +186,7 @@ def _claim(directory: Path, options: GenerationOptions) -> None:
 
 def _is_foreign(found: Path) -> bool:
     """Not what an interrupted beginning leaves, nor the set that its shards were gathered to."""
-    own = found.name in (_SHARDS, _RUNS, ".lock") or found.name.startswith(f".{_ASKED}")
+    own = found.name in (_SHARDS, _RUNS, ".lock") or is_unfinished(found, _ASKED)
     return not own and not (found.name in SET_FILES and (found.parent / _SHARDS).is_dir())
 
 

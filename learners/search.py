@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from steadyload.atomic import manifest_text, write_atomically
+from steadyload.atomic import manifest_text, not_a_link, write_atomically
 from steadyload.learners import LearnerError
 from steadyload.learners.options import Optimizer, TrainingOptions, allows
 from steadyload.learners.sequences import HeldOut, Sequences
@@ -89,7 +89,7 @@ def search_hyperparameters(
             **raised(VERSION),
         },
     )
-    study = _opened(optuna, directory / JOURNAL)
+    study = _opened(optuna, not_a_link(directory / JOURNAL))
     for trial in study.get_trials(states=(optuna.trial.TrialState.RUNNING,)):
         # Interrupted. The next proposal is the same one, and its checkpoint is there.
         study.tell(trial.number, state=optuna.trial.TrialState.FAIL)

@@ -2,26 +2,39 @@
 
 from __future__ import annotations
 
+import fcntl
+import os
 import re
-import shutil
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import jinja2
 
+from steadyload.atomic import (
+    CHECKSUM_DIGITS,
+    checksum,
+    clear_unfinished,
+    not_a_link,
+    write_atomically,
+)
 from steadyload.reports.charts import image
 from steadyload.reports.html import template_text
 from steadyload.reports.page import Page
-from steadyload.reports.replacing import put_back, replace_together
 from steadyload.reports.report_html import report_html
 from steadyload.reports.table import Table
 
 FIGURES = "figures"
 """Folder of the pictures, beside the page."""
 
-DETAILS = "{}-details.md"
-"""File beside a page, by the page's name, of the tables that it shows the first columns of."""
+DETAILS = "{}-details.{}.md"
+"""File beside a page, by the page's name and a checksum, of the tables that it shows the first
+columns of."""
+
+_MOST_BYTES = 64 * 1024**2
+"""Of the page before, of which more is not read: none of ours is as large."""
+
+_SUM = rf"[0-9a-f]{{{CHECKSUM_DIGITS}}}"
 
 
 def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
@@ -29,36 +42,70 @@ def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
 
     Beside it, with the ending ``.html``, stands the same page as one file that needs nothing else;
     and a file of :data:`DETAILS` with the whole of those tables that are too wide for Markdown.
-    The same page gives the same bytes. Pictures go to ``figures/`` beside the page. All is written
-    into a folder of its own first and renamed into place then, as a set: an interruption leaves the
-    page before or the new one. Pictures that only the page before had are removed, and nothing else
-    is. When the process is killed in between, writing the page again puts all in order.
+    The same page gives the same bytes. Pictures go to ``figures/`` beside the page.
+
+    Names of pictures and details have a checksum of their content, so that those of the page before
+    stay as they are until the Markdown file, the last one, is renamed into place: an interruption
+    at any time leaves the page before or the new one. What only the page before shows is removed
+    then, if its name is such a name, and nothing else is. Links are not followed. A second process
+    that writes a page into the folder waits for the first.
+
+    Raises:
+        LinkError: the folder of pictures is a link.
+        OSError: a file cannot be written.
     """
-    path, undo = directory / name, directory / f".{name}.undo"
     directory.mkdir(parents=True, exist_ok=True)
-    put_back(directory, undo)
-    for unfinished in directory.glob(f".{name}.*"):
-        shutil.rmtree(unfinished)
-    with TemporaryDirectory(prefix=f".{name}.", dir=directory) as beside:
-        fresh = Path(beside)
-        (fresh / FIGURES).mkdir()
-        images = {p.name: image(p.figure) for section in page.sections for p in section.pictures}
-        files = {picture: f"{FIGURES}/{picture}{ending}" for picture, (ending, _) in images.items()}
-        for picture, (_, drawn) in images.items():
-            (fresh / files[picture]).write_bytes(drawn)
-        written = _texts(page, name, files) | {
-            str(Path(name).with_suffix(".html")): report_html(page, images)
-        }
-        for file, text in written.items():
-            (fresh / file).write_text(text)
-        replace_together(
-            directory, fresh, [*files.values(), *written], [*_shown(path), *written], undo
-        )
+    images = {p.name: image(p.figure) for section in page.sections for p in section.pictures}
+    files = {
+        picture: f"{FIGURES}/{picture}.{checksum(drawn)}{ending}"
+        for picture, (ending, drawn) in images.items()
+    }
+    pictures = {files[picture]: drawn for picture, (_, drawn) in images.items()}
+    *details, markdown = _texts(page, name, files)
+    shown = pictures | {file: text.encode() for file, text in details}
+    html = report_html(page, images)
+    path = directory / name
+    with _one_at_a_time(directory):
+        clear_unfinished(directory, f"{path.stem}*")
+        clear_unfinished(not_a_link(directory / FIGURES), "*")
+        before = _shown(path)
+        new = {file for file in shown if not os.path.lexists(directory / file)}
+        try:
+            if pictures:
+                (directory / FIGURES).mkdir(exist_ok=True)
+            for file, content in shown.items():
+                write_atomically(directory / file, content)
+            write_atomically(path.with_suffix(".html"), html)
+            write_atomically(path, markdown[1])
+        except BaseException:
+            _remove(directory, new - _shown(path))
+            raise
+        _remove(directory, before - shown.keys())
     return path
 
 
-def _texts(page: Page, name: str, pictures: Mapping[str, str]) -> dict[str, str]:
-    """Markdown of a page and of its details, by file; ``pictures`` are files by name."""
+@contextmanager
+def _one_at_a_time(directory: Path) -> Iterator[None]:
+    """Wait until no other process writes a page into a folder."""
+    handle = os.open(directory, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        with suppress(OSError):  # some network file systems lock no folders
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
+
+
+def _remove(directory: Path, files: Iterable[str]) -> None:
+    for file in files:
+        (directory / file).unlink(missing_ok=True)
+
+
+def _texts(page: Page, name: str, pictures: Mapping[str, str]) -> list[tuple[str, str]]:
+    """Files and Markdown of a page's details, if any, and of the page, which links them.
+
+    ``pictures`` are files by name.
+    """
     # Markdown is written, not HTML: there is nothing to escape here.
     environment = jinja2.Environment(  # noqa: S701
         trim_blocks=True,
@@ -66,7 +113,7 @@ def _texts(page: Page, name: str, pictures: Mapping[str, str]) -> dict[str, str]
         keep_trailing_newline=True,
         undefined=jinja2.StrictUndefined,
     )
-    details = DETAILS.format(Path(name).stem)
+    details = ""
     cut = [id(table) for section in page.sections for table in section.cut]
 
     def number(table: Table) -> int:
@@ -82,13 +129,20 @@ def _texts(page: Page, name: str, pictures: Mapping[str, str]) -> dict[str, str]
             page=page, name=name, files=pictures, brief=brief, number=number
         )
 
-    made = {name: written("page.md.j2")}
-    return made | {details: written("details.md.j2")} if cut else made
+    made = []
+    if cut:
+        text = written("details.md.j2")
+        details = DETAILS.format(Path(name).stem, checksum(text.encode()))
+        made = [(details, text)]
+    return [*made, (name, written("page.md.j2"))]
 
 
 def _shown(path: Path) -> set[str]:
-    """The files of the pictures and details that the page of an earlier run shows."""
-    text = path.read_text(errors="replace") if path.exists() else ""
-    details = re.escape(DETAILS.format(path.stem))
-    found = rf"^!?\[.*\]\(({FIGURES}/[^/)]+|{details}(?=#table-1\)))[^)]*\)$"
+    """What the page before shows of files whose names this module makes."""
+    if path.is_symlink() or not path.is_file() or path.stat().st_size > _MOST_BYTES:
+        return set()
+    text = path.read_text(encoding="utf-8", errors="replace")
+    picture = rf"{FIGURES}/[^/)]+\.{_SUM}\.(?:svg|png)"
+    details = rf"{re.escape(path.stem)}-details\.{_SUM}\.md(?=#table-1\))"
+    found = rf"^!?\[.*\]\(({picture}|{details})[^)]*\)$"
     return set(re.findall(found, text, re.MULTILINE))

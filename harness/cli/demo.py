@@ -23,6 +23,7 @@ class Demo:
 
     def run(self) -> int:
         """Write the pallets, check them, and open their page where somebody looks."""
+        from steadyload.atomic import without_link
         from steadyload.layouts.formats import Format, write_layouts
         from steadyload.layouts.writers import as_native
         from steadyload.studies.checked_page import PAGE
@@ -34,7 +35,7 @@ class Demo:
             raise UsageError(
                 f"--output: {str(file)!r} is not the demo's; allowed: a folder without that file"
             )
-        write_layouts(file, pallets, Format.NATIVE)
+        write_layouts(without_link(file), pallets, Format.NATIVE)
         say(f"steadyload check {file} --html {self.output}")
         status = Check(files=(file,), html=self.output, fail_on=str(FailOn.NOTHING)).run()
         if sys.stdout.isatty() and not self.no_open:

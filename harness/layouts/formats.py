@@ -189,7 +189,7 @@ def write_layouts(path: str | Path, layouts: Iterable[Layout], kind: Format) -> 
     """
     if kind not in _WRITERS:
         raise FormatError(f"cannot be written as {kind}; allowed: {', '.join(_WRITERS)}")
-    write_atomically(Path(path), _WRITERS[kind](_each_once(layouts)))
+    write_atomically(Path(path), _WRITERS[kind](_each_once(layouts)), follow=True)
 
 
 def _each_once(layouts: Iterable[Layout]) -> Iterator[Layout]:

@@ -15,7 +15,15 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from steadyload.atomic import checksum, clear_unfinished, manifest_text, write_atomically
+from steadyload.atomic import (
+    checksum,
+    clear_unfinished,
+    is_unfinished,
+    manifest_text,
+    not_a_link,
+    without_link,
+    write_atomically,
+)
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model import Layout
 from steadyload.methods.registry import make_method
@@ -121,7 +129,7 @@ def _run(
         clear_unfinished(directory, name)
     made_by = made_now(study.methods)
     passing = _Passing(EnvelopeCount(study.methods), of_cases=material.about is not None)
-    write_layouts(layouts, passing.kept(material.layouts), Format.NATIVE)
+    write_layouts(without_link(layouts), passing.kept(material.layouts), Format.NATIVE)
     labels = None if material.labels is None else as_labels(material.labels)
     units = study_units(study, passing.judged(material.cases(layouts)), made_by)
     survey = store.survey(units, rerun=rerun)
@@ -197,7 +205,7 @@ def _claim(directory: Path, study: StudyDefinition) -> None:
             raise ResultsError(f"{directory}: holds the study {name!r}; choose another folder")
     elif directory.exists() and any(map(_is_foreign, directory.iterdir())):
         raise ResultsError(f"{directory}: holds something that is no study; choose another folder")
-    (directory / "results").mkdir(parents=True, exist_ok=True)
+    not_a_link(directory / "results").mkdir(parents=True, exist_ok=True)
 
 
 def _claimed_by(directory: Path) -> str | None:
@@ -219,8 +227,8 @@ def _claimed_by(directory: Path) -> str | None:
 
 def _is_foreign(found: Path) -> bool:
     """True if a file is not one that an interrupted start leaves behind."""
-    begun = (_FRESH, *(f".{name}." for name in _SINGLE_FILES))
-    return found.name not in ("results", ".lock") and not found.name.startswith(begun)
+    begun = any(is_unfinished(found, name) for name in _SINGLE_FILES)
+    return found.name not in ("results", ".lock", _FRESH) and not begun
 
 
 def _is_finished(directory: Path, manifest: dict[str, Any]) -> bool:

@@ -25,7 +25,13 @@ from typing import Any, Generic, NoReturn, Protocol, Self, TypeVar
 import pandas as pd
 import pyarrow as pa
 
-from steadyload.atomic import CHECKSUM_DIGITS, checksum, clear_unfinished, write_atomically
+from steadyload.atomic import (
+    CHECKSUM_DIGITS,
+    checksum,
+    clear_unfinished,
+    not_a_link,
+    write_atomically,
+)
 from steadyload.errors import UserError
 from steadyload.layouts.benchmark.tables import as_parquet, from_parquet
 from steadyload.runs.kept_only import refuse_unless_kept
@@ -235,13 +241,14 @@ class Store(Generic[Answer, Stored]):
         refuse_unless_kept(self._folder, 1, 1)
         content = self._codec.encode(answers)
         self.drop(key)
-        self._folder.mkdir(parents=True, exist_ok=True)
+        not_a_link(self._folder).mkdir(parents=True, exist_ok=True)
         self._sums[key] = checksum(content)
         write_atomically(self.path(key), content)
 
     def drop(self, key: str) -> None:
         """Remove a shard if it exists."""
         if key in self._sums:
+            not_a_link(self._folder)
             self.path(key).unlink(missing_ok=True)
             del self._sums[key]
 
@@ -256,7 +263,7 @@ class Store(Generic[Answer, Stored]):
             units: iterated once, so that there may be any number.
             rerun: count every shard as missing.
         """
-        clear_unfinished(self._folder, f"*{self._codec.suffix}")
+        clear_unfinished(not_a_link(self._folder), f"*{self._codec.suffix}")
         self._sums, found = self._listed(), Survey()
         for unit in units:
             if unit.key in found.keys:

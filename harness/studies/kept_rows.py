@@ -8,6 +8,8 @@ import lzma
 import tarfile
 import tempfile
 from collections.abc import Iterator, Sequence
+from fnmatch import fnmatchcase
+from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -26,8 +28,8 @@ from steadyload.runs.store import DamagedError, ResultsError
 from steadyload.studies.published import ROWS, Entry, entries
 from steadyload.studies.study import CHECKPOINT, CHECKPOINTS
 
-_LEFT_OUT = (".lock", "report.md", "report.html", "report-details.md", "figures")
-"""What a work folder holds besides rows, and :data:`.CHECKPOINTS` anywhere in it."""
+_LEFT_OUT = (".lock", "report.md", "report.html", "report-details*.md", "figures")
+"""What a work folder holds besides rows, as patterns, and :data:`.CHECKPOINTS` anywhere in it."""
 
 _MANIFEST = "manifest.json"
 
@@ -67,7 +69,7 @@ def keep(entry: Entry, folder: Path = ROWS) -> Path:
     with tarfile.open(fileobj=packed, mode="w", format=tarfile.PAX_FORMAT) as archive:
         for path in files:
             inside = path.relative_to(entry.work)
-            if inside.parts[0] in _LEFT_OUT or _goes_on(inside) or path in old:
+            if _is_left_out(inside) or path in old:
                 continue
             if path.is_file():
                 about = tarfile.TarInfo(str(inside))
@@ -231,6 +233,10 @@ def _superseded(work: Path) -> set[Path]:
         except ResultsError:  # the manifest of something else, such as weights
             continue
     return found
+
+
+def _is_left_out(inside: Path) -> bool:
+    return any(map(partial(fnmatchcase, inside.parts[0]), _LEFT_OUT)) or _goes_on(inside)
 
 
 def _goes_on(inside: Path) -> bool:

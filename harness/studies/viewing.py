@@ -71,7 +71,7 @@ def write_view(
     recordings = [record(layout, judge) for judge in judges]
     shown = contact_forces(layout) if record is record_loading else None
     view = view_of(layout, recordings, provenance_lines(), shown)
-    write_atomically(Path(output), view_html(view))
+    write_atomically(Path(output), view_html(view), follow=True)
     return Path(output)
 
 
@@ -138,7 +138,7 @@ def write_views(
         notes=("Every card plays the loading, box by box.",),
         manifest=made,
     )
-    write_atomically(Path(output), gallery_html(gallery))
+    write_atomically(Path(output), gallery_html(gallery), follow=True)
     return Path(output)
 
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.atomic import checksum, write_atomically
+from steadyload.atomic import checksum, not_a_link, write_atomically
 from steadyload.stored import differing
 from steadyload.tuning import TuningError
 from steadyload.tuning.space import Genotype
@@ -119,11 +119,11 @@ class Ledger:
         if self._path.name == _KEPT:
             raise TuningError(f"{self._path}: is kept to be read; unpack it (xz -d) to go on")
         if self._cut is not None:
-            os.truncate(self._path, self._cut)
+            os.truncate(not_a_link(self._path), self._cut)
             self._cut = None
         begin = [] if self._begun else [json.dumps({"search": self._identity})]
         self._begun = True
-        with self._path.open("a") as file:
+        with not_a_link(self._path).open("a") as file:
             file.writelines(text + "\n" for text in (*begin, _checked(line)))
 
     def _read(self, identity: dict[str, Any]) -> bool:

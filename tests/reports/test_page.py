@@ -1,6 +1,7 @@
 """A page is written whole or not at all, and leaves alone what is not its own."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -8,31 +9,15 @@ from pathlib import Path
 import matplotlib.figure
 import pytest
 
+from steadyload.atomic import LinkError, checksum
 from steadyload.reports import writing
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import Column, Table, columns_for, words
 from steadyload.reports.writing import write_page
 
-KILLED = """
-import os, sys
-from pathlib import Path
-import matplotlib.figure
-from steadyload.reports.page import Page, Picture, Section
-from steadyload.reports.writing import write_page
-left, replace = int(sys.argv[1]), Path.replace
-def killing(self, target):
-    global left
-    left -= 1
-    if left < 0:
-        os._exit(9)
-    return replace(self, target)
-Path.replace = killing
-pictures = [Picture(name, matplotlib.figure.Figure(), "Shows.") for name in ("b", "c")]
-write_page(Page("New", "So.", [Section("One", pictures=pictures)], {}), Path("."))
-"""
-
-
 PAGES = ("report.md", "report.html")
+SUM = re.compile(r"\.[0-9a-f]{16}(?=\.)")
+"""The checksum in the name of a picture or of details."""
 
 
 def page(*names, summary="So."):
@@ -43,7 +28,22 @@ def page(*names, summary="So."):
 
 
 def files(folder):
-    return {str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()}
+    """Names of all files, without checksums."""
+    return {SUM.sub("", name) for name in contents(folder)}
+
+
+def contents(folder):
+    found = (p for p in folder.rglob("*") if p.is_file())
+    return {str(p.relative_to(folder)): p.read_bytes() for p in found}
+
+
+def is_whole(folder):
+    """Every picture and every file of details that the page links is there, as its name says."""
+    text = (folder / "report.md").read_text()
+    linked = [name for name in re.findall(r"\]\(([^)#]+)", text) if SUM.search(name)]
+    return bool(linked) and all(
+        SUM.search(name)[0] == f".{checksum((folder / name).read_bytes())}" for name in linked
+    )
 
 
 def test_pictures_that_the_new_page_has_not_are_removed_and_nothing_else(tmp_path):
@@ -60,7 +60,7 @@ def test_pictures_that_the_new_page_has_not_are_removed_and_nothing_else(tmp_pat
 
 def test_an_interrupted_page_leaves_the_one_before(tmp_path, monkeypatch):
     write_page(page("a", "b"), tmp_path)
-    before = {name: (tmp_path / name).read_bytes() for name in files(tmp_path)}
+    before = contents(tmp_path)
     drawn = []
 
     def interrupt(figure):
@@ -72,27 +72,24 @@ def test_an_interrupted_page_leaves_the_one_before(tmp_path, monkeypatch):
     monkeypatch.setattr(writing, "image", interrupt)
     with pytest.raises(KeyboardInterrupt):
         write_page(page("a", "c", summary="New."), tmp_path)
-    assert {name: (tmp_path / name).read_bytes() for name in files(tmp_path)} == before
+    assert contents(tmp_path) == before
 
 
 def test_a_page_that_cannot_be_made_leaves_the_one_before(tmp_path):
     write_page(page("a"), tmp_path)
-    before = {name: (tmp_path / name).read_bytes() for name in files(tmp_path)}
+    before = contents(tmp_path)
     pictures = page("b").sections[0].pictures
     broken = Page("Title", "So.", [Section("One", tables=None, pictures=pictures)], {})
     with pytest.raises(TypeError):
         write_page(broken, tmp_path)
-    assert {name: (tmp_path / name).read_bytes() for name in files(tmp_path)} == before
-
-
-def contents(folder):
-    return {name: (folder / name).read_bytes() for name in files(folder)}
+    assert contents(tmp_path) == before
 
 
 @pytest.mark.parametrize("moved", [0, 1, 2, 3])
 def test_a_page_interrupted_between_two_of_its_files_is_the_one_before(
     tmp_path, monkeypatch, moved
 ):
+    """The HTML file is a page by itself: of both files it may be the one that is new."""
     (tmp_path / "figures").mkdir()
     (tmp_path / "figures" / "mine.png").write_text("mine")
     write_page(page("a", "b"), tmp_path)
@@ -108,23 +105,122 @@ def test_a_page_interrupted_between_two_of_its_files_is_the_one_before(
         patched.setattr(Path, "replace", interrupt)
         with pytest.raises(KeyboardInterrupt):
             write_page(page("b", "c", summary="New."), tmp_path)
-    assert contents(tmp_path) == before
+    after = contents(tmp_path)
+    assert after.keys() == before.keys()
+    assert {name for name in after if after[name] != before[name]} <= {"report.html"}
     write_page(page("b", "c", summary="New."), tmp_path)
     assert files(tmp_path) == {
         *PAGES, "figures/b.svg", "figures/c.svg", "figures/mine.png",
     }  # fmt: skip
 
 
-def test_a_page_whose_process_was_killed_is_put_in_order_by_the_next(tmp_path):
-    write_page(page("a", "b"), tmp_path)
-    before = contents(tmp_path)
+FORKED = """
+import os, sys
+from pathlib import Path
+import matplotlib.figure
+from steadyload.reports import writing
+from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.table import Column, Table
+folder = Path(sys.argv[2])
+def write(kind, folder):
+    writing.image = lambda figure: (".svg", kind.encode())
+    pictures = [Picture(name, matplotlib.figure.Figure(), "Shows.") for name in ("a", kind)]
+    wide = Table([range(9)], [Column(f"{kind} {k}", k) for k in range(9)])
+    writing.write_page(Page(kind, "So.", [Section("One", "", [wide], pictures)], {}), folder)
+def killed(left):
+    write("old", folder / str(left))
+    def counting(before):
+        def call(*given, **named):
+            nonlocal left
+            left -= 1
+            if left < 0:
+                os._exit(9)
+            return before(*given, **named)
+        return call
+    if not os.fork():
+        Path.replace, Path.unlink = counting(Path.replace), counting(Path.unlink)
+        write("new", folder / str(left))
+        os._exit(0)
+    return os.wait()[1]
+def many(kinds):
+    for round in range(60):
+        write(kinds[round % len(kinds)], folder)
+if sys.argv[1] == "killed":
+    left = 0
+    while killed(left):
+        left += 1
+else:
+    for kinds in (("one", "two"), ("two", "three", "one")):
+        if not os.fork():
+            many(kinds)
+            os._exit(0)
+    sys.exit(any(os.wait()[1] for _ in range(2)))
+"""
+"""Pages in processes of their own: killed at every change of a name, or two at a time."""
+
+
+def forked(what, folder):
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    command = [sys.executable, "-c", KILLED, "2"]
-    assert subprocess.run(command, cwd=tmp_path, env=environment, check=False).returncode == 9
-    assert "figures/c.svg" in files(tmp_path)
-    with pytest.raises(TypeError):
-        write_page(Page("Title", "So.", [Section("One", tables=None)], {}), tmp_path)
-    assert contents(tmp_path) == before
+    command = [sys.executable, "-c", FORKED, what, str(folder)]
+    return subprocess.run(command, env=environment, check=False).returncode
+
+
+def test_a_page_whose_process_was_killed_at_any_time_is_the_old_one_or_the_new_one(tmp_path):
+    assert forked("killed", tmp_path) == 0
+    folders = sorted(tmp_path.iterdir(), key=lambda folder: int(folder.name))
+    assert len(folders) > 8, "five files are renamed, three removed"
+    said = [(folder / "report.md").read_text()[2:5] for folder in folders]
+    assert said == sorted(said, reverse=True)
+    assert set(said) == {"old", "new"}
+    for folder in folders:
+        assert is_whole(folder), folder
+        write_page(page("x"), folder)
+        assert not list(folder.rglob(".*"))
+
+
+def test_two_that_write_a_page_at_once_both_leave_a_whole_one(tmp_path):
+    assert forked("at once", tmp_path) == 0
+    assert is_whole(tmp_path)
+    assert len(files(tmp_path)) == 5
+
+
+def test_a_folder_of_pictures_that_is_a_link_is_refused(tmp_path):
+    theirs, mine = tmp_path / "theirs", tmp_path / "mine"
+    write_page(page("a"), theirs)
+    write_page(page("a"), mine)
+    before = contents(theirs)
+    for file in (mine / "figures").iterdir():
+        file.unlink()
+    (mine / "figures").rmdir()
+    (mine / "figures").symlink_to(theirs / "figures")
+    for new in (page("b"), page()):
+        with pytest.raises(LinkError, match="figures: is a link, which nothing that is written"):
+            write_page(new, mine)
+    assert contents(theirs) == before
+
+
+def test_a_page_that_is_a_link_gives_way_and_what_it_points_to_stays(tmp_path):
+    theirs = tmp_path / "theirs.md"
+    theirs.write_text(f"![x](figures/x.{'0' * 16}.svg)\n")
+    mine = tmp_path / "mine"
+    (mine / "figures").mkdir(parents=True)
+    named = mine / "figures" / f"x.{'0' * 16}.svg"
+    named.write_text("mine")
+    for name in PAGES:
+        (mine / name).symlink_to(theirs)
+    write_page(page(), mine)
+    assert theirs.read_text().startswith("![x]")
+    assert not (mine / "report.md").is_symlink()
+    assert named.exists(), "the page that names it is no page of this folder"
+
+
+@pytest.mark.parametrize("name", [".report.md.swp", ".report.md.undo", ".report.md.kate-swp"])
+def test_what_an_editor_or_an_earlier_version_left_stays(tmp_path, name):
+    (tmp_path / name).mkdir() if name.endswith("undo") else (tmp_path / name).write_text("mine")
+    write_page(page("a"), tmp_path)
+    write_page(page("b"), tmp_path)
+    assert (tmp_path / name).exists()
+    assert "figures/b.svg" in files(tmp_path)
 
 
 WIDE = Table([("a", *range(7)), ("b", *range(7, 14))], [words("name", 0)] + [
@@ -142,11 +238,12 @@ def header(lines):
 
 def test_a_wide_table_stands_in_whole_in_the_file_of_details(tmp_path):
     path = write_page(Page("Title", "So.", [Section("One", tables=[WIDE])], {}), tmp_path)
-    text, details = path.read_text(), (tmp_path / "report-details.md").read_text()
+    [beside] = tmp_path.glob("report-details.*.md")
+    text, details = path.read_text(), beside.read_text()
     first, _, row, _ = header(line for line in text.splitlines() if line.startswith("|"))
     assert first == ["name", *(f"number {k}" for k in range(1, 6))]
     assert row == ["a", "0", "1", "2", "3", "4"]
-    assert "[All 8 columns](report-details.md#table-1)" in text
+    assert f"[All 8 columns]({beside.name}#table-1)" in text
     assert "## One\n\n### Table 1\n" in details
     assert str(WIDE) in details
     assert "[report.md](report.md)" in details
@@ -174,8 +271,8 @@ def test_columns_that_are_alike_go_on_below_where_two_tables_hold_them(tmp_path)
 
 def test_details_go_with_the_page_that_names_them(tmp_path):
     (tmp_path / "report-details.md").write_text("mine")
-    write_page(page(), tmp_path)
-    assert (tmp_path / "report-details.md").read_text() == "mine"
     write_page(Page("Title", "So.", [Section("One", tables=[WIDE])], {}), tmp_path)
+    assert len(contents(tmp_path)) == 4
     write_page(page(), tmp_path)
-    assert files(tmp_path) == set(PAGES)
+    assert contents(tmp_path).keys() == {*PAGES, "report-details.md"}
+    assert (tmp_path / "report-details.md").read_text() == "mine"

@@ -292,9 +292,10 @@ def test_the_page_leads_with_accuracy_and_needs_no_labelled_set(run, study, labe
     assert "There are no reference labels" not in text
     assert "*accuracy* is the share of cases" in text
     assert "| Equilibrium (time=0.3) " in text
-    details = (tmp_path / "page" / "report-details.md").read_text()
+    [beside] = (tmp_path / "page").glob("report-details.*.md")
+    details = beside.read_text()
     assert details.count("natural prevalence %") == 1 + 3
-    assert (tmp_path / "page" / "figures" / "accuracy.svg").exists()
+    assert list((tmp_path / "page" / "figures").glob("accuracy.*.svg"))
     lines = [line for line in text.splitlines() if line.startswith("| Equilibrium (time=0.3)")]
     assert " 100.0 [" in lines[0]
 

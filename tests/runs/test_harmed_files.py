@@ -21,7 +21,6 @@ from steadyload.methods.thresholds import (
     load_thresholds,
     write_thresholds,
 )
-from steadyload.reports.replacing import put_back
 from steadyload.runs.store import JSON, DamagedError, Store
 from steadyload.stored import store_list, stored_list
 from steadyload.studies.cascade.study import _kept_load
@@ -184,14 +183,3 @@ def test_a_set_goes_on_when_what_was_asked_is_damaged_and_removed(tmp_path):
         read()
     file.unlink()
     read()
-
-
-@pytest.mark.parametrize("content", [b"", b"[1]", b'["/etc/x"]', b'["../x"]', b"[" * 10_000])
-def test_a_damaged_journal_of_a_page_says_where_its_copies_lie(tmp_path, content):
-    undo = tmp_path / ".undo"
-    undo.mkdir()
-    (undo / "journal.json").write_bytes(content)
-    (undo / "report.md").write_text("before")
-    with pytest.raises(UserError, match=r"journal\.json: is damaged; copy what lies beside it"):
-        put_back(tmp_path, undo)
-    assert (undo / "report.md").read_text() == "before"

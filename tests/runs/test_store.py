@@ -89,7 +89,10 @@ def test_what_is_missing_is_computed_once(store, tmp_path):
 
 def test_what_was_half_written_is_removed(store, tmp_path):
     store.complete(UNITS, square)
-    cut, mine = tmp_path / "shards" / f".{key_of([1])}.json.abcd1234", tmp_path / "shards" / ".mine"
+    cut, mine = (
+        tmp_path / "shards" / f".{key_of([1])}.json.abcd1234.unfinished",
+        tmp_path / "shards" / ".mine",
+    )
     for file in (cut, mine):
         file.write_text("[")
     assert store.complete(UNITS, square) == 0

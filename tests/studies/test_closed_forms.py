@@ -238,7 +238,9 @@ def test_the_page_defines_every_test_and_shows_its_errors(tmp_path, assert_drawn
     assert "not defined: two dimensions" in text
     assert re.search(r"\| chipmunk .*< 1e-06", text), "an error that cannot be told from none"
     pictures = re.findall(r"!\[.*?\]\((.*?)\)", text)
-    assert pictures == ["figures/closed-forms.svg", "figures/sink-under-a-heavy-load.svg"]
+    assert [name.partition(".")[0] for name in pictures] == [
+        "figures/closed-forms", "figures/sink-under-a-heavy-load",
+    ]  # fmt: skip
     for name in pictures:
         assert_drawn(tmp_path / name)
     again = closed_forms_page(list(TESTS.values()), results, {"made": "here"})

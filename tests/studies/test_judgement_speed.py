@@ -69,7 +69,8 @@ def test_the_command_writes_page_and_history(tiny, layout_file, capsys, assert_d
                  "## Growth to 20 items", "A quick run"):  # fmt: skip
         assert told in text
     assert "Earlier versions" not in text  # nothing was measured on these few cases before
-    assert_drawn(out / "figures" / "growth.svg")
+    [growth] = (out / "figures").glob("growth.*.svg")
+    assert_drawn(growth)
 
     assert main([*words, "--layouts", str(layout_file), "-o", str(out), "--json"]) == 0
     printed = strictly(capsys.readouterr().out)

@@ -37,7 +37,8 @@ def entry(tmp_path):
 def test_rows_come_back_as_they_were_without_page_and_lock(entry, tmp_path):
     before = contents(entry.work)
     for name in (
-        ".lock", "report.md", "report.html", "figures/x.svg", "checkpoints/x", "t/checkpoint.pt",
+        ".lock", "report.md", "report.html", "report-details.0a.md", "figures/x.svg",
+        "checkpoints/x", "t/checkpoint.pt",
     ):  # fmt: skip
         (entry.work / name).parent.mkdir(exist_ok=True)
         (entry.work / name).write_text("page")

@@ -137,7 +137,8 @@ def said(learned, title):
 def test_a_page_says_what_its_record_holds(tmp_path):
     path = write_page(learned_page(WHOLE, {"source": "here"}), tmp_path)
     text = path.read_text()
-    whole = text + path.with_name("report-details.md").read_text()
+    [details] = tmp_path.glob("report-details.*.md")
+    whole = text + details.read_text()
     assert text.startswith(
         "# Learned judges\n\nLSTM_e is right on 85.0 [83.0, 87.0] % of 900 cases"
     )

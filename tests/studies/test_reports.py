@@ -47,7 +47,8 @@ def run(tmp_path_factory):
 
 def test_a_page_names_engines_settings_and_what_was_ignored(run, tmp_path, undrawn):
     text = write_page(study_page(compare(run)), tmp_path).read_text()
-    details = (tmp_path / "report-details.md").read_text()
+    [beside] = tmp_path.glob("report-details.*.md")
+    details = beside.read_text()
     tuning = details.partition("## The same tuning on every engine")[2].partition("\n## ")[0]
     rows = {line.split("|")[1].strip(): line for line in tuning.splitlines() if "|" in line}
     assert set(rows) >= {"bullet", "mujoco", "dart"}

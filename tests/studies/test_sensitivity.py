@@ -163,7 +163,7 @@ def test_the_page_names_every_rule_and_says_how_many(found, tmp_path):
     for rule in RULES:
         assert f"| {rule.name} " in text
     assert "All on 6 cases of" in text
-    assert "figures/ranks.svg" in text
+    assert "](figures/ranks." in text
 
 
 # --- fates ----------------------------------------------------------------------------------------

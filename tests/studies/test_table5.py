@@ -89,7 +89,7 @@ def test_the_page_says_which_conclusions_other_rules_turn_round(written):
     ]
     assert answer[1].startswith("Of 1 conclusions")  # equilibrium beside SME
     assert answer[2] == "6"
-    assert (written / "page" / "figures" / "ranks.svg").exists()
+    assert list((written / "page" / "figures").glob("ranks.*.svg"))
 
 
 def test_errors_cost_what_verdicts_and_labels_say(written, assert_drawn):
@@ -291,7 +291,8 @@ def test_one_run_answers_both_questions(tmp_path, monkeypatch):
         header, *lines = rows(text, "## Accuracy and cost")
         assert [line[0] for line in lines] == ["SME", title]
         assert ("paper %" in header) == (question == "within")
-        details = (tmp_path / question / "report-details.md").read_text()
+        [beside] = (tmp_path / question).glob("report-details.*.md")
+        details = beside.read_text()
         assert ("natural prevalence %" in details) == (question == "within")
         chosen = benchmark.select("test", limit=60, question=Question(question))
         method = make_method(spec)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from steadyload.atomic import without_link
 from steadyload.layouts.benchmark.dataset import set_named
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.runs.definition import StudyDefinition
@@ -95,7 +96,7 @@ def judge_changed(
     for change in CHANGES:
         file, folder = work / f"{change.name}.layouts", work / change.name
         work.mkdir(parents=True, exist_ok=True)
-        write_layouts(file, map(change.of, layouts), Format.NATIVE)
+        write_layouts(without_link(file), map(change.of, layouts), Format.NATIVE)
         definition = StudyDefinition(
             f"precision, {change.name}",
             tuple(change.method(name) for name in names),

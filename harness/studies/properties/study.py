@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from steadyload.atomic import not_a_link, without_link
 from steadyload.engines.registry import engine_names, engines, package_versions
 from steadyload.errors import nearest
 from steadyload.layouts.formats import Format, write_layouts
@@ -345,8 +346,8 @@ def _row(unit: _Unit, outcome: PropertyResult, directory: Path) -> PropertyRow:
 def _smallest(unit: _Unit, shown: Counterexample, directory: Path) -> SmallestCase:
     layout = shown.case.layout
     file = Path("counterexamples") / f"{_file_name(unit)}.json"
-    (directory / file).parent.mkdir(parents=True, exist_ok=True)
-    write_layouts(directory / file, [layout], Format.NATIVE)
+    not_a_link((directory / file).parent).mkdir(parents=True, exist_ok=True)
+    write_layouts(without_link(directory / file), [layout], Format.NATIVE)
     return SmallestCase(shown.found, shown.case.change, layout, file.as_posix())
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from steadyload.atomic import without_link
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
 from steadyload.layouts.benchmark.dataset import set_named
 from steadyload.layouts.benchmark.real import PALLET_SOFTWARE
@@ -180,9 +181,9 @@ def judge_real(
     floors: dict[str, Path] = {}
     if chosen:
         work.mkdir(parents=True, exist_ok=True)
-        file = (work / "pallets.json").resolve()
+        file = work.resolve() / "pallets.json"
         pallets = [benchmark.layout(name, str(Scenario.S1)) for name in chosen]
-        write_layouts(file, pallets, Format.NATIVE)
+        write_layouts(without_link(file), pallets, Format.NATIVE)
         for number, (words, (floor, gap)) in enumerate(FLOORS.items()):
             floors[words] = work / f"floor-{number}"
             runs[floors[words]] = StudyDefinition(

@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
+from steadyload.atomic import not_a_link, without_link
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.studies.table5.summary import Table5
 from steadyload.studies.viewing import write_view
@@ -39,8 +40,8 @@ def with_views(
     for k, case in enumerate(watched[:count]):
         layout = load_benchmark(case.directory or None).layout(case.layout, case.scenario)
         view = f"{FOLDER}/{case.name}.html"
-        (output / FOLDER).mkdir(parents=True, exist_ok=True)
-        write_view(layout, [case.wrong.spec, case.right.spec], output / view)
+        not_a_link(output / FOLDER).mkdir(parents=True, exist_ok=True)
+        write_view(layout, [case.wrong.spec, case.right.spec], without_link(output / view))
         watched[k] = dataclasses.replace(case, view=view)
         progress(k + 1, count)
     return dataclasses.replace(found, spatial=dataclasses.replace(own, watched=tuple(watched)))
