@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,9 +9,9 @@ from typing import Any
 from steadyload.atomic import ChecksumError, manifest_text, verified_manifest, write_atomically
 from steadyload.errors import UserError
 from steadyload.escaping import printable
+from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
 
 _LONGEST_KEY, _MOST_KEYS = 40, 8
-_MOST_BYTES = 64 * 1024**2
 
 REMEDY = "install steadyload again, or restore the file"
 """Advice on a damaged file of the package."""
@@ -34,10 +33,12 @@ def stored_object(path: Path, remedy: str) -> dict[str, Any]:
 
     Raises:
         StoredFileError: it holds no object, or has changed since it was written.
+        TooLargeError: it has too many bytes.
         OSError: it cannot be read.
     """
+    content = content_of(path, MAX_STORED_BYTES)
     try:
-        return verified_manifest(_parsed(path, dict))
+        return verified_manifest(_parsed(content, dict))
     except (ChecksumError, ValueError, RecursionError):
         raise StoredFileError(path, remedy) from None
 
@@ -52,8 +53,9 @@ def stored_list(path: Path, key: str, remedy: str) -> list[Any]:
     """
     if not path.exists():
         return []
+    content = content_of(path, MAX_STORED_BYTES)
     try:
-        found = _parsed(path, dict | list)
+        found = _parsed(content, dict | list)
         values = found if isinstance(found, list) else verified_manifest(found)[key]
         if not isinstance(values, list) or not all(isinstance(value, dict) for value in values):
             raise ValueError
@@ -74,12 +76,8 @@ def differing(one: Mapping[str, Any], other: Mapping[str, Any]) -> str:
     return ", ".join([*named, "..."] if len(keys) > _MOST_KEYS else named)
 
 
-def _parsed(path: Path, kind: Any) -> Any:
-    with path.open("rb") as file:
-        content = file.read(_MOST_BYTES + 1)
-    if len(content) > _MOST_BYTES:
-        raise ValueError
-    found = json.loads(content)
+def _parsed(content: bytes, kind: Any) -> Any:
+    found = json_of(content)
     if not isinstance(found, kind):
         raise ValueError
     return found

@@ -24,6 +24,7 @@ from steadyload.learners.options import Optimizer, Schedule, TrainingOptions
 from steadyload.learners.scoring import accuracies
 from steadyload.learners.sequences import HeldOut, Sequences
 from steadyload.methods.spec import as_plain
+from steadyload.reading import MAX_TABLE_BYTES, content_of
 from steadyload.runs.provenance import raised
 from steadyload.stored import differing
 
@@ -256,7 +257,7 @@ class Training:
 
     def _go_on(self) -> None:
         try:
-            content = _whole(self._path.read_bytes())
+            content = _whole(content_of(self._path, MAX_TABLE_BYTES))
             found = torch.load(io.BytesIO(content), map_location=self._device, weights_only=True)
             identity = dict(found["identity"])
             best, history = found["best"], [Epoch(*values) for values in found["history"]]

@@ -6,7 +6,7 @@ Judging reads them by itself; writing takes the safetensors library, which train
 from __future__ import annotations
 
 import hashlib
-import json
+import math
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -27,9 +27,10 @@ from steadyload.layouts.record import shown
 from steadyload.learners import LearnerError
 from steadyload.learners.features import FeatureKind, names
 from steadyload.learners.inference import Network
-from steadyload.learners.options import options_from
+from steadyload.learners.options import TrainingOptions, options_from
 from steadyload.learners.ranges import TrainedRanges, quantities_of
-from steadyload.learners.tensors import check_tensors
+from steadyload.learners.tensors import check_tensors, tensor_shapes
+from steadyload.reading import MAX_STORED_BYTES, MAX_TABLE_BYTES, content_of, in_words, json_of
 
 VERSION = 1
 
@@ -42,7 +43,8 @@ SHIPPED = Path(str(resources.files("steadyload.learners"))) / "weights"
 """The folder of the weights that come with the package, a folder a name in it."""
 
 _TYPES = {"F32": np.float32, "F64": np.float64, "I64": np.int64}
-_MOST_HEADER = 10_000_000
+_MOST_HEADER = 1024**2
+_MOST_MEMBERS = 100
 
 
 @dataclass(frozen=True)
@@ -105,18 +107,19 @@ def load_weights(where: str | Path) -> Weights:
     Raises:
         LearnerError: no weights there, damaged ones, of another version, or with tensors that are
             not those of their networks.
+        TooLargeError: a file has more bytes than such a network.
     """
     folder = weights_folder(where)
+    text = content_of(folder / MANIFEST, MAX_STORED_BYTES)
     try:
-        text = (folder / MANIFEST).read_bytes()
-        manifest = json.loads(text)
+        manifest = json_of(text)
         version, hashes = manifest["version"], list(manifest["hashes"])
         kind = FeatureKind(manifest["features"])
         known = set(manifest["ranges"]) >= set(quantities_of(kind))
         ranges = TrainedRanges(manifest["ranges"], kind) if known else None
         made = [dict(member["options"]) for member in manifest["members"][: len(hashes)]]
         features = tuple(manifest.get("feature_names", names(kind)))
-        if not 0 < len(hashes) == len(made):
+        if not 0 < len(hashes) == len(made) <= _MOST_MEMBERS:
             raise ValueError
     except (
         ValueError, TypeError, LookupError, AttributeError, RecursionError, OverflowError
@@ -129,10 +132,16 @@ def load_weights(where: str | Path) -> Weights:
             f"{folder}: its features or ranges are not those of this version; train it again"
         )
     options = [options_from(values, where=str(folder / MANIFEST)) for values in made]
+    size = sum(map(_bytes_of, options))
+    if size > MAX_TABLE_BYTES:
+        raise LearnerError(
+            f"{folder / MANIFEST}: its networks have {in_words(size)}; "
+            f"allowed: {in_words(MAX_TABLE_BYTES)}"
+        )
     networks = []
     for number, (expected, trained) in enumerate(zip(hashes, options, strict=True)):
         path = folder / _file(number)
-        content = path.read_bytes() if path.exists() else b""
+        content = content_of(path, _MOST_HEADER + _bytes_of(trained)) if path.exists() else b""
         if hashlib.sha256(content).hexdigest() != expected:
             raise LearnerError(f"{path}: is {'damaged' if content else 'missing'}")
         if trained.features is not kind:
@@ -187,7 +196,7 @@ def load_arrays(where: str | Path, member: int = 0) -> dict[str, np.ndarray]:
     path = weights_folder(where) / _file(member)
     if not path.exists():
         raise LearnerError(f"{path}: is missing")
-    return parse_arrays(path.read_bytes(), path)
+    return parse_arrays(content_of(path, MAX_TABLE_BYTES), path)
 
 
 def parse_arrays(content: bytes, path: Path) -> dict[str, np.ndarray]:
@@ -201,14 +210,22 @@ def parse_arrays(content: bytes, path: Path) -> dict[str, np.ndarray]:
         path: for messages.
 
     Raises:
-        LearnerError: it is none, or holds other types than floats and whole numbers.
+        LearnerError: it is none, holds other types than floats and whole numbers, or arrays that
+            do not fill it one after the other.
     """
     try:
         (length,) = struct.unpack("<Q", content[:8])
         if length > min(_MOST_HEADER, len(content) - 8):
             raise ValueError
-        header, body = json.loads(content[8 : 8 + length]), content[8 + length :]
+        header, body = json_of(content[8 : 8 + length]), memoryview(content)[8 + length :]
         header.pop("__metadata__", None)
+        end = 0
+        for begin, following in sorted(entry["data_offsets"] for entry in header.values()):
+            if begin != end or following < begin:
+                raise ValueError
+            end = following
+        if end != len(body):
+            raise ValueError
         return {
             name: np.frombuffer(
                 body[slice(*entry["data_offsets"])], dtype=np.dtype(_TYPES[entry["dtype"]])
@@ -217,6 +234,11 @@ def parse_arrays(content: bytes, path: Path) -> dict[str, np.ndarray]:
         }
     except (struct.error, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise LearnerError(f"{path}: is no safetensors file of numbers") from None
+
+
+def _bytes_of(options: TrainingOptions) -> int:
+    """Bytes of the tensors of a network."""
+    return 4 * sum(map(math.prod, tensor_shapes(options).values()))
 
 
 def _file(member: int) -> str:

@@ -18,6 +18,7 @@ from steadyload.atomic import (
     not_a_link,
     write_atomically,
 )
+from steadyload.reading import MAX_STORED_BYTES, content_of
 from steadyload.reports.charts import image
 from steadyload.reports.html import template_text
 from steadyload.reports.page import Page
@@ -30,9 +31,6 @@ FIGURES = "figures"
 DETAILS = "{}-details.{}.md"
 """File beside a page, by the page's name and a checksum, of the tables that it shows the first
 columns of."""
-
-_MOST_BYTES = 64 * 1024**2
-"""Of the page before, of which more is not read: none of ours is as large."""
 
 _SUM = rf"[0-9a-f]{{{CHECKSUM_DIGITS}}}"
 
@@ -139,9 +137,9 @@ def _texts(page: Page, name: str, pictures: Mapping[str, str]) -> list[tuple[str
 
 def _shown(path: Path) -> set[str]:
     """What the page before shows of files whose names this module makes."""
-    if path.is_symlink() or not path.is_file() or path.stat().st_size > _MOST_BYTES:
+    if path.is_symlink() or not path.is_file():
         return set()
-    text = path.read_text(encoding="utf-8", errors="replace")
+    text = content_of(path, MAX_STORED_BYTES).decode(errors="replace")
     picture = rf"{FIGURES}/[^/)]+\.{_SUM}\.(?:svg|png)"
     details = rf"{re.escape(path.stem)}-details\.{_SUM}\.md(?=#table-1\))"
     found = rf"^!?\[.*\]\(({picture}|{details})[^)]*\)$"

@@ -1,4 +1,4 @@
-"""Who may import whom: no arrow runs back up, and there is no circle, not even for types."""
+"""Who may import whom, and who may open files: no arrow runs back up, and there is no circle."""
 
 import ast
 from pathlib import Path
@@ -13,7 +13,8 @@ FOLDERS = {"harness": "", "engines": "engines.", "learners": "learners.", "repor
 """Folder of the repository -> where it is installed below ``steadyload``."""
 
 _LAYOUTS = {
-    "layouts", "kernels", "statistics", "atomic", "errors", "escaping", "stored", "notebook",
+    "layouts", "kernels", "statistics", "atomic", "errors", "escaping", "reading", "stored",
+    "notebook",
 }  # fmt: skip
 _METHODS = {"methods", "engines", "bearing", "time_limit", *_LAYOUTS}
 _RUNS = {"runs", *_METHODS}
@@ -26,12 +27,13 @@ ALLOWED = {
     "escaping": set(),
     "notebook": set(),
     "time_limit": set(),
-    "reports": {"reports", "statistics", "atomic", "errors", "escaping"},
+    "reports": {"reports", "statistics", "atomic", "errors", "escaping", "reading"},
     "compilation": set(),
     "kernels": {"kernels", "compilation"},
     "engines": {"engines", "compilation"},
     "atomic": {"errors"},
-    "stored": {"atomic", "errors", "escaping"},
+    "reading": {"errors", "escaping"},
+    "stored": {"atomic", "errors", "escaping", "reading"},
     "layouts": _LAYOUTS,
     "bearing": {"bearing", *_LAYOUTS},
     "methods": _METHODS,
@@ -179,3 +181,63 @@ def test_engines_are_named_in_no_condition():
             if isinstance(node, ast.Compare):
                 values = [n.value for n in ast.walk(node) if isinstance(n, ast.Constant)]
                 assert not set(ENGINES) & set(map(str, values)), path
+
+
+FREE = {
+    "reading": "the one place",
+    "layouts.sources": "a layout file, a pipe, standard input, as far as its format is allowed",
+    "studies.kept_rows": "archives of the repository",
+    "runs.store": "the lock of a folder, of which nothing is read",
+    "reports.writing": "a folder, to lock it",
+    "atomic": "writes",
+    "tuning.ledger": "writes",
+    "engines.reference.compiled": "the source of the program",
+    "kernels.compiled": "the source of the program",
+    "learners.compiled": "the source of the program",
+    "properties.findings": "a file of the package",
+    "runs.provenance": "the source of the program, and the kind of processor",
+    "engines.checks.protocol": "the memory of this process",
+    "studies.scale.study": "the memory of this process",
+    "engines.with_bullet": "the null device",
+    "cli.terminal": "the null device",
+    "cli.demo": "a page in the browser",
+}
+"""Modules that open something by themselves, and what."""
+
+OPENING = {"read_text", "read_bytes", "open", "fromfile", "loadtxt", "genfromtxt", "memmap"}
+"""Functions that open a file, whosever they are."""
+
+OPENING_OF = {
+    f"{module}.{name}"
+    for module in ("np", "json", "tomllib", "pickle", "pq", "pd")
+    for name in ("load", "read_table", "read_csv", "read_parquet", "ParquetFile")
+}
+"""Functions of libraries that take a file or a path."""
+
+
+def openings(path):
+    """Calls that open a file which is none of the package."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Call):
+            call = ast.unparse(node)
+            name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+            opens = name in OPENING or ast.unparse(node.func) in OPENING_OF
+            if opens and "resources.files(" not in call and "BufferReader(" not in call:
+                yield f"{node.lineno}: {call[:80]}"
+
+
+def test_no_file_is_read_past_the_reader():
+    found = {name: list(openings(path)) for name, path in modules(ROOT).items()}
+    opened = {name: calls for name, calls in found.items() if calls}
+    assert {name: opened[name] for name in opened.keys() - FREE.keys()} == {}
+    assert FREE.keys() <= opened.keys()
+
+
+def test_a_file_that_is_read_otherwise_is_found(tmp_path):
+    path = tmp_path / "reads.py"
+    path.write_text(
+        'text = Path("x").read_text()\nfile = open("x")\ntable = pq.read_table("x")\n'
+        'ours = resources.files("x").joinpath("y").read_text()\n'
+        "kept = pq.read_table(pa.BufferReader(content))\n"
+    )
+    assert [found.partition(":")[0] for found in openings(path)] == ["1", "2", "3"]

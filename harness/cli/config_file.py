@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
 from steadyload.errors import UserError, nearest
 from steadyload.escaping import shown
+from steadyload.reading import toml_of
 from steadyload.studies.options import option
 
 FIELD = "config"
@@ -31,12 +31,10 @@ def read_config(path: Path, keys: Collection[str]) -> Mapping[str, Any]:
 
     Raises:
         ConfigFileError: the file is not valid TOML, or has an unknown key.
+        TooLargeError: it has too many bytes.
         OSError: the file cannot be read.
     """
-    try:
-        found = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:
-        raise ConfigFileError(f"{path}: {error}") from None
+    found = toml_of(path, ConfigFileError)
     for key in found:
         if key not in keys:
             raise ConfigFileError(f"{path}: unknown key {shown(key)}; {nearest(key, keys)}")

@@ -26,12 +26,14 @@ class Demo:
         from steadyload.atomic import without_link
         from steadyload.layouts.formats import Format, write_layouts
         from steadyload.layouts.writers import as_native
+        from steadyload.reading import MAX_STORED_BYTES, content_of
         from steadyload.studies.checked_page import PAGE
         from steadyload.studies.demo import demo_pallets
 
         self.output.mkdir(parents=True, exist_ok=True)
         file, pallets = self.output / "pallets.json", demo_pallets()
-        if file.exists() and file.read_bytes() != "".join(as_native(pallets)).encode():
+        own = "".join(as_native(pallets)).encode()
+        if file.exists() and content_of(file, MAX_STORED_BYTES) != own:
             raise UsageError(
                 f"--output: {str(file)!r} is not the demo's; allowed: a folder without that file"
             )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from decimal import Decimal
@@ -13,6 +12,7 @@ from typing import Any
 from steadyload.errors import UserError, nearest
 from steadyload.layouts.limits import MAX_TEXT_LENGTH
 from steadyload.layouts.record import shown
+from steadyload.reading import toml_of
 
 UNITS: Mapping[str, Decimal] = {
     "mm": Decimal("0.1"), "cm": Decimal(1), "m": Decimal(100), "in": Decimal("2.54"),
@@ -46,7 +46,6 @@ WORDS = (
 )  # fmt: skip
 """Columns for which a dialect may name others."""
 
-_MAX_PROFILE_BYTES = 64 * 1024
 _SIDES = " *[x*] *".join([r"(\d{1,9}(?:\.\d{1,9})?)"] * 3)
 
 
@@ -139,18 +138,14 @@ def load_profile(path: str | Path) -> Dialect:
 
     Raises:
         DialectError: not a TOML file, or a key or value of it is not allowed.
+        TooLargeError: it has too many bytes.
         OSError: the file cannot be read.
     """
-    with Path(path).open("rb") as file:
-        content = file.read(_MAX_PROFILE_BYTES + 1)
+    content = toml_of(Path(path), DialectError)
     try:
-        if len(content) > _MAX_PROFILE_BYTES:
-            raise DialectError(f"is too large; allowed: {_MAX_PROFILE_BYTES // 1024} KiB")
-        return Dialect().with_changes(tomllib.loads(content.decode("utf-8-sig")))
+        return Dialect().with_changes(content)
     except DialectError as error:
         raise DialectError(f"{path}: {error}") from None
-    except (ValueError, RecursionError) as error:
-        raise DialectError(f"{path}: is not a TOML file ({_text(error)})") from None
 
 
 def sides_of(text: object) -> tuple[Decimal, Decimal, Decimal]:

@@ -7,6 +7,7 @@ are described in ``docs/layouts.md``, the native one also in ``docs/layouts.sche
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable, Container, Iterable, Iterator
 from enum import StrEnum
 from functools import partial
@@ -18,7 +19,7 @@ from steadyload.atomic import write_atomically
 from steadyload.layouts.csv_reader import is_csv, read_csv
 from steadyload.layouts.dialect import Dialect
 from steadyload.layouts.floor import FloorKind
-from steadyload.layouts.limits import MAX_FILE_BYTES, MAX_YAML_BYTES
+from steadyload.layouts.limits import MAX_FILE_BYTES, MAX_VALUE_LENGTH, MAX_YAML_BYTES
 from steadyload.layouts.model import Layout, LayoutError
 from steadyload.layouts.packers.with_packingsolver import HEADER, read_certificate
 from steadyload.layouts.readers import read_aclpp, read_blocks, read_json
@@ -26,6 +27,7 @@ from steadyload.layouts.record import FormatError, Record, Refused, to_layout
 from steadyload.layouts.snapping import snap
 from steadyload.layouts.sources import decoded, opened, read_rest, source_name
 from steadyload.layouts.writers import as_csv, as_job, as_native
+from steadyload.reading import MAX_COPY_BYTES, lines_of, regular
 
 _TWICE = "name stands there twice; allowed: one layout a name"
 HEAD_BYTES = 64 * 1024
@@ -212,11 +214,12 @@ def read_written(path: str | Path, names: Container[str] | None = None) -> Itera
 
     Raises:
         LayoutError: the file is no such file, is cut off, or holds an invalid layout.
+        TooLargeError: it has too many bytes, or a line has.
         OSError: the file cannot be read.
     """
     try:
-        with Path(path).open(encoding="utf-8") as file:
-            for record in read_blocks(file):
+        with io.TextIOWrapper(regular(Path(path), MAX_COPY_BYTES), encoding="utf-8") as file:
+            for record in read_blocks(lines_of(file, Path(path), MAX_VALUE_LENGTH)):
                 if names is None or record.name in names:
                     yield to_layout(record)
     except LayoutError as error:

@@ -15,6 +15,7 @@ from steadyload.layouts.limits import (
     MAX_ITEMS,
     MAX_LAYOUTS,
     MAX_TEXT_LENGTH,
+    MAX_VALUE_LENGTH,
     MAX_WAITING,
 )
 from steadyload.layouts.model import LayoutError
@@ -147,14 +148,16 @@ def read_blocks(lines: Iterable[str]) -> Iterator[Record]:
         FormatError: the lines are none of such a file, or some are missing.
     """
     block: list[str] = []
-    last = ""
+    last, length = "", 0
     for line in lines:
-        last = line
+        last, length = line, length + len(line)
+        if length > MAX_VALUE_LENGTH:
+            raise FormatError(f"a layout has too many characters; allowed: {MAX_VALUE_LENGTH:,}")
         if line.startswith("  "):
             block.append(line)
         if line.rstrip(",\n") == "  }":
             yield _block_record("".join(block).rstrip(",\n"))
-            block = []
+            block, length = [], 0
     if block or last != "}\n":
         raise FormatError("is not as steadyload writes it, or is cut off")
 

@@ -25,6 +25,7 @@ from steadyload.escaping import printable
 from steadyload.layouts.question import Question, with_question
 from steadyload.methods.method import Method
 from steadyload.methods.spec import SpecError, stored_values
+from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
 
 FILE = Path(str(resources.files("steadyload.methods"))) / "cascades.json"
 """The thresholds that come with the package."""
@@ -153,8 +154,9 @@ def write_thresholds(
 def _read(file: Path) -> dict[str, Any]:
     if not file.exists():
         return {}
+    content = content_of(file, MAX_STORED_BYTES)
     try:
-        entries = json.loads(file.read_bytes())
+        entries = json_of(content)
     except (ValueError, RecursionError):
         entries = None
     if not isinstance(entries, dict):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import glob
 import logging
 import re
-import tomllib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from importlib import resources
@@ -26,6 +25,7 @@ from steadyload.layouts.record import Refused, shown
 from steadyload.layouts.scenarios import Scenario, apply_scenario
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import SpecError, parse_spec
+from steadyload.reading import toml_of
 
 _log = logging.getLogger("steadyload")
 
@@ -196,17 +196,14 @@ def load_study(source: str | Path) -> StudyDefinition:
 
     Raises:
         StudyError: not valid TOML, an unknown key or method, or a value that is not allowed.
+        TooLargeError: it has too many bytes.
         OSError: the file cannot be read.
     """
     if str(source) == EMBEDDED:
         path = Path(str(resources.files("steadyload.runs.embedded") / "study.toml"))
     else:
         path = Path(source)
-    try:
-        with path.open("rb") as file:
-            content = tomllib.load(file)
-    except (ValueError, RecursionError) as error:
-        raise StudyError(f"{path}: not valid TOML ({error})") from None
+    content = toml_of(path, StudyError)
     try:
         if str(source) == EMBEDDED:
             content["methods"] = _had_here(content["methods"])

@@ -24,6 +24,7 @@ from steadyload.layouts.formats import read_written
 from steadyload.layouts.model import Layout, LayoutError
 from steadyload.layouts.record import Refused
 from steadyload.layouts.refusals import Refusals
+from steadyload.reading import MAX_TABLE_BYTES, content_of
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.results import kept_file
 
@@ -162,7 +163,7 @@ def load_labels(directory: str | Path) -> pd.DataFrame:
     Raises:
         ResultsError: there are none, or the file is damaged.
     """
-    frame = from_parquet(kept_file(directory, LABELS_FILE).read_bytes(), LABELS)
+    frame = from_parquet(content_of(kept_file(directory, LABELS_FILE), MAX_TABLE_BYTES), LABELS)
     return frame.astype({"robust": "boolean"}).set_index(KEYS)
 
 

@@ -24,6 +24,7 @@ from steadyload.layouts.model import Layout
 from steadyload.layouts.record import shown
 from steadyload.methods.method import Method, Verdict
 from steadyload.methods.spec import stored_values
+from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
 from steadyload.runs.store import Codec, DamagedError, Store, checksum_of
 from steadyload.runs.store import ResultsError as ResultsError
 
@@ -227,12 +228,15 @@ def load_manifest(directory: str | Path) -> dict[str, Any]:
     Raises:
         DamagedError: it is not what was written.
         ResultsError: not a run folder.
+        TooLargeError: it has too many bytes.
     """
     path = Path(directory) / "manifest.json"
     try:
-        manifest = json.loads(path.read_bytes())
+        content = content_of(path, MAX_STORED_BYTES)
     except FileNotFoundError:
         raise ResultsError(f"{directory}: no manifest.json; is it the folder of a study?") from None
+    try:
+        manifest = json_of(content)
     except (ValueError, RecursionError):
         raise ResultsError(f"{path}: not valid JSON; is it cut off?") from None
     if not _is_manifest(manifest):

@@ -35,6 +35,7 @@ from steadyload.atomic import (
 from steadyload.errors import UserError
 from steadyload.layouts.benchmark.tables import as_parquet, from_parquet
 from steadyload.runs.kept_only import refuse_unless_kept
+from steadyload.reading import MAX_COPY_BYTES, MAX_TABLE_BYTES, content_of, regular
 from steadyload.runs.pool import IN_THIS_PROCESS, Executor, PartLimit, run_units
 
 Progress = Callable[[int, int], None]
@@ -113,7 +114,7 @@ def parquet(schema: pa.Schema) -> Codec[dict[str, Any], pd.DataFrame]:
 def checksum_of(path: Path) -> str:
     """The checksum of a file of any size; empty where there is none."""
     try:
-        with path.open("rb") as file:
+        with regular(path, MAX_COPY_BYTES) as file:
             return hashlib.file_digest(file, "sha256").hexdigest()[:CHECKSUM_DIGITS]
     except FileNotFoundError:
         return ""
@@ -215,7 +216,7 @@ class Store(Generic[Answer, Stored]):
         """
         try:
             path = self.path(key)
-            found = path.read_bytes()
+            found = content_of(path, MAX_TABLE_BYTES)
         except (KeyError, FileNotFoundError):
             raise ResultsError(f"{self._folder}: shard {key} is missing; run it again") from None
         if checksum(found) != self._sums[key]:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from steadyload.atomic import write_atomically
 from steadyload.errors import UserError, nearest
+from steadyload.reading import MAX_STORED_BYTES, content_of
 from steadyload.studies.registry import studies, study
 from steadyload.studies.study import PublishedPage
 
@@ -54,7 +55,7 @@ class Entry:
     def text(self, folder: Path) -> str:
         """Text of the existing page; empty where there is none yet."""
         path = folder / self.name / "report.md"
-        return path.read_text() if path.exists() else ""
+        return content_of(path, MAX_STORED_BYTES).decode() if path.exists() else ""
 
 
 def entries() -> list[Entry]:

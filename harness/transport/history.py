@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 from dataclasses import dataclass
 from itertools import pairwise
@@ -11,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from steadyload.escaping import shown
+from steadyload.reading import MAX_HISTORY_BYTES, content_of
 from steadyload.transport.errors import TransportError
 
 _HALF_SINE_POINTS = 65
@@ -125,10 +127,12 @@ def recorded(path: Path) -> History:
 
     Raises:
         TransportError: it cannot be read: says where and what is allowed.
+        TooLargeError: it has too many bytes.
     """
     times, levels = [], []
     try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
+        text = content_of(path, MAX_HISTORY_BYTES).decode("utf-8-sig")
+        with io.StringIO(text, newline="") as file:
             rows = csv.reader(file)
             header = next(rows, [])
             if any(header.count(name) != 1 for name in _COLUMNS):

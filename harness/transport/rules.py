@@ -12,6 +12,7 @@ from typing import Any
 
 from steadyload.errors import nearest
 from steadyload.escaping import shown
+from steadyload.reading import toml_of
 from steadyload.transport.errors import TransportError
 from steadyload.transport.history import STEEPEST, History, trapezoid
 
@@ -122,8 +123,8 @@ class Rule:
 @cache
 def rules() -> dict[str, Rule]:
     """The rules that come with the package, by name."""
-    file = resources.files("steadyload.transport").joinpath("rules.toml")
-    return _rules(tomllib.loads(file.read_text()), "rules.toml")
+    text = resources.files("steadyload.transport").joinpath("rules.toml").read_text("utf-8")
+    return _rules(tomllib.loads(text), "rules.toml")
 
 
 def rule_named(name: str) -> Rule:
@@ -131,6 +132,7 @@ def rule_named(name: str) -> Rule:
 
     Raises:
         TransportError: there is none.
+        TooLargeError: the file has too many bytes.
     """
     if name in rules():
         return rules()[name]
@@ -138,9 +140,9 @@ def rule_named(name: str) -> Rule:
     if path.suffix != ".toml":
         raise TransportError(f"rule {name!r}; {nearest(name, rules())}, or a TOML file of one rule")
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise TransportError(f"{name}: cannot be read as TOML ({error})") from None
+        content = toml_of(path, TransportError)
+    except OSError as error:
+        raise TransportError(f"{name}: cannot be read ({error.strerror})") from None
     found = _rules(content, name)
     if len(found) != 1:
         raise TransportError(f"{name}: holds {len(found)} rules; allowed: one table [NAME]")

@@ -8,7 +8,6 @@ genotypes best.
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -33,6 +32,7 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.simulation_parameters import SimulationParameters
 from steadyload.methods.spec import SpecError
 from steadyload.methods.tuned import TUNED, tuned, tuned_name
+from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.runs.provenance import made_by
 from steadyload.tuning import TuningError
@@ -252,8 +252,9 @@ def stored_model(path: Path, about: Mapping[str, Any]) -> CostModel | None:
     Raises:
         TuningError: the file holds something else, or is damaged.
     """
+    content = content_of(path, MAX_STORED_BYTES)
     try:
-        kept = json.loads(path.read_bytes())
+        kept = json_of(content)
         of = kept["about"]["engine"], kept["about"]["space"]
         model = _model(kept["model"]) if kept["about"] == about else None
     except (ValueError, KeyError, TypeError, RecursionError):

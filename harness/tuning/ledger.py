@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from steadyload.atomic import checksum, not_a_link, write_atomically
+from steadyload.reading import MAX_STORED_BYTES, content_of, unpacked
 from steadyload.stored import differing
 from steadyload.tuning import TuningError
 from steadyload.tuning.space import Genotype
@@ -173,10 +174,10 @@ def _path(directory: Path) -> Path:
 
 
 def _content(path: Path) -> bytes:
-    content = path.read_bytes()
+    content = content_of(path, MAX_STORED_BYTES)
     try:
-        return lzma.decompress(content) if path.name == _KEPT else content
-    except lzma.LZMAError:
+        return unpacked(content, MAX_STORED_BYTES) if path.name == _KEPT else content
+    except ValueError:
         raise _damaged(path) from None
 
 

@@ -250,9 +250,8 @@ def test_a_dialect_is_stated_of_csv_files_only(tmp_path):
         ('[columns]\nlenght = "L"', "columns: unknown word 'lenght'; did you mean 'length'?"),
         ("[columns]\nlength = 3", "columns: length is 3; allowed: the name of a column"),
         ('[columns]\nlength = "L"\nwidth = "l"', "columns: 'l' stands for two words"),
-        ("units = ", "is not a TOML file"),
-        ("a = " + "[" * 30000, "is not a TOML file"),
-        ("#" * 70000, "is too large"),
+        ("units = ", "not valid TOML"),
+        ("a = " + "[" * 30000, "not valid TOML"),
         ("units = 99999999999999999999", "units is 99999999999999999999; allowed"),
     ],
 )

@@ -125,7 +125,7 @@ def test_a_rule_of_ones_own_comes_from_a_file(tmp_path):
         ("levels = { forwards = 0.3 }\nrotation = 0", "rotation is 0; allowed: 0.1 to 1000"),
         ("levels = { forwards = 0.3 }\ntitle = 3", "title of a rule is 3; allowed: a printable"),
         ('levels = { forwards = 0.3 }\n"\\u0007" = 3', r"unknown key '\\x07'"),
-        ("levels = { forwards = " + "[" * 5000, "cannot be read as TOML"),
+        ("levels = { forwards = " + "[" * 5000, "not valid TOML"),
         ("levels = { forwards = 0.3 }\ntilted = 1", "tilted is 1; allowed: true, false"),
     ],
 )

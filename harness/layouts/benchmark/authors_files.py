@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections import defaultdict
 from collections.abc import Iterator
@@ -20,6 +19,7 @@ from steadyload.layouts.formats import read_layouts
 from steadyload.layouts.model import Layout, LayoutError
 from steadyload.layouts.record import shown
 from steadyload.layouts.scenarios import Scenario
+from steadyload.reading import MAX_STORED_BYTES, TooLargeError, content_of, json_of
 
 JOBS, _LABELS = "2_AeJobs", "4_Benchmark"
 _INPUTS = ("0_Input", "1_AeULDs", JOBS)
@@ -144,12 +144,12 @@ class Reader:
             if safe is not None and movements is not None:
                 break
             try:
-                content = json.loads(path.read_bytes())
+                content = json_of(content_of(path, MAX_STORED_BYTES))
                 if safe is None and _is_label(content, benchmark):
                     safe = _items_placed_safely(content["score"], item_count)
                 elif movements is None and _is_observations(content):
                     movements = read_movements(content, item_count, self.unit)
-            except BenchmarkError as error:
+            except (BenchmarkError, TooLargeError) as error:
                 self.refuse(path, error)
             except (ValueError, RecursionError):
                 self.refuse(path, BenchmarkError("is not valid JSON; is it cut off?"))

@@ -29,6 +29,7 @@ from steadyload.layouts.model import FloatArray, Layout, LayoutError, Pallet
 from steadyload.layouts.question import Question
 from steadyload.layouts.record import shown
 from steadyload.layouts.scenarios import Scenario
+from steadyload.reading import MAX_STORED_BYTES, content_of
 
 KEYS = ["layout", "scenario"]
 """What names a case."""
@@ -304,9 +305,10 @@ def load_benchmark(directory: str | Path | None = None) -> Benchmark:
         )
     cases = cases.assign(instance=instance.to_numpy())
     written = folder / "notes.md"
-    notes = written.read_text() if written.exists() else ""
+    notes = content_of(written, MAX_STORED_BYTES) if written.exists() else b""
     further = {name: read_further(folder, name) for name in FURTHER}
-    return Benchmark(layouts, cases, opinions, manifest, notes, **further)
+    told = notes.decode(errors="replace")
+    return Benchmark(layouts, cases, opinions, manifest, told, **further)
 
 
 def _layout_of(name: str, row: Mapping[str, Any], offsets: Any) -> Layout:

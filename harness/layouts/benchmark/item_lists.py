@@ -15,8 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from steadyload.errors import UserError
+from steadyload.layouts.limits import MAX_FILE_BYTES
 from steadyload.layouts.packers.packed import ItemList, ItemType, Sides
 from steadyload.layouts.record import shown
+from steadyload.reading import content_of
 
 CONTAINER: Sides = (280, 233, 220)
 """Inner length, width and height of a 10-foot container [cm]."""
@@ -265,7 +267,7 @@ def _files(folder: Path) -> Iterator[Path]:
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return content_of(path, MAX_FILE_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise ItemListError(f"{path}: is no text in UTF-8") from None
 

@@ -25,9 +25,11 @@ from steadyload.layouts.benchmark.item_lists import (
 )
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.formats import read_layouts
+from steadyload.layouts.limits import MAX_FILE_BYTES
 from steadyload.layouts.model import Layout, Pallet
 from steadyload.layouts.packers.packed import PACKERS, ItemList, packer_versions
 from steadyload.layouts.scenarios import Scenario
+from steadyload.reading import content_of
 
 NO_CLASS = 0
 """Item class of layouts that are of none of the paper's."""
@@ -233,7 +235,8 @@ def real_manifest(options: RealOptions, inputs: RealInputs) -> dict[str, Any]:
 
 def _source(name: str, paths: list[Path]) -> Mapping[str, str]:
     """The entry of :data:`SOURCES`; of other files than those their checksum alone."""
-    parts = [f"{each.name} {checksum(each.read_bytes())}\n" for each in sorted(paths)]
+    sums = {each.name: checksum(content_of(each, MAX_FILE_BYTES)) for each in sorted(paths)}
+    parts = [f"{name} {found}\n" for name, found in sums.items()]
     found = checksum("".join(parts).encode())
     known = SOURCES[name]
     return known if known["files"] == found else {"title": "other files", "files": found}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -21,6 +20,7 @@ from steadyload.atomic import (
 from steadyload.errors import UserError
 from steadyload.escaping import printable
 from steadyload.layouts.record import shown
+from steadyload.reading import MAX_STORED_BYTES, MAX_TABLE_BYTES, content_of, json_of
 
 VERSION = 1
 
@@ -297,11 +297,13 @@ def read_tables(
 
 def _load_manifest(path: Path) -> dict[str, Any]:
     try:
-        manifest = json.loads(path.read_bytes())
-        version = manifest["version"]
-        found = verified_manifest(manifest)
+        content = content_of(path, MAX_STORED_BYTES)
     except FileNotFoundError:
         raise BenchmarkError(f"{path.parent}: no manifest.json; is it a labelled set?") from None
+    try:
+        manifest = json_of(content)
+        version = manifest["version"]
+        found = verified_manifest(manifest)
     except ChecksumError:
         raise DamagedSetError(path) from None
     except (ValueError, TypeError, LookupError, RecursionError):
@@ -323,7 +325,7 @@ def read_parquet(path: Path, schema: pa.Schema, expected: str | None = None) -> 
         BenchmarkError: it is missing, damaged, or of another schema.
     """
     try:
-        content = path.read_bytes()
+        content = content_of(path, MAX_TABLE_BYTES)
     except FileNotFoundError:
         raise BenchmarkError(f"{path}: is missing") from None
     if expected not in (None, checksum(content)):

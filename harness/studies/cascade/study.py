@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -14,6 +13,7 @@ from steadyload.layouts.benchmark import UNLEARNT, Part
 from steadyload.layouts.benchmark.dataset import set_named
 from steadyload.methods.cascade import Cascade
 from steadyload.methods.registry import make_method
+from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
 from steadyload.runs.costs import CostKind, CostSource
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import evaluate
@@ -148,7 +148,7 @@ def _kept_load(file: Path) -> float | None:
     if not file.exists():
         return None
     try:
-        found = json.loads(file.read_bytes())
+        found = json_of(content_of(file, MAX_STORED_BYTES))
         load = verified_manifest(found)[_WHILE_JUDGING] if isinstance(found, dict) else found
         if isinstance(load, bool) or not isinstance(load, int | float | None):
             raise ValueError

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import MISSING, fields
 from importlib import resources
@@ -18,6 +17,7 @@ from steadyload.learners.jobs import BENCHMARK
 from steadyload.learners.options import options_from, training_preset
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import SpecError
+from steadyload.reading import toml_of
 from steadyload.studies.learned.plan import (
     CalibrationPlan,
     Contrast,
@@ -37,13 +37,11 @@ def load_plan(path: Path | None = None) -> Plan:
 
     Raises:
         LearnerError: not valid TOML, an unknown key or name, or a value that is not allowed.
+        TooLargeError: it has too many bytes.
         OSError: the file cannot be read.
     """
     path = path or Path(str(resources.files("steadyload.studies.learned") / "plan.toml"))
-    try:
-        content = tomllib.loads(path.read_text())
-    except (ValueError, RecursionError) as error:
-        raise LearnerError(f"{path}: not valid TOML ({error})") from None
+    content = toml_of(path, LearnerError)
     try:
         return _plan(content)
     except (LearnerError, SpecError) as error:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from bisect import bisect_left
 from collections.abc import Iterable, Mapping
 from importlib import resources
@@ -12,6 +11,7 @@ from typing import Any
 
 from steadyload.atomic import manifest_text, verified_manifest, write_atomically
 from steadyload.layouts.question import Question
+from steadyload.reading import MAX_STORED_BYTES, TooLargeError, content_of, json_of
 from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.real.study import SIZES
@@ -32,10 +32,13 @@ def load_fronts(file: Path = FILE) -> tuple[Front, ...]:
 
     Raises:
         FrontError: the file is missing or damaged.
+        TooLargeError: it has too many bytes.
     """
     try:
-        content = verified_manifest(json.loads(file.read_bytes()))
+        content = verified_manifest(json_of(content_of(file, MAX_STORED_BYTES)))
         return tuple(map(_read, content["fronts"]))
+    except TooLargeError:
+        raise
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise FrontError(
             f"{file}: holds no measured methods; name the folder of a study on a labelled set: "
