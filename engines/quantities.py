@@ -48,5 +48,9 @@ def check_ranges(made: Any) -> None:
         if value is None or isinstance(value, str):
             continue
         least, most = field.metadata["least"], field.metadata["most"]
-        if not least <= float(value) <= most:
-            raise ValueError(f"{field.name} is {value}; allowed: {least:g} to {most:g}")
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+        if not least <= number <= most:
+            raise ValueError(f"{field.name} is {number}; allowed: {least:g} to {most:g}")

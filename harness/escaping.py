@@ -10,6 +10,9 @@ _SHOWN = 40
 _LONGEST = 1_000
 _MOST_BITS = 1023
 
+_LONGEST_SENTENCE = 4_000
+"""Characters of a sentence about what is wrong: values in it may come from anywhere."""
+
 _MARKUP = re.compile(r"[\\`*\[\]<>|!#&~@]|(?<!\w)_|_(?!\w)|(?<=:)/(?=/)|(?<=www)\.")
 
 
@@ -24,6 +27,18 @@ def printable(text: str, most: int | None = None) -> str:
     if cut.isprintable():
         return cut
     return "".join(one if one.isprintable() else ascii(one)[1:-1] for one in cut)
+
+
+def sentence(text: str) -> str:
+    """A message as one printable line; of a long one the middle is left out.
+
+    What is allowed mostly stands at the end, so that it is kept.
+    """
+    line = " ".join(text.split("\n")) if "\n" in text else text
+    if len(line) > _LONGEST_SENTENCE:
+        half = _LONGEST_SENTENCE // 2
+        line = f"{line[: half - 5]} ... {line[-half:]}"
+    return printable(line)
 
 
 def markdown(text: str) -> str:
@@ -52,12 +67,12 @@ def _pieces(value: Any) -> Iterator[str]:
     """Text of a value as Python shows it, in pieces that are made as they are asked for."""
     if isinstance(value, str | bytes):
         yield ascii(value[:_LONGEST])
-    elif isinstance(value, list):
-        yield "["
+    elif isinstance(value, list | tuple):
+        yield "[" if isinstance(value, list) else "("
         for index, element in enumerate(value):
             yield ", " if index else ""
             yield from _pieces(element)
-        yield "]"
+        yield "]" if isinstance(value, list) else ")"
     elif isinstance(value, dict):
         yield "{"
         for index, (key, element) in enumerate(value.items()):

@@ -114,7 +114,9 @@ class TrainingPreset:
 @cache
 def training_presets() -> Mapping[str, TrainingPreset]:
     """All presets by name."""
-    text = resources.files("steadyload.learners").joinpath("presets.toml").read_text()
+    text = (
+        resources.files("steadyload.learners").joinpath("presets.toml").read_text(encoding="utf-8")
+    )
     return {name: _preset(name, table) for name, table in tomllib.loads(text).items()}
 
 

@@ -18,7 +18,9 @@ def rendered(template: str, **values: Any) -> str:
 
 def template_text(name: str) -> str:
     """A file among the templates."""
-    return resources.files("steadyload.reports.templates").joinpath(name).read_text()
+    return (
+        resources.files("steadyload.reports.templates").joinpath(name).read_text(encoding="utf-8")
+    )
 
 
 def packed(text: str) -> str:

@@ -13,7 +13,8 @@ FOLDERS = {"harness": "", "engines": "engines.", "learners": "learners.", "repor
 """Folder of the repository -> where it is installed below ``steadyload``."""
 
 _LAYOUTS = {
-    "layouts", "kernels", "statistics", "atomic", "errors", "escaping", "reading", "stored",
+    "layouts", "kernels", "statistics", "atomic", "errors", "escaping", "numbers", "reading",
+    "stored",
     "notebook",
 }  # fmt: skip
 _METHODS = {"methods", "engines", "bearing", "time_limit", *_LAYOUTS}
@@ -23,8 +24,9 @@ _LIBRARIES = {"compilation", "tuning", "properties", "learners", "transport", *_
 # Package below ``steadyload`` -> what of ours it may import. ``cli`` may import everything.
 ALLOWED = {
     "statistics": {"statistics"},
-    "errors": set(),
+    "errors": {"escaping"},
     "escaping": set(),
+    "numbers": {"errors", "escaping"},
     "notebook": set(),
     "time_limit": set(),
     "reports": {"reports", "statistics", "atomic", "errors", "escaping", "reading"},
@@ -241,3 +243,31 @@ def test_a_file_that_is_read_otherwise_is_found(tmp_path):
         "kept = pq.read_table(pa.BufferReader(content))\n"
     )
     assert [found.partition(":")[0] for found in openings(path)] == ["1", "2", "3"]
+
+
+def without_encoding(path):
+    """Lines of a file that read or write text in whatever encoding the machine has."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if not isinstance(node, ast.Call):
+            continue
+        name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+        of = getattr(getattr(node.func, "value", None), "id", "")
+        keys = {keyword.arg for keyword in node.keywords}
+        modes = [
+            argument.value
+            for argument in [*node.args, *(k.value for k in node.keywords if k.arg == "mode")]
+            if isinstance(argument, ast.Constant) and isinstance(argument.value, str)
+        ]
+        opens = name in {"open", "fdopen"} and of not in {"os", "webbrowser", "tarfile", "zipfile"}
+        text = (
+            name in {"read_text", "write_text"}
+            or (opens and not any("b" in mode for mode in modes))
+            or (of == "subprocess" and "text" in keys)
+        )
+        if text and "encoding" not in keys:
+            yield node.lineno
+
+
+@pytest.mark.parametrize("path", modules().values(), ids=str)
+def test_text_files_are_read_and_written_as_utf_8(path):
+    assert list(without_encoding(path)) == []

@@ -360,5 +360,5 @@ def _pile(world_class: WorldClass, settings: WorldSettings) -> Poses:
 
 
 def _resident_bytes() -> int:
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[1])
     return pages * 4096

@@ -13,10 +13,7 @@ from steadyload.cli.flags import HELP, UsageError, parsed, print_help
 from steadyload.cli.terminal import say, say_warnings
 from steadyload.engines.errors import EngineInputError
 from steadyload.errors import FailedError, UserError, nearest
-from steadyload.escaping import printable
-
-_LONGEST = 4_000
-"""Characters of a sentence about what is wrong: names in it may come from anywhere."""
+from steadyload.escaping import sentence
 
 ABOUT = "How stable is this pallet while it is being loaded?"
 
@@ -47,8 +44,8 @@ def run(words: Sequence[str]) -> int:
 
 def _sentence(error: Exception) -> str:
     if isinstance(error, OSError) and error.filename is not None:
-        return f"{error.filename}: {error.strerror}"
-    return printable(" ".join([*str(error).split(), *getattr(error, "__notes__", [])]), _LONGEST)
+        return sentence(f"{error.filename}: {error.strerror}")
+    return sentence(" ".join([*str(error).split(), *getattr(error, "__notes__", [])]))
 
 
 def command_of(words: Sequence[str]) -> Any:

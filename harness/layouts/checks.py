@@ -12,6 +12,9 @@ FloatArray = NDArray[np.float64]
 SHOWN = 200
 """Characters of a name in a message."""
 
+_MOST_BITS = 1023
+"""Of a whole number that a float can hold."""
+
 
 def digest_of(*arrays: FloatArray) -> str:
     """SHA-256 of arrays of numbers, as hex digits."""
@@ -22,8 +25,10 @@ def digest_of(*arrays: FloatArray) -> str:
 
 
 def is_number(value: object) -> bool:
-    """True for a number, finite or not."""
-    return isinstance(value, int | float | np.floating | np.integer) and not isinstance(value, bool)
+    """True for a number that a float can hold, finite or not."""
+    if isinstance(value, int):
+        return not isinstance(value, bool) and value.bit_length() <= _MOST_BITS
+    return isinstance(value, float | np.floating | np.integer)
 
 
 def is_vector(values: object) -> bool:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.errors import UserError, nearest
+from steadyload.escaping import shown
 
 DECK_HEIGHT = 14.4
 """Height [cm] of a deck above the ground unless a file states another: that of a Euro pallet."""
@@ -47,7 +48,8 @@ class FloorKind(StrEnum):
             FloorError: there is none.
         """
         if name not in list(cls):
-            raise FloorError(f"floor is {name!a}; {nearest(str(name), list(cls))}")
+            known = nearest(name if isinstance(name, str) else "", list(cls))
+            raise FloorError(f"floor is {shown(name)}; {known}")
         return cls(name)
 
 

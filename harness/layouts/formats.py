@@ -27,6 +27,7 @@ from steadyload.layouts.record import FormatError, Record, Refused, to_layout
 from steadyload.layouts.snapping import snap
 from steadyload.layouts.sources import decoded, opened, read_rest, source_name
 from steadyload.layouts.writers import as_csv, as_job, as_native
+from steadyload.numbers import number_within
 from steadyload.reading import MAX_COPY_BYTES, lines_of, regular
 
 _TWICE = "name stands there twice; allowed: one layout a name"
@@ -85,6 +86,8 @@ def read_layouts(path: str | Path, **reading: Unpack[Reading]) -> list[Layout]:
     Raises:
         LayoutError: the file is in no known format, is cut off, or holds an invalid layout.
         FloorError: there is no such floor.
+        NumberError: the gap is no finite number, 0 or more.
+        MissingFileError: there is no such file.
         OSError: the file cannot be read.
     """
     layouts = []
@@ -97,7 +100,8 @@ def read_layouts(path: str | Path, **reading: Unpack[Reading]) -> list[Layout]:
 
 def scan_layouts(path: str | Path, **reading: Unpack[Reading]) -> Iterator[Layout | Refused]:
     """Like :func:`read_layouts`, but an invalid layout is handed out instead of raised."""
-    file, floor, snap_gap = source_name(path), reading.get("floor"), reading.get("snap_gap", 0.0)
+    file, floor = source_name(path), reading.get("floor")
+    snap_gap = number_within("snap_gap", reading.get("snap_gap") or 0.0, 0.0, unit="[cm]")
     kind = None if floor is None else FloorKind.named(floor)
     dialect = reading.get("dialect") or _PLAIN
     names: set[str] = set()

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from steadyload.errors import UserError
-from steadyload.escaping import printable
+from steadyload.escaping import printable, sentence, shown
 from steadyload.layouts.checks import (
     SHOWN,
     allowed_range,
@@ -61,7 +61,7 @@ class LayoutError(UserError):
         # What is no label of a box is the number of an item.
         item = printable(self.item or "", SHOWN)
         places.append(item if " " in item else f"item {item}" if item else None)
-        return ": ".join([p for p in places if p] + [self.message])
+        return sentence(": ".join([p for p in places if p] + [self.message]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,13 +96,14 @@ class Item:
         for label in ("position", "size", "mass_offset"):
             if not is_vector(getattr(self, label)):
                 found = getattr(self, label)
-                self._refuse(f"{label} is {found!r}; allowed: three numbers")
+                self._refuse(f"{label} is {shown(found)}; allowed: three numbers")
         if not is_number(self.weight):
-            self._refuse(f"weight is {self.weight!r}; allowed: a number [kg]")
+            self._refuse(f"weight is {shown(self.weight)}; allowed: a number [kg]")
         if not self.name.isprintable():
             raise LayoutError(unprintable(self.name), item=str(self.sequence))
-        if type(self.sequence) is not int or self.sequence < 0:
-            self._refuse(f"sequence is {self.sequence!r}; allowed: 0, 1, 2, ...")
+        if type(self.sequence) is not int or self.sequence < 0 or not is_number(self.sequence):
+            told = f"sequence is {shown(self.sequence)}; allowed: 0, 1, 2, ..."
+            raise LayoutError(told, item=box_label(shown(self.sequence), self.name))
         for axis, value in zip(AXES, self.position, strict=True):
             if not math.isfinite(value):
                 self._refuse(f"position {axis} is {value:g} cm; allowed: a finite number")
@@ -113,7 +114,7 @@ class Item:
             self._refuse(f"weight is {self.weight:g} kg; {allowed_range(WEIGHTS)}")
         if self.max_load is not None:
             if not is_number(self.max_load):
-                self._refuse(f"max_load is {self.max_load!r}; allowed: a number [kg]")
+                self._refuse(f"max_load is {shown(self.max_load)}; allowed: a number [kg]")
             if not 0.0 <= self.max_load <= MOST_LOAD:
                 self._refuse(f"max_load is {self.max_load:g} kg; allowed: 0 to {MOST_LOAD:g}")
         for axis, value, length in zip(AXES, self.mass_offset, self.size, strict=True):

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from steadyload.escaping import shown
 from steadyload.kernels.constants import TOLERANCE as TOLERANCE
 from steadyload.layouts.checks import FloatArray as FloatArray
 from steadyload.layouts.checks import digest_of, unprintable
@@ -238,6 +239,19 @@ class Layout(ShownInNotebook):
     def renamed(self, name: str) -> Layout:
         """The same layout under another name."""
         return replace_items(self, self.items, name=name)
+
+
+def require_layout(value: object) -> None:
+    """Refuse what is no layout, such as the name of a file of them.
+
+    Raises:
+        LayoutError: the value is no layout.
+    """
+    if not isinstance(value, Layout):
+        raise LayoutError(
+            f"{shown(value)} is no layout; allowed: a Layout, such as each of those that "
+            "steadyload.read(file) gives"
+        )
 
 
 def view_on(

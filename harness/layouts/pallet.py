@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from steadyload.escaping import shown
 from steadyload.layouts.checks import FloatArray, allowed_range, is_number
 from steadyload.layouts.floor import DECK_HEIGHT, INFINITE, OVERHANG, Floor, FloorError, FloorKind
 from steadyload.layouts.item import SIDE_NAMES, SIDES, LayoutError, Vector
@@ -38,11 +39,11 @@ class Pallet:
         sides = (*zip(SIDE_NAMES, self.size, strict=True), ("deck_height", self.deck_height))
         for side, value in sides:
             if not is_number(value):
-                raise LayoutError(f"pallet {side} is {value!r}; allowed: a number [cm]")
+                raise LayoutError(f"pallet {side} is {shown(value)}; allowed: a number [cm]")
             if not SIDES[0] <= value <= SIDES[1]:
                 raise LayoutError(f"pallet {side} is {value:g} cm; {allowed_range(SIDES)}")
         if not is_number(self.overhang):
-            raise LayoutError(f"pallet overhang is {self.overhang!r}; allowed: a number [cm]")
+            raise LayoutError(f"pallet overhang is {shown(self.overhang)}; allowed: a number [cm]")
         if not 0.0 <= self.overhang <= SIDES[1]:
             raise LayoutError(
                 f"pallet overhang is {self.overhang:g} cm; allowed: a number, 0 to {SIDES[1]:g}"

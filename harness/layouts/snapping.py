@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from steadyload.layouts.model import TOLERANCE, Layout, replace_items
+from steadyload.numbers import number_within
 
 SNAP_GAP = 0.5
 """Vertical gaps up to this [cm] are closed unless another limit is given."""
@@ -19,7 +20,11 @@ def snap(layout: Layout, gap: float = SNAP_GAP) -> Layout:
     support". From the bottom up, an item whose slit is at most ``gap`` [cm] follows the highest top
     face (or the floor) that lies below it in plan; slits of a whole stack are closed, however high
     it is. An item with a wider gap stays where it is.
+
+    Raises:
+        NumberError: the gap is no finite number, 0 or more.
     """
+    gap = number_within("gap", gap, 0.0, unit="[cm]")
     lower, upper = layout.lower.copy(), layout.upper.copy()
     height = layout.upper[:, 1] - layout.lower[:, 1]
     floor = layout.floor

@@ -4,16 +4,25 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
+from steadyload.errors import UserError
+from steadyload.escaping import sentence
 from steadyload.layouts.record import FormatError
 
 _CHUNK = 1024**2
 
 STANDARD_INPUT = "-"
 """Stands for standard input where a file is named."""
+
+
+class MissingFileError(FileNotFoundError, UserError):
+    """A file that there is not; it can also be caught as a ``FileNotFoundError``."""
+
+    def __str__(self) -> str:
+        return sentence(f"{self.filename}: {self.strerror}")
 
 
 def source_name(path: str | Path) -> str:
@@ -23,11 +32,20 @@ def source_name(path: str | Path) -> str:
 
 @contextmanager
 def opened(path: str | Path) -> Iterator[BinaryIO]:
-    """A file, or standard input for ``-``, as bytes."""
+    """A file, or standard input for ``-``, as bytes.
+
+    Raises:
+        MissingFileError: there is no such file.
+        OSError: it cannot be read.
+    """
     if str(path) == STANDARD_INPUT:
         yield sys.stdin.buffer
         return
-    with Path(path).open("rb") as file:
+    with ExitStack() as open_files:
+        try:
+            file = open_files.enter_context(Path(path).open("rb"))
+        except FileNotFoundError as error:
+            raise MissingFileError(*error.args, str(path)) from None
         yield file
 
 

@@ -27,6 +27,7 @@ from steadyload.methods.verdict import Finding as Finding
 from steadyload.methods.verdict import Status as Status
 from steadyload.methods.verdict import Verdict as Verdict
 from steadyload.methods.verdict import verdict_of
+from steadyload.numbers import time_limit
 
 
 class Trait(StrEnum):
@@ -311,6 +312,9 @@ class Method(ABC):
             timeout: CPU seconds after which a long judgement ends with status ``timeout``, with a
                 backstop of wall time (:mod:`steadyload.time_limit`); looked at between engine
                 calls, so a single call may overrun it.
+
+        Raises:
+            NumberError: the timeout is no finite number above 0.
         """
         return verdict_by(lambda watch: self._judge(layout, watch), len(layout), timeout, layout)
 
@@ -325,7 +329,11 @@ class Method(ABC):
         Args:
             layouts: any valid layouts; a batch is one.
             timeout: of :meth:`judge`, for each layout that is judged by itself.
+
+        Raises:
+            NumberError: the timeout is no finite number above 0.
         """
+        time_limit(timeout)
         given = layouts if isinstance(layouts, LayoutBatch) else list(layouts)
         watch = Stopwatch()
         try:
@@ -391,7 +399,12 @@ class Method(ABC):
 
 
 def judge(method: Method, layout: Layout, timeout: float | None = None) -> Verdict:
-    """Like :meth:`Method.judge`, but an unexpected exception becomes a verdict ``error``."""
+    """Like :meth:`Method.judge`, but an unexpected exception becomes a verdict ``error``.
+
+    Raises:
+        NumberError: the timeout is no finite number above 0.
+    """
+    time_limit(timeout)
     try:
         return method.judge(layout, timeout=timeout)
     except Exception as error:

@@ -91,7 +91,9 @@ def presets() -> Mapping[str, Preset]:
 
 @cache
 def _stated() -> dict[str, Preset]:
-    text = resources.files("steadyload.methods").joinpath("presets.toml").read_text()
+    text = (
+        resources.files("steadyload.methods").joinpath("presets.toml").read_text(encoding="utf-8")
+    )
     return {
         name: Preset(name, t["method"], t["title"], t["source"], t.get("parameters", {}))
         for name, t in tomllib.loads(text).items()
@@ -128,6 +130,8 @@ def make_method(spec: str | MethodSpec) -> Method:
     Raises:
         SpecError: no such method, engine or parameter, or a value out of range.
     """
+    if not isinstance(spec, str | MethodSpec):
+        raise SpecError(f"method is {shown(spec)}; allowed: a text, such as sme or label@mujoco")
     parsed = parse_spec(spec) if isinstance(spec, str) else spec
     method = method_class(parsed.name)
     if method is None:

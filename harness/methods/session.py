@@ -28,6 +28,7 @@ from steadyload.methods.method import (
 )
 from steadyload.methods.registry import make_method
 from steadyload.methods.verdict import verdict_of
+from steadyload.numbers import time_limit
 
 
 class SessionError(UserError):
@@ -52,6 +53,7 @@ class LoadingSession:
     Raises:
         SpecError: there is no such method.
         EngineNotInstalledError: the library of its engine is missing.
+        NumberError: the timeout is no finite number above 0.
 
     Attributes:
         method: that judges.
@@ -69,7 +71,7 @@ class LoadingSession:
         self.method = make_method(method) if isinstance(method, str) else method
         self.method.prepare()
         self._open()
-        self._timeout, self._timed, self._limits = timeout, timed, False
+        self._timeout, self._timed, self._limits = time_limit(timeout), timed, False
         self._layout = GrowingLayout(pallet, name)
         self._loader = self.method.begin(self._layout)
 
@@ -136,7 +138,7 @@ class LoadingSession:
         """
         try:
             places = np.array(positions, dtype=float, order="C")
-        except (TypeError, ValueError):
+        except (OverflowError, TypeError, ValueError):
             places = np.empty(0)
         if places.ndim != 2 or places.shape[1] != 3:
             raise SessionError(

@@ -6,6 +6,7 @@ import time
 from dataclasses import dataclass
 from enum import StrEnum
 
+from steadyload.numbers import time_limit
 from steadyload.time_limit import cpu_clock, exceeded
 
 
@@ -42,10 +43,13 @@ class Stopwatch:
     Args:
         timeout: CPU time that a judgement may take, as :mod:`steadyload.time_limit` counts it, in
             the thread that makes the watch; wall time is its backstop [s]. None: no limit.
+
+    Raises:
+        NumberError: the limit is no finite number above 0.
     """
 
     def __init__(self, timeout: float | None = None) -> None:
-        self.timeout = timeout
+        self.timeout = time_limit(timeout)
         self._spent: dict[Phase, list[float]] = {}
         self._start = self._last = (time.process_time(), time.perf_counter())
         self._phase: Phase | None = None

@@ -38,7 +38,9 @@ class KnownFinding:
 def known_findings() -> tuple[KnownFinding, ...]:
     """All declared findings."""
     folder = resources.files("steadyload.properties")
-    tables = tomllib.loads(folder.joinpath("findings.toml").read_text()).get("finding", [])
+    tables = tomllib.loads(folder.joinpath("findings.toml").read_text(encoding="utf-8")).get(
+        "finding", []
+    )
     found = []
     for table in tables:
         with resources.as_file(folder.joinpath("counterexamples", table["layout"])) as path:

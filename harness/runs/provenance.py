@@ -114,7 +114,9 @@ def machine_kind() -> str:
     """Kind of processor: times are comparable on the same kind alone."""
     from llvmlite.binding import get_host_cpu_name
 
-    told = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
+    told = (
+        Path("/proc/cpuinfo").read_text(encoding="utf-8") if Path("/proc/cpuinfo").exists() else ""
+    )
     named = re.search(r"^model name\s*:\s*(.+)$", told, re.MULTILINE)
     name = named[1].strip() if named else platform.processor() or platform.machine()
     return f"{name} {get_host_cpu_name()}"
@@ -169,7 +171,15 @@ def _git(root: Path, *words: str) -> str | None:
     """The output of git; None where it fails."""
     command = ["git", "-C", str(root), *words]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
+        done = subprocess.run(
+            command,
+            capture_output=True,
+            text=True,
+            encoding="utf-8",
+            errors="replace",
+            timeout=10,
+            check=True,
+        )
     except (OSError, subprocess.SubprocessError):
         return None
     return done.stdout.strip()

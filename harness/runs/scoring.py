@@ -16,6 +16,7 @@ from steadyload.methods.envelope import leaves
 from steadyload.methods.method import Method, Status, Verdict, judge
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import Uncertainty
+from steadyload.numbers import time_limit
 from steadyload.runs.definition import case
 from steadyload.runs.verdict_reliability import Sampling, VerdictReliability, verdict_reliability
 
@@ -64,9 +65,11 @@ def score_layouts(
 
     Raises:
         LayoutError: a file cannot be read as a whole; or a layout is not valid, if ``strict``.
+        NumberError: the timeout is no finite number above 0.
         SpecError: a method does not exist.
         EngineNotInstalledError: a method's engine is missing.
     """
+    time_limit(timeout)
     judges = [make_method(spec) for spec in methods]
     entries = read_entries(
         files, limit=limit, strict=strict, **reading

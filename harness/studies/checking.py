@@ -11,7 +11,7 @@ from typing import Any
 from steadyload.bearing import Crushed, first_crushed
 from steadyload.kernels.constants import FLOOR
 from steadyload.layouts.contacts import find_supports
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model import Layout, require_layout
 from steadyload.layouts.naming import box_id, with_ids
 from steadyload.layouts.question import Question
 from steadyload.layouts.record import Refused
@@ -19,6 +19,7 @@ from steadyload.methods.envelope import leaves
 from steadyload.methods.method import Method, Status, Verdict, judge
 from steadyload.methods.registry import make_method
 from steadyload.notebook import ShownInNotebook
+from steadyload.numbers import time_limit
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.able import asked_question
@@ -219,9 +220,12 @@ def check(
             :data:`steadyload.transport.limits.EXACT`.
 
     Raises:
+        LayoutError: it is no layout.
+        NumberError: the timeout is no finite number above 0.
         SpecError, EngineNotInstalledError: there is no such method, or its engine is missing.
         TransportError: there is no such rule.
     """
+    require_layout(layout)
     rule = rule_named(transport) if isinstance(transport, str) else transport
     judging = _default() if method == DEFAULT_METHOD else make_method(method)
     judging.prepare(len(layout))
@@ -280,6 +284,7 @@ def check_all(
         as :func:`check`.
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
+    time_limit(timeout)
     judging = make_method(method)
     judging.prepare()  # what is wrong with the method is told at once, and once
     rule = None if transport is None else rule_named(transport)

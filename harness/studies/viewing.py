@@ -12,7 +12,7 @@ from steadyload.atomic import write_atomically
 from steadyload.bearing import ContactForces, contact_forces
 from steadyload.errors import UserError, nearest
 from steadyload.layouts.formats import Reading, scan_layouts
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model import Layout, require_layout
 from steadyload.layouts.naming import box_label, with_ids
 from steadyload.layouts.record import Refused
 from steadyload.layouts.sources import source_name
@@ -57,11 +57,13 @@ def write_view(
             :func:`riding`.
 
     Raises:
+        LayoutError: it is no layout.
         SpecError, EngineNotInstalledError: a method does not exist, or its engine is missing.
         RecordingError: a method refuses the layout.
         ThreeJsError: the library that draws is missing.
         OSError: the page cannot be written.
     """
+    require_layout(layout)
     # A caller that needs only the errors, as the command at its start, needs no templates.
     from steadyload.reports.viewer.page import view_html
 

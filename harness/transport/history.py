@@ -12,6 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from steadyload.escaping import shown
+from steadyload.layouts.checks import is_number
+from steadyload.numbers import number_within
 from steadyload.reading import MAX_HISTORY_BYTES, content_of
 from steadyload.transport.errors import TransportError
 
@@ -22,7 +24,7 @@ _COLUMNS = ("time_s", "acceleration_g")
 STEEPEST = 20.0
 """Largest acceleration of a history [g], either way."""
 
-_LONGEST = 600.0
+LONGEST = 600.0
 """Longest history [s]."""
 
 
@@ -51,12 +53,13 @@ class History:
                 f"a history of {len(self.times)} times and {len(self.levels)} accelerations; "
                 "allowed: 2 or more points"
             )
+        for value in (*self.times, *self.levels):
+            if not is_number(value):
+                raise TransportError(f"a history holds {shown(value)}; allowed: numbers")
         if self.times[0] != 0.0 or not all(a < b for a, b in pairwise(self.times)):
             raise TransportError("times of a history do not rise from 0 s")
-        if not self.times[-1] <= _LONGEST:
-            raise TransportError(
-                f"a history of {self.times[-1]:g} s; allowed: up to {_LONGEST:g} s"
-            )
+        if not self.times[-1] <= LONGEST:
+            raise TransportError(f"a history of {self.times[-1]:g} s; allowed: up to {LONGEST:g} s")
         for level in self.levels:
             if not abs(level) <= STEEPEST:
                 raise TransportError(
@@ -109,7 +112,13 @@ def constant(level: float, hold: float) -> History:
 
 
 def trapezoid(level: float, rise: float, hold: float, *, tilted: bool = False) -> History:
-    """An acceleration that rises evenly, is held, and ends at once [g, s, s]."""
+    """An acceleration that rises evenly, is held, and ends at once [g, s, s].
+
+    Raises:
+        TransportError: a number is not finite or out of range.
+    """
+    rise = number_within("rise", rise, 0.0, unit="[s]", error=TransportError)
+    hold = number_within("hold", hold, 0.0, unit="[s]", error=TransportError)
     if not rise:
         return History((0.0, hold), (level, level), tilted)
     return History((0.0, rise, rise + hold), (0.0, level, level), tilted)

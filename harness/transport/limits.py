@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from steadyload.engines.registry import world_class
 from steadyload.engines.world import EngineError
+from steadyload.escaping import shown
 from steadyload.layouts.model import Layout
 from steadyload.methods.equilibrium import Equilibrium
 from steadyload.methods.friction import Sides
 from steadyload.methods.method import Method
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation import Simulation
+from steadyload.numbers import number_within
 from steadyload.transport.balance import BalanceProgramme, Mode
 from steadyload.transport.errors import TransportError, UnsolvedError
-from steadyload.transport.history import trapezoid
+from steadyload.transport.history import LONGEST, trapezoid
 from steadyload.transport.riding import LoadedWorld, Ride
 
 EXACT = "equilibrium:sides=frictionless"
@@ -70,8 +72,29 @@ def around(count: int) -> tuple[float, ...]:
         TransportError: fewer than one, or more than 360.
     """
     if not 1 <= count <= 360:
-        raise TransportError(f"{count} directions; allowed: 1 to 360")
+        raise TransportError(f"{shown(count)} directions; allowed: 1 to 360")
     return tuple(360.0 * k / count for k in range(count))
+
+
+def checked_directions(directions: int | Iterable[float]) -> tuple[float, ...]:
+    """Directions [degrees]: so many evenly around a load, or those that are named.
+
+    Raises:
+        TransportError: there are none, or one is no finite number.
+    """
+    if isinstance(directions, int):
+        return around(directions)
+    if isinstance(directions, str) or not isinstance(directions, Iterable):
+        raise TransportError(
+            f"directions is {shown(directions)}; allowed: how many, or numbers [degrees]"
+        )
+    found = tuple(
+        number_within("direction", one, -1e6, 1e6, unit="[degrees]", error=TransportError)
+        for one in directions
+    )
+    if not found:
+        raise TransportError("no directions; allowed: one or more")
+    return found
 
 
 def limits(
@@ -97,9 +120,8 @@ def limits(
         TransportError: no such method, or one that has no friction; such a rise; no directions.
         SpecError, EngineNotInstalledError: see :func:`steadyload.methods.registry.make_method`.
     """
-    chosen = around(directions) if isinstance(directions, int) else tuple(directions)
-    if not chosen:
-        raise TransportError("no directions; allowed: one or more")
+    chosen = checked_directions(directions)
+    rise = number_within("rise", rise, 0.0, LONGEST, unit="[s]", error=TransportError)
     judge = make_method(method) if isinstance(method, str) else method
     if isinstance(judge, Equilibrium):
         return _balanced(layout, judge, chosen)

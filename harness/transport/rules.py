@@ -111,7 +111,7 @@ class Rule:
         if direction_deg not in levels:
             allowed = ", ".join(f"{one:g}" for one in levels)
             raise TransportError(
-                f"rule {self.name}: direction {direction_deg:g}; allowed: {allowed} [degrees]"
+                f"rule {self.name}: direction {shown(direction_deg)}; allowed: {allowed} [degrees]"
             )
         return levels[direction_deg]
 
@@ -138,7 +138,9 @@ def rule_named(name: str) -> Rule:
         return rules()[name]
     path = Path(name)
     if path.suffix != ".toml":
-        raise TransportError(f"rule {name!r}; {nearest(name, rules())}, or a TOML file of one rule")
+        raise TransportError(
+            f"rule {shown(name)}; {nearest(name, rules())}, or a TOML file of one rule"
+        )
     try:
         content = toml_of(path, TransportError)
     except OSError as error:

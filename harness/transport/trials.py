@@ -18,6 +18,7 @@ from steadyload.transport.limits import (
     EXACT,
     ROTATION,
     Limit,
+    checked_directions,
     knows_accelerations,
     limits,
 )
@@ -173,7 +174,7 @@ def under_history(
         raise TransportError(
             f"method {judge.spec}: knows no time; allowed: a simulation such as label@mujoco"
         )
-    histories = dict.fromkeys(directions, history)
+    histories = dict.fromkeys(checked_directions(directions), history)
     return _ridden(layout, judge, histories, DISPLACEMENT, ROTATION, 0.5)
 
 

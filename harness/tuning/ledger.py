@@ -124,7 +124,7 @@ class Ledger:
             self._cut = None
         begin = [] if self._begun else [json.dumps({"search": self._identity})]
         self._begun = True
-        with not_a_link(self._path).open("a") as file:
+        with not_a_link(self._path).open("a", encoding="utf-8") as file:
             file.writelines(text + "\n" for text in (*begin, _checked(line)))
 
     def _read(self, identity: dict[str, Any]) -> bool:

@@ -241,4 +241,6 @@ def _whole(table: Mapping[str, Any]) -> Mapping[str, Any]:
 
 @cache
 def _data() -> dict[str, Any]:
-    return tomllib.loads(resources.files("steadyload.tuning").joinpath("spaces.toml").read_text())
+    return tomllib.loads(
+        resources.files("steadyload.tuning").joinpath("spaces.toml").read_text(encoding="utf-8")
+    )

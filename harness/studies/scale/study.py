@@ -155,7 +155,7 @@ def _peak() -> float:
     status = Path("/proc/self/status")
     if status.exists():
         # The value of getrusage starts with the memory of the process that started this one.
-        found = re.search(r"VmHWM:\s+(\d+) kB", status.read_text())
+        found = re.search(r"VmHWM:\s+(\d+) kB", status.read_text(encoding="utf-8"))
         assert found is not None
         return int(found[1]) / 1024.0
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0

@@ -60,7 +60,9 @@ class Paper:
 @cache
 def paper() -> Paper:
     """The paper's own numbers, from ``paper.toml``; accuracies as shares."""
-    content = tomllib.loads((resources.files(__package__) / "paper.toml").read_text())
+    content = tomllib.loads(
+        (resources.files(__package__) / "paper.toml").read_text(encoding="utf-8")
+    )
     return Paper(
         source=content["source"],
         cases=content["cases"],

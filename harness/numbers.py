@@ -1,0 +1,78 @@
+"""Numbers that callers of the library give: one check for all of them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from steadyload.errors import UserError
+from steadyload.escaping import shown
+
+_MOST_SECONDS = 1e9
+
+
+class NumberError(UserError):
+    """A value that is no number, is not finite, or is out of range; says what is allowed."""
+
+
+def number_within(
+    name: str,
+    value: Any,
+    least: float = -math.inf,
+    most: float = math.inf,
+    *,
+    unit: str = "",
+    error: type[UserError] = NumberError,
+) -> float:
+    """A finite number, as a float.
+
+    Args:
+        name: of the value, for the message.
+        value: as given.
+        least: smallest number that is allowed.
+        most: largest number that is allowed.
+        unit: of the number, for the message.
+        error: what is raised.
+
+    Raises:
+        UserError: of the class ``error``: the value is not such a number.
+    """
+    number = _number(value)
+    if not (math.isfinite(number) and least <= number <= most):
+        raise error(
+            f"{name} is {shown(value)}; allowed: {_range(least, most)}{unit and ' ' + unit}"
+        )
+    return number
+
+
+def time_limit(value: Any, name: str = "timeout") -> float | None:
+    """A limit on a time [s]: a finite number above 0, or None for no limit.
+
+    Raises:
+        NumberError: it is another value.
+    """
+    if value is None:
+        return None
+    number = _number(value)
+    if not 0.0 < number < _MOST_SECONDS:
+        raise NumberError(
+            f"{name} is {shown(value)}; allowed: a finite number of seconds above 0, or None for "
+            "no limit"
+        )
+    return number
+
+
+def _number(value: Any) -> float:
+    """The value as a float; not a number where it is none that a float can hold."""
+    if isinstance(value, bool | str | bytes):
+        return math.nan
+    try:
+        return float(value)
+    except (OverflowError, TypeError, ValueError):
+        return math.nan
+
+
+def _range(least: float, most: float) -> str:
+    if math.isinf(most):
+        return "a finite number" if math.isinf(least) else f"a finite number, {least:g} or more"
+    return f"a finite number, {least:g} to {most:g}"

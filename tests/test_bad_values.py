@@ -1,0 +1,134 @@
+"""Values that callers give and that mean nothing: each is refused in one short sentence."""
+
+import math
+
+import pytest
+
+import steadyload as sl
+from steadyload.errors import UserError
+from steadyload.layouts.formats import Format, write_layouts
+from steadyload.layouts.snapping import snap
+from steadyload.transport.history import constant
+from steadyload.transport.limits import limits
+from steadyload.transport.trials import under_history
+
+BOX = sl.Item(0, (0, 0, 0), (40, 30, 40), 12)
+LAYOUT = sl.Layout("one", sl.Pallet(120, 160, 80), (BOX,))
+HUGE = 10**400
+
+
+@pytest.fixture
+def file(tmp_path):
+    write_layouts(tmp_path / "one.json", [LAYOUT], Format.NATIVE)
+    return tmp_path / "one.json"
+
+
+def refused(door):
+    with pytest.raises(UserError) as caught:
+        door()
+    told = str(caught.value)
+    assert told.isprintable()
+    assert "allowed" in told
+    assert len(told) < 300
+    return told
+
+
+TIMED = {
+    "check": lambda value: sl.check(LAYOUT, "sme", timeout=value),
+    "judge": lambda value: sl.make_method("sme").judge(LAYOUT, timeout=value),
+    "judge_many": lambda value: sl.make_method("sme").judge_many([LAYOUT], timeout=value),
+    "session": lambda value: sl.LoadingSession(LAYOUT.pallet, timeout=value),
+}
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -1, 0, HUGE, "soon"], ids=str)
+@pytest.mark.parametrize("door", TIMED)
+def test_a_time_limit_is_finite_and_above_zero(door, value):
+    assert refused(lambda: TIMED[door](value)).startswith("timeout is ")
+
+
+@pytest.mark.parametrize("value", [math.nan, -1, 0])
+def test_score_refuses_such_a_time_limit_before_it_judges(file, value):
+    refused(lambda: sl.score([file], ["sme"], timeout=value))
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -1, HUGE, "far"], ids=str)
+def test_a_gap_is_finite_and_not_negative(file, value):
+    assert "snap_gap is" in refused(lambda: sl.read(file, snap_gap=value))
+    assert "gap is" in refused(lambda: snap(LAYOUT, value))
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, HUGE, "east"], ids=str)
+def test_a_direction_is_finite(value):
+    assert "direction is" in refused(lambda: limits(LAYOUT, directions=[value]))
+    history = constant(0.1, 0.1)
+    refused(lambda: under_history(LAYOUT, history, [value], "label@mujoco"))
+    refused(lambda: limits(LAYOUT, directions=[]))
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -1, HUGE], ids=str)
+def test_a_rise_is_finite_and_not_negative_also_where_no_time_is_known(value):
+    assert "rise is" in refused(lambda: limits(LAYOUT, rise=value))
+
+
+@pytest.mark.parametrize(
+    "door",
+    [
+        lambda value: sl.Item(0, (value, 0, 0), (1, 1, 1), 1),
+        lambda value: sl.Item(0, (0, 0, 0), (value, 1, 1), 1),
+        lambda value: sl.Item(0, (0, 0, 0), (1, 1, 1), value),
+        lambda value: sl.Item(0, (0, 0, 0), (1, 1, 1), 1, (value, 0, 0)),
+        lambda value: sl.Item(0, (0, 0, 0), (1, 1, 1), 1, max_load=value),
+        lambda value: sl.Item(value, (0, 0, 0), (1, 1, 1), 1),
+        lambda value: sl.Pallet(value, 1, 1),
+        lambda value: sl.Pallet(1, 1, 1, overhang=value),
+        lambda value: sl.Pallet(1, 1, 1, floor=value),
+        lambda value: constant(value, 1.0),
+        lambda value: sl.LoadingSession(LAYOUT.pallet).feasible(BOX, [[value, 0, 0]]),
+        sl.make_method,
+    ],
+)
+@pytest.mark.parametrize("value", [HUGE, 10**6000], ids=["400 digits", "6000 digits"])
+def test_a_number_that_no_float_holds_is_refused(door, value):
+    refused(lambda: door(value))
+
+
+LONG = "x" * 1_000_000
+
+
+@pytest.mark.parametrize(
+    "door",
+    [
+        lambda: sl.make_method(LONG),
+        lambda: sl.Pallet(1, 1, 1, floor=LONG),
+        lambda: sl.Item(0, LONG, (1, 1, 1), 1),
+        lambda: sl.check(LAYOUT, "sme", transport=LONG),
+        lambda: sl.check(LONG),
+        lambda: sl.make_method(f"pbs:alpha={LONG}"),
+        lambda: sl.make_method(f"pbs:{LONG}=1"),
+    ],
+)
+def test_a_long_text_is_cut(door):
+    with pytest.raises(UserError) as caught:
+        door()
+    assert len(str(caught.value)) <= 4000
+    assert "allowed" in str(caught.value)
+
+
+def test_a_control_character_is_escaped_in_any_message():
+    assert str(UserError("a\tb\x1b[2J\nc")) == r"a\tb\x1b[2J c"
+
+
+def test_what_is_no_layout_is_refused_by_what_to_pass(tmp_path):
+    told = refused(lambda: sl.check("pallets.csv"))
+    assert "'pallets.csv' is no layout" in told
+    assert "steadyload.read(file)" in told
+    refused(lambda: sl.view("pallets.csv", ["sme"], tmp_path / "view.html"))
+
+
+def test_a_missing_file_is_bad_input_and_a_missing_file():
+    with pytest.raises(UserError, match=r"^nope.csv: No such file or directory$") as caught:
+        sl.read("nope.csv")
+    assert isinstance(caught.value, FileNotFoundError)
+    with pytest.raises(UserError):
+        sl.read_batch("nope.csv")
