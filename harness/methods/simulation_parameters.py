@@ -23,6 +23,10 @@ OF_STANDS = MappingProxyType({"t_max": 3.0, "samples": 100, "early_exit": 0.0})
 every 0.03 s, as for a label."""
 
 
+_MOST_JITTER = 1e-4
+"""[m]: as much as two items of a plan may overlap. Beyond it neighbours that touch burst apart."""
+
+
 class BetweenSteps(StrEnum):
     """State of the items between two placements.
 
@@ -94,7 +98,7 @@ class SimulationParameters:
     )
     jitter: float = quantity(
         0, "displace every item at random by up to this, along every axis", unit="m", least=0,
-        most=1,
+        most=_MOST_JITTER,
     )  # fmt: skip
     seed: int = quantity(0, "seed of the jitter", least=0, most=2**31)
     rest_speed: float = quantity(

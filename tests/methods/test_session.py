@@ -126,7 +126,7 @@ def test_a_rule_says_step_by_step_what_it_says_of_the_whole(spec, data, layout):
     ("spec", "told"),
     [
         ("label@mujoco", said),
-        ("label@mujoco:scope=local,jitter=1mm", said),
+        ("label@mujoco:scope=local,jitter=0.1mm", said),
         ("ps_opt@mujoco", said),  # widening
         ("ps_opt-paper@mujoco", said),  # carries its state on
         # Of Bullet's worlds one differs from the next in some digits, whoever asks.

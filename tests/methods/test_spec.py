@@ -70,6 +70,8 @@ def test_presets_can_be_overridden():
         ("simulation@bullet:criterion=adams,early_exit=0.5", "allowed: 0, or 1 or more"),
         ("ps3@bullet:t_max=3cm", "allowed units: s, ms"),
         ("ps3@bullet:samples=1.5", "a whole number"),
+        ("label@reference:jitter=0.001", "jitter is 0.001; allowed: 0 to 0.0001 m"),
+        ("label@mujoco:jitter=0.11mm", "allowed: 0 to 0.0001 m"),
         ("ps3@bullet:criterion=papr", "did you mean 'paper'?"),
         ("ps3@bullet:broad_phase=octree", "simple"),
         ("ps3@mujoco:emulate=restution", "did you mean 'restitution'?"),
@@ -117,6 +119,11 @@ def test_options_of_an_engine_are_parameters_on_that_engine_alone():
     ):
         with pytest.raises(SpecError, match=message):
             make_method(spec)
+
+
+def test_the_jitters_of_kept_labels_stay_allowed():
+    for jitter in ("1e-6", "1e-5", "0.01mm", "1e-4", "0.1mm"):
+        assert make_method(f"label@reference:jitter={jitter}").parameters.jitter <= 1e-4
 
 
 def test_the_label_is_the_way_the_published_labels_were_made():
