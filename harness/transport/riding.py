@@ -23,6 +23,9 @@ _SETTLING = 0.3
 _LOOK = 0.01
 """Time between two looks at the boxes, and between two values of gravity [s]."""
 
+_AFTER = 5.0
+"""Time for which a load is followed after a box has moved too far [s]: longer than any rule's."""
+
 
 @dataclass(frozen=True)
 class Ride:
@@ -123,11 +126,12 @@ class LoadedWorld:
             displacement: what a box may move by [cm].
             rotation: what a box may turn by [degrees].
             rest: time of watching after the history [s].
-            whole: go on to the end where a box has moved too far.
+            whole: go on after a box has moved too far, to see how far boxes get: to the end, for
+                5 s, or until the engine gives up, whichever comes first.
             watch: is called with every look.
 
         Raises:
-            EngineError: the engine gave up, or a pose is not finite.
+            EngineError: the engine gave up before a box moved too far, or a pose is not finite.
         """
         world = self._world
         world.reset_poses()
@@ -146,17 +150,22 @@ class LoadedWorld:
             span = min(_LOOK, end - time)
             across, up, along = history.gravity(time, span, direction_deg, self._gravity)
             world.set_gravity((along, across, up))  # world (x, y, z) = layout (z, x, y)
-            self._advance(span)
+            try:
+                self._advance(span)
+                now = self._read()
+            except EngineError:
+                if first is None:
+                    raise
+                break
             time += span
-            now = self._read()
             shifts, angles = _moved(settled, now)
             farthest, steepest = np.maximum(farthest, shifts), np.maximum(steepest, angles)
             most = np.maximum(farthest / displacement, steepest / rotation)
             watch(Look(time, now, shifts, angles))
             if first is None and most.max() >= 1.0:
                 first = int(most.argmax()), time
-                if not whole:
-                    break
+            if first is not None and (not whole or time - first[1] >= _AFTER):
+                break
         drops = _drops(settled, now)
         item, seconds = first or (int(most.argmax()), time)
         return self._ended(item, farthest, shifts, steepest, seconds, drops, None, first is None)

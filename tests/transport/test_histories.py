@@ -4,11 +4,15 @@ import math
 
 import pytest
 
+from steadyload.engines.world import EngineError
 from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.methods.simulation_parameters import SimulationParameters
+from steadyload.transport.balance import Mode
 from steadyload.transport.errors import TransportError
 from steadyload.transport.history import History, constant, half_sine, recorded, trapezoid
+from steadyload.transport.riding import LoadedWorld
 from steadyload.transport.rules import rule_named, rules
-from steadyload.transport.trials import under_rule
+from steadyload.transport.trials import under_history, under_rule
 
 
 def test_a_pulse_rises_is_held_and_ends():
@@ -147,3 +151,48 @@ def test_flat_boxes_hold_what_their_friction_is_in_every_direction(count):
     items = tuple(Item(k, (30.0 * k, 0, 0), (30, 5, 30), 5.0 + 4.0 * k) for k in range(count))
     layout = Layout("row", Pallet(120, 200, 100), items)
     assert all(one.held for one in under_rule(layout, rules()["eumos40509"]))
+
+
+ONE_BOX = Layout("one", Pallet(120, 200, 100), (Item(0, (40.0, 0, 30), (30, 10, 30), 8.0),))
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "dart"])
+def test_a_minute_of_braking_is_decided_when_the_box_has_slid_too_far(engine):
+    (found,) = under_history(ONE_BOX, constant(0.9, 60.0), (0.0,), f"label@{engine}")
+    assert (found.held, found.moved_item, found.mode, found.reason) == (False, 0, Mode.SLIDES, "")
+
+
+def test_a_decided_ride_goes_on_for_seconds_at_most():
+    times = []
+    with LoadedWorld(ONE_BOX, "mujoco", SimulationParameters(frequency=240)) as world:
+        ride = world.ride(
+            constant(0.9, 60.0), 0.0, displacement=5.0, rotation=10.0, whole=True,
+            watch=lambda look: times.append(look.seconds),
+        )  # fmt: skip
+    assert ride.seconds < 0.3
+    assert times[-1] == pytest.approx(ride.seconds + 5.0, abs=0.02)
+
+
+@pytest.mark.parametrize("breaks_at", [0.02, 0.6])
+def test_an_engine_that_gives_up_changes_no_answer_that_is_known(monkeypatch, breaks_at):
+    """In metres: the box has moved too far at 0.05."""
+    real, start = LoadedWorld._read, []
+
+    def broken(self):
+        poses = real(self)
+        start.append(poses.centres)
+        if abs(poses.centres - start[0]).max() > breaks_at:
+            raise EngineError("the simulation diverged")
+        return poses
+
+    monkeypatch.setattr(LoadedWorld, "_read", broken)
+    (found,) = under_history(ONE_BOX, constant(0.9, 2.0), (0.0,), "label@mujoco")
+    if breaks_at < 0.05:
+        assert (found.held, found.reason) == (None, "the simulation diverged")
+    else:
+        assert (found.held, found.mode, found.reason) == (False, Mode.SLIDES, "")
+
+
+def test_rules_of_the_package_end_before_a_decided_ride_is_cut():
+    for rule in rules().values():
+        assert rule.history(0.5).duration + rule.rest < 5.0
