@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from steadyload.kernels.compiled import compiled
-from steadyload.kernels.constants import TOUCH
+from steadyload.kernels.constants import RESIDUE, TOUCH
 from steadyload.kernels.least_squares import least_squares_of_blocks
 
 
@@ -113,6 +113,43 @@ def least_forces(bodies: Any, wrenches: Any, mass: Any, sources: Any, pushed: An
             if cluster[n] == name:
                 rest[n] = left[row[n] : row[n] + 6]
     return parts, rest, True
+
+
+@compiled
+def drop_rounding(rest: Any, bodies: Any, wrenches: Any, parts: Any, mass: Any, sizes: Any) -> None:
+    """Let bodies rest whose acceleration is rounding of the forces on them.
+
+    In a narrow piece, which tips fast, it would grow to a fall.
+
+    Args:
+        rest: what forces leave of the weights, which is changed, (n, 6).
+        bodies: of :func:`wrenches_of`.
+        wrenches: likewise.
+        parts: of :func:`least_forces`.
+        mass: masses and moments of inertia, (n, 6).
+        sizes: of the bodies [cm], (n, 3).
+    """
+    loads = np.zeros((len(mass), 6))
+    loads[:, 1] = np.sqrt(mass[:, 1])
+    for column in range(len(bodies)):
+        for side in range(2):
+            n = bodies[column, side]
+            if n >= 0:
+                loads[n] += parts[column] * np.abs(wrenches[column, side])
+    for n in range(len(mass)):
+        size = sizes[n]
+        if _corner_rate(rest[n], mass[n], size) <= RESIDUE * _corner_rate(loads[n], mass[n], size):
+            rest[n] = 0.0
+
+
+@compiled
+def _corner_rate(forces: Any, mass: Any, size: Any) -> float:
+    """How fast forces can accelerate any corner of a body, in units of gravity."""
+    found = 0.0
+    for c in range(3):
+        found += abs(forces[c]) / np.sqrt(mass[c])
+        found += abs(forces[3 + c]) / np.sqrt(mass[3 + c]) * size[c]
+    return found
 
 
 @compiled

@@ -215,7 +215,7 @@ class Equilibrium(Method):
                 return finding
         return STABLE
 
-    def _judge_motion(self, layout: Layout, watch: Stopwatch) -> Finding:
+    def _judge_motion(self, layout: Arrangement, watch: Stopwatch) -> Finding:
         if len(layout) <= _AT_ONCE:
             found = kernels.timed_balance.first_moved_of(*_arrays(layout), *self._motion)
         else:
@@ -234,11 +234,9 @@ class Equilibrium(Method):
         if ended == BALANCED:
             return STABLE
         if ended == UNRESOLVED:
-            group = find_supports(layout.first(step + 1)).joined(step, floor=False)
-            reason = (
-                f"step {step}: {unresolved(layout.weights[group])}, or no search for them ended"
-            )
-            return Finding(status=Status.ERROR, reason=reason)
+            group = find_supports(layout).joined(step, floor=False)
+            why = f"{unresolved(layout.weights[group])}, or no search for them ended"
+            return Finding(status=Status.ERROR, reason=f"step {step}: {why}")
         return self._moved(step, item, displacement, rotation)
 
     def _moved(self, step: int, item: int, displacement: float, rotation: float) -> Finding:
@@ -247,11 +245,15 @@ class Equilibrium(Method):
         return Finding(step, item, displacement, rotation, reason)
 
     def begin(self, layout: GrowingLayout) -> Loader:
-        """A loader that passes the new weight down, and solves for forces only where that fails."""
+        """A loader that passes the new weight down, and solves only where that fails."""
         if self.parameters.margin:
             return super().begin(layout)
         if self._is_vertical:
-            return BalancedLoader(layout, self, self._unbalanced)
+            return BalancedLoader(
+                layout, lambda loaded, watch: self._judge(loaded.layout(), watch), self._unbalanced
+            )
+        if self._is_timed:
+            return BalancedLoader(layout, self._judge_motion)
         return _BalanceLoader(self, layout)
 
     def balance(self, layout: Layout) -> VerticalBalance:
@@ -346,7 +348,7 @@ class Equilibrium(Method):
         return Movement(items[worst], float(shifts[worst]), turn, float(beyond[worst]))
 
 
-def _arrays(layout: Layout) -> tuple[FloatArray, ...]:
+def _arrays(layout: Arrangement) -> tuple[FloatArray, ...]:
     """The layout as kernels take it."""
     floor = layout.floor.corners
     return layout.lower, layout.upper, layout.weights, layout.mass_offsets, floor
@@ -389,9 +391,7 @@ class _BalancedSteps(StepScorer):
 
 
 class _BalanceLoader(Loader):
-    """Carries the forces from placement to placement, and stores those before each, where vertical
-    forces alone do not decide.
-    """
+    """Carries the forces from placement to placement, and stores those before each, with sides."""
 
     def __init__(self, method: Equilibrium, layout: GrowingLayout) -> None:
         super().__init__(layout)

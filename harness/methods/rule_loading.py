@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload import kernels
-from steadyload.kernels.constants import STANDS, UNRESOLVED
+from steadyload.kernels.constants import FAILS, STANDS, UNRESOLVED
 from steadyload.layouts.growing import GrowingLayout, Rule
 from steadyload.layouts.model import FloatArray, Item
-from steadyload.methods.method import STABLE, Finding, Loader, Method, Stopwatch
+from steadyload.methods.method import STABLE, Finding, Loader, Stopwatch
 
 
 class RuleLoader(Loader):
@@ -60,48 +60,50 @@ class RuleLoader(Loader):
         return RuleLoader(layout, self._place, self._stands, self._how, self._finding)
 
 
-class BalancedLoader(RuleLoader):
+class BalancedLoader(Loader):
     """A loader by the balance of vertical forces, which the layout's arrays keep.
 
-    Where rounding hides whether items balance, the whole layout is judged, and again at every
-    placement on top of that: no forces are known then.
+    Where rounding hides whether items balance, or where it takes more than that to fail, the whole
+    layout is judged, and again at every placement on top of that: no forces are known then.
 
     Args:
         layout: what is loaded.
-        method: that judges the whole.
-        finding: of a step and the item that is out of balance.
+        whole: the finding on all that is loaded.
+        unbalanced: of a step and the item that is out of balance; None where such a step may stand,
+            as ``whole`` says.
     """
 
     def __init__(
-        self, layout: GrowingLayout, method: Method, finding: Callable[[int, int], Finding]
+        self,
+        layout: GrowingLayout,
+        whole: Callable[[GrowingLayout, Stopwatch], Finding],
+        unbalanced: Callable[[int, int], Finding] | None = None,
     ) -> None:
-        placing = kernels.placing
-        super().__init__(
-            layout, placing.place_balanced, placing.stands_balanced, (),
-            lambda step, culprit, _: finding(step, culprit),
-        )  # fmt: skip
-        self._method, self._unbalanced = method, finding
+        super().__init__(layout)
+        layout.warm(kernels.placing.place_balanced)
+        self._whole, self._unbalanced = whole, unbalanced
         self._known: int | None = None
         """So many items have forces that are known; None for all."""
 
     def load(self, item: Item, watch: Stopwatch) -> Finding:
         """See :meth:`Loader.load`."""
         if self._known is None:
-            ended, culprit, number = self.layout.try_put(item, self._place)
+            ended, culprit, _ = self.layout.try_put(item, kernels.placing.place_balanced)
             if ended == STANDS:
                 return STABLE
-            if ended != UNRESOLVED:
-                return self._finding(len(self.layout), culprit, number)
+            if ended != UNRESOLVED and self._unbalanced is not None:
+                return self._unbalanced(len(self.layout), culprit)
             self._known = len(self.layout)
         self.layout.put(item)
-        return self._method._judge(self.layout.layout(), watch)
+        return self._whole(self.layout, watch)
 
     def feasible(self, item: Item, positions: FloatArray) -> NDArray[np.bool_] | None:
         """See :meth:`Loader.feasible`."""
         if self._known is not None:
             return None
-        endings = self.layout.endings(item, positions, self._stands)
-        return None if (endings == UNRESOLVED).any() else endings == STANDS
+        endings = self.layout.endings(item, positions, kernels.placing.stands_balanced)
+        open_ones = (UNRESOLVED,) if self._unbalanced is not None else (UNRESOLVED, FAILS)
+        return None if np.isin(endings, open_ones).any() else endings == STANDS
 
     def go_back(self, count: int) -> None:
         """See :meth:`Loader.go_back`."""
@@ -110,6 +112,6 @@ class BalancedLoader(RuleLoader):
 
     def fork(self, layout: GrowingLayout) -> BalancedLoader:
         """See :meth:`Loader.fork`."""
-        other = BalancedLoader(layout, self._method, self._unbalanced)
+        other = BalancedLoader(layout, self._whole, self._unbalanced)
         other._known = self._known
         return other

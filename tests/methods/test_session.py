@@ -206,11 +206,11 @@ def test_what_is_rejected_or_undone_leaves_no_forces_behind(boxes, undos):
         balance = session._loader._balance
         return balance._presses, balance._balanced
 
-    session = LoadingSession(WIDE, "equilibrium:time=0.3")
+    session = LoadingSession(WIDE, "equilibrium:sides=frictionless,time=0.3")
     for place, box in enumerate(boxes):
         session.try_place(let_down(session, box))
         session.undo(min(undos[place % len(undos)], len(session)))
-    afresh = LoadingSession(WIDE, "equilibrium:time=0.3")
+    afresh = LoadingSession(WIDE, "equilibrium:sides=frictionless,time=0.3")
     assert all(afresh.try_place(item).stable for item in session.items)
     assert forces(session) == forces(afresh)
 
@@ -492,7 +492,11 @@ def pile(number):
     return [Item(0, (x, y, z), (w, h, 20.0), 1.0) for (x, y), (w, h) in boxes]
 
 
-@pytest.mark.parametrize("spec", ["pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3"])
+@pytest.mark.parametrize(
+    "spec",
+    ["pbs0.5", "sme", "equilibrium", "equilibrium:sides=frictionless,time=0.3",
+     "equilibrium:time=0.3"],
+)  # fmt: skip
 def test_a_placement_takes_as_much_after_800_items_as_after_500(spec):
     session = LoadingSession(Pallet(100.0, 100.0, 14_000.0), spec)
     taken = {}
@@ -504,6 +508,8 @@ def test_a_placement_takes_as_much_after_800_items_as_after_500(spec):
         work += [session.undo, partial(session.try_place, last)]
         if number in (100, 160):
             taken[number] = [instructions(call) for call in work]
+            if spec == "equilibrium:time=0.3":  # what does not balance is judged as a whole
+                del taken[number][tried.index(overhanging)]
         else:
             for call in work:
                 call()
@@ -519,7 +525,9 @@ def test_what_may_be_in_the_way_of_a_fall_is_looked_for_nearby(monkeypatch):
         return touching_points(layout, items, firm, **how)
 
     monkeypatch.setattr(equilibrium, "touching_points", noted)
-    session = LoadingSession(Pallet(100.0, 100.0, 3000.0), "equilibrium:time=0.3")
+    session = LoadingSession(
+        Pallet(100.0, 100.0, 3000.0), "equilibrium:sides=frictionless,time=0.3"
+    )
     for number in range(20):
         for item in pile(number):
             session.try_place(item)
