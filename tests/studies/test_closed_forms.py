@@ -218,6 +218,7 @@ def test_results_are_kept_and_measured_by_processes_alike(tmp_path, monkeypatch)
 # --- what is shown ------------------------------------------------------------------------------
 
 
+@pytest.mark.exact("a page of an error that is less than moved starts make")
 def test_the_page_defines_every_test_and_shows_its_errors(tmp_path, assert_drawn, request):
     chosen = [
         TESTS[name] for name in ("free fall", "intermediate-axis spin", "creep", "sink under 10")

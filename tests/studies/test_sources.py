@@ -51,7 +51,7 @@ def test_designs_ask_every_engine_everything_in_the_order_of_their_levels():
 def test_all_of_the_differences_are_shared_out(found):
     assert [table.answer for table in found] == list(ANSWERS)
     for table in found:
-        # Asked whether a load stands, one that rattles has no verdict; which do depends on rounding.
+        # Asked whether a load stands, one that rattles has no verdict: which ones, rounding says.
         assert table.cases + table.left_out == 12
         assert table.cases >= 9
         assert list(table.design.levels) == ["engine", "question"]
