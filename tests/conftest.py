@@ -325,7 +325,7 @@ def begin_study(begin):
 
     def started(folder, *options):
         process = begin("study", "run", "study.toml", "-o", "run", *options, cwd=folder)
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + 600
         while not list(folder.glob("run/results/*.parquet")) and time.monotonic() < deadline:
             time.sleep(0.005)
         return process

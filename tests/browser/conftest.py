@@ -113,7 +113,7 @@ class Browser:
     def close(self):
         self._session = None
         self("Browser.close")
-        self._process.wait(30)
+        self._process.wait(300)
         for end in (self._ours, self._theirs):
             os.close(end)
 

@@ -44,13 +44,13 @@ class Cluster:
     def begin(self):
         """Start the scheduler; its address is known when its file is whole."""
         self._start("scheduler", "--port", "0")
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + 600
         while time.monotonic() < deadline:
             with suppress(FileNotFoundError, json.JSONDecodeError):
                 self.address = json.loads(self._file.read_text())["address"]
                 return
             time.sleep(0.05)
-        raise TimeoutError("no scheduler within a minute")
+        raise TimeoutError("no scheduler within ten minutes")
 
     def add(self, *arguments, path=()):
         """Start a worker with one thread."""
@@ -114,7 +114,7 @@ def test_a_killed_worker_changes_no_table(cluster, tmp_path):
             cluster.kill(killed[0])
 
     with Client(cluster.address) as client, Dask(scheduler=cluster.address) as executor:
-        client.wait_for_workers(2, timeout=60)
+        client.wait_for_workers(2, timeout=600)
         parents = client.run(os.getppid)
         assert run_study(study, tmp_path / "run", workers=executor, progress=kill) == 16
         assert len(client.nthreads()) == 1
@@ -160,7 +160,7 @@ def test_a_worker_without_this_package_is_told_so(cluster, tmp_path):
     (tmp_path / "empty" / "steadyload" / "__init__.py").write_text(missing)
     cluster.add("--no-nanny", path=[str(tmp_path / "empty")])
     with Client(cluster.address) as client:
-        client.wait_for_workers(1, timeout=60)
+        client.wait_for_workers(1, timeout=600)
         with pytest.raises(ExecutorError, match="cannot import what is to run there"):
             Dask(scheduler=cluster.address)
 
@@ -198,8 +198,14 @@ def test_only_the_certificate_of_a_local_cluster_opens_its_ports(outside):
         assert not any(_opens("tcp", port, Security()) for port in ports)
         assert not any(_opens("tls", port, stranger) for port in ports)
         own = executor._client.security
-        # The scheduler, the nanny, and the worker; others speak HTTP.
-        assert sum(_opens("tls", port, own) for port in ports) == 3
+        # The scheduler, the nanny, and the worker; others speak HTTP. One that is busy is asked
+        # once more.
+        opened = set()
+        for _ in range(20):
+            opened |= {port for port in ports - opened if _opens("tls", port, own)}
+            if len(opened) >= 3:
+                break
+        assert len(opened) == 3
 
 
 def _opens(scheme, port, security):
@@ -274,7 +280,7 @@ def test_a_scheduler_that_is_lost_ends_the_run(cluster, tmp_path):
             cluster.kill(cluster.processes[0])
 
     with (
-        dask.config.set({"distributed.comm.timeouts.connect": "1s"}),
+        dask.config.set({"distributed.comm.timeouts.connect": "5s"}),
         Dask(scheduler=cluster.address) as executor,
         pytest.raises(WorkerDiedError, match="is gone"),
     ):
@@ -296,7 +302,7 @@ def test_an_interrupted_cluster_of_this_machine_leaves_nothing_and_can_be_resume
             other.listen()
         process = begin_study(tmp_path, "--executor", "dask", "-j", "2")
         os.killpg(process.pid, signal.SIGINT)
-        _, errors = process.communicate(timeout=60)
+        _, errors = process.communicate(timeout=1800)
     assert process.returncode == 130, errors
     assert errors.splitlines() == [
         "steadyload: interrupted; what is finished stays in run, and the same command goes on"

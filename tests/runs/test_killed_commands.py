@@ -58,8 +58,8 @@ class Victim:
             process.wait(seconds)
         except subprocess.TimeoutExpired:
             (os.kill if alone else os.killpg)(process.pid, number)
-        _, said = process.communicate(timeout=60)
-        deadline = time.monotonic() + 30
+        _, said = process.communicate(timeout=1800)
+        deadline = time.monotonic() + 600
         while _group(process.pid) and time.monotonic() < deadline:
             time.sleep(0.02)  # Python's tracker of shared resources goes last, by itself
         assert not _group(process.pid), "processes are left"
@@ -89,7 +89,7 @@ class Victim:
         Returns the seconds it took, and the word with which its last line began, if any.
         """
         process, begun = self._start(), time.monotonic()
-        _, said = process.communicate(timeout=300)
+        _, said = process.communicate(timeout=1800)
         assert process.returncode == 0, said
         return time.monotonic() - begun, (said.splitlines() or [""])[-1].partition(" ")[0] or None
 
@@ -152,7 +152,7 @@ def test_a_terminated_study_ends_at_once_and_resumes_to_the_same_table(begin_stu
     """SIGTERM to the whole group, as a batch system sends it; nothing is said."""
     process = begin_study(study_in(tmp_path, 100, "fbs", "sme"), "-j", "1")
     os.killpg(process.pid, signal.SIGTERM)
-    _, said = process.communicate(timeout=60)
+    _, said = process.communicate(timeout=1800)
     assert (process.returncode, said) == (-signal.SIGTERM, "")
     assert 0 < len(load_results(tmp_path / "run")) < 200
     for name in ("run", "whole"):

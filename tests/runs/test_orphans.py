@@ -19,7 +19,7 @@ def started(content):
     os.close(read)
     os.write(write, content)
     os.close(write)
-    _, said = process.communicate(timeout=60)
+    _, said = process.communicate(timeout=1800)
     return process.returncode, said
 
 
@@ -34,6 +34,6 @@ def test_a_process_that_cannot_read_its_work_says_nothing(content):
 def test_a_process_says_what_goes_wrong_in_its_work(capfd):
     process, pipe = start_process(int)  # which takes no pipe
     with pipe:
-        process.join(60)
+        process.join(600)
     assert process.exitcode == 1
     assert "TypeError: int() argument must be" in capfd.readouterr().err

@@ -209,9 +209,10 @@ def test_a_study_that_was_killed_resumes_to_the_same_table(tmp_path):
     write_layouts(tmp_path / "layouts.json", random_layouts(12, seed=20), Format.NATIVE)
     run = tmp_path / "run"
     process = subprocess.Popen([*command, "-o", str(run), "-j", "2"])
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + 600
     while not list(run.glob("results/*.parquet")) and time.monotonic() < deadline:
         time.sleep(0.005)
+    process.send_signal(signal.SIGSTOP)  # nothing more is begun while its workers are looked up
     children = subprocess.run(
         ["ps", "--ppid", str(process.pid), "-o", "pid="], capture_output=True, text=True
     ).stdout.split()
