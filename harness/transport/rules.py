@@ -123,7 +123,9 @@ class Rule:
 @cache
 def rules() -> dict[str, Rule]:
     """The rules that come with the package, by name."""
-    text = resources.files("steadyload.transport").joinpath("rules.toml").read_text("utf-8")
+    text = (
+        resources.files("steadyload.transport").joinpath("rules.toml").read_text(encoding="utf-8")
+    )
     return _rules(tomllib.loads(text), "rules.toml")
 
 
