@@ -125,6 +125,16 @@ WHOLE = Learned(
 )  # fmt: skip
 
 
+def test_a_rule_that_is_as_accurate_as_the_networks_is_named_beside_them():
+    held, other = TABLE.rows[PARTS[0]][1], TABLE.rows[PARTS[0]][0]
+    rule = replace(other, method=replace(other.method, spec="equilibrium:time=0.3"))
+    for value, named in ((held.accuracy.value, True), (held.accuracy.low - 0.01, False)):
+        row = replace(rule, accuracy=about(value, 0.01))
+        table = replace(TABLE, rows={**TABLE.rows, PARTS[0]: [row, held]})
+        summary = learned_page(replace(WHOLE, table=table), {}).summary
+        assert ("little of this figure is due to the network" in summary) == named
+
+
 def section(learned, title):
     return next(s for s in learned_page(learned, {}).sections if s.title == title)
 

@@ -215,6 +215,13 @@ def test_the_sentence_names_what_survives_and_what_is_turned_round(found):
     second = RULES[1]
     assert "B is better (label)" in loose if second is USUAL else second.name in loose
     assert f"C is better ({RULES[0].name})" in tight
+    assert "Open are" not in text
+    more = (
+        claim("D is better.", told, ACROSS, ABOVE),
+        claim("D is better.", standing, ACROSS, ABOVE),
+    )
+    text = what_survives(Sensitivity(found.rankings, (*claims, *more), 9, 3, {}, {}))
+    assert "Open are 2 where methods are not told the rule, and 1 where they are" in text
 
 
 def test_a_rule_of_ones_own_is_told_like_any_other():

@@ -274,6 +274,11 @@ def test_a_page_gives_the_start_of_a_search_beside_what_the_search_adds():
     assert "add 1.3 [0.0, 4.3] points on bullet; 3.0 [1.0, 5.0] points on dart." in text
     assert "includes 0 on bullet. The interval of this gain excludes 0 on dart." in text
     assert "the label's own protocol" in text
+    page = tuning_page(replace(EMPTY, tests=tests), {})
+    first, _, _ = page.summary.partition("\n\n")
+    assert "Without any search 98.0 % of these cases are right already" in first
+    assert "at most 2.0 points here" in first
+    assert "Without any search" not in tuning_page(FULL, {}).summary
 
 
 def test_only_a_start_that_asks_the_labels_question_is_said_to_be_the_labels():

@@ -106,8 +106,8 @@ def _answer(found: RealSummary) -> str:
         f"On {whole.cases} cases of {whole.title} boxes ({whole.item_lists} item lists), the "
         f"cheapest method within {100 * NEAR:g} percentage point of the most accurate one is "
         f"{' and '.join(parts)}. {_no_winner(found)}"
-        f"{_origins_in_words(found)}The constant verdict *stable* would be right on {right}; of the "
-        f"loads that fail, these methods name the failing step on {failing}."
+        f"{_origins_in_words(found)}The constant verdict *stable* would be right on {right}; of "
+        f"the loads that fail, these methods name the failing step on {failing}."
     )
 
 

@@ -205,7 +205,7 @@ def summarise(asked: RealStudyOptions, judged: JudgedReal) -> RealSummary:
         small=small is not None,
         growth={spec: _growth(spec, real, small) for spec in real.keys},
         chosen={q: found for q in Question if (found := _chosen(whole, q)) is not None},
-        best={q: found for q in Question if (found := best_method(real, q)) is not None},
+        best={q: own for q in Question if (own := best_method(real, q)) is not None},
         origins=origins(real, judged.benchmark.layouts),
         lost=_lost([folder for folder in (judged.small, judged.real) if folder]),
         floors=floor_rows(judged),

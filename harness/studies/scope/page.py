@@ -102,8 +102,9 @@ def _certified(steps: BalancedSteps) -> str:
     return (
         f"{moved_far or 'None'} of {row.steps:,} steps that balance with 0.1 mm to spare, as do "
         "all before them, moved anything by more than half a threshold (the farthest by "
-        f"{compact(row.most)} of one): such a step needs no simulation, and balance costs "
-        "microseconds ([speed](../speed/report.md))."
+        f"{compact(row.most)} of one), as seen by the simulation that screens labels; the "
+        f"reference was asked about {row.asked:,} of them. Such a step needs no simulation, and "
+        "balance costs microseconds ([speed](../speed/report.md))."
     )
 
 

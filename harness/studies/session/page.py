@@ -93,7 +93,8 @@ def _answer(tasks: Sequence[PackingTask]) -> str:
                 f"Bins of {task.title} are stable in {percent(best.stable)} % where "
                 f"{best.method.title} rejects placements while they are packed, and in "
                 f"{percent(nobody.stable)} % where nobody does ({task.item_lists} item lists), at "
-                f"{milliseconds(best.cpu)} ms an item.\n\n"
+                f"{milliseconds(best.cpu)} ms an item; that takes {best.bins.value:.2f} bins a "
+                f"list instead of {nobody.bins.value:.2f}.\n\n"
             )
     return ""
 
