@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-import numpy as np
-
 from steadyload.layouts.contacts import find_supports
-from steadyload.layouts.model import TOLERANCE, Layout
+from steadyload.layouts.footing import gaps, largest
+from steadyload.layouts.model import Layout
 from steadyload.methods.balance import VerticalBalance, solve
 
 
@@ -50,12 +49,5 @@ def cause_of(layout: Layout, step: int) -> Cause:
 
 def widest_gap(layout: Layout) -> float:
     """How far the box highest above what lies below it hangs in the air [cm]; 0 where none does."""
-    supports, low, high = find_supports(layout), layout.lower, layout.upper
-    gaps = [0.0]
-    for box, below in enumerate(supports.below):
-        if supports.on_floor[box] or below:
-            continue
-        shared = np.minimum(high[box], high) - np.maximum(low[box], low)
-        beneath = (shared[:, ::2].min(axis=1) > TOLERANCE) & (high[:, 1] <= low[box, 1])
-        gaps.append(float(low[box, 1] - high[beneath, 1].max(initial=0.0)))
-    return max(gaps)
+    gap = largest(gaps(layout))
+    return 0.0 if gap is None else gap.height

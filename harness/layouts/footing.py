@@ -1,0 +1,176 @@
+"""Footing of a box: what carries it when it is loaded, and how far it drops where nothing does.
+
+A box is carried by the floor and by boxes that are loaded before it. A gap is geometry: the
+distance that a box without anything under it falls straight down in the plan.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from steadyload.layouts.contacts import FLOOR, Patch, Supports, find_supports
+from steadyload.layouts.frame import Frame
+from steadyload.layouts.model import TOLERANCE, Layout
+from steadyload.layouts.naming import box_label
+
+
+class Side(StrEnum):
+    """A side of a box: left and right are low and high x, back and front low and high z."""
+
+    LEFT = "left"
+    RIGHT = "right"
+    BACK = "back"
+    FRONT = "front"
+
+    def way(self, frame: Frame) -> str:
+        """The direction that it faces, in the axes of the file: "+x"."""
+        axis = 0 if self in (Side.LEFT, Side.RIGHT) else 2
+        return f"{'-' if self in (Side.LEFT, Side.BACK) else '+'}{frame.axes[axis]}"
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """The space below a box that has nothing under it when it is loaded.
+
+    Attributes:
+        item: number of the box.
+        height: how far it drops until it meets a box that is loaded before it, the floor, or the
+            ground beyond the edge of a deck [cm], more than 0.
+        onto: number of the box that it meets; None for the floor and the ground.
+    """
+
+    item: int
+    height: float
+    onto: int | None
+
+    def sentence(self, layout: Layout, frame: Frame | None = None) -> str:
+        """Which box it is and onto what it drops: "box 7 has nothing under it; ..."."""
+        if self.onto is not None:
+            below = _label(layout, self.onto)
+        else:
+            on_deck = self.height <= float(layout.lower[self.item, 1])
+            below = "the floor" if on_deck else "the ground"
+        drop = (frame or Frame()).length(self.height)
+        return f"{_label(layout, self.item)} has nothing under it; it drops {drop} onto {below}"
+
+
+@dataclass(frozen=True, slots=True)
+class Footing:
+    """How a box stands when it is loaded.
+
+    Attributes:
+        item: number of the box.
+        support: share of its base that the floor and boxes loaded before it carry, 0 to 1.
+        side: beyond which its centre of mass lies outside the rectangle about its support, the one
+            on which it lies farther out; None where it lies inside, or there is no support.
+        beyond: how far it lies outside there [cm]; 0 inside.
+        edge: number of the box past whose edge it lies; None for the edge of the deck.
+        gap: below the box; None where something carries it.
+    """
+
+    item: int
+    support: float
+    side: Side | None = None
+    beyond: float = 0.0
+    edge: int | None = None
+    gap: Gap | None = None
+
+    def sentence(self, layout: Layout, frame: Frame | None = None) -> str:
+        """The footing in numbers: "the centre of mass of box 7 lies 5.0 cm past ..."."""
+        box, frame = _label(layout, self.item), frame or Frame()
+        if self.gap is not None:
+            return self.gap.sentence(layout, frame)
+        share = f"{_per_cent(self.support)} of its base is supported"
+        if self.side is None:
+            return f"the centre of mass of {box} lies above its support; {share}"
+        edge = "the deck" if self.edge is None else _label(layout, self.edge)
+        return (
+            f"the centre of mass of {box} lies {frame.length(self.beyond)} past the edge of {edge} "
+            f"({self.side.way(frame)}); {share}"
+        )
+
+
+def footing(layout: Layout, item: int) -> Footing:
+    """The footing of a box.
+
+    Args:
+        layout: the plan.
+        item: number of the box; those that are loaded after it do not matter.
+    """
+    supports = find_supports(layout)
+    if supports.on_floor[item]:
+        return Footing(item, 1.0)
+    patches = _carrying(supports, item)
+    if not patches:
+        return Footing(item, 0.0, gap=_gap(layout, item))
+    box = layout.items[item]
+    width, _, depth = box.size
+    area = sum((p.x1 - p.x0) * (p.z1 - p.z0) for p in patches)
+    x, _, z = (
+        low + 0.5 * side + offset
+        for low, side, offset in zip(box.position, box.size, box.mass_offset, strict=True)
+    )
+    out = (
+        (min(p.x0 for p in patches) - x, Side.LEFT, min(patches, key=lambda p: p.x0)),
+        (x - max(p.x1 for p in patches), Side.RIGHT, max(patches, key=lambda p: p.x1)),
+        (min(p.z0 for p in patches) - z, Side.BACK, min(patches, key=lambda p: p.z0)),
+        (z - max(p.z1 for p in patches), Side.FRONT, max(patches, key=lambda p: p.z1)),
+    )
+    beyond, side, patch = max(out, key=lambda entry: entry[0])
+    support = min(area / (width * depth), 1.0)
+    if beyond <= 0.0:
+        return Footing(item, support)
+    return Footing(item, support, side, beyond, None if patch.below == FLOOR else patch.below)
+
+
+def gaps(layout: Layout) -> tuple[Gap, ...]:
+    """The gaps of a plan, in the order of loading.
+
+    Args:
+        layout: the plan.
+    """
+    supports = find_supports(layout)
+    return tuple(
+        _gap(layout, item)
+        for item, on_floor in enumerate(supports.on_floor)
+        if not on_floor and not _carrying(supports, item)
+    )
+
+
+def largest(found: tuple[Gap, ...]) -> Gap | None:
+    """The largest of some gaps, of equal ones the first; None where there is none."""
+    return max(found, key=lambda gap: gap.height, default=None)
+
+
+def _carrying(supports: Supports, item: int) -> list[Patch]:
+    """The patches on which a box is carried when it is loaded."""
+    return [p for p in supports.below[item] if p.below == FLOOR or p.below < item]
+
+
+def _gap(layout: Layout, item: int) -> Gap:
+    """The gap below a box that nothing carries."""
+    base, floor = float(layout.lower[item, 1]), layout.floor
+    low, high = layout.lower[: item + 1, ::2], layout.upper[: item + 1, ::2]
+    over = np.minimum(high[item], floor.high) - np.maximum(low[item], floor.low)
+    shared = np.minimum(high[item], high[:item]) - np.maximum(low[item], low[:item])
+    tops = layout.upper[:item, 1]
+    beneath = np.flatnonzero((shared.min(axis=1) > TOLERANCE) & (tops <= base))
+    ground = 0.0 if over.min() > TOLERANCE else -floor.height
+    if not len(beneath) or tops[beneath].max() <= ground:
+        return Gap(item, base - ground, None)
+    onto = int(beneath[tops[beneath].argmax()])
+    return Gap(item, base - float(tops[onto]), onto)
+
+
+def _label(layout: Layout, item: int) -> str:
+    return box_label(item, layout.items[item].name)
+
+
+def _per_cent(share: float) -> str:
+    """A share in whole per cent; only all of it reads 100 %, and only nothing 0 %."""
+    if 0.0 < share < 0.005:
+        return "less than 1 %"
+    return f"{min(round(100.0 * share), 99) if share < 1.0 else 100} %"
