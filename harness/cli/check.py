@@ -8,10 +8,10 @@ import json
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from steadyload.cli.fail_on import ANY, WORDS, FailOn, fail_on
 from steadyload.cli.flags import UsageError
 from steadyload.cli.reading import ReadingFlags
 from steadyload.cli.terminal import kept_status, print_table, progress_bar, say
@@ -28,13 +28,10 @@ _ROW, _NAME, _RULE = 80, 20, 10
 """Widths in characters, escapes included: of a row at most, of a name where sentences are long, and
 of the column of a rule."""
 
-
-class FailOn(StrEnum):
-    """Answers that end the command with a status other than 0, as bad input always does."""
-
-    ANY = "any"
-    FAILS = "fails"
-    NOTHING = "nothing"
+_ACCURACY = (
+    "Accuracy: of the method on labelled cases of about so many boxes, the same for all such "
+    "pallets."
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,10 +46,11 @@ class Check(ReadingFlags):
     timeout: float | None = option(
         None, "CPU seconds a pallet may take", metavar="S", read=positive_number
     )
-    fail_on: str = option(
-        str(FailOn.ANY), "end with status 1 or 3 for any pallet that does not stand or was not "
-        "judged, only for one that fails, or for nothing (default: any)",
-        choices=tuple(FailOn),
+    fail_on: FailOn = option(
+        ANY, "end with status 1 or 3 for: any pallet that does not stand or was not judged; one "
+        "that fails; a box that has nothing under it and drops by more than CM (2 unless gaps= "
+        f"says otherwise); allowed: {WORDS} (default: any)",
+        metavar="WORDS", read=fail_on,
     )  # fmt: skip
     transport: str | None = option(
         None, "does the complete load hold this rule of the road, too? en12195, eumos40509, tilt, "
@@ -78,6 +76,7 @@ class Check(ReadingFlags):
     def run(self) -> int:
         """Judge all pallets and print a row each; the exit status tells the worst answer."""
         from steadyload.errors import FailedError
+        from steadyload.layouts.frame import Frame
         from steadyload.layouts.question import Question
         from steadyload.runs.envelope_use import score_warnings
         from steadyload.runs.pool import all_cores
@@ -86,16 +85,17 @@ class Check(ReadingFlags):
         from steadyload.studies.checking import Answer, check_all
         from steadyload.transport.rules import rule_named
 
-        method = self.method
+        method, reading = self.method, self.reading()
         if self.transport is not None:
             rule_named(self.transport)
-        entries = read_entries(self.files, limit=self.limit, **self.reading())
+        entries = read_entries(self.files, limit=self.limit, **reading)
         if asked_question(method) is Question.WITHIN:
             say(f"{method} looks at the first 0.3 s of a placement; question=stands at all of it")
         try:
             with progress_bar("judging") as advance:
                 found = check_all(
                     entries, method, timeout=self.timeout, transport=self.transport,
+                    gaps_cm=self.fail_on.gaps_cm, frame=Frame.of(reading["dialect"]),
                     workers=self.workers or all_cores(), progress=advance,
                 )  # fmt: skip
         except FailedError as error:
@@ -129,6 +129,11 @@ class Check(ReadingFlags):
             name, sentence = _widths(found, asked)
             rows = [_row(one, asked, name, sentence) for one in found]
             print_table(_header(found, asked), rows)
+            for one in found:
+                for note in one.notes * (not one.stands):
+                    print(f"{printable(one.layout)}: {printable(note)}")
+            if any(one.reliability is not None for one in found):
+                print(_ACCURACY)
             print(_counts(found))
             if asked:
                 print("On the road: rigid boxes, without wrap, straps or anti-slip mats.")
@@ -140,20 +145,22 @@ class Check(ReadingFlags):
         held = {one.transport.held for one in found if one.transport is not None}
         if Answer.BAD_INPUT in answers:
             return BAD_INPUT
-        if (Answer.FAILS in answers or False in held) and self.fail_on != FailOn.NOTHING:
+        fails = Answer.FAILS in answers or False in held
+        high = any(one.hovering for one in found)
+        if (fails and self.fail_on.fails) or (high and self.fail_on.hovers):
             return FAILS
-        lost = (Answer.NOT_JUDGED in answers or None in held) and self.fail_on == FailOn.ANY
-        return NOT_JUDGED if lost else STANDS
+        lost = Answer.NOT_JUDGED in answers or None in held
+        return NOT_JUDGED if lost and self.fail_on.not_judged else STANDS
 
 
 def _header(found: Sequence[Checked], transport: bool) -> tuple[str, ...]:
     rule = next((one.transport.rule for one in found if one.transport is not None), "on the road")
-    return ("pallet", "boxes", "sure", *([printable(rule, _RULE)] * transport), "answer")
+    return ("pallet", "boxes", "accuracy", *([printable(rule, _RULE)] * transport), "answer")
 
 
 def _widths(found: Sequence[Checked], transport: bool) -> tuple[int, int]:
     """Of names and of sentences: all that a row has, if they need it."""
-    left = _ROW - len("  boxes  sure  ") - (_RULE + 2) * transport
+    left = _ROW - len("  boxes  accuracy  ") - (_RULE + 2) * transport
     longest = max((len(printable(one.layout)) for one in found), default=0)
     sentences = max((len(printable(one.sentence)) for one in found), default=0)
     name = min(longest, max(_NAME, left - sentences))
@@ -161,11 +168,11 @@ def _widths(found: Sequence[Checked], transport: bool) -> tuple[int, int]:
 
 
 def _row(one: Checked, transport: bool, name: int, sentence: int) -> tuple[str, ...]:
-    sure = one.reliability
+    right = one.reliability
     return (
         printable(printable(one.layout), name),
         "-" if one.items is None else str(one.items),
-        "-" if sure is None else f"{100 * sure.accuracy.value:.0f} %",
+        "-" if right is None else f"{100 * right.accuracy.value:.0f} %",
         *([_on_the_road(one)] * transport),
         printable(printable(one.sentence), sentence),
     )
@@ -184,7 +191,10 @@ def _counts(found: Sequence[Checked]) -> str:
     from steadyload.studies.checking import Answer
 
     numbers = Counter(one.answer for one in found)
-    told = [f"{numbers[Answer.STANDS]} stand", f"{numbers[Answer.FAILS]} fail"]
+    airy = sum(one.answer is Answer.STANDS and one.gaps > 0 for one in found)
+    told = [f"{numbers[Answer.STANDS]} stand" + f" ({airy} with gaps)" * bool(airy)]
+    told += [f"{numbers[Answer.FAILS]} fail"]
+    told += [f"{numbers[Answer.HOVERS]} hover"] * bool(numbers[Answer.HOVERS])
     told += [f"{numbers[a]} {a}" for a in (Answer.NOT_JUDGED, Answer.BAD_INPUT) if numbers[a]]
     method = f" ({found[0].method})" if found else ""
     pallets = "1 pallet" if len(found) == 1 else f"{len(found)} pallets"

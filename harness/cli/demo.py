@@ -6,7 +6,8 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from steadyload.cli.check import Check, FailOn
+from steadyload.cli.check import Check
+from steadyload.cli.fail_on import FailOn
 from steadyload.cli.flags import UsageError
 from steadyload.cli.terminal import say
 from steadyload.studies.options import option
@@ -39,7 +40,7 @@ class Demo:
             )
         write_layouts(without_link(file), pallets, Format.NATIVE)
         say(f"steadyload check {file} --html {self.output}")
-        status = Check(files=(file,), html=self.output, fail_on=str(FailOn.NOTHING)).run()
+        status = Check(files=(file,), html=self.output, fail_on=FailOn()).run()
         if sys.stdout.isatty() and not self.no_open:
             import webbrowser
 

@@ -46,6 +46,7 @@ class View(ReadingFlags):
 
     def run(self) -> int:
         """Write the page; the exit status tells whether some layouts were refused."""
+        from steadyload.layouts.frame import Frame
         from steadyload.layouts.model import Layout
         from steadyload.layouts.record import Refused
         from steadyload.layouts.refusals import Refusals
@@ -63,7 +64,9 @@ class View(ReadingFlags):
         method = DEFAULT_METHOD
         if self.transport is not None:
             record, method = riding(self.transport, self.direction or 0.0), _RIDDEN
-        entries = pick_layouts(self.file, self.layouts, **self.reading())
+        reading = self.reading()
+        frame = Frame.of(reading["dialect"])
+        entries = pick_layouts(self.file, self.layouts, **reading)
         methods = [self.method or method, *filter(None, [self.beside])]
         refused = Refusals()
         for entry in entries:
@@ -72,10 +75,10 @@ class View(ReadingFlags):
         with status_line() as tell:
             if len(entries) == 1 and isinstance(entries[0], Layout):
                 tell(f"judging {entries[0].name}")
-                page = write_view(entries[0], methods, self.output, record=record)
+                page = write_view(entries[0], methods, self.output, record=record, frame=frame)
             else:
                 page = write_views(
-                    entries, methods, self.output, record=record,
+                    entries, methods, self.output, record=record, frame=frame,
                     progress=lambda name: tell(f"judging {name}"),
                 )  # fmt: skip
             print(page)

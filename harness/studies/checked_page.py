@@ -36,7 +36,9 @@ PLAYED = "ps_opt@mujoco:question=stands"
 _PATIENCE = 60.0
 """CPU seconds that a simulation may take for a player; then the plan is shown."""
 
-_KINDS = tuple(map(str, (Answer.FAILS, Answer.NOT_JUDGED, Answer.BAD_INPUT, Answer.STANDS)))
+_KINDS = tuple(
+    map(str, (Answer.FAILS, Answer.HOVERS, Answer.NOT_JUDGED, Answer.BAD_INPUT, Answer.STANDS))
+)
 
 Progress = Callable[[int, int], None]
 
@@ -91,6 +93,7 @@ def write_checked(
 def _gallery(cards: Sequence[Card], made: Mapping[str, str]) -> Gallery:
     count = {kind: sum(card.kind == kind for card in cards) for kind in _KINDS}
     told = [f"{count['stands']} stand", f"{count['fails']} fail"]
+    told += [f"{count['hovers']} hover"] * bool(count["hovers"])
     told += [f"{count[kind]} {kind}" for kind in ("not judged", "bad input") if count[kind]]
     return Gallery(
         title="Do these pallets stand while they are loaded?",
@@ -99,10 +102,13 @@ def _gallery(cards: Sequence[Card], made: Mapping[str, str]) -> Gallery:
         cards=tuple(cards),
         notes=(
             "A picture shows a load up to the box at whose placement it fails; the box that moves "
-            "too far is red, and shines through others. Colours are the order of loading. Seen "
-            "from the side of high x and z.",
-            "Sure: the share of labelled cases of about so many boxes on which the method names "
-            "the failing step.",
+            "too far, or hovers, is red, and shines through others. Colours are the order of "
+            "loading. Seen from the front right: the side of high x and z.",
+            "Method right on: the share of labelled cases of about so many boxes on which the "
+            "method names the failing step; it is the same for each pallet of such a size.",
+            "Too far: a corner by 10 cm along an axis, or a turn by 10 degrees, unless the method "
+            "says otherwise. A load that stands by that rule hovers where a box has nothing under "
+            "it and drops farther than is allowed, 2 cm unless stated otherwise.",
             "A fall is simulated from the plan by the method that answered, or the last stage of "
             f"a cascade, or {PLAYED} where neither simulates; where it lets the load stand, the "
             "plan is shown.",
@@ -160,21 +166,36 @@ def _played(unit: _Unit, recording: Recording) -> Card:
         facts=(*card.facts, *_road_fact(unit.check, unit.layout)),
         pallet=drawn.pallet,
         boxes=drawn.boxes,
-        marked=drawn.marked if unit.check.crushed is None else unit.check.crushed.item,
-        player=player_html(view_of(unit.layout, [recording], unit.made), MARKS),
+        marked=_marked(unit.check, drawn.marked),
+        player=player_html(
+            view_of(
+                unit.layout,
+                [recording],
+                unit.made,
+                gaps_cm=unit.check.gaps_cm,
+                frame=unit.check.frame,
+            ),
+            MARKS,
+        ),
     )
+
+
+def _marked(check: Check, at_fault: int | None) -> int | None:
+    if check.crushed is not None:
+        return check.crushed.item
+    return check.gap.item if check.answer is Answer.HOVERS and check.gap else at_fault
 
 
 def _card(check: Check) -> Card:
     """The facts that are known of a layout without its plan."""
     facts = [] if check.items is None else [f"{check.items} box{'es' if check.items != 1 else ''}"]
     if check.reliability is not None:
-        facts.append(f"{100.0 * check.reliability.accuracy.value:.0f} % sure")
+        facts.append(f"method right on {check.reliability}")
     if check.file:
         facts.append(Path(check.file).name)
     kind = str(check.answer)
     answer = check.reason if check.answer is Answer.BAD_INPUT else check.sentence
-    return Card(check.layout, kind, answer, tuple(facts))
+    return Card(check.layout, kind, answer, (*facts, *check.notes))
 
 
 def _road_fact(check: Check, layout: Layout) -> tuple[str, ...]:

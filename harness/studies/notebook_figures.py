@@ -54,10 +54,9 @@ def _(verdict: Verdict) -> str:
 def _(check: Check) -> str:
     facts = {"method": check.method}
     if check.reliability is not None:
-        facts["right on"] = (
-            f"{100.0 * check.reliability.accuracy.value:.1f} % of {check.reliability.cases} "
-            "labelled cases of about this size"
-        )
+        facts["right on"] = str(check.reliability)
+    if check.notes:
+        facts["in the plan"] = "; ".join(check.notes)
     said, line = check.verdict, f"{check.layout}: {check.sentence}"
     if said is None or said.layout is None:
         return shown_html(line, facts, None)

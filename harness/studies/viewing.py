@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Unpack
 
@@ -11,7 +12,9 @@ import numpy as np
 from steadyload.atomic import write_atomically
 from steadyload.bearing import ContactForces, contact_forces
 from steadyload.errors import UserError, nearest
+from steadyload.layouts.footing import gaps, largest
 from steadyload.layouts.formats import Reading, scan_layouts
+from steadyload.layouts.frame import Frame
 from steadyload.layouts.model import Layout, require_layout
 from steadyload.layouts.naming import box_label, with_ids
 from steadyload.layouts.record import Refused
@@ -29,7 +32,8 @@ from steadyload.reports.viewer.records import (
     ViewedStep,
 )
 from steadyload.runs.provenance import provenance_lines
-from steadyload.studies.options import DEFAULT_METHOD
+from steadyload.studies.faults import reason_of
+from steadyload.studies.options import DEFAULT_METHOD, GAPS_CM
 from steadyload.transport.recording import record_ride
 from steadyload.transport.rules import rule_named
 
@@ -46,6 +50,7 @@ def write_view(
     output: str | Path = "view.html",
     *,
     record: Recorder = record_loading,
+    frame: Frame | None = None,
 ) -> Path:
     """Judge a layout, and write one HTML page that plays its loading; returns the page's path.
 
@@ -55,6 +60,7 @@ def write_view(
         output: path of the page.
         record: what is played of a layout and a method: its loading, or a ride, see
             :func:`riding`.
+        frame: axes and unit of sentences: those of the file of the layout.
 
     Raises:
         LayoutError: it is no layout.
@@ -72,7 +78,7 @@ def write_view(
         judge.prepare(len(layout))
     recordings = [record(layout, judge) for judge in judges]
     shown = contact_forces(layout) if record is record_loading else None
-    view = view_of(layout, recordings, provenance_lines(), shown)
+    view = view_of(layout, recordings, provenance_lines(), shown, frame=frame)
     write_atomically(Path(output), view_html(view), follow=True)
     return Path(output)
 
@@ -82,6 +88,9 @@ def view_of(
     recordings: Sequence[Recording],
     made: Mapping[str, str],
     forces: ContactForces | None = None,
+    *,
+    gaps_cm: float = GAPS_CM,
+    frame: Frame | None = None,
 ) -> View:
     """The content of a page that plays loadings of a layout side by side.
 
@@ -90,15 +99,21 @@ def view_of(
         recordings: of its loadings.
         made: provenance, as a page shows it.
         forces: of the complete load, where they are to be shown.
+        gaps_cm: how far a box that has nothing under it may drop [cm].
+        frame: axes and unit of sentences on the plan, and names of the axes that are drawn.
     """
+    gap, frame = largest(gaps(layout)), frame or Frame()
     return View(
         name=layout.name,
         pallet=layout.pallet.size,
         deck=layout.floor.height,
         items=_items(layout),
-        loadings=tuple(_loading(recording, layout) for recording in recordings),
+        loadings=tuple(_loading(recording, layout, frame) for recording in recordings),
         manifest=made,
         forces=np.empty((0, 4)) if forces is None else forces.resultants(),
+        gap_note="" if gap is None else gap.sentence(layout, frame),
+        hovering=gap is not None and gap.height > gaps_cm,
+        axes=frame.axes,
     )
 
 
@@ -108,6 +123,7 @@ def write_views(
     output: str | Path = "view.html",
     *,
     record: Recorder = record_loading,
+    frame: Frame | None = None,
     progress: Callable[[str], None] = lambda name: None,
 ) -> Path:
     """Write one page of several layouts: a card each, which opens the player; returns its path.
@@ -117,6 +133,7 @@ def write_views(
         methods: as of :func:`write_view`; the first one's answer stands on the card.
         output: path of the page.
         record: as of :func:`write_view`.
+        frame: likewise.
         progress: called with the name of each layout before it is judged.
 
     Raises:
@@ -131,11 +148,11 @@ def write_views(
         if isinstance(entry, Refused):
             cards.append(Card(entry.name, "bad input", str(entry.error)))
         else:
-            cards.append(_card(entry, judges, made, record))
+            cards.append(_card(entry, judges, made, record, frame or Frame()))
     gallery = Gallery(
         title="Loadings",
         summary=f"{len(cards)} layouts, judged by {' and '.join(methods)}.",
-        kinds=("fails", "no verdict", "bad input", "stable"),
+        kinds=("fails", "hovers", "no verdict", "bad input", "stable"),
         cards=tuple(cards),
         notes=("Every card plays the loading, box by box.",),
         manifest=made,
@@ -160,7 +177,11 @@ def riding(rule: str, direction_deg: float) -> Recorder:
 
 
 def _card(
-    layout: Layout, judges: Sequence[Method], made: Mapping[str, str], record: Recorder
+    layout: Layout,
+    judges: Sequence[Method],
+    made: Mapping[str, str],
+    record: Recorder,
+    frame: Frame,
 ) -> Card:
     from steadyload.reports.viewer.page import MARKS, player_html
     from steadyload.studies.notebook_figures import load_picture
@@ -168,18 +189,25 @@ def _card(
     for judge in judges:
         judge.prepare(len(layout))
     recordings = [record(layout, judge) for judge in judges]
-    verdict = recordings[0].verdict
+    view, verdict = view_of(layout, recordings, made, frame=frame), recordings[0].verdict
+    headline, said = recordings[0].headline, with_ids(str(verdict), layout.items)
+    reason = "" if headline else reason_of(layout, verdict, frame)
+    if reason and verdict.displacement is None:
+        said = str(replace(verdict, reason=reason))
     kinds = {True: "stable", False: "fails" if verdict.failing_step is not None else "no verdict"}
-    drawn = load_picture(layout, verdict)
+    hovers = verdict.stable and view.hovering and not headline
+    answer = headline or (f"hovers: {view.gap_note}" if hovers else said)
+    told = [note for note in (reason, view.gap_note) if note and note not in answer]
+    drawn, gap = load_picture(layout, verdict), largest(gaps(layout))
     return Card(
         name=layout.name,
-        kind=kinds[verdict.stable],
-        answer=recordings[0].headline or with_ids(str(verdict), layout.items),
-        facts=(f"{len(layout)} box{'es' if len(layout) != 1 else ''}",),
+        kind="hovers" if hovers else kinds[verdict.stable],
+        answer=answer,
+        facts=(f"{len(layout)} box{'es' if len(layout) != 1 else ''}", *dict.fromkeys(told)),
         pallet=drawn.pallet,
         boxes=drawn.boxes,
-        marked=drawn.marked,
-        player=player_html(view_of(layout, recordings, made), MARKS),
+        marked=gap.item if hovers and gap is not None else drawn.marked,
+        player=player_html(view, MARKS),
     )
 
 
@@ -230,8 +258,10 @@ def _items(layout: Layout) -> tuple[ViewedItem, ...]:
     )
 
 
-def _loading(recording: Recording, layout: Layout) -> ViewedLoading:
+def _loading(recording: Recording, layout: Layout, frame: Frame) -> ViewedLoading:
     said = recording.verdict
+    at_fault = "" if recording.headline else reason_of(layout, said, frame)
+    own = with_ids(said.reason, layout.items) if said.displacement is None else ""
     return ViewedLoading(
         method=recording.method,
         status=str(said.status),
@@ -240,7 +270,8 @@ def _loading(recording: Recording, layout: Layout) -> ViewedLoading:
         moved_item=said.moved_item,
         displacement=said.displacement,
         rotation=said.rotation,
-        reason=with_ids(said.reason, layout.items),
+        reason=at_fault or own,
+        method_reason=own if at_fault else "",
         seconds=said.cpu.total,
         ignored=said.ignored,
         simulates=recording.simulates,

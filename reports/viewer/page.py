@@ -10,7 +10,7 @@ numbers are whole hundredths of a millimetre.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from steadyload.reports.html import packed, rendered, template_text
 from steadyload.reports.table import brief_time, significant
-from steadyload.reports.viewer.records import Movement, View, ViewedItem, ViewedLoading, ViewedStep
+from steadyload.reports.viewer.records import Movement, View, ViewedLoading, ViewedStep
 from steadyload.reports.viewer.three_js import three_js
 
 STILL_CM = 0.01
@@ -76,7 +76,7 @@ def player_html(view: View, texts: Mapping[str, str]) -> str:
         "viewer/page.html.j2",
         view=view,
         summary=_summary(view),
-        captions=[_caption(loading, view.items) for loading in view.loadings],
+        captions=[_caption(loading, view) for loading in view.loadings],
         texts=texts,
         data=packed(json.dumps(_plain(view), separators=(",", ":"))),
     )
@@ -93,10 +93,13 @@ def _summary(view: View) -> str:
     )
 
 
-def _caption(loading: ViewedLoading, items: Sequence[ViewedItem]) -> dict[str, Any]:
+def _caption(loading: ViewedLoading, view: View) -> dict[str, Any]:
     """Caption above the scene of a method."""
+    items = view.items
     if loading.status != "done":
         kind, headline = "none", f"no verdict: {loading.status}"
+    elif loading.failing_step is None and view.hovering:
+        kind, headline = "fails", "hovers"
     elif loading.failing_step is None:
         kind, headline = "stable", "stable"
     else:
@@ -120,8 +123,10 @@ def _caption(loading: ViewedLoading, items: Sequence[ViewedItem]) -> dict[str, A
             f"{loading.displacement:.1f} cm, {loading.rotation:.1f}°"
         )
     notes = []
-    if loading.reason and loading.displacement is None:
+    if loading.reason:
         notes.append(loading.reason)
+    if loading.method_reason:
+        notes.append(f"the method says: {loading.method_reason}")
     if not loading.simulates:
         notes.append("this method moves nothing: items are shown as planned")
     if loading.ignored:
@@ -133,6 +138,7 @@ def _plain(view: View) -> dict[str, Any]:
     return {
         "pallet": view.pallet,
         "deck": view.deck,
+        "axes": view.axes,
         "items": [
             {"size": i.size, "offset": i.mass_offset, "weight": i.weight, "label": i.label}
             for i in view.items

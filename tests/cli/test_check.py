@@ -17,7 +17,7 @@ from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.methods.registry import make_method
 from steadyload.runs.scoring import read_entries
 from steadyload.studies import checking, demo
-from steadyload.studies.checking import check, check_all, leaning, reliability, stands_on_nothing
+from steadyload.studies.checking import check, check_all, reliability
 from steadyload.studies.demo import demo_pallets
 from steadyload.studies.options import DEFAULT_METHOD
 from steadyload.studies.recommend.kept import load_fronts
@@ -67,14 +67,17 @@ def test_a_row_a_pallet_and_counts_that_fit_eighty_columns(run):
     long = stack("a name that is far too long to stand in a narrow table", (22.0, 0.0),
                  id_="an id that is long enough to fill a whole column by itself")  # fmt: skip
     status, out, _ = run([STANDING, FALLING, long])
-    header, first, second, third, last = out.splitlines()
+    header, first, second, third, fault, _, accuracy, last = out.splitlines()
     assert status == 1
-    assert header.split() == ["pallet", "boxes", "sure", "answer"]
+    assert header.split() == ["pallet", "boxes", "accuracy", "answer"]
     assert first.split() == ["stands", "2", "98", "%", "stands"]
-    assert "fails at step 1: SKU-2002 leans right" in second
+    assert "fails at step 1: SKU-2002 leans to +x" in second
     assert third.startswith("a name that is fa...")
     assert last == f"3 pallets: 1 stand, 2 fail ({DEFAULT_METHOD})"
-    assert max(map(len, out.splitlines())) <= 80
+    assert max(map(len, (header, first, second, third, last))) <= 80
+    assert fault.startswith("falls: the centre of mass of box SKU-2002 (step 1) lies 7.0 cm past")
+    assert "the same for all such pallets" in accuracy
+    assert "sure" not in out
 
 
 def test_answers_are_those_of_the_method_and_of_score(run, tmp_path, capsys):
@@ -99,7 +102,9 @@ def test_csv_and_json_hold_the_same_records(run):
     assert (status, run([STANDING, FALLING], "--csv")[0]) == (1, 1)
     rows = list(csv.DictReader(io.StringIO(run([STANDING, FALLING], "--csv")[1])))
     texts = [{k: "" if v in (None, []) else str(v) for k, v in one.items()} for one in told]
+    assert rows[1]["direction"] == "'+x"  # no formula
     for mine, theirs in zip(rows, texts, strict=True):
+        mine["direction"] = mine["direction"].removeprefix("'")
         del mine["cpu_seconds"], theirs["cpu_seconds"]
         assert mine == theirs
 
@@ -141,7 +146,13 @@ def test_what_is_not_valid_is_told_and_the_others_are_judged(capsys, tmp_path):
     [
         (("-m", "smee"), "did you mean 'sme'"),
         (("--json", "--csv"), "not allowed with"),
-        (("--fail-on", "never"), "any, fails, nothing"),
+        (("--fail-on", "never"), "'never'; allowed: any, fails, gaps=CM"),
+        (("--fail-on", "gaps=-1"), "gaps is '-1'; allowed: centimetres, 0 or more"),
+        (("--fail-on", "gaps=nan"), "gaps is 'nan'"),
+        (("--fail-on", "any,gaps="), "gaps is ''"),
+        (("--fail-on", "fails=2"), "allowed: any, fails, gaps=CM"),
+        (("--fail-on", "nothing,fails"), "allowed: nothing alone"),
+        (("--fail-on", "gaps=1,gaps=2"), "gaps twice"),
     ],
 )
 def test_wrong_words_end_with_status_two(run, words, message):
@@ -198,40 +209,107 @@ def test_several_processes_say_the_same():
     assert [one.layout for one in there] == [layout.name for layout in layouts]
 
 
-@pytest.mark.parametrize(
-    ("shift", "offset", "side"),
-    [
-        ((22.0, 0.0), (0.0, 0.0, 0.0), "right"),
-        ((-22.0, 0.0), (0.0, 0.0, 0.0), "left"),
-        ((0.0, 15.0), (0.0, 0.0, 0.0), "back"),
-        ((0.0, -15.0), (0.0, 0.0, 0.0), "front"),
-        ((5.0, 0.0), (0.0, 0.0, 0.0), None),
-        ((14.0, 0.0), (2.0, 0.0, 0.0), "right"),
-        ((14.0, 0.0), (0.0, 0.0, 0.0), None),
-    ],
-)
-def test_a_box_leans_to_where_its_centre_of_mass_lies(shift, offset, side):
-    assert leaning(stack("one", shift, offset), 1) == side
-    assert leaning(stack("one", shift, offset), 0) is None  # on the floor
-
-
-def test_a_box_without_support_is_said_to_stand_on_nothing(run):
+def test_a_box_without_support_is_said_to_have_nothing_under_it(run):
     status, out, _ = run([stack("hangs", (31.0, 0.0)), FALLING])
     assert status == 1
-    assert "fails at step 1: SKU-2002 stands on nothing" in out
+    assert "fails at step 1: SKU-2002 has nothing under it" in out
     told = json.loads(run([stack("hangs", (31.0, 0.0)), FALLING], "--json")[1])
     assert [one["unsupported"] for one in told] == [True, False]
 
 
-def test_what_carries_a_box_is_the_floor_or_a_box_loaded_before():
-    hanging, stacked = stack("hangs", (31.0, 0.0)), stack("one", (5.0, 0.0))
-    assert [stands_on_nothing(hanging, k) for k in (0, 1)] == [False, True]
-    assert [stands_on_nothing(stacked, k) for k in (0, 1)] == [False, False]
-    over = Item(0, position=(-5, 0, 30), size=(30, 20, 20), weight=10)
-    assert not stands_on_nothing(Layout("over the edge", PALLET, (over,)), 0)
-    lower, upper = stacked.items
-    early = Layout("early", PALLET, (replace(upper, sequence=0), replace(lower, sequence=1)))
-    assert stands_on_nothing(early, 0)
+def hovering(rise, id_="SKU-2002"):
+    lower, upper = stack("hovers", (5.0, 0.0), id_=id_).items
+    return Layout("hovers", PALLET, (lower, replace(upper, position=(45.0, 20.0 + rise, 30.0))))
+
+
+@pytest.mark.parametrize(
+    ("rise", "words", "status", "answer"),
+    [
+        (4.0, (), 1, "hovers"),
+        (1.7, (), 0, "stands"),
+        (1.7, ("--fail-on", "any,gaps=1"), 1, "hovers"),
+        (4.0, ("--fail-on", "any,gaps=5"), 0, "stands"),
+        (4.0, ("--fail-on", "gaps"), 1, "hovers"),
+        (4.0, ("--fail-on", "gaps=4.5"), 0, "stands"),
+        (4.0, ("--fail-on", "fails"), 0, "hovers"),
+        (4.0, ("--fail-on", "fails,gaps"), 1, "hovers"),
+        (4.0, ("--fail-on", "nothing"), 0, "hovers"),
+    ],
+)
+def test_a_box_in_the_air_is_called_out_and_fails_beyond_a_limit(run, rise, words, status, answer):
+    code, out, _ = run([hovering(rise)], "--json", *words)
+    [told] = json.loads(out)
+    assert (code, told["answer"]) == (status, answer)
+    assert (told["gaps"], told["gap_cm"]) == (1, pytest.approx(rise))
+    assert (told["gap_box"], told["gap_onto_box"], told["gap_onto_step"]) == (
+        "SKU-2002", "SKU-2001", 0,
+    )  # fmt: skip
+    assert told["unsupported"] == told["hovering"] == (answer == "hovers")
+    said = f"has nothing under it; it drops {rise:.1f} cm onto box SKU-2001 (step 0)"
+    assert told["gap_note"] == f"box SKU-2002 (step 1) {said}"
+    assert told["reason"] == (told["gap_note"] if answer == "hovers" else "")
+
+
+def test_a_gap_is_told_in_text_on_the_page_and_in_python(run, tmp_path):
+    status, out, _ = run([hovering(4.0), hovering(0.4).renamed("near")], "--html", str(tmp_path))
+    assert status == 1
+    lines = out.splitlines()
+    note = "box SKU-2002 (step 1) has nothing under it; it drops 4.0 cm onto box SKU-2001 (step 0)"
+    assert lines[1].endswith("hovers at step 1: SKU-2002, 4.0 cm above SKU-2001")
+    assert lines[2].endswith("stands; 0.4 cm of air under SKU-2002")
+    assert lines[3] == f"hovers: {note}"
+    assert lines[-1].startswith("2 pallets: 1 stand (1 with gaps), 0 fail, 1 hover (")
+    page = (tmp_path / "index.html").read_text()
+    assert 'class="card hovers"' in page
+    assert note in page
+    assert "it drops 0.4 cm onto" in page
+    found = sl.check(hovering(4.0))
+    assert not found.stands
+    assert note in str(found)
+    assert sl.check(hovering(4.0), gaps_cm=None).stands
+    assert sl.check(hovering(1.7)).stands
+    for wrong in (-1.0, float("nan"), "2", True):
+        with pytest.raises(checking.GapLimitError, match="gaps_cm is"):
+            sl.check(STANDING, gaps_cm=wrong)
+
+
+def test_a_load_that_falls_and_hovers_elsewhere_says_both(run):
+    items = (*FALLING.items, Item(2, (0.0, 5.0, 0.0), (20, 20, 20), 5.0, name="AIR"))
+    both = Layout("both", PALLET, items)
+    status, out, _ = run([both], "--fail-on", "gaps=3")
+    assert status == 1
+    assert "both: box AIR (step 2) has nothing under it; it drops 5.0 cm onto the floor" in out
+    assert "both: the centre of mass of box SKU-2002" in out
+    assert run([both], "--fail-on", "gaps=6")[0] == 0
+
+
+def test_reasons_are_of_the_load_and_those_of_the_method_stand_beside(run):
+    [told] = json.loads(run([FALLING], "--json", "-m", "equilibrium")[1])
+    assert told["reason"].startswith("the centre of mass of box SKU-2002 (step 1) lies 7.0 cm")
+    assert told["method_reason"] == (
+        "no contact forces balance box SKU-2002 (step 1) when box SKU-2002 (step 1) is placed"
+    )
+    assert (told["direction"], told["side"]) == ("+x", "right")
+    assert told["beyond_edge_cm"] == pytest.approx(7.0)
+    assert (told["edge_of_step"], told["base_supported"]) == (0, pytest.approx(8 / 30))
+
+
+def test_sentences_speak_the_axes_and_the_unit_of_the_file(capsys, tmp_path):
+    file = tmp_path / "mm.csv"
+    file.write_text(
+        "layout,pallet_length,pallet_width,pallet_height,sequence,id,x,y,z,length,width,height,"
+        "weight\n"
+        "P,1200,800,1600,0,A,0,0,0,400,400,300,12\n"
+        "P,1200,800,1600,1,B,250,0,300,400,400,300,9\n"
+        "Q,1200,800,1600,0,A,0,0,0,400,400,300,12\n"
+        "Q,1200,800,1600,1,B,0,0,340,400,400,300,9\n"
+    )
+    words = ["check", str(file), "-j", "1", "--units", "mm", "--up", "z"]
+    assert main([*words]) == 1
+    out = capsys.readouterr().out
+    assert "fails at step 1: B leans to +x" in out
+    assert "lies 50 mm past the edge of box A (step 0) (+x); 38 % of its base is supported" in out
+    assert "hovers at step 1: B, 40 mm above A" in out
 
 
 def test_a_layout_beyond_what_an_engine_holds_is_warned_of_and_not_sure(run):
@@ -258,8 +336,8 @@ def test_names_take_the_room_that_sentences_leave(run):
     names = [f"LH8098-29NOV15-FRA-LEJ pallet {k}" for k in range(3)]
     _, out, _ = run([stack(name, (5.0, 0.0)) for name in names])
     assert all(name in out for name in names)
-    long = stack("short", (22.0, 0.0), id_="B" * 30)
-    assert f"{'B' * 30} leans right" in run([long])[1]
+    long = stack("short", (22.0, 0.0), id_="B" * 26)
+    assert f"{'B' * 26} leans to +x" in run([long])[1]
 
 
 def test_reliability_is_what_was_measured_on_layouts_of_the_size():
@@ -282,14 +360,18 @@ def test_reliability_is_what_was_measured_on_layouts_of_the_size():
 
 def test_in_python_an_answer_prints_in_one_line():
     told = str(sl.check(FALLING))
-    assert told.startswith("falls (2 boxes): fails at step 1: SKU-2002 leans right [")
+    assert told.startswith(
+        "falls (2 boxes): fails at step 1: SKU-2002 leans to +x; the centre of mass of box "
+        "SKU-2002 (step 1) lies 7.0 cm past the edge of box SKU-2001 (step 0) (+x); 27 % of its "
+        "base is supported ["
+    )
     assert DEFAULT_METHOD in told
     assert "\n" not in told
     assert sl.check(STANDING).stands
     simulated = sl.check(FALLING, "ps_opt@mujoco:question=stands")
-    assert f"tips right, {simulated.verdict.displacement:.1f} cm" in simulated.sentence
+    assert f"tips to +x, {simulated.verdict.displacement:.1f} cm" in simulated.sentence
     static = sl.check(FALLING, "sme")
-    assert static.sentence == "fails at step 1: SKU-2002 leans right"
+    assert static.sentence == "fails at step 1: SKU-2002 leans to +x"
     assert sl.check(stack("off", (22.0, 0.0), (-8.0, 0.0, 0.0)), "fbs").sentence == (
         "fails at step 1: SKU-2002"
     )
@@ -354,9 +436,9 @@ TALL = Layout("tall", PALLET, (Item(0, (40.0, 0.0, 30.0), (12.0, 40.0, 30.0), 8.
 
 def test_a_rule_of_the_road_is_asked_of_the_complete_load(run):
     status, out, _ = run([FLAT, TALL], "--transport", "eumos40509")
-    header, flat, tall, count, note = out.splitlines()
+    header, flat, tall, _, count, note = out.splitlines()
     assert status == 1
-    assert header.split() == ["pallet", "boxes", "sure", "eumos40509", "answer"]
+    assert header.split() == ["pallet", "boxes", "accuracy", "eumos40509", "answer"]
     assert (flat.split()[-2:], tall.split()[-2:]) == (["holds", "stands"], ["tips", "stands"])
     assert count.endswith("; 1 hold eumos40509 (equilibrium:sides=frictionless)")
     assert note == "On the road: rigid boxes, without wrap, straps or anti-slip mats."

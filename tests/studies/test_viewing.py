@@ -4,6 +4,7 @@ import base64
 import gzip
 import json
 import re
+from dataclasses import replace
 from importlib import metadata
 
 import numpy as np
@@ -11,12 +12,14 @@ import pytest
 
 from steadyload.cli import main
 from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.dialect import Dialect
 from steadyload.layouts.formats import Format, write_layouts
+from steadyload.layouts.frame import Frame
 from steadyload.methods.method import Status
 from steadyload.methods.recording import record_loading
 from steadyload.methods.registry import make_method
 from steadyload.reports.viewer.three_js import ThreeJsError, three_js
-from steadyload.studies.viewing import ViewError, pick_layouts, write_view
+from steadyload.studies.viewing import ViewError, pick_layouts, write_view, write_views
 
 
 @pytest.fixture
@@ -120,6 +123,43 @@ def test_the_page_shows_a_deck_with_edges(tmp_path, stack):
     text = "on a pallet of 100 × 100 cm loaded up to 100 cm, its deck 14.4 cm above the ground"
     assert text in (tmp_path / "deck.html").read_text()
     assert "above the ground" not in (tmp_path / "plane.html").read_text()
+
+
+def test_a_page_says_which_box_has_nothing_under_it(tmp_path):
+    boxes = (
+        Item(0, (40, 0, 30), (30, 20, 20), 10.0, name="A"),
+        Item(1, (45, 24, 30), (30, 20, 20), 8.0, name="B"),
+    )
+    hovering = Layout("hovering", Pallet(120, 150, 80), boxes)
+    note = "box B (step 1) has nothing under it; it drops 4.0 cm onto box A (step 0)"
+    text = write_view(hovering, ["label@mujoco"], tmp_path / "one.html").read_text()
+    assert f'<p class="hovers">{note}</p>' in text
+    assert '<p class="chip">hovers</p>' in text
+    text = write_views([hovering], ["label@mujoco"], tmp_path / "all.html").read_text()
+    assert f'<span class="answer">hovers: {note}</span>' in text
+    near = Layout("near", hovering.pallet, (boxes[0], replace(boxes[1], position=(45, 21, 30))))
+    text = write_view(near, ["label@mujoco"], tmp_path / "near.html").read_text()
+    assert "<p>box B (step 1) has nothing under it; it drops 1.0 cm" in text
+    assert '<p class="chip">stable</p>' in text
+
+
+def test_a_page_gives_the_reason_in_numbers_of_the_load(tmp_path, stack):
+    """A method that moves nothing says why by its own terms, which stand beside."""
+    text = write_view(stack(0.0, 7.0), ["equilibrium"], tmp_path / "one.html").read_text()
+    notes = re.search('<p class="notes">(.*)</p>', text)[1]
+    assert notes.startswith(
+        "the centre of mass of item 1 lies 2.0 cm past the edge of item 0 (+x);"
+    )
+    assert "the method says: no contact forces balance item 1" in notes
+    text = write_views([stack(0.0, 7.0)], ["equilibrium"], tmp_path / "all.html").read_text()
+    assert "(score 0.5): the centre of mass of item 1 lies 2.0 cm past" in text
+
+
+def test_axes_on_a_page_have_the_names_of_the_file(tmp_path, stack):
+    frame = Frame.of(Dialect(up="z"))
+    page = write_view(stack(0.0, 7.0), ["sme"], tmp_path / "one.html", frame=frame)
+    assert data_of(page)["axes"] == ["y", "z", "x"]
+    assert "past the edge of item 0 (+y);" in page.read_text()
 
 
 def test_a_verdict_without_a_score_is_shown_as_none(tmp_path, monkeypatch, stack):

@@ -38,11 +38,11 @@ function ruled(lines, colour, along) {
 const inCm = (length) => `${+length.toFixed(1)} cm`;
 
 // The pallet's axes from its origin, where x, y and z are 0.
-function axesOf([w, h, d]) {
+function axesOf([w, h, d], [x, y, z]) {
   return ruled([
-    { from: [0, 0, 0], to: [w, 0, 0], text: `x ${inCm(w)}` },
-    { from: [0, 0, 0], to: [0, h, 0], text: `y ${inCm(h)}` },
-    { from: [0, 0, 0], to: [0, 0, d], text: `z ${inCm(d)}` },
+    { from: [0, 0, 0], to: [w, 0, 0], text: `${x} ${inCm(w)}` },
+    { from: [0, 0, 0], to: [0, h, 0], text: `${y} ${inCm(h)}` },
+    { from: [0, 0, 0], to: [0, 0, d], text: `${z} ${inCm(d)}` },
   ], "#2f5fd0", 1.04);
 }
 

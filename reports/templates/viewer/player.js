@@ -213,7 +213,7 @@ class Player {
     if (n === null) return;
     const { size, weight, offset } = this.data.items[n], area = stage.canvas.getBoundingClientRect();
     const sides = size.map((side) => +side.toFixed(1)).join(" × ");
-    const shifts = offset.map((shift, k) => [+shift.toFixed(1), "xyz"[k]]).filter(([shift]) => shift);
+    const shifts = offset.map((shift, k) => [+shift.toFixed(1), this.data.axes[k]]).filter(([shift]) => shift);
     const shifted = shifts.map(([shift, axis]) => `${shift > 0 ? "+" : "−"}${Math.abs(shift)} cm in ${axis}`);
     tip.textContent = `${this.box(n)}: ${sides} cm, ${+weight.toFixed(2)} kg, centre of mass ${shifted.join(", ") || "in the middle"}`;
     tip.style.left = `${Math.min(event.clientX - area.left + 14, area.width - 220)}px`;

@@ -77,7 +77,7 @@ class Stage {
     this.plan = new THREE.LineSegments(outline, new THREE.LineDashedMaterial({ color: RED, dashSize: 0.06, gapSize: 0.04 }));
     this.plan.computeLineDistances();
     this.scene.add(this.plan);
-    this.axes = axesOf(data.pallet);
+    this.axes = axesOf(data.pallet, data.axes);
     this.scene.add(this.axes);
     this.forces = forcesOf(data.forces, data.pallet);
     this.scene.add(this.forces);

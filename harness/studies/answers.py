@@ -1,0 +1,261 @@
+"""Answers of a check: one a pallet, as sentences and as records."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from steadyload.bearing import Crushed
+from steadyload.layouts.footing import Footing, Gap, Side
+from steadyload.layouts.frame import Frame
+from steadyload.methods.method import Verdict
+from steadyload.notebook import ShownInNotebook
+from steadyload.statistics.estimate import Estimate
+from steadyload.transport.trials import RuleAnswer
+
+TIPPING = 5.0
+"""Angle [degrees] from which on a moved box is said to tip."""
+
+
+class Answer(StrEnum):
+    """Answer to the question whether a load stands.
+
+    ``hovers``: the method says that it stands, but a box has nothing under it and drops farther
+    than is allowed. ``bad input``: the layout is not valid, and no method judged it.
+    """
+
+    STANDS = "stands"
+    FAILS = "fails"
+    HOVERS = "hovers"
+    NOT_JUDGED = "not judged"
+    BAD_INPUT = "bad input"
+
+
+@dataclass(frozen=True, slots=True)
+class Reliability:
+    """The accuracy that the method was measured to have on layouts of about so many boxes.
+
+    Attributes:
+        accuracy: share of cases on which it names the failing step of the label, 0 to 1.
+        cases: labelled cases behind it.
+        part: of which labelled set they are.
+    """
+
+    accuracy: Estimate
+    cases: int
+    part: str
+
+    def __str__(self) -> str:
+        share = f"{100.0 * self.accuracy.value:.1f} % of {self.cases}"
+        return f"{share} labelled cases of about this size"
+
+
+@dataclass(frozen=True, slots=True)
+class Check(ShownInNotebook):
+    """The answer of a method on one layout.
+
+    Attributes:
+        layout: its name.
+        file: name of its file; empty for one that is of none.
+        items: number of boxes; None where the layout is not valid.
+        method: spec of the method.
+        answer: see :class:`Answer`.
+        verdict: of the method; None where the layout is not valid.
+        failing_box, moved_box: ids of the boxes of the failing step and of the one that moves too
+            far; None where there is no such box, or it has no id.
+        footing: how the moved box stands in the plan, or that of the failing step where none is
+            known to move; None for a load that does not fail.
+        reason: how that box stands, in numbers of the load; the gap of a load that hovers; what is
+            wrong with a layout that is not valid, and why there is no verdict; else empty.
+        method_reason: what the method itself says; empty for a load that stands.
+        gaps: number of boxes that have nothing under them when they are loaded.
+        gap: the largest below them; None where there is none.
+        gaps_cm: how large it may be [cm].
+        gap_note: a sentence on it; empty where there is none.
+        gap_box, gap_onto_box: ids of that box and of the one that it drops onto; None where there
+            is no such box, or it has no id.
+        frame: axes and unit of all sentences.
+        reliability: None where the method was not measured on layouts of such a size, or on none
+            beyond what its engine was measured to hold.
+        outside: a sentence for every way in which the layout lies beyond that.
+        crushed: the box that first bears more than it may; the load fails then, at that step,
+            unless something moves too far before. None where none does, or none has a limit.
+        transport: whether the complete load holds a rule of the road; None where none was asked.
+    """
+
+    layout: str
+    items: int | None
+    method: str
+    answer: Answer
+    file: str = ""
+    verdict: Verdict | None = None
+    failing_box: str | None = None
+    moved_box: str | None = None
+    footing: Footing | None = None
+    reason: str = ""
+    method_reason: str = ""
+    gaps: int = 0
+    gap: Gap | None = None
+    gaps_cm: float = math.inf
+    gap_note: str = ""
+    gap_box: str | None = None
+    gap_onto_box: str | None = None
+    frame: Frame = Frame()
+    reliability: Reliability | None = None
+    outside: tuple[str, ...] = ()
+    crushed: Crushed | None = None
+    transport: RuleAnswer | None = None
+
+    @property
+    def stands(self) -> bool:
+        """Whether the load stands, box by box."""
+        return self.answer is Answer.STANDS
+
+    @property
+    def hovering(self) -> bool:
+        """Whether a gap is larger than is allowed, whatever the method says of the load."""
+        return self.gap is not None and self.gap.height > self.gaps_cm
+
+    @property
+    def side(self) -> Side | None:
+        """Side of its support beyond which the centre of mass of the box at fault lies."""
+        return None if self.footing is None else self.footing.side
+
+    @property
+    def unsupported(self) -> bool:
+        """Whether the box at fault, or that of the largest gap of a load that hovers, has nothing
+        under it in the plan.
+        """
+        at_fault = self.footing is not None and self.footing.gap is not None
+        return at_fault or self.answer is Answer.HOVERS
+
+    @property
+    def sentence(self) -> str:
+        """The answer in a few words: "fails at step 5: SKU-2002 tips to +z, 13.1 cm"."""
+        if self.answer is Answer.STANDS:
+            return "stands" + self._gap_in_brief
+        if self.answer is Answer.BAD_INPUT:
+            return str(self.answer)
+        if self.answer is Answer.NOT_JUDGED:
+            return f"{self.answer}: {self.reason}"
+        if self.answer is Answer.HOVERS:
+            return self._hovering
+        if self.crushed is not None:
+            return str(self.crushed)
+        assert self.verdict is not None
+        said = self.verdict
+        box = self.moved_box if said.moved_item is not None else self.failing_box
+        motion = f"{box or f'item {said.item_at_fault}'}{self._motion}"
+        return f"fails at step {said.failing_step}: {motion}"
+
+    @property
+    def _hovering(self) -> str:
+        gap = self.gap
+        assert gap is not None, "a load hovers for a gap"
+        above = "" if gap.onto is None else f" above {self.gap_onto_box or f'item {gap.onto}'}"
+        high = f"{self.frame.length(gap.height)}{above or ' up'}"
+        return f"hovers at step {gap.item}: {self.gap_box or f'item {gap.item}'}, {high}"
+
+    @property
+    def _gap_in_brief(self) -> str:
+        """The largest gap of a load that stands, to follow that; empty where there is none."""
+        if self.gap is None:
+            return ""
+        box = self.gap_box or f"item {self.gap.item}"
+        more = f" and {self.gaps - 1} more" if self.gaps > 1 else ""
+        return f"; {self.frame.length(self.gap.height)} of air under {box}{more}"
+
+    @property
+    def _motion(self) -> str:
+        """Motion of the box, as far as verdict and plan tell it, to follow its name."""
+        said, way = self.verdict, f" to {self.side.way(self.frame)}" if self.side else ""
+        if said is None or said.displacement is None:  # a method that measures no movement
+            if self.unsupported:
+                return " has nothing under it"
+            return f" leans{way}" if way else ""
+        how = "moves" if said.rotation is None or said.rotation < TIPPING else f"tips{way}"
+        return f" {how}, {self.frame.length(said.displacement)}"
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences that say more than the answer in a few words."""
+        failing = self.answer is Answer.FAILS
+        found = [self.reason] if failing and self.crushed is None else []
+        if self.gap_note and (self.hovering or not failing) and self.gap_note not in found:
+            found.append(self.gap_note)
+        return tuple(found)
+
+    def __str__(self) -> str:
+        boxes = "" if self.items is None else f" ({self.items} boxes)"
+        right = "" if self.reliability is None else f", right on {self.reliability}"
+        road = "" if self.transport is None else f"; {self.transport}"
+        said = "; ".join((self.sentence, *self.notes))
+        return f"{self.layout}{boxes}: {said}{road} [{self.method}{right}]"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The answer as values that JSON can hold, with units in the names."""
+        sure = self.reliability
+        of_verdict = (self.verdict.to_dict() if self.verdict is not None else {}).get
+        return {
+            "layout": self.layout,
+            "file": self.file,
+            "items": self.items,
+            "method": self.method,
+            "answer": str(self.answer),
+            "score": of_verdict("score"),
+            "failing_step": of_verdict("failing_step"),
+            "failing_box": self.failing_box,
+            "moved_step": of_verdict("moved_step"),
+            "moved_box": self.moved_box,
+            "displacement_cm": of_verdict("displacement_cm"),
+            "rotation_deg": of_verdict("rotation_deg"),
+            **_footing_fields(self.footing, self.frame),
+            "unsupported": self.unsupported,
+            "hovering": self.hovering,
+            "gaps": self.gaps,
+            "gap_cm": 0.0 if self.gap is None else self.gap.height,
+            "gap_step": None if self.gap is None else self.gap.item,
+            "gap_box": self.gap_box,
+            "gap_onto_step": None if self.gap is None else self.gap.onto,
+            "gap_onto_box": self.gap_onto_box,
+            "gap_note": self.gap_note,
+            "reason": self.reason,
+            "method_reason": self.method_reason,
+            "outside": list(self.outside),
+            "reliability": None if sure is None else sure.accuracy.value,
+            "reliability_low": None if sure is None else sure.accuracy.low,
+            "reliability_high": None if sure is None else sure.accuracy.high,
+            "reliability_cases": None if sure is None else sure.cases,
+            "cpu_seconds": of_verdict("cpu_seconds"),
+            "crushed_step": None if self.crushed is None else self.crushed.step,
+            "crushed_item": None if self.crushed is None else self.crushed.item,
+            "bears_kg": None if self.crushed is None else self.crushed.bears_kg,
+            "allowed_kg": None if self.crushed is None else self.crushed.allowed_kg,
+            **_transport_fields(self.transport),
+        }
+
+
+def _footing_fields(found: Footing | None, frame: Frame) -> dict[str, Any]:
+    side = None if found is None else found.side
+    return {
+        "side": None if side is None else str(side),
+        "direction": None if side is None else side.way(frame),
+        "beyond_edge_cm": None if found is None else found.beyond,
+        "edge_of_step": None if found is None else found.edge,
+        "base_supported": None if found is None else found.support,
+    }
+
+
+def _transport_fields(answer: RuleAnswer | None) -> dict[str, Any]:
+    worst = None if answer is None else answer.worst
+    return {
+        "transport_rule": None if answer is None else answer.rule,
+        "transport_method": None if answer is None else answer.method,
+        "transport_held": None if answer is None else answer.held,
+        "transport_direction_deg": None if worst is None else worst.direction_deg,
+        "transport_moved_step": None if worst is None else worst.moved_item,
+        "transport_mode": None if worst is None or worst.mode is None else str(worst.mode),
+        "transport_reason": "" if worst is None else worst.reason,
+    }
