@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import difflib
+import logging
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from steadyload.layouts.dialect import LOADS, OFFSETS, PALLET_SIDES, WORDS, Dialect
 from steadyload.layouts.record import FormatError, shown
 
+_log = logging.getLogger("steadyload")
+
 SEPARATORS = ";\t,"
 """Characters that may stand between columns."""
 
 _SAME = {"item": "id", "sku": "id", "name": "id"}
 """Headers that are the words of other columns."""
+
+_TURNING = re.compile(
+    r"rotat|orient|dreh|ausrichtung|winkel|(?<![a-z])(angle|yaw|rot|turn(ed)?)(?![a-z])"
+)
+"""Headers of columns that probably state how a box is turned."""
 
 _HINT = "; name columns of your own with --columns or in a profile"
 
@@ -112,6 +121,12 @@ def _places(header: Sequence[str], dialect: Dialect) -> dict[str, int]:
         if word is None:
             if dialect.other_columns == "refuse":
                 raise _left_over(name, dialect)
+            if _TURNING.search(name.casefold()):
+                _log.warning(
+                    "the CSV column %s is left out: boxes stand as their sides are stated, and are "
+                    "not turned by it",
+                    shown(name),
+                )
         elif word in places:
             raise _twice(header[places[word]], name, word)
         else:

@@ -8,6 +8,7 @@ are described in ``docs/layouts.md``, the native one also in ``docs/layouts.sche
 from __future__ import annotations
 
 import io
+import logging
 from collections.abc import Callable, Container, Iterable, Iterator
 from enum import StrEnum
 from functools import partial
@@ -22,6 +23,7 @@ from steadyload.layouts.floor import FloorKind
 from steadyload.layouts.limits import MAX_FILE_BYTES, MAX_VALUE_LENGTH, MAX_YAML_BYTES
 from steadyload.layouts.model import Layout, LayoutError
 from steadyload.layouts.packers.with_packingsolver import HEADER, read_certificate
+from steadyload.layouts.plausibility import implausible
 from steadyload.layouts.readers import read_aclpp, read_blocks, read_json
 from steadyload.layouts.record import FormatError, Record, Refused, to_layout
 from steadyload.layouts.snapping import snap
@@ -29,6 +31,8 @@ from steadyload.layouts.sources import decoded, opened, read_rest, source_name
 from steadyload.layouts.writers import as_csv, as_job, as_native
 from steadyload.numbers import number_within
 from steadyload.reading import MAX_COPY_BYTES, lines_of, regular
+
+_log = logging.getLogger("steadyload")
 
 _TWICE = "name stands there twice; allowed: one layout a name"
 HEAD_BYTES = 64 * 1024
@@ -99,12 +103,17 @@ def read_layouts(path: str | Path, **reading: Unpack[Reading]) -> list[Layout]:
 
 
 def scan_layouts(path: str | Path, **reading: Unpack[Reading]) -> Iterator[Layout | Refused]:
-    """Like :func:`read_layouts`, but an invalid layout is handed out instead of raised."""
+    """Like :func:`read_layouts`, but an invalid layout is handed out instead of raised.
+
+    The first layout whose units were probably read wrong is told as a warning of the logger
+    ``steadyload``, which the command line prints; see :func:`implausible`.
+    """
     file, floor = source_name(path), reading.get("floor")
     snap_gap = number_within("snap_gap", reading.get("snap_gap") or 0.0, 0.0, unit="[cm]")
     kind = None if floor is None else FloorKind.named(floor)
     dialect = reading.get("dialect") or _PLAIN
     names: set[str] = set()
+    doubt = ""
     try:
         for record in _records(path, dialect):
             if record.name in names:
@@ -114,6 +123,10 @@ def scan_layouts(path: str | Path, **reading: Unpack[Reading]) -> Iterator[Layou
                 if isinstance(record, Refused):
                     raise record.error
                 layout = to_layout(record, overhang=reading.get("overhang"), floor=kind)
+                if not doubt:
+                    doubt = implausible(layout)
+                    if doubt:
+                        _log.warning("%s: %s", file, doubt)
                 yield snap(layout, snap_gap) if snap_gap > 0.0 else layout
             except LayoutError as error:
                 told = error if isinstance(record, Refused) else error.explained(dialect.terms())

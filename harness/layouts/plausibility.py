@@ -1,0 +1,53 @@
+"""Layouts whose units were probably read wrong: grams as kilograms, millimetres as centimetres.
+
+The limits lie far beyond goods of any kind: no load is denser than lead or about as light as air,
+and no deck of freight, on the road or in the air, is wider than 3 m or as small as a hand.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from steadyload.escaping import printable
+from steadyload.layouts.checks import SHOWN
+from steadyload.layouts.model import Layout
+
+DENSITIES = (0.0015, 12.0)
+"""Plausible mean densities of a load [kg per litre]."""
+
+WIDEST, SHORTEST = 400.0, 10.0
+"""Longest plausible shorter side, and shortest plausible longer side, of a deck [cm]."""
+
+_LITRE = 1000.0
+
+
+def implausible(layout: Layout) -> str:
+    """What is implausible about a layout, with the units that were probably meant.
+
+    Returns:
+        A sentence; empty for a layout that may well be as it is stated.
+    """
+    width, depth = layout.pallet.width, layout.pallet.depth
+    density = float(layout.weights.sum() / np.prod(layout.sizes, axis=1).sum() * _LITRE)
+    unit, scale = "", 1.0
+    if min(width, depth) > WIDEST:
+        unit, scale = "--units mm", 0.1
+    elif max(width, depth) < SHORTEST:
+        unit, scale = "--units m", 100.0
+    meant = [unit] if unit else []
+    if density / scale**3 > DENSITIES[1]:
+        meant.append("--weight g")
+    elif density / scale**3 < DENSITIES[0]:
+        meant.append("another --weight" if unit else "another --units or --weight")
+    if not meant:
+        return ""
+    longest, weight = np.median(layout.sizes.max(axis=1)), np.median(layout.weights)
+    return (
+        f'layout "{printable(layout.name, SHOWN)}": a pallet of {_cm(width)} x {_cm(depth)} and '
+        f"boxes of {_cm(longest)} and {weight:,.4g} kg (medians), {density:.2g} kg a litre: did "
+        f"you mean {' '.join(meant)}?"
+    )
+
+
+def _cm(length: float) -> str:
+    return f"{length:,.5g} cm"

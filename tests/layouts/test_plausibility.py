@@ -1,0 +1,105 @@
+"""Units that were probably read wrong are told once a file; layouts of real size never are."""
+
+import logging
+from pathlib import Path
+
+import pytest
+
+from steadyload.cli import main
+from steadyload.layouts.benchmark.dataset import SETS, load_benchmark
+from steadyload.layouts.dialect import Dialect
+from steadyload.layouts.formats import scan_layouts
+from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.plausibility import implausible
+from steadyload.studies.viewing import pick_layouts
+
+SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
+HEADER = "layout,pallet_width,pallet_height,pallet_depth,sequence,x,y,z,width,height,depth,weight"
+ROWS = [f"PAL-{k},1200,1800,800,0,0,0,0,400,300,300,6500" for k in range(3)]
+
+
+def pallet(scale=1.0, weight=6.5):
+    sides = [scale * side for side in (120, 180, 80)]
+    item = Item(0, (0, 0, 0), (40 * scale, 30 * scale, 30 * scale), weight)
+    return Layout("PAL-1", Pallet(*sides), (item,))
+
+
+def test_a_plausible_pallet_is_not_spoken_of():
+    assert implausible(pallet()) == ""
+
+
+@pytest.mark.parametrize(
+    ("layout", "units"),
+    [
+        (pallet(weight=6500), "--weight g"),
+        (pallet(scale=10), "--units mm"),
+        (pallet(scale=10, weight=6500), "--units mm --weight g"),
+        (pallet(scale=0.01), "--units m"),
+        (pallet(weight=0.0065), "another --units or --weight"),
+    ],
+)
+def test_wrong_units_are_named_with_the_flags(layout, units):
+    told = implausible(layout)
+    assert told.endswith(f"did you mean {units}?")
+
+
+def test_the_figures_are_told():
+    assert implausible(pallet(scale=10, weight=6500)) == (
+        'layout "PAL-1": a pallet of 1,200 cm x 800 cm and boxes of 400 cm and 6,500 kg (medians), '
+        "0.18 kg a litre: did you mean --units mm --weight g?"
+    )
+
+
+@pytest.mark.parametrize("name", ["", *SETS])
+def test_no_shipped_set_is_spoken_of(name):
+    labelled = load_benchmark(name) if name else load_benchmark()
+    batch = labelled.batch(labelled.select())
+    assert [told for k in range(0, len(batch), 7) if (told := implausible(batch[k]))] == []
+
+
+@pytest.mark.parametrize("pattern", ["pallets/*.json", "aclpp/*.yaml"])
+def test_no_real_file_is_spoken_of(pattern, caplog):
+    files = sorted(SHARED.glob(pattern))
+    if not files:
+        pytest.skip("the data are not beside the project (../shared/data)")
+    for file in files[:6]:
+        assert any(isinstance(entry, Layout) for entry in scan_layouts(file))
+    assert caplog.messages == []
+
+
+@pytest.fixture
+def grams(tmp_path):
+    file = tmp_path / "grams.csv"
+    file.write_text("\n".join([HEADER, *ROWS]))
+    return file
+
+
+@pytest.mark.parametrize(
+    "words", [["check", "-j", "1", "-m", "fbs"], ["score", "-m", "fbs"], ["view", "-m", "fbs"]]
+)
+def test_check_score_and_view_warn_once(grams, words, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    main([words[0], str(grams), *words[1:]])
+    told = capsys.readouterr().err
+    assert told.count("did you mean --units mm --weight g?") == 1
+    assert "grams.csv" in told
+    main([words[0], str(grams), *words[1:], "--units", "mm", "--weight", "g"])
+    assert "did you mean" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["Rotation", "Drehung", "item_orientation", "ROT", "turned"])
+def test_an_ignored_column_that_turns_boxes_is_named(name, tmp_path, caplog):
+    file = tmp_path / "turned.csv"
+    file.write_text(f"{HEADER},{name}\nA,120,180,80,0,0,0,0,40,30,30,6.5,90\n")
+    (layout,) = pick_layouts(file, dialect=Dialect(other_columns="ignore"))
+    assert layout.name == "A"
+    assert [r.levelno for r in caplog.records] == [logging.WARNING]
+    assert f"the CSV column {name!r} is left out" in caplog.text
+
+
+@pytest.mark.parametrize("name", ["colour", "rotterdam_stop", "return", "rectangle", "protocol"])
+def test_another_ignored_column_is_not(name, tmp_path, caplog):
+    file = tmp_path / "other.csv"
+    file.write_text(f"{HEADER},{name}\nA,120,180,80,0,0,0,0,40,30,30,6.5,90\n")
+    pick_layouts(file, dialect=Dialect(other_columns="ignore"))
+    assert caplog.messages == []
