@@ -74,7 +74,10 @@ def study_warnings(use: EnvelopeUse) -> list[str]:
 
 
 def score_warnings(records: Iterable[Mapping[str, Any]]) -> list[str]:
-    """The same warnings for records with ``method``, ``layout`` and ``outside``.
+    """The same warnings for records with ``method``, ``layout``, ``outside`` and ``doubt``.
+
+    There is one more for each method that sees loads inside the envelope fall although they are in
+    balance.
 
     As :func:`steadyload.runs.scoring.score_layouts` and :func:`steadyload.studies.checking.check`
     give them.
@@ -89,6 +92,13 @@ def score_warnings(records: Iterable[Mapping[str, Any]]) -> list[str]:
             first = outside[0]
             sentence = first["outside"][0]
             warnings.append(_warning(spec, len(outside), len(mine), first["layout"], sentence))
+        doubtful = [record for record in mine if record["doubt"] and not record["outside"]]
+        if doubtful:
+            first = doubtful[0]
+            warnings.append(
+                f"warning: {spec}: {len(doubtful)} of {len(mine)} cases fail although the load is "
+                f'in balance; for example layout "{first["layout"]}": {first["doubt"]}'
+            )
     return warnings
 
 

@@ -12,6 +12,7 @@ from steadyload.layouts.naming import box_id, with_ids
 from steadyload.layouts.record import Refused
 from steadyload.layouts.scenarios import Scenario
 from steadyload.layouts.sources import source_name
+from steadyload.methods.doubt import doubt
 from steadyload.methods.envelope import leaves
 from steadyload.methods.method import Method, Status, Verdict, judge
 from steadyload.methods.registry import make_method
@@ -58,10 +59,11 @@ def score_layouts(
     Returns:
         Records with the keys ``layout, file, method, items, scenario, floor, score, failing_step,
         status, failing_box, moved_item, moved_box, displacement, rotation, reason, ignored,
-        emulated, outside, seconds, cpu_seconds``; ``floor`` is ``deck`` or ``infinite``,
+        emulated, outside, doubt, seconds, cpu_seconds``; ``floor`` is ``deck`` or ``infinite``,
         ``failing_box`` and ``moved_box`` are ids, None where a box has none; times are wall and CPU
         seconds of the whole judgement, ``outside`` lists in which quantities the layout leaves the
-        envelope of the method's engine.
+        envelope of the method's engine, and ``doubt`` is a sentence on a load that a simulation
+        sees fall although contact forces balance it, else empty.
 
     Raises:
         LayoutError: a file cannot be read as a whole; or a layout is not valid, if ``strict``.
@@ -170,11 +172,12 @@ def _record(
     if isinstance(entry, Layout):
         verdict = judge(method, entry, timeout) if found is None else found.nominal
         items, outside = verdict.item_count, list(leaves(entry, method))
+        doubtful = with_ids(doubt(entry, method, verdict), entry.items)
         boxes: Sequence[Item] = entry.items
         floor = str(entry.floor.kind)
     else:
         verdict = Verdict(item_count=0, status=Status.REFUSED, reason=str(entry.error))
-        items, outside, boxes, floor = None, [], (), None
+        items, outside, boxes, floor, doubtful = None, [], (), None, ""
     return {
         "layout": entry.name,
         "file": file,
@@ -194,6 +197,7 @@ def _record(
         "ignored": list(verdict.ignored),
         "emulated": list(verdict.emulated),
         "outside": outside,
+        "doubt": doubtful,
         "seconds": verdict.wall.total,
         "cpu_seconds": verdict.cpu.total,
     }

@@ -80,6 +80,8 @@ class Check(ShownInNotebook):
         reliability: None where the method was not measured on layouts of such a size, or on none
             beyond what its engine was measured to hold.
         outside: a sentence for every way in which the layout lies beyond that.
+        doubt: a sentence on a load that a simulation sees fall although contact forces balance it;
+            else empty.
         crushed: the box that first bears more than it may; the load fails then, at that step,
             unless something moves too far before. None where none does, or none has a limit.
         transport: whether the complete load holds a rule of the road; None where none was asked.
@@ -105,6 +107,7 @@ class Check(ShownInNotebook):
     frame: Frame = Frame()
     reliability: Reliability | None = None
     outside: tuple[str, ...] = ()
+    doubt: str = ""
     crushed: Crushed | None = None
     transport: RuleAnswer | None = None
 
@@ -185,6 +188,8 @@ class Check(ShownInNotebook):
         found = [self.reason] if failing and self.crushed is None else []
         if self.gap_note and (self.hovering or not failing) and self.gap_note not in found:
             found.append(self.gap_note)
+        if self.doubt:
+            found.append(self.doubt)
         return tuple(found)
 
     def __str__(self) -> str:
@@ -224,6 +229,7 @@ class Check(ShownInNotebook):
             "reason": self.reason,
             "method_reason": self.method_reason,
             "outside": list(self.outside),
+            "doubt": self.doubt,
             "reliability": None if sure is None else sure.accuracy.value,
             "reliability_low": None if sure is None else sure.accuracy.low,
             "reliability_high": None if sure is None else sure.accuracy.high,

@@ -17,6 +17,7 @@ from steadyload.layouts.model import Layout, require_layout
 from steadyload.layouts.naming import box_id, with_ids
 from steadyload.layouts.question import Question
 from steadyload.layouts.record import Refused
+from steadyload.methods.doubt import doubt
 from steadyload.methods.envelope import leaves
 from steadyload.methods.method import Method, Status, Verdict, judge
 from steadyload.methods.registry import make_method
@@ -121,6 +122,7 @@ def check(
         frame=frame,
         reliability=None if outside else reliability(spec, len(layout)),
         outside=outside,
+        doubt=with_ids(doubt(layout, judging, verdict), layout.items),
         crushed=crushed,
         transport=None if rule is None else answer_rule(layout, rule, judging),
     )

@@ -12,6 +12,7 @@ from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods import envelope as module
+from steadyload.methods.doubt import doubt
 from steadyload.methods.envelope import (
     Envelope,
     Limit,
@@ -22,6 +23,7 @@ from steadyload.methods.envelope import (
     leaves,
 )
 from steadyload.methods.registry import make_method
+from steadyload.methods.verdict import Verdict
 from steadyload.reports.writing import write_page
 from steadyload.runs.definition import load_study
 from steadyload.runs.results import load_manifest
@@ -343,3 +345,69 @@ def test_extents_agree_with_a_slow_count():
         assert found.height == max(height(j) for j in range(len(one)))
         worst = max(load(i) / one.weights[i] for i in range(len(one)))
         assert found.load == pytest.approx(worst)
+
+
+# --- a fall that closed forms deny ---------------------------------------------------------------
+
+
+def tall(count, size, top, name="tower"):
+    """Cubes on top of each other, the uppermost of another weight."""
+    weights = [1.0] * (count - 1) + [top]
+    boxes = (((40.0, size * k, 40.0), (size,) * 3, weight) for k, weight in enumerate(weights))
+    return layout(*boxes, name=name)
+
+
+@pytest.mark.parametrize("spec", ["ps_opt@mujoco:question=stands", "label@bullet"])
+def test_a_fall_within_the_envelope_that_closed_forms_deny_is_doubted(spec):
+    """Small cubes and a large load are each within what was measured, and together they are not."""
+    load, method = tall(12, 1.0, 900.0), make_method(spec)
+    verdict = method.judge(load)
+    assert verdict.failing_step == 11
+    assert leaves(load, method) == ()
+    engine = method.spec.engine
+    assert f"moves too far in {engine} when item 11 is placed" in doubt(load, method, verdict)
+
+
+def test_what_does_not_balance_is_not_doubted():
+    falling = layout(cube(0.0, 0), cube(7.0, 1))
+    hovering = layout(cube(0.0, 0), ((0.0, 25.0, 0.0), (10.0, 10.0, 10.0), 1.0))
+    barely = layout(cube(0.0, 0), cube(4.9, 1))
+    for load in (falling, hovering, barely):
+        said = Verdict(2, failing_step=1, moved_item=1, displacement=12.0, rotation=3.0)
+        assert doubt(load, make_method("label@mujoco"), said) == ""
+    load, standing = tall(12, 1.0, 900.0), make_method("equilibrium")
+    assert doubt(load, standing, standing.judge(load)) == ""
+    static = Verdict(12, failing_step=11)
+    assert doubt(load, make_method("cascade@mujoco"), static) == ""
+
+
+def test_check_and_score_warn_of_a_fall_that_closed_forms_deny(tmp_path, capsys):
+    file, spec = tmp_path / "loads.json", "ps_opt@mujoco:question=stands"
+    write_layouts(file, [tall(12, 1.0, 900.0), tall(3, 10.0, 1.0, "plain")], Format.NATIVE)
+    warning = f"warning: {spec}: 1 of 2 cases fail although the load is in balance; for example"
+    for words in (["score", str(file)], ["check", str(file), "-j", "1"]):
+        main([*words, "-m", spec, "--json"])
+        told = capsys.readouterr()
+        assert warning in told.err
+        assert ["item 11 is placed" in record["doubt"] for record in json.loads(told.out)] == [
+            True, False,
+        ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("load", "spec"),
+    [
+        (layout(cube(0.0, 0, 1.0), cube(0.0, 1, 1e6)), "ps_opt@mujoco:question=stands"),
+        (layout(cube(0.0, 0, 1.0), cube(0.0, 1, 1e6)), "label@mujoco"),
+        (layout(cube(0.0, 0, 1.0), cube(0.0, 1, 1e6)), "label@bullet"),
+        (layout(((5.0, 0.0, 30.0), (100.0, 0.05, 0.05), 1.0)), "label@bullet"),
+        (layout(((5.0, 0.0, 30.0), (100.0, 0.05, 0.05), 1.0)), "label@dart"),
+        (tall(30, 10.0, 1.0), "ps_opt@mujoco"),
+    ],
+)
+def test_extremes_that_balance_are_warned_of_and_doubted(load, spec):
+    method = make_method(spec)
+    verdict = method.judge(load)
+    assert verdict.failing_step is not None
+    assert leaves(load, method)
+    assert "contact forces balance the load" in doubt(load, method, verdict)

@@ -1,0 +1,42 @@
+"""Doubt about a simulation: it moves a box of a load that closed forms find in balance.
+
+Vertical contact forces that balance every box, also with all contact patches drawn in, leave a
+rigid load at rest. A simulation that moves it too far all the same errs: its contacts are too soft
+for the weights, or its solver gave up. Envelopes tell this where it was measured
+(:mod:`steadyload.methods.envelope`); this tells it of the load that was judged.
+"""
+
+from __future__ import annotations
+
+from steadyload.layouts.model import Layout
+from steadyload.methods.method import Method
+from steadyload.methods.registry import make_method
+from steadyload.methods.verdict import Verdict
+
+_MARGIN, _SHARE = 0.5, 0.05
+"""Contact patches are drawn in by this [cm], and by at most this share of the shortest edge of a
+base, on every side."""
+
+
+def doubt(layout: Layout, method: Method, verdict: Verdict) -> str:
+    """A sentence on a load that a simulation sees fall although it is in balance; else empty.
+
+    Takes a fraction of a millisecond where a simulation sees a load fall, and nothing otherwise.
+
+    Args:
+        layout: that was judged.
+        method: that judged it.
+        verdict: on it.
+    """
+    step = verdict.failing_step
+    if method.spec.engine is None or step is None or verdict.displacement is None:
+        return ""
+    edges = layout.sizes[: step + 1, ::2]
+    margin = min(_MARGIN, _SHARE * float(edges.min()))
+    balance = make_method(f"equilibrium:margin={margin:.4g}")
+    if not balance.judge(layout.first(step + 1)).stable:
+        return ""
+    return (
+        f"item {verdict.item_at_fault} moves too far in {method.spec.engine} when item {step} is "
+        f"placed, but contact forces balance the load, with {margin:.2g} cm to spare"
+    )
