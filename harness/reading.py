@@ -14,6 +14,7 @@ import re
 import stat
 import tomllib
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, TextIO
 
@@ -80,9 +81,20 @@ def opened(path: Path, most: int) -> BinaryIO:
     return file
 
 
+@contextmanager
+def naming(path: str | Path) -> Iterator[None]:
+    """Errors of the system that are raised while a file is read name it."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is None:
+            raise type(error)(error.errno, error.strerror, str(path)) from None
+        raise
+
+
 def content_of(path: Path, most: int) -> bytes:
     """All bytes of a file; raises as :func:`opened`."""
-    with opened(path, most) as file:
+    with naming(path), opened(path, most) as file:
         content = file.read(most + 1)
     if len(content) > most:
         raise TooLargeError(path, most)

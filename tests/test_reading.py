@@ -4,6 +4,7 @@ import json
 import lzma
 import os
 import struct
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -115,6 +116,13 @@ def test_a_load_of_the_machine_without_end_is_not_known(too_large):
 def test_a_layout_file_without_end_is_refused(too_large):
     with pytest.raises(UserError, match=r"file: is in no known format; allowed"):
         read_layouts(too_large("file"))
+
+
+def test_an_error_while_a_file_is_read_names_the_file():
+    for read in (lambda path: content_of(path, 10), read_layouts):
+        with pytest.raises(OSError, match="Input/output error") as failed:
+            read(Path("/proc/self/mem"))
+        assert failed.value.filename == "/proc/self/mem"
 
 
 def test_what_has_no_more_than_is_allowed_is_read(tmp_path):

@@ -12,6 +12,7 @@ from decimal import Decimal
 from itertools import chain
 from typing import Any
 
+from steadyload.escaping import printable
 from steadyload.layouts.csv_cells import minus_half, number, times, unguarded
 from steadyload.layouts.csv_columns import SEPARATORS, Columns, find_columns, separator_of
 from steadyload.layouts.dialect import LOADS, UNITS, WEIGHT_UNITS, Dialect, sides_of
@@ -119,7 +120,8 @@ def _checked(reader: Any, before: int) -> Iterator[tuple[int, list[str]]]:
             if any(row):
                 yield before + reader.line_num, row
     except csv.Error as error:
-        raise FormatError(f"line {before + reader.line_num} is not CSV ({error})") from None
+        said = printable(str(error))
+        raise FormatError(f"line {before + reader.line_num} is not CSV ({said})") from None
 
 
 def _lines(content: bytes | bytearray) -> Iterator[str]:

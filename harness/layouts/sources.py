@@ -11,6 +11,7 @@ from typing import BinaryIO
 from steadyload.errors import UserError
 from steadyload.escaping import sentence
 from steadyload.layouts.record import FormatError
+from steadyload.reading import naming
 
 _CHUNK = 1024**2
 
@@ -41,7 +42,7 @@ def opened(path: str | Path) -> Iterator[BinaryIO]:
     if str(path) == STANDARD_INPUT:
         yield sys.stdin.buffer
         return
-    with ExitStack() as open_files:
+    with naming(path), ExitStack() as open_files:
         try:
             file = open_files.enter_context(Path(path).open("rb"))
         except FileNotFoundError as error:

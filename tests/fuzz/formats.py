@@ -12,6 +12,7 @@ from importlib import resources
 from itertools import islice
 from pathlib import Path
 
+import doors
 import numpy as np
 import pandas as pd
 import parquet
@@ -379,6 +380,31 @@ def _placed_weights(folder, manifest, tensors):
     return made
 
 
+# Files with holes, and devices, by what reads them.
+
+
+def _files():
+    """A valid file of every kind that a user names, with its reader."""
+    return [
+        ("".join(as_native(layouts())).encode(), read_layout_file),
+        (as_csv(layouts()).encode(), read_layout_file),
+        (as_job(layouts()).encode(), read_layout_file),
+        (ACLPP, read_layout_file),
+        (CERTIFICATE, read_layout_file),
+        (_packvium(), read_layout_file),
+        (STUDY, read_study),
+        (PROFILE, lambda path: nothing(load_profile(path))),
+        (CONFIG, lambda path: nothing(read_config(path, ("part", "limit", "workers", "methods")))),
+        (RULE, read_rule),
+        (HISTORY, lambda path: nothing(recorded(path))),
+        (_PLAN.read_bytes(), lambda path: nothing(load_plan(path))),
+        (THRESHOLDS.read_bytes(), lambda path: nothing(load_thresholds("mujoco", path))),
+        (stored.front(), stored.read_front),
+        (stored.cost(), stored.read_cost),
+        (stored.noted()[0], stored.read_noted),
+    ]
+
+
 FORMATS = {
     LayoutFormat.NATIVE.value: Format(
         lambda: ["".join(as_native(layouts())).encode()], read_layout_file, mutated_json
@@ -392,6 +418,9 @@ FORMATS = {
             as_csv(layouts()).encode(), as_csv(layouts()).replace(",", ";").encode(),
         ],
         read_layout_file,
+    ),
+    "tab-separated": Format(
+        lambda: [as_csv(layouts()[:1]).replace(",", "\t").encode()], read_layout_file
     ),
     LayoutFormat.ACLPP.value: Format(lambda: [ACLPP], read_layout_file),
     LayoutFormat.PACKINGSOLVER.value: Format(lambda: [CERTIFICATE], read_certificate_in_python),
@@ -433,6 +462,10 @@ FORMATS = {
         lambda: [_tensors()], lambda made: nothing(load_weights(made)), _mutated_tensors,
         lambda folder, content: _placed_weights(folder, _weights_manifest(content), content),
     ),
+    "weights-header": Format(
+        lambda: [_tensors()], lambda made: nothing(load_weights(made)), doors.bomb,
+        lambda folder, content: _placed_weights(folder, _weights_manifest(content), content),
+    ),
     "weights-manifest": Format(
         lambda: [_weights_manifest(_tensors())], lambda made: nothing(load_weights(made)),
         mutated_json,
@@ -460,10 +493,20 @@ FORMATS = {
         lambda: [_ledger()], stored.read_ledger, mutated,
         lambda folder, content: _alone(folder, "search.jsonl", content),
     ),
+    "sparse": Format(
+        lambda: [doors.whole(k, content) for k, (content, _) in enumerate(_files())],
+        doors.by_number([read for _, read in _files()]), doors.hole, doors.placed_hole,
+    ),
+    "device": Format(
+        lambda: [doors.linked(k, content) for k, (content, _) in enumerate(_files())],
+        doors.by_number([read for _, read in _files()]), doors.device, doors.placed_device,
+    ),
 }  # fmt: skip
 """Formats by name."""
 
-COSTLY = ("shard", "run-manifest", "labelled-tables", "labelled-manifest", "plan")
+COSTLY = (
+    "shard", "run-manifest", "labelled-tables", "labelled-manifest", "plan", "sparse", "device",
+)  # fmt: skip
 """Those of which an input takes milliseconds."""
 
 

@@ -10,6 +10,10 @@ from pathlib import Path
 import pytest
 
 from steadyload.cli import main
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.formats import read_layouts
+from steadyload.layouts.record import FormatError
+from steadyload.layouts.writers import as_csv
 
 HANDED = Path(__file__).resolve().parents[3] / "shared" / "repro"
 MADE = ("digits.csv", "twice.json", "deep.yaml", "deep-maps.yaml", "many.json")
@@ -110,3 +114,12 @@ def test_weights_of_an_extreme_ratio_are_read(made, capsys):
 def test_every_handed_file_is_held_here(made):
     files = {path.name for path in HANDED.iterdir()} | {path.name for path in made.iterdir()}
     assert files - {"README.md", "make.py"} == {*REFUSED, *VALID}
+
+
+def test_a_tab_between_columns_is_escaped_in_a_message(tmp_path):
+    path = tmp_path / "tabs.csv"
+    lines = as_csv([Layout("A", Pallet(120, 160, 80), (Item(0, (0, 0, 0), (9, 9, 9), 1),))])
+    path.write_text(lines.replace(",", "\t").replace("A\t", '"A"x\t', 1))
+    with pytest.raises(FormatError, match=r"line 2 is not CSV \('\\t' expected after") as caught:
+        read_layouts(path)
+    assert str(caught.value).isprintable()
