@@ -159,11 +159,18 @@ def _declared_class(name: str) -> type[FixedStepWorld]:
         return getattr(importlib.import_module(module), attribute)
     except ModuleNotFoundError as error:
         missing = (error.name or "").partition(".")[0]
-        if missing == module.partition(".")[0]:
+        if missing == module.partition(".")[0] and name in ENGINES:
             raise
         why = absent_engines().get(name)
         raise EngineNotInstalledError(
             f"engine {name!r} is not here: {why}" if why else _needs(name, missing)
+        ) from error
+    except Exception as error:
+        if name in ENGINES:
+            raise
+        raise EngineNotInstalledError(
+            f"engine {name!r} of another distribution cannot be used: {type(error).__name__}: "
+            f"{error}"
         ) from error
 
 

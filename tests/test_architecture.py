@@ -14,8 +14,7 @@ FOLDERS = {"harness": "", "engines": "engines.", "learners": "learners.", "repor
 
 _LAYOUTS = {
     "layouts", "kernels", "statistics", "atomic", "errors", "escaping", "numbers", "reading",
-    "stored",
-    "notebook",
+    "stored", "notebook", "plugins",
 }  # fmt: skip
 _METHODS = {"methods", "engines", "bearing", "time_limit", *_LAYOUTS}
 _RUNS = {"runs", *_METHODS}
@@ -27,6 +26,7 @@ ALLOWED = {
     "errors": {"escaping"},
     "escaping": set(),
     "numbers": {"errors", "escaping"},
+    "plugins": {"errors"},
     "notebook": set(),
     "time_limit": set(),
     "reports": {"reports", "statistics", "atomic", "errors", "escaping", "reading"},

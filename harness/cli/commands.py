@@ -9,11 +9,13 @@ than run it and write its page has a line that replaces the default.
 from __future__ import annotations
 
 import importlib
+import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
+from steadyload.plugins import PluginError
 from steadyload.studies.registry import studies, study
 
 
@@ -136,10 +138,17 @@ RENAMED: Mapping[str, str] = {"tuned": "compare-presets"}
 
 
 def commands() -> dict[str, Command]:
-    """All commands by their words; studies are imported for their names and summaries."""
+    """All commands by their words; studies are imported for their names and summaries.
+
+    A faulty study of another distribution has no command; a warning says so.
+    """
     found = {command.words: command for command in _OWN}
     for name in studies():
-        one = study(name)
+        try:
+            one = study(name)
+        except PluginError as error:
+            logging.getLogger("steadyload").warning("%s", error)
+            continue
         words = one.command_words
         if words not in found:
             target = _OF_STUDIES.get(name, "")

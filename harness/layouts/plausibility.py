@@ -22,7 +22,7 @@ _LITRE = 1000.0
 
 
 def implausible(layout: Layout) -> str:
-    """What is implausible about a layout, with the units that were probably meant.
+    """Sentence on what is implausible about a layout, with the units that were probably meant.
 
     Returns:
         A sentence; empty for a layout that may well be as it is stated.

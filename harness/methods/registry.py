@@ -8,8 +8,8 @@ entry-point group ``steadyload.methods``, with values of the same form. Listing 
 from __future__ import annotations
 
 import dataclasses
-import importlib
 import importlib.metadata
+import logging
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -31,6 +31,12 @@ from steadyload.methods.spec import (
     parse_spec,
 )
 from steadyload.methods.tuned import TUNED, tuned, tuned_name
+from steadyload.plugins import OWN, PluginError, faulty, loaded
+
+_log = logging.getLogger("steadyload")
+
+GROUP = "steadyload.methods"
+"""Group of entry points of methods."""
 
 METHODS: dict[str, str] = {
     "fbs": "steadyload.methods.base_support:FullBaseSupport",
@@ -117,7 +123,7 @@ def method_classes() -> dict[str, str]:
 
 @cache
 def _from_other_distributions() -> dict[str, str]:
-    found = importlib.metadata.entry_points(group="steadyload.methods")
+    found = importlib.metadata.entry_points(group=GROUP)
     return {entry.name: entry.value for entry in found}
 
 
@@ -150,10 +156,25 @@ def make_method(spec: str | MethodSpec) -> Method:
 
 
 def method_class(name: str) -> type[Method] | None:
-    """The class behind a method's or a preset's name; None where no such method is registered."""
+    """The class behind a method's or a preset's name; None where no such method is registered.
+
+    Raises:
+        PluginError: it is of another distribution and cannot be used.
+    """
     preset = presets().get(name)
     target = method_classes().get(preset.method if preset else name)
-    return None if target is None else _load(target)
+    return None if target is None else _load(preset.method if preset else name, target)
+
+
+def usable_methods() -> dict[str, type[Method]]:
+    """All methods by name; of each that is faulty and of another distribution, a warning."""
+    found = {}
+    for name, target in method_classes().items():
+        try:
+            found[name] = _load(name, target)
+        except PluginError as error:
+            _log.warning("%s", error)
+    return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,14 +210,14 @@ def method_listing(engine: str | None = None) -> list[MethodEntry]:
     if engine is not None and engine not in engines():
         raise SpecError(f"unknown engine {shown(engine)}; {nearest(engine, engines())}")
     entries = []
-    for name, target in method_classes().items():
-        method = _load(target)
+    usable = usable_methods()
+    for name, method in usable.items():
         about = (method.__doc__ or name).strip().partition("\n")[0].replace("``", "")
         entries.append(
             MethodEntry(name, method.needs_engine, about, _parameters(method, engine, {}))
         )
     for preset in presets().values():
-        method = _load(method_classes()[preset.method])
+        method = usable[preset.method]
         about = f"{preset.title}: {preset.method} with the values of {preset.source}"
         parameters: tuple[ParameterEntry, ...] = ()
         if preset.by_engine is None or engine in preset.by_engine:
@@ -218,17 +239,27 @@ def _parameters(
         ParameterEntry(
             f.name,
             texts[f.name],
-            f.metadata["unit"],
+            f.metadata.get("unit", ""),
             allowed_values(declared, f.name),
-            f.metadata["about"],
+            f.metadata.get("about", ""),
         )
         for f in dataclasses.fields(bound)
     )
 
 
-def _load(target: str) -> type[Method]:
-    module, _, name = target.partition(":")
-    return getattr(importlib.import_module(module), name)
+def _load(name: str, target: str) -> type[Method]:
+    found = loaded(target, GROUP, name)
+    if target.startswith(OWN):
+        return found  # type: ignore[no-any-return]
+    if not (isinstance(found, type) and issubclass(found, Method)):
+        raise faulty(GROUP, name, f"{target} is no subclass of Method")
+    if not dataclasses.is_dataclass(getattr(found, "Parameters", None)):
+        raise faulty(GROUP, name, f"{target} has no dataclass Parameters")
+    try:
+        found.Parameters()
+    except Exception as error:
+        raise faulty(GROUP, name, f"Parameters() fails: {type(error).__name__}: {error}") from error
+    return found
 
 
 def _check_engine(spec: MethodSpec, method: type[Method]) -> None:

@@ -2,6 +2,7 @@
 
 A spec is ``name[@engine][:key=value,...]``. Keys are the fields of the method's ``Parameters``
 dataclass; each field declares its unit, its range and its meaning, and nothing else needs to know.
+A plain field of a dataclass of another distribution has no unit and takes any value of its type.
 """
 
 from __future__ import annotations
@@ -154,11 +155,15 @@ def allowed_values(parameters: type[Any], name: str) -> str:
     if isinstance(kind, type) and issubclass(kind, StrEnum):
         choices = "|".join(kind)
     elif typing.get_origin(kind) is frozenset:
-        choices = f"{'|'.join(field.metadata['choices'])}, joined by +"
+        choices = f"{'|'.join(field.metadata.get('choices', ()))}, joined by +"
     elif kind is str:
         choices = "a text"
+    elif kind is bool:
+        choices = "true|false"
+    elif kind not in (int, float):
+        choices = "a value of Python"
     else:
-        choices = _range(field.metadata["least"], field.metadata["most"])
+        choices = _range(*_ends(field))
     return f"none|{choices}" if optional else choices
 
 
@@ -176,22 +181,28 @@ def _convert(value: Any, hint: Any, field: dataclasses.Field[Any], where: str) -
         if not (isinstance(listed, Collection) and all(isinstance(name, str) for name in listed)):
             raise SpecError(f"{label} is {shown(value, _SHOWN)}; allowed: texts")
         names = frozenset(listed)
-        for name in sorted(names - set(field.metadata["choices"])):
-            raise SpecError(
-                f"{label} is {shown(name, _SHOWN)}; {nearest(name, field.metadata['choices'])}"
-            )
+        known = field.metadata.get("choices", names)
+        for name in sorted(names - set(known)):
+            raise SpecError(f"{label} is {shown(name, _SHOWN)}; {nearest(name, known)}")
         return names
     if kind is str:
         return str(value)
-    number = _number(value, field.metadata["unit"], label)
+    if kind is bool:
+        if str(value).lower() not in ("true", "false"):
+            raise SpecError(f"{label} is {shown(value, _SHOWN)}; allowed: true, false")
+        return str(value).lower() == "true"
+    if kind not in (int, float):
+        raise SpecError(f"{label}: cannot be stated in a spec; allowed: its default")
+    unit = field.metadata.get("unit", "")
+    number = _number(value, unit, label)
     if kind is int:
         if number != int(number):
             raise SpecError(f"{label} is {value}; allowed: a whole number")
         number = int(number)
-    least, most = field.metadata["least"], field.metadata["most"]
+    least, most = _ends(field)
     if not least <= number <= most:
-        unit = f" {field.metadata['unit']}" if field.metadata["unit"] else ""
-        raise SpecError(f"{label} is {value}; allowed: {_range(least, most)}{unit}")
+        allowed = " ".join(filter(None, (_range(least, most), unit)))
+        raise SpecError(f"{label} is {value}; allowed: {allowed}")
     return number
 
 
@@ -223,7 +234,14 @@ def _number(value: Any, unit: str, label: str) -> float:
     return float(f"{number * _UNITS[unit][given]:.15g}") if given else number
 
 
+def _ends(field: dataclasses.Field[Any]) -> tuple[float, float]:
+    """Least and greatest value of a field; without limits where it declares none."""
+    return field.metadata.get("least", -math.inf), field.metadata.get("most", math.inf)
+
+
 def _range(least: float, most: float) -> str:
+    if least == -math.inf:
+        return "a number" if most == math.inf else f"up to {most:g}"
     if most == math.inf:
         return f"{least:g} or more"
     return f"{least:g} to {most:g}"
@@ -240,6 +258,8 @@ def _text(value: Any) -> str:
         return "none"
     if isinstance(value, frozenset):
         return "+".join(sorted(value))
+    if isinstance(value, bool):
+        return str(value).lower()
     if isinstance(value, float):
         return repr(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
     return str(value)

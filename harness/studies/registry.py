@@ -6,13 +6,16 @@ the entry-point group ``steadyload.studies``, with values of the form ``module:S
 
 from __future__ import annotations
 
-import importlib
 import importlib.metadata
 from functools import cache
 from typing import Any
 
 from steadyload.errors import UserError, nearest
+from steadyload.plugins import faulty, loaded
 from steadyload.studies.study import Study
+
+GROUP = "steadyload.studies"
+"""Group of entry points of studies."""
 
 STUDIES: dict[str, str] = {
     "comparison": "steadyload.studies.comparison.config:STUDY",
@@ -52,7 +55,7 @@ def studies() -> dict[str, str]:
 
 @cache
 def _from_other_distributions() -> dict[str, str]:
-    found = importlib.metadata.entry_points(group="steadyload.studies")
+    found = importlib.metadata.entry_points(group=GROUP)
     return {entry.name: entry.value for entry in found}
 
 
@@ -61,9 +64,12 @@ def study(name: str) -> Study[Any, Any]:
 
     Raises:
         UnknownStudyError: no study has this name.
+        PluginError: it is of another distribution and cannot be used.
     """
     known = studies()
     if name not in known:
         raise UnknownStudyError(f"unknown study {name!r}; {nearest(name, known)}")
-    module, _, attribute = known[name].partition(":")
-    return getattr(importlib.import_module(module), attribute)
+    found = loaded(known[name], GROUP, name)
+    if not isinstance(found, Study):
+        raise faulty(GROUP, name, f"{known[name]} is no Study")
+    return found
