@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from steadyload.bearing.forces import Statics
-from steadyload.layouts.contacts import find_supports
+from steadyload.layouts.contacts import Supports, find_supports
 from steadyload.layouts.item import Item
-from steadyload.layouts.model import Arrangement, FloatArray, Layout
+from steadyload.layouts.model import Arrangement, Layout
 
 _OVER = 1e-6
 """Share by which a load may exceed a limit: weights that add up to it do not."""
@@ -52,38 +50,50 @@ def first_crushed(layout: Layout) -> Crushed | None:
     """
     if not _limited(layout.items):
         return None
-    weighed = _most_on_tops(layout, layout.items)
-    # No box bears more than all that stands on it, directly or not.
-    suspect = [k for k, item in enumerate(layout.items) if _beyond(weighed[k], item.max_load)]
-    if not suspect:
-        return None
     kept = layout.with_floor_kept()
-    for step in range(min(suspect), len(layout)):
-        found = crushed_by_now(kept.first(step + 1), layout.items[: step + 1])
+    supports = find_supports(kept)
+    # No box bears more than all that stands on it, directly or not.
+    suspects = _suspects(range(len(layout)), len(layout) - 1, layout.items, supports)
+    may = set(suspects)
+    for step in range(min(suspects, default=len(layout)), len(layout)):
+        found = _crushed_at(step, kept, layout.items, supports, may)
         if found is not None:
             return found
     return None
 
 
 def crushed_by_now(layout: Arrangement, items: Sequence[Item]) -> Crushed | None:
-    """The box that bears most beyond what it may, all items in place; None where none does.
+    """The box that bears most beyond what it may since the last one was placed; None where none
+    does.
 
     Args:
-        layout: where the items are; it may still grow.
-        items: with what they may bear.
+        layout: where the items are, one or more; it may still grow.
+        items: with what they may bear; none was crushed before the last was placed.
     """
     if not _limited(items):
         return None
-    weighed = _most_on_tops(layout, items)
-    if not any(_beyond(weighed[k], item.max_load) for k, item in enumerate(items)):
+    every = set(range(len(items)))
+    return _crushed_at(len(items) - 1, layout, items, find_supports(layout), every)
+
+
+def _crushed_at(
+    step: int, layout: Arrangement, items: Sequence[Item], supports: Supports, among: set[int]
+) -> Crushed | None:
+    """See :func:`crushed_by_now`, after one of the steps; of some of the boxes.
+
+    A box changes the forces of those alone that are joined to it by standing on each other.
+    """
+    group = supports.joined(step)
+    suspects = _suspects(sorted(among.intersection(group)), step, items, supports)
+    if not suspects:
         return None
-    statics = Statics(layout)
+    statics = Statics(layout, group, supports)
     forces = statics.least_energy()
     if forces is None:
         forces = statics.nearest()
-    borne = statics.tops() @ forces
+    borne = dict(zip(group, (statics.tops() @ forces).tolist(), strict=True))
     worst = max(
-        (k for k, item in enumerate(items) if _beyond(borne[k], item.max_load)),
+        (k for k in suspects if _beyond(borne[k], items[k].max_load)),
         key=lambda k: borne[k] - (items[k].max_load or 0.0),
         default=None,
     )
@@ -93,7 +103,7 @@ def crushed_by_now(layout: Arrangement, items: Sequence[Item]) -> Crushed | None
     allowed = item.max_load
     assert allowed is not None, "only a box with a limit is crushed"
     label = f"box {item.name}" if item.name else f"item {item.sequence}"
-    return Crushed(len(items) - 1, worst, label, float(borne[worst]), allowed)
+    return Crushed(step, worst, label, borne[worst], allowed)
 
 
 def _limited(items: Sequence[Item]) -> bool:
@@ -104,13 +114,22 @@ def _beyond(load: float, allowed: float | None) -> bool:
     return allowed is not None and load > allowed * (1.0 + _OVER) + 1e-9
 
 
-def _most_on_tops(layout: Arrangement, items: Sequence[Item]) -> FloatArray:
-    """The weight of all that stands on a box, directly or not [kg], shape (J,)."""
-    supports = find_supports(layout)
-    found = np.zeros(len(items))
-    above: list[set[int]] = [set() for _ in items]
-    for item in np.argsort(-layout.lower[:, 1], kind="stable").tolist():
-        for on in supports.above[item]:
-            above[item] |= {on} | above[on]
-        found[item] = sum(items[k].weight for k in above[item])
+def _suspects(
+    among: Sequence[int], step: int, items: Sequence[Item], supports: Supports
+) -> list[int]:
+    """Boxes on which more stands by a step, directly or not, than they may bear."""
+    found = []
+    for box in among:
+        allowed = items[box].max_load
+        if allowed is None:
+            continue
+        todo, seen, weight = [box], {box}, 0.0
+        while todo and not _beyond(weight, allowed):
+            for on in supports.above[todo.pop()]:
+                if on <= step and on not in seen:
+                    seen.add(on)
+                    todo.append(on)
+                    weight += items[on].weight
+        if _beyond(weight, allowed):
+            found.append(box)
     return found

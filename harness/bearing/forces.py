@@ -13,13 +13,14 @@ from dataclasses import dataclass
 import clarabel
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import lsq_linear, nnls
+from scipy.optimize import lsq_linear
 from scipy.sparse import csc_array, diags_array, eye_array, vstack
 
+from steadyload import kernels
 from steadyload.bearing.cones import is_solved, solve_cones
 from steadyload.bearing.corners import corner_columns
 from steadyload.kernels.constants import EDGE
-from steadyload.layouts.contacts import FLOOR, Patch, find_supports
+from steadyload.layouts.contacts import FLOOR, Patch, Supports, find_supports
 from steadyload.layouts.model import Arrangement, FloatArray
 
 _BALANCED = 1e-7
@@ -59,40 +60,50 @@ class Statics:
 
     Args:
         layout: the load; its boxes so far where it still grows.
+        among: the boxes of whole groups that are joined by standing on each other, J of them, in
+            whose order all arrays are; None for all boxes.
+        supports: the contacts of the layout, where somebody has them already.
 
     Attributes:
+        weights: of the boxes [kg], shape (J,).
         patches: the contacts, those with the floor among them.
         matrix: weights and moments that unit forces exert on every box, in weights of that box and
             in sides of it, shape (3 J, 4 k).
         right: what they have to come to, shape (3 J,).
     """
 
-    def __init__(self, layout: Arrangement) -> None:
-        self.layout = layout
-        self.patches = _patches(layout)
-        self._centres = 0.5 * (layout.lower + layout.upper) + layout.mass_offsets
-        self._sizes = layout.upper - layout.lower
-        items = range(len(layout))
+    def __init__(
+        self,
+        layout: Arrangement,
+        among: Sequence[int] | None = None,
+        supports: Supports | None = None,
+    ) -> None:
+        items = list(range(len(layout)) if among is None else among)
+        lower, upper = layout.lower[items], layout.upper[items]
+        self.weights = layout.weights[items]
+        self.patches = _patches(layout, items, supports or find_supports(layout))
+        self._offsets = layout.mass_offsets[items]
+        centres = 0.5 * (lower + upper) + self._offsets
         columns = np.zeros((len(items), 3, 0))
         if self.patches:
-            columns = corner_columns(items, self.patches, self._centres, EDGE)
+            columns = corner_columns(range(len(items)), self.patches, centres, EDGE)
         self._scale = np.ones((len(items), 3))
-        self._scale[:, 1:] = self._sizes[:, ::2]
-        self._scale *= layout.weights[:, None]
+        self._scale[:, 1:] = (upper - lower)[:, ::2]
+        self._scale *= self.weights[:, None]
         self.matrix = (columns / self._scale[:, :, None]).reshape(3 * len(items), -1)
         self.right = np.tile([1.0, 0.0, 0.0], len(items))
 
     def pressed(self, item: int) -> FloatArray:
         """The right side that a weight of 1 kg in the middle of a box's top adds."""
-        found = np.zeros((len(self.layout), 3))
-        middle = 0.5 * (self.layout.lower + self.layout.upper)[item] - self._centres[item]
+        found = np.zeros((len(self.weights), 3))
+        along_x, _, along_z = -self._offsets[item]
         # Moments of the contact forces about the centre of mass balance that of the weight.
-        found[item] = np.array((1.0, middle[0], middle[2])) / self._scale[item]
+        found[item] = np.array((1.0, along_x, along_z)) / self._scale[item]
         return found.ravel()
 
     def tops(self) -> FloatArray:
         """The matrix from corner forces to the loads on tops, shape (J, 4 k)."""
-        found = np.zeros((len(self.layout), 4 * len(self.patches)))
+        found = np.zeros((len(self.weights), 4 * len(self.patches)))
         for place, patch in enumerate(self.patches):
             if patch.below != FLOOR:
                 found[patch.below, 4 * place : 4 * place + 4] = 1.0
@@ -107,7 +118,7 @@ class Statics:
         right = self.right if right is None else right
         if not self.patches:
             return None
-        unit, soft = float(self.layout.weights.mean()), self._soft()
+        unit, soft = float(self.weights.mean()), self._soft()
         n = len(soft)
         matrix = csc_array(self.matrix * unit)
         solution = solve_cones(
@@ -136,15 +147,16 @@ class Statics:
         right = self.right if right is None else right
         if not self.patches:
             return np.zeros(0)
-        rows = np.tile([1.0, _MOMENTS, _MOMENTS], len(self.layout))
-        unit, soft = float(self.layout.weights.mean()), self._soft()
+        rows = np.tile([1.0, _MOMENTS, _MOMENTS], len(self.weights))
+        unit, soft = float(self.weights.mean()), self._soft()
         stacked = np.vstack((rows[:, None] * self.matrix * unit, np.diag(_ENERGY * np.sqrt(soft))))
         target = np.concatenate((rows * right, np.zeros(len(soft))))
-        try:
-            found = nnls(stacked, target)[0]
-        except RuntimeError:  # it gave up counting
+        # SciPy's nnls (1.17.1) ends at forces that are far from the least where columns are alike.
+        columns = np.ascontiguousarray(stacked.T)
+        found, _, ended = kernels.least_squares.nonnegative_least_squares(columns, target)
+        if not ended:
             found = lsq_linear(stacked, target, (0.0, np.inf)).x
-        return unit * found
+        return unit * np.asarray(found)
 
     def _soft(self) -> FloatArray:
         """How far every corner yields to a force, relative to the mean, shape (4 k,)."""
@@ -188,13 +200,20 @@ def contact_forces(layout: Arrangement) -> ContactForces | None:
     )
 
 
-def _patches(layout: Arrangement) -> Sequence[Patch]:
-    """All contacts; a box with its whole base on the floor stands on a patch of that size."""
-    supports = find_supports(layout)
+def _patches(layout: Arrangement, items: Sequence[int], supports: Supports) -> Sequence[Patch]:
+    """The contacts of some boxes with each other and the floor, by their places in the list; a box
+    with its whole base on the floor stands on a patch of that size.
+    """
+    place = {item: k for k, item in enumerate(items)}
+    place[FLOOR] = FLOOR
     found = []
-    for item, below in enumerate(supports.below):
+    for above, item in enumerate(items):
         if supports.on_floor[item]:
             (x0, _, z0), (x1, _, z1) = layout.lower[item].tolist(), layout.upper[item].tolist()
-            found.append(Patch(FLOOR, item, x0, z0, x1, z1))
-        found += below
+            found.append(Patch(FLOOR, above, x0, z0, x1, z1))
+        found += [
+            patch._replace(below=place[patch.below], above=above)
+            for patch in supports.below[item]
+            if patch.below in place
+        ]
     return found

@@ -106,7 +106,7 @@ def _payload(statics: Statics, item: int, limits: FloatArray) -> float:
         borne = tops @ forces + weight * (limited == item)
         return (borne - limits[limited]) / np.maximum(limits[limited], _LEAST) - 1e-9
 
-    crushed = _first_crossing(over, float(statics.layout.weights.sum()), tips)
+    crushed = _first_crossing(over, float(statics.weights.sum()), tips)
     return min(tips, crushed)
 
 
