@@ -260,6 +260,22 @@ def test_snapping_closes_every_slit_of_a_stack():
     assert [i.position[1] for i in snap(stack(0.0, 30.6, 61.0), 0.5).items] == [0.0, 30.6, 60.6]
 
 
+@pytest.mark.parametrize("gap", [0.25, 0.5, 2.0])
+@pytest.mark.parametrize("on", ["the floor", "a box"])
+def test_a_slit_of_exactly_the_gap_is_closed_and_a_wider_one_is_not(gap, on):
+    below = [] if on == "the floor" else [Item(0, (0.0, 0.0, 0.0), (30.0, 30.0, 30.0), 1.0)]
+    top = 30.0 * len(below)
+
+    def lowered_to(slit):
+        box = Item(len(below), (0.0, top + slit, 0.0), (30.0, 30.0, 30.0), 1.0)
+        made = snap(Layout("a", Pallet(50.0, 200.0, 50.0), (*below, box)), gap)
+        return made.items[-1].position[1]
+
+    assert lowered_to(gap) == top
+    assert lowered_to(0.5 * gap) == top
+    assert lowered_to(1.25 * gap) == top + 1.25 * gap
+
+
 def test_snapping_never_makes_items_overlap():
     # The second item would sink into the third, which comes later in the sequence.
     items = (

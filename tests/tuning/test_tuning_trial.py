@@ -3,6 +3,7 @@
 import itertools
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from steadyload.methods.method import Effort
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation_parameters import SimulationParameters
 from steadyload.studies.tuning.summary import CHEAPEST, DEAREST, hypervolume
-from steadyload.tuning import TuningError
+from steadyload.tuning import TuningError, cost
 from steadyload.tuning.cases import CaseSource, load_cases
 from steadyload.tuning.cost import TERMS, CostModel, calibrate
 from steadyload.tuning.ledger import Entry, GenerationEnd, Ledger
@@ -207,6 +208,34 @@ def test_a_model_finds_what_a_substep_and_a_box_cost(told_time):
     )
     assert model.correlation > 0.99  # equal costs come in any order
     assert model.error < 1e-6
+
+
+class Disturbed:
+    """A method that takes 1 ms on the first layout, 2 ms on the second, and once a second more."""
+
+    parameters = None
+
+    def __init__(self, disturbed):
+        self._times = iter([0.0, *(ms + (1e3 if k == disturbed else 0.0)
+                                   for k, ms in enumerate([1.0, 2.0] * 3))])  # fmt: skip
+
+    def prepare(self, most):
+        """Nothing to prepare."""
+
+    def judge(self, layout):
+        seconds = 1e-3 * next(self._times)
+        return SimpleNamespace(cpu=SimpleNamespace(total=seconds), effort=None)
+
+
+@pytest.mark.parametrize("disturbed", range(6))
+def test_what_a_parameter_set_costs_is_the_mean_over_cases_of_medians_over_repeats(
+    disturbed, monkeypatch
+):
+    monkeypatch.setattr(cost, "make_method", lambda spec: Disturbed(disturbed))
+    monkeypatch.setattr(cost, "counts", lambda effort, parameters: np.zeros(len(TERMS)))
+    [(row, ms, spec)] = cost._measure(cost._Measurement("some", CaseSource(limit=1), 2, 3))
+    assert ms == pytest.approx(1.5)
+    assert (row, spec) == ([0.0] * len(TERMS), "some")
 
 
 def test_a_genotype_that_cannot_be_is_not_measured():
