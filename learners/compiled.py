@@ -1,4 +1,4 @@
-"""Compilation by numba for this package, kept on disk until a file of it changes."""
+"""Compilation by numba for this package, kept on disk until a file of it changes, or a constant."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from steadyload import compilation
+from steadyload.kernels import constants
 
 _COMPILED = ("features", "inference", "convex_hull", "ranges", "support")
 """The files that hold compiled functions."""
@@ -16,6 +17,7 @@ PART = compilation.Part("the learners", 20, "steadyload.learners.warming:warm_up
 
 _SOURCES = hashlib.sha256(
     b"".join((Path(__file__).parent / f"{name}.py").read_bytes() for name in _COMPILED)
+    + Path(constants.__file__).read_bytes()
     + Path(compilation.__file__).read_bytes()
 ).hexdigest()[:12]
 

@@ -3,9 +3,19 @@
 FLOOR = -1
 """In place of an item that carries: the floor."""
 
-TOLERANCE = 0.01
-"""Lengths [cm] closer than this count as equal: how far two items may overlap, how far an item may
-stand out of the pallet's contour, and how far a top face may miss the base it carries."""
+STATED_TOLERANCE = 0.01
+"""The tolerance [cm] as documents and messages state it: a tenth of a millimetre, the usual
+resolution of exported plans."""
+
+TOLERANCE = STATED_TOLERANCE + 1e-6
+"""Lengths [cm] that differ by no more count as equal: how far two items may overlap, how far an
+item may stand out of the pallet's contour, and how far a top face may miss the base it carries.
+
+All comparisons are with this number. It is a little more than the stated one, so that what differs
+by exactly that is within it, wherever it stands and whatever unit it was written in. The difference
+is far above what rounding does to a length (about 1e-10 cm at a kilometre, the longest allowed) and
+far below what plans resolve (1e-4 cm, a micrometre, at the finest).
+"""
 
 ROUNDING = 1e-9
 """Shares of a base, and lengths [cm] of static mechanical equilibrium, that count as rounding."""

@@ -41,6 +41,11 @@ def allowed_range(limits: tuple[float, float]) -> str:
     return f"allowed: a positive finite number, {limits[0]:g} to {limits[1]:g}"
 
 
+def stated_length(length: float) -> str:
+    """A length in a message [cm]: to the sixth decimal, as finely as lengths are told apart."""
+    return f"{round(length, 6):.12g}"
+
+
 def unprintable(name: str) -> str:
     """Sentence that refuses a name."""
     return f"name is {name[:SHOWN]!a}; allowed: one or more printable characters"

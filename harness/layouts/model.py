@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from steadyload.escaping import shown
+from steadyload.kernels.constants import STATED_TOLERANCE
 from steadyload.kernels.constants import TOLERANCE as TOLERANCE
 from steadyload.layouts.checks import FloatArray as FloatArray
-from steadyload.layouts.checks import digest_of, unprintable
+from steadyload.layouts.checks import digest_of, stated_length, unprintable
 from steadyload.layouts.floor import Floor, FloorKind
 from steadyload.layouts.item import AXES
 from steadyload.layouts.item import SIDES as SIDES
@@ -286,10 +287,11 @@ def replace_items(layout: Layout, items: tuple[Item, ...], *, name: str | None =
 def outside_error(item: Item, pallet: Pallet, axis: int, span: tuple[float, float]) -> LayoutError:
     """Error message for an item that stands out of the pallet's contour along an axis."""
     low, high = pallet.contour
-    deck = f": up to {pallet.overhang:g} cm over the edge of the deck" if low[axis] else ""
+    over = f": up to {stated_length(pallet.overhang)} cm over the edge of the deck"
     return LayoutError(
-        f"spans {AXES[axis]} = {span[0]:g} to {span[1]:g} cm; allowed: inside the pallet's "
-        f"contour, {low[axis]:g} to {high[axis]:g} cm (+-{TOLERANCE:g}){deck}",
+        f"spans {AXES[axis]} = {stated_length(span[0])} to {stated_length(span[1])} cm; allowed: "
+        f"inside the pallet's contour, {stated_length(low[axis])} to {stated_length(high[axis])} "
+        f"cm (+-{STATED_TOLERANCE:g}){over if low[axis] else ''}",
         item=str(item),
     )
 
@@ -297,6 +299,7 @@ def outside_error(item: Item, pallet: Pallet, axis: int, span: tuple[float, floa
 def overlap_error(item: Item, other: Item, depth: float) -> LayoutError:
     """Error message for an item that overlaps one placed before it, by a depth [cm]."""
     return LayoutError(
-        f"overlaps {other} by {depth:g} cm along every axis; allowed: at most {TOLERANCE:g} cm",
+        f"overlaps {other} by {stated_length(depth)} cm along every axis; "
+        f"allowed: at most {STATED_TOLERANCE:g} cm",
         item=str(item),
     )

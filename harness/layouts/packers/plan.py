@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Literal
 
+from steadyload.kernels.constants import STATED_TOLERANCE
+from steadyload.layouts.checks import stated_length
 from steadyload.layouts.model import TOLERANCE, Layout, LayoutError, Vector
 from steadyload.layouts.naming import box_label
 from steadyload.layouts.record import Record, Refused, to_layout
@@ -93,8 +95,9 @@ def record(loaded: Bin, order: Order = "height") -> Record:
         for axis, start, side, most in spans:
             if not (start >= -TOLERANCE and start + side <= most + TOLERANCE):
                 raise LayoutError(
-                    f"spans {axis} = {start:g} to {start + side:g} cm; allowed: inside the bin, "
-                    f"0 to {most:g} cm",
+                    f"spans {axis} = {stated_length(start)} to {stated_length(start + side)} cm; "
+                    f"allowed: inside the bin, 0 to {stated_length(most)} cm "
+                    f"(+-{STATED_TOLERANCE:g})",
                     layout=loaded.name,
                     item=box_label(sequence, box.name),
                 )
