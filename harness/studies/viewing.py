@@ -108,9 +108,10 @@ def view_of(
         pallet=layout.pallet.size,
         deck=layout.floor.height,
         items=_items(layout),
-        loadings=tuple(_loading(recording, layout, frame) for recording in recordings),
+        loadings=tuple(_loading(recording, layout) for recording in recordings),
         manifest=made,
         forces=np.empty((0, 4)) if forces is None else forces.resultants(),
+        reasons=tuple(dict.fromkeys(filter(None, (_reason(r, layout, frame) for r in recordings)))),
         gap_note="" if gap is None else gap.sentence(layout, frame),
         hovering=gap is not None and gap.height > gaps_cm,
         axes=frame.axes,
@@ -191,7 +192,7 @@ def _card(
     recordings = [record(layout, judge) for judge in judges]
     view, verdict = view_of(layout, recordings, made, frame=frame), recordings[0].verdict
     headline, said = recordings[0].headline, with_ids(str(verdict), layout.items)
-    reason = "" if headline else reason_of(layout, verdict, frame)
+    reason = _reason(recordings[0], layout, frame)
     if reason and verdict.displacement is None:
         said = str(replace(verdict, reason=reason))
     kinds = {True: "stable", False: "fails" if verdict.failing_step is not None else "no verdict"}
@@ -258,10 +259,13 @@ def _items(layout: Layout) -> tuple[ViewedItem, ...]:
     )
 
 
-def _loading(recording: Recording, layout: Layout, frame: Frame) -> ViewedLoading:
+def _reason(recording: Recording, layout: Layout, frame: Frame) -> str:
+    """How the box at fault stands in the plan; empty where nothing fails, and for a ride."""
+    return "" if recording.headline else reason_of(layout, recording.verdict, frame)
+
+
+def _loading(recording: Recording, layout: Layout) -> ViewedLoading:
     said = recording.verdict
-    at_fault = "" if recording.headline else reason_of(layout, said, frame)
-    own = with_ids(said.reason, layout.items) if said.displacement is None else ""
     return ViewedLoading(
         method=recording.method,
         status=str(said.status),
@@ -270,8 +274,7 @@ def _loading(recording: Recording, layout: Layout, frame: Frame) -> ViewedLoadin
         moved_item=said.moved_item,
         displacement=said.displacement,
         rotation=said.rotation,
-        reason=at_fault or own,
-        method_reason=own if at_fault else "",
+        reason=with_ids(said.reason, layout.items),
         seconds=said.cpu.total,
         ignored=said.ignored,
         simulates=recording.simulates,

@@ -123,10 +123,8 @@ def _caption(loading: ViewedLoading, view: View) -> dict[str, Any]:
             f"{loading.displacement:.1f} cm, {loading.rotation:.1f}°"
         )
     notes = []
-    if loading.reason:
+    if loading.reason and loading.displacement is None:
         notes.append(loading.reason)
-    if loading.method_reason:
-        notes.append(f"the method says: {loading.method_reason}")
     if not loading.simulates:
         notes.append("this method moves nothing: items are shown as planned")
     if loading.ignored:

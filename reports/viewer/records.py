@@ -61,11 +61,7 @@ class ViewedLoading:
         method: spec string.
         status: how the judgement ended; only ``done`` has a score.
         score: share of items placed safely.
-        failing_step, moved_item, displacement [cm], rotation [degrees]: of the verdict.
-        reason: how the item at fault stands in the plan, or what the method says where nothing
-            fails and no movement is known.
-        method_reason: what the method says, where ``reason`` is of the plan and no movement is
-            known; else empty.
+        failing_step, moved_item, displacement [cm], rotation [degrees], reason: of the verdict.
         seconds: CPU time of the judgement.
         ignored: settings that the engine ignored.
         simulates: the method moves items; False: it only looks at the plan.
@@ -91,7 +87,6 @@ class ViewedLoading:
     planned: NDArray[np.float64]
     steps: tuple[ViewedStep, ...]
     headline: str = ""
-    method_reason: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,8 +96,9 @@ class View:
     ``deck`` is the height above the ground of a deck with edges [cm], 0 for a plane without.
     ``forces`` are the contact forces of the complete load, upwards, one a contact: where they act
     (x, y, z) [cm] and how large they are [kg], shape (k, 4); none where they are not known.
-    ``gap_note`` is a sentence on the largest gap below a box that has nothing under it, and
-    ``hovering`` says whether it is larger than is allowed. ``axes`` are names of x, y and z.
+    ``reasons`` say how the boxes at fault stand in the plan. ``gap_note`` is a sentence on the
+    largest gap below a box that has nothing under it, and ``hovering`` says whether it is larger
+    than is allowed. ``axes`` are names of x, y and z.
     """
 
     name: str
@@ -112,6 +108,7 @@ class View:
     loadings: tuple[ViewedLoading, ...]
     manifest: Mapping[str, str]
     forces: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 4)))
+    reasons: tuple[str, ...] = ()
     gap_note: str = ""
     hovering: bool = False
     axes: tuple[str, str, str] = ("x", "y", "z")
