@@ -43,6 +43,8 @@ if TYPE_CHECKING:
     from steadyload.studies.checking import check as check
     from steadyload.studies.viewing import write_view as view
 
+    __version__: str
+
 _PUBLIC = {
     "Dialect": "steadyload.layouts.dialect:Dialect",
     "Item": "steadyload.layouts.model:Item",
@@ -90,6 +92,10 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("steadyload")
     if name not in _PUBLIC:
         raise AttributeError(f"module 'steadyload' has no attribute {name!r}")
     import importlib

@@ -1,10 +1,12 @@
 """Values that callers give and that mean nothing: each is refused in one short sentence."""
 
 import math
+from importlib import metadata
 
 import pytest
 
 import steadyload as sl
+from steadyload.cli import main
 from steadyload.errors import UserError
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.snapping import snap
@@ -132,3 +134,15 @@ def test_a_missing_file_is_bad_input_and_a_missing_file():
     assert isinstance(caught.value, FileNotFoundError)
     with pytest.raises(UserError):
         sl.read_batch("nope.csv")
+
+
+def test_the_version_is_that_of_the_distribution():
+    assert sl.__version__ == metadata.version("steadyload")
+
+
+def test_methods_explains_the_name_that_check_prints(capsys):
+    assert main(["methods", "cascade@mujoco:question=within"]) == 0
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["question", "within", "within|stands"] in [row[:3] for row in rows]
+    assert main(["methods", "cascade@mujoco:question=never"]) == 2
+    assert "question is 'never'" in capsys.readouterr().err

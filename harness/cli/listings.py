@@ -12,30 +12,38 @@ from steadyload.studies.options import operand, option
 class Methods:
     """All methods, or one of them."""
 
-    name: str | None = operand(None, "which one is explained (default: all)", metavar="NAME")
+    name: str | None = operand(
+        None,
+        "which one is explained, such as sme or label@mujoco:shrink=0.02 (default: all)",
+        metavar="NAME",
+    )
 
     def run(self) -> None:
         """Print a table of methods, or of the parameters of one."""
         from steadyload.errors import nearest
-        from steadyload.methods.registry import method_listing
-        from steadyload.methods.spec import SpecError
+        from steadyload.escaping import shown
+        from steadyload.methods.registry import make_method, method_listing, method_parameters
+        from steadyload.methods.spec import SpecError, parse_spec
 
-        name, _, engine = (self.name or "").partition("@")
-        listing = method_listing(engine or None)
-        if self.name is None:
+        spec = None if self.name is None else parse_spec(self.name)
+        listing = method_listing(spec.engine if spec else None)
+        if spec is None:
             print_table(
                 ("name", "needs an engine", "what it is"),
                 [(m.name, "yes" if m.needs_engine else "no", m.about) for m in listing],
             )
             return
-        found = {m.name: m for m in listing}.get(name)
+        found = {m.name: m for m in listing}.get(spec.name)
         if found is None:
-            known = nearest(self.name, [m.name for m in listing])
-            raise SpecError(f"unknown method {self.name!r}; {known}")
+            known = nearest(spec.name, [m.name for m in listing])
+            raise SpecError(f"unknown method {shown(spec.name)}; {known}")
+        parameters = found.parameters
+        if spec.values:
+            parameters = method_parameters(make_method(spec))
         print(f"{found.name}: {found.about}\n")
         print_table(
             ("parameter", "value", "unit", "allowed", "what it is"),
-            [(p.name, p.value, p.unit, p.allowed, p.about) for p in found.parameters],
+            [(p.name, p.value, p.unit, p.allowed, p.about) for p in parameters],
         )
 
 

@@ -11,6 +11,7 @@ from steadyload.cli.terminal import print_table, say
 from steadyload.studies.options import option
 
 if TYPE_CHECKING:
+    from steadyload.layouts.question import Question
     from steadyload.studies.recommend.front import Front, Measured
 
 
@@ -35,9 +36,10 @@ class Recommend:
         None, "number of boxes of a layout (default: the smallest layouts that were measured)",
         least=1,
     )  # fmt: skip
-    question: str = option(
-        "within", "within: has anything moved too far within 0.3 s; stands: does anything until "
-        "all rests (default: within)", choices="steadyload.layouts.question:Question",
+    question: str | None = option(
+        None, "stands: does anything move too far until all rests; within: has anything within "
+        "0.3 s (default: stands, as of steadyload check, where it was measured)",
+        choices="steadyload.layouts.question:Question",
     )  # fmt: skip
     engine: str | None = option(None, "only methods on this engine, and those that need none")
     run_folder: Path | None = option(
@@ -51,7 +53,6 @@ class Recommend:
 
     def run(self) -> None:
         """Print the method, and those from which it was chosen."""
-        from steadyload.layouts.question import Question
         from steadyload.studies.recommend.front import FrontError, described, front_for, recommend
         from steadyload.studies.recommend.kept import load_fronts
 
@@ -66,7 +67,7 @@ class Recommend:
         if self.write:
             self._keep(fronts)
             return
-        front = front_for(fronts, Question(self.question), self.boxes)
+        front = front_for(fronts, self._question(fronts), self.boxes)
         if self.engine is None:
             front = front.here()
         chosen = recommend(
@@ -77,6 +78,15 @@ class Recommend:
         self._table(front, chosen)
         print("\n" + front.measured_on())
         self._remarks(front, chosen, fronts)
+
+    def _question(self, fronts: tuple[Front, ...]) -> Question:
+        """The question that is asked for, or else the default one, or the only one measured."""
+        from steadyload.layouts.question import Question
+
+        measured = {front.question for front in fronts}
+        if self.question is None and len(measured) == 1:
+            return measured.pop()
+        return Question(self.question or Question.STANDS)
 
     def _keep(self, fronts: tuple[Front, ...]) -> None:
         from steadyload.studies.recommend.kept import FILE, load_fronts, merged, write_fronts

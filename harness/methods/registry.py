@@ -229,11 +229,19 @@ def method_listing(engine: str | None = None) -> list[MethodEntry]:
     return entries
 
 
+def method_parameters(method: Method) -> tuple[ParameterEntry, ...]:
+    """The parameters of a method, with its values."""
+    return _entries(method.parameters_on(method.spec.engine), method.parameters)
+
+
 def _parameters(
     method: type[Method], engine: str | None, values: Mapping[str, Any]
 ) -> tuple[ParameterEntry, ...]:
     declared = method.parameters_on(engine)
-    bound = bind(declared, values, where="preset")
+    return _entries(declared, bind(declared, values, where="preset"))
+
+
+def _entries(declared: type[Any], bound: Any) -> tuple[ParameterEntry, ...]:
     texts = dict(canonical(bound, [f.name for f in dataclasses.fields(bound)]))
     return tuple(
         ParameterEntry(

@@ -432,11 +432,18 @@ def test_the_command_asks_for_size_and_question(real, networks, capsys):
 
 
 def test_the_package_knows_small_layouts(capsys):
-    assert main(["recommend", "--budget", "5ms"]) == 0
+    assert main(["recommend", "--budget", "5ms", "--question", "within"]) == 0
     last = capsys.readouterr().out.splitlines()[-1]
     assert last.startswith("Question within, measured on 3000 cases of 1 to 20 boxes: part test, ")
+    assert main(["recommend", "--budget", "5ms"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1].startswith("Question stands, measured on ")
+
+
+def test_a_size_that_was_not_measured_is_told_the_nearest_one(capsys):
     assert main(["recommend", "--boxes", "1000"]) == 2
-    assert "measured on layouts of 1000 boxes for the question within" in capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert "measured on layouts of 1000 boxes for the question stands" in told
+    assert "38 to 61 boxes, of which 61 are nearest: --boxes 61." in told
 
 
 def test_a_run_is_kept_beside_others(real, tmp_path, monkeypatch, capsys):

@@ -133,10 +133,13 @@ def front_for(fronts: Iterable[Front], question: Question, boxes: int | None = N
         raise FrontError(f"no method was measured for the question {question}. {_HOW_TO_MEASURE}")
     if boxes is None:
         return min(asked, key=lambda front: (front.most, -front.cases))
-    if not min(f.fewest for f in asked) <= boxes <= max(f.most for f in asked):
+    ends = min(f.fewest for f in asked), max(f.most for f in asked)
+    if not ends[0] <= boxes <= ends[1]:
+        nearest_size = ends[0] if boxes < ends[0] else ends[1]
         raise FrontError(
             f"no method was measured on layouts of {boxes} boxes for the question {question}; "
-            f"measured: {sizes_of(asked)} boxes. {_HOW_TO_MEASURE}"
+            f"measured: {sizes_of(asked)} boxes, of which {nearest_size} are nearest: --boxes "
+            f"{nearest_size}. {_HOW_TO_MEASURE}"
         )
     return min(asked, key=lambda front: (front.beyond(boxes), -front.cases))
 
