@@ -74,11 +74,19 @@ def opened(path: Path, most: int) -> BinaryIO:
         OSError: it cannot be read.
     """
     file = path.open("rb")
-    about = os.fstat(file.fileno())
-    if stat.S_ISREG(about.st_mode) and about.st_size > most:
+    if (found := size_of(file)) > most:
         file.close()
-        raise TooLargeError(path, most, about.st_size)
+        raise TooLargeError(path, most, found)
     return file
+
+
+def size_of(file: BinaryIO) -> int:
+    """Bytes of a file that is open; 0 for what does not know: a device, a pipe, memory."""
+    try:
+        about = os.fstat(file.fileno())
+    except OSError:
+        return 0
+    return about.st_size if stat.S_ISREG(about.st_mode) else 0
 
 
 @contextmanager

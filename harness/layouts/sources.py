@@ -11,7 +11,7 @@ from typing import BinaryIO
 from steadyload.errors import UserError
 from steadyload.escaping import sentence
 from steadyload.layouts.record import FormatError
-from steadyload.reading import naming
+from steadyload.reading import naming, size_of
 
 _CHUNK = 1024**2
 
@@ -56,13 +56,18 @@ def read_rest(file: BinaryIO, head: bytes, cap: int) -> bytearray:
     A pipe does not know its size, so that no more is read than is allowed.
 
     Raises:
-        FormatError: it has more bytes than the cap.
+        FormatError: it has more bytes than the cap, or a zero byte, as files with holes have.
     """
     content = bytearray(head)
-    while chunk := file.read(_CHUNK):
+    size = size_of(file)
+    while size <= cap and (chunk := file.read(_CHUNK)):
+        if b"\0" in chunk:
+            place = len(content) + chunk.index(b"\0")
+            raise FormatError(f"is no text (byte {place} is 0); save it as UTF-8")
         content += chunk
-        if len(content) > cap:
-            raise FormatError(f"is too large; allowed for this format: {cap // 1024**2} MiB")
+        size = max(size, len(content))
+    if size > cap:
+        raise FormatError(f"is too large; allowed for this format: {cap // 1024**2} MiB")
     return content
 
 

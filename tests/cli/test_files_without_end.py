@@ -12,7 +12,7 @@ import pytest
 
 from steadyload.atomic import manifest_text
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.writers import as_native
+from steadyload.layouts.writers import as_csv, as_native
 from steadyload.learners.weights import SHIPPED
 
 COMMANDS = """
@@ -96,3 +96,18 @@ def test_weights_whose_names_share_their_bytes_are_refused_at_once(ended, tmp_pa
     [(status, said)] = ended(["check", "ok.json", "-m", "lstm_1:weights=./w"])
     assert status == "2", said
     assert said.endswith("member_0.safetensors: is no safetensors file of numbers\n")
+
+
+def test_a_layout_file_with_a_hole_is_refused_before_the_hole_is_held(ended, tmp_path):
+    """A table that begins as one, and goes on with zeros for as long as is allowed, or longer."""
+    header, row = as_csv(
+        [Layout("A", Pallet(9, 9, 9), (Item(0, (0, 0, 0), (9, 9, 9), 1.0),))]
+    ).split()
+    rows = "\n".join(f"A{k}{row[1:]}" for k in range(3000))
+    for name, size in (("hole.csv", 2**28 - 1), ("long.csv", 2**28 + 1)):
+        (tmp_path / name).write_text(f"{header}\n{rows}\n")
+        os.truncate(tmp_path / name, size)
+    (hole, said), (long, too) = ended(["check", "hole.csv"], ["check", "long.csv"])
+    assert (hole, long) == ("2", "2"), (said, too)
+    assert re.fullmatch(r"steadyload: hole\.csv: is no text \(byte \d+ is 0\); .*\n", said)
+    assert too == "steadyload: long.csv: is too large; allowed for this format: 256 MiB\n"
