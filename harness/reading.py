@@ -15,6 +15,7 @@ import stat
 import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BufferedReader
 from pathlib import Path
 from typing import Any, BinaryIO, TextIO
 
@@ -66,7 +67,7 @@ def in_words(size: int) -> str:
     return f"{-(-size // unit):,} {name}"
 
 
-def opened(path: Path, most: int) -> BinaryIO:
+def opened(path: Path, most: int) -> BufferedReader:
     """A file, opened to be read as bytes; of a device or pipe the reader has to count them.
 
     Raises:
@@ -109,7 +110,7 @@ def content_of(path: Path, most: int) -> bytes:
     return content
 
 
-def regular(path: Path, most: int) -> BinaryIO:
+def regular(path: Path, most: int) -> BufferedReader:
     """A stored file, opened to be read in parts: no device and no pipe.
 
     Raises:
