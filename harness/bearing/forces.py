@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 from scipy.sparse import csc_array, diags_array, eye_array, vstack
+from scipy.sparse.linalg import splu
 
 from steadyload import kernels
 from steadyload.bearing.cones import is_solved, solve_cones
@@ -25,6 +26,9 @@ from steadyload.layouts.model import Arrangement, FloatArray
 
 _BALANCED = 1e-7
 """What may be left of a box's weight, and of its moments, in balance; of the largest of them."""
+
+_EXACT = 1e-12
+"""What rounding may leave of equations that have been solved, of the largest right side."""
 
 _MOMENTS, _ENERGY = 1e-2, 1e-5
 """What moments, and the square root of the energy, count beside weights where nothing balances."""
@@ -167,7 +171,7 @@ class Statics:
         """The same, balanced to rounding: once it is known what presses, all is linear."""
         kept = found > 1e-7 * found.max()
         pressing = self.matrix[:, kept] / np.sqrt(soft[kept])
-        exact = np.linalg.lstsq(pressing, right, rcond=None)[0] / np.sqrt(soft[kept])
+        exact = _least_solution(pressing, right) / np.sqrt(soft[kept])
         polished = np.zeros_like(found)
         polished[kept] = np.maximum(exact, 0.0)
         left, before = (np.abs(self.matrix @ f - right).max() for f in (polished, found))
@@ -198,6 +202,26 @@ def contact_forces(layout: Arrangement) -> ContactForces | None:
     return ContactForces(
         table[:, 0].astype(np.int64), table[:, 1].astype(np.int64), table[:, 2:], found
     )
+
+
+def _least_solution(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    """The solution of the least norm of sparse equations, or what comes nearest to one.
+
+    What the transposed matrix makes of anything has no smaller solution beside it: where equations
+    do not depend on each other, that is found without a dense factorisation.
+    """
+    sparse = csc_array(matrix)
+    found, left = np.zeros(matrix.shape[1]), right
+    try:
+        factors = splu(csc_array(sparse @ sparse.T))
+        for _ in range(3):
+            found = found + sparse.T @ factors.solve(left)
+            left = right - sparse @ found
+    except RuntimeError:  # exactly singular
+        pass
+    if np.abs(left).max() <= _EXACT * np.abs(right).max():
+        return found
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0], dtype=np.float64)
 
 
 def _patches(layout: Arrangement, items: Sequence[int], supports: Supports) -> Sequence[Patch]:
