@@ -51,20 +51,20 @@ def main() -> None:
     COMPUTATIONS.write_text(json.dumps(computed(), indent=1) + "\n")
 
 
-def on_one_machine() -> list[list[str]]:
-    """Keys of the verdicts that moved starts turn: of the deep test those in single precision."""
-    found = []
+def on_one_machine() -> list[tuple[str, ...]]:
+    """Keys of the verdicts in single precision that moved starts turn."""
+    found: set[tuple[str, ...]] = set()
     for name in ("quick", "deep"):
         golden, _ = read(FOLDER / f"{name}.parquet")
-        looked_at = [each for each in plan(golden, deep=name == "deep") if _rounds(each.spec, name)]
-        specs = {each.spec for each in looked_at}
-        found += turned([row for row in golden if row["method"] in specs], looked_at)
+        single = [each for each in plan(golden, deep=name == "deep") if _is_single(each.spec)]
+        specs = {each.spec for each in single}
+        found |= turned([row for row in golden if row["method"] in specs], single)
     return sorted(found)
 
 
-def _rounds(spec: str, name: str) -> bool:
+def _is_single(spec: str) -> bool:
     engine = make_method(spec).spec.engine
-    return engine is not None and (name == "quick" or capabilities(engine).single_precision)
+    return engine is not None and capabilities(engine).single_precision
 
 
 if __name__ == "__main__":

@@ -91,7 +91,7 @@ def _said(method: Any, case: Case) -> Row:
     return {**said, "status": str(verdict.status)}
 
 
-def turned(kept: Sequence[Row], asked: Sequence[Asked]) -> list[list[str]]:
+def turned(kept: Sequence[Row], asked: Sequence[Asked]) -> set[tuple[str, ...]]:
     """Keys of the verdicts that are other ones when starts are moved by less than rounding moves
     them on another kind of machine.
 
@@ -99,13 +99,13 @@ def turned(kept: Sequence[Row], asked: Sequence[Asked]) -> list[list[str]]:
         kept: verdicts.
         asked: the same, as they are judged.
     """
-    found = set()
+    found: set[tuple[str, ...]] = set()
     for seed in SEEDS:
         with moved_starts.by(seed):
             for row, now in zip(kept, judged(asked), strict=True):
                 if any(row[k] != now[k] for k in DISCRETE):
                     found.add(tuple(row[k] for k in KEYS))
-    return sorted(map(list, found))
+    return found
 
 
 def differences(
