@@ -116,13 +116,14 @@ def test_a_step_that_is_not_simulated_has_a_score_of_its_own():
 
 def test_what_is_in_the_way_of_one_item_is_in_the_way_of_all_that_moved_with_it():
     # The box on top tips on its lower carrier and pushes the tall one, which balances by itself.
+    # Whether that gets as far as 10 degrees, rounding decides: here it may.
     boxes = ((10, 0, 0, 10, 20, 20), (22, 0, 0, 10, 19, 20), (32, 0, 4, 8, 50, 10),
              (14, 20, 0, 18, 30, 20))  # fmt: skip
-    weights = [1.0, 1.0, 0.5, 5.0]
-    before = said(MOVING, stack(*boxes, weights=weights))
+    weights, far = [1.0, 1.0, 0.5, 5.0], f"{MOVING},eps_t=50,eps_r=90"
+    before = said(far, stack(*boxes, weights=weights))
     beside = stack(*boxes, (40, 0, 4, 1, 50, 10), weights=[*weights, 0.05])
     assert before.effort.substeps > 0
-    assert said(MOVING, beside).effort.substeps > before.effort.substeps
+    assert said(far, beside).effort.substeps > before.effort.substeps
 
 
 def test_a_box_on_the_floor_that_stands_on_its_edge_is_simulated():
