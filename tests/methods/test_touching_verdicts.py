@@ -201,7 +201,7 @@ def piles(draw):
 
 @given(pile=piles(), at=st.tuples(st.integers(0, 90_000), st.integers(0, 90_000)))
 @settings(
-    max_examples=60, deadline=None, derandomize=True, database=None,
+    max_examples=30, deadline=None, derandomize=True, database=None,
     suppress_health_check=[HealthCheck.too_slow],
 )  # fmt: skip
 def test_verdicts_at_ties_hang_neither_on_place_nor_on_unit_nor_on_side(pile, at, tmp_path_factory):
