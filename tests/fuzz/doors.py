@@ -1,11 +1,20 @@
 """Files that are no valid file with a small change: holes, devices, bombs in headers."""
 
+import io
 import json
+import lzma
 import os
 import random
+import shutil
 import struct
+import tarfile
 from collections.abc import Callable
 from pathlib import Path
+
+from mutation import mutated
+
+from steadyload.studies.kept_rows import unpack
+from steadyload.studies.published import Entry
 
 SIZES = (0, 0, 2**10, 2**17, 2**20 + 1, 2**23 + 1, 2**26 + 1, 2**28 - 1, 2**28 + 1, 2**32 + 1)
 """Bytes of zeros after a file, about the limits of the readers."""
@@ -85,3 +94,55 @@ def bomb(content: bytes, draw: random.Random) -> bytes:
     text = json.dumps(header).encode()
     stated = draw.choice((0, 2**20 + 1, 2**40, 2**64 - 1)) if kind == 6 else len(text)
     return struct.pack("<Q", stated) + text + body
+
+
+def archive() -> bytes:
+    """Rows of a page, packed as they are kept."""
+    return _packed([("manifest.json", b"{}"), ("results/a.0a.json", b"[1, 2]\n" * 100)])
+
+
+def _packed(files: list[tuple[str, bytes]], **about: object) -> bytes:
+    """An archive; ``about`` is stated of its first file."""
+    into = io.BytesIO()
+    with tarfile.open(fileobj=into, mode="w", format=tarfile.PAX_FORMAT) as packing:
+        for number, (name, content) in enumerate(files):
+            member = tarfile.TarInfo(name)
+            member.size = len(content)
+            for key, value in about.items() if number == 0 else ():
+                setattr(member, key, value)
+            packing.addfile(member, io.BytesIO(content + bytes(512)))
+    return lzma.compress(into.getvalue(), preset=0)
+
+
+def harmed_archive(content: bytes, draw: random.Random) -> bytes:
+    """An archive with changed bytes, outside or inside, or with members that lead elsewhere."""
+    kind = draw.randrange(4)
+    if kind == 0:
+        return mutated(content, draw)
+    if kind == 1:
+        return lzma.compress(mutated(lzma.decompress(content), draw), preset=0)
+    name = draw.choice(("a", "../a", "/tmp/a", "a/../../b", "a" * 300, "a\x1b[2J", ".", ""))
+    if kind == 2:
+        return _packed([(name, b"x"), ("b", b"y")])
+    of = draw.choice((tarfile.SYMTYPE, tarfile.LNKTYPE, tarfile.CHRTYPE, tarfile.FIFOTYPE))
+    target = draw.choice(("..", "/etc/passwd", "b", "a"))
+    return _packed([("a", b""), ("a/b", b"y")], type=of, linkname=target)
+
+
+def placed_archive(folder: Path, content: bytes) -> Path:
+    """Put an archive where the rows of a page are kept, and nothing where they are unpacked."""
+    path = folder / "rows" / "work.tar.xz"
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes(content)
+    shutil.rmtree(folder / "work", ignore_errors=True)
+    return path
+
+
+def read_archive(path: Path) -> None:
+    """Unpack an archive; refused, it leaves nothing behind."""
+    work = path.parents[1] / "work"
+    try:
+        unpack(Entry("page", "", ("study",), work), path.parent)
+    except Exception:
+        assert not work.exists(), "a folder of a refused archive"
+        raise

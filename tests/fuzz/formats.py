@@ -493,6 +493,9 @@ FORMATS = {
         lambda: [_ledger()], stored.read_ledger, mutated,
         lambda folder, content: _alone(folder, "search.jsonl", content),
     ),
+    "archive": Format(
+        lambda: [doors.archive()], doors.read_archive, doors.harmed_archive, doors.placed_archive
+    ),
     "sparse": Format(
         lambda: [doors.whole(k, content) for k, (content, _) in enumerate(_files())],
         doors.by_number([read for _, read in _files()]), doors.hole, doors.placed_hole,
@@ -505,7 +508,8 @@ FORMATS = {
 """Formats by name."""
 
 COSTLY = (
-    "shard", "run-manifest", "labelled-tables", "labelled-manifest", "plan", "sparse", "device",
+    "shard", "run-manifest", "labelled-tables", "labelled-manifest", "plan", "archive", "sparse",
+    "device",
 )  # fmt: skip
 """Those of which an input takes milliseconds."""
 
