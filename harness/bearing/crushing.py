@@ -9,6 +9,7 @@ from steadyload.bearing.forces import Statics
 from steadyload.layouts.contacts import Supports, find_supports
 from steadyload.layouts.item import Item
 from steadyload.layouts.model import Arrangement, Layout
+from steadyload.layouts.naming import box_label
 
 _OVER = 1e-6
 """Share by which a load may exceed a limit: weights that add up to it do not."""
@@ -21,7 +22,7 @@ class Crushed:
     Attributes:
         step: placement after which it does.
         item: the box.
-        label: its id, or its number where it has none, as a sentence has it.
+        label: its id with its step, or its number where it has no id, as a sentence has it.
         bears_kg: the load on its top, by the contact forces of least energy, or by those that come
             nearest to balance where none balance.
         allowed_kg: what it may bear.
@@ -102,7 +103,7 @@ def _crushed_at(
     item = items[worst]
     allowed = item.max_load
     assert allowed is not None, "only a box with a limit is crushed"
-    label = f"box {item.name}" if item.name else f"item {item.sequence}"
+    label = box_label(item.sequence, item.name)
     return Crushed(step, worst, label, borne[worst], allowed)
 
 

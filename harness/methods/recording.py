@@ -67,6 +67,7 @@ class Recording:
         reseats: every step begins with all items at their planned poses.
         headline: the answer in a few words where it is another one than the verdict's, such as
             what the complete load does on the road; the last step shows that.
+        crushed: the moved item is a box that bears more than it may.
     """
 
     method: str
@@ -77,6 +78,7 @@ class Recording:
     steps: tuple[RecordedStep, ...]
     reseats: bool
     headline: str = ""
+    crushed: bool = False
 
 
 def record_loading(layout: Layout, method: Method) -> Recording:

@@ -258,7 +258,7 @@ def _entries(declared: type[Any], bound: Any) -> tuple[ParameterEntry, ...]:
 def _load(name: str, target: str) -> type[Method]:
     found = loaded(target, GROUP, name)
     if target.startswith(OWN):
-        return found  # type: ignore[no-any-return]
+        return found
     if not (isinstance(found, type) and issubclass(found, Method)):
         raise faulty(GROUP, name, f"{target} is no subclass of Method")
     if not dataclasses.is_dataclass(getattr(found, "Parameters", None)):

@@ -10,7 +10,7 @@ from pathlib import Path
 from steadyload.atomic import write_atomically
 from steadyload.engines.errors import EngineNotInstalledError
 from steadyload.layouts.model import Layout
-from steadyload.layouts.naming import box_id
+from steadyload.layouts.naming import box_label
 from steadyload.layouts.record import Refused
 from steadyload.methods.recording import (
     Recording,
@@ -19,6 +19,7 @@ from steadyload.methods.recording import (
     simulation_of,
 )
 from steadyload.methods.registry import make_method
+from steadyload.methods.verdict import Status, Verdict
 from steadyload.reports.viewer.gallery import gallery_html
 from steadyload.reports.viewer.page import MARKS, player_html
 from steadyload.reports.viewer.records import Card, Gallery
@@ -39,6 +40,9 @@ _PATIENCE = 60.0
 _KINDS = tuple(
     map(str, (Answer.FAILS, Answer.HOVERS, Answer.NOT_JUDGED, Answer.BAD_INPUT, Answer.STANDS))
 )
+
+CRUSHED, NOT_HELD = "crushed", "road: no"
+"""Badges of loads of which a box is crushed, and of those that do not hold the rule of the road."""
 
 Progress = Callable[[int, int], None]
 
@@ -95,6 +99,10 @@ def _gallery(cards: Sequence[Card], made: Mapping[str, str]) -> Gallery:
     told = [f"{count['stands']} stand", f"{count['fails']} fail"]
     told += [f"{count['hovers']} hover"] * bool(count["hovers"])
     told += [f"{count[kind]} {kind}" for kind in ("not judged", "bad input") if count[kind]]
+    marks = {CRUSHED: "with a crushed box", NOT_HELD: "fail on the road"}
+    for badge, words in marks.items():
+        if any(badge in card.badges for card in cards):
+            told.append(f"{sum(badge in card.badges for card in cards)} {words}")
     return Gallery(
         title="Do these pallets stand while they are loaded?",
         summary=f"{len(cards)} pallet{'s' if len(cards) != 1 else ''}: {', '.join(told)}.",
@@ -102,8 +110,9 @@ def _gallery(cards: Sequence[Card], made: Mapping[str, str]) -> Gallery:
         cards=tuple(cards),
         notes=(
             "A picture shows a load up to the box at whose placement it fails; the box that moves "
-            "too far, or hovers, is red, and shines through others. Colours are the order of "
-            "loading. Seen from the front right: the side of high x and z.",
+            "too far, or hovers, is red, one that is crushed or moves only on the road is amber, "
+            "and it shines through others. Colours are the order of loading. Seen from the front "
+            "right: the side of high x and z.",
             "Method right on: the share of labelled cases of about so many boxes on which the "
             "method names the failing step; it is the same for each pallet of such a size.",
             "Too far: a corner by 10 cm along an axis, or a turn by 10 degrees, unless the method "
@@ -153,20 +162,39 @@ def _recorded(unit: _Unit) -> Recording:
 
 
 def _plan(unit: _Unit) -> Recording:
-    assert unit.check.verdict is not None, "a valid layout has a verdict"
-    return record_plan(unit.layout, unit.check.method, unit.check.verdict)
+    """The plan; of a load of which a box is crushed up to the step at which it is."""
+    shown, crushed = _shown(unit.check), unit.check.crushed
+    recording = record_plan(unit.layout, unit.check.method, shown)
+    if crushed is None:
+        return recording
+    return dataclasses.replace(recording, headline=str(crushed), crushed=True)
+
+
+def _shown(check: Check) -> Verdict:
+    """The verdict, or in its place one on the box that is crushed first."""
+    assert check.verdict is not None, "a valid layout has a verdict"
+    crushed = check.crushed
+    if crushed is None:
+        return check.verdict
+    return dataclasses.replace(
+        check.verdict, status=Status.DONE, failing_step=crushed.step, moved_item=crushed.item,
+        displacement=None, rotation=None, reason="",
+    )  # fmt: skip
 
 
 def _played(unit: _Unit, recording: Recording) -> Card:
     """The card of a layout, with its picture and player."""
-    drawn = load_picture(unit.layout, unit.check.verdict)
-    card = _card(unit.check)
+    drawn, card, road = load_picture(unit.layout, _shown(unit.check)), _card(unit.check), None
+    if unit.check.stands and _fails_on_the_road(unit.check):
+        assert unit.check.transport is not None
+        road = None if unit.check.transport.worst is None else unit.check.transport.worst.moved_item
     return dataclasses.replace(
         card,
         facts=(*card.facts, *_road_fact(unit.check, unit.layout)),
         pallet=drawn.pallet,
         boxes=drawn.boxes,
-        marked=_marked(unit.check, drawn.marked),
+        marked=_marked(unit.check, drawn.marked) if road is None else road,
+        amber=unit.check.crushed is not None or road is not None,
         player=player_html(
             view_of(
                 unit.layout,
@@ -195,7 +223,12 @@ def _card(check: Check) -> Card:
         facts.append(Path(check.file).name)
     kind = str(check.answer)
     answer = check.reason if check.answer is Answer.BAD_INPUT else check.sentence
-    return Card(check.layout, kind, answer, (*facts, *check.notes))
+    badges = [CRUSHED] * (check.crushed is not None) + [NOT_HELD] * _fails_on_the_road(check)
+    return Card(check.layout, kind, answer, (*facts, *check.notes), badges=tuple(badges))
+
+
+def _fails_on_the_road(check: Check) -> bool:
+    return check.transport is not None and check.transport.held is False
 
 
 def _road_fact(check: Check, layout: Layout) -> tuple[str, ...]:
@@ -208,5 +241,5 @@ def _road_fact(check: Check, layout: Layout) -> tuple[str, ...]:
         return (f"holds {road.rule}",)
     if worst.held is None or worst.moved_item is None:
         return (f"{road.rule}: no answer",)
-    box = box_id(layout.items, worst.moved_item) or f"item {worst.moved_item}"
+    box = box_label(worst.moved_item, layout.items[worst.moved_item].name)
     return (f"{road.rule}: {box} {worst.mode} at {worst.direction_deg:g} degrees",)

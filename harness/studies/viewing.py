@@ -282,6 +282,7 @@ def _loading(recording: Recording, layout: Layout) -> ViewedLoading:
         planned=recording.planned,
         steps=tuple(_step(step) for step in recording.steps),
         headline=recording.headline,
+        crushed=recording.crushed,
     )
 
 

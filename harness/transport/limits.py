@@ -76,7 +76,7 @@ def around(count: int) -> tuple[float, ...]:
     return tuple(360.0 * k / count for k in range(count))
 
 
-def checked_directions(directions: int | Iterable[float]) -> tuple[float, ...]:
+def checked_directions(directions: object) -> tuple[float, ...]:
     """Directions [degrees]: so many evenly around a load, or those that are named.
 
     Raises:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from steadyload.engines.world import EngineError, Poses
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model import FloatArray, Layout
 from steadyload.layouts.naming import box_label
 from steadyload.methods.criteria import Movement
 from steadyload.methods.method import Method, Status, Verdict
@@ -74,7 +74,9 @@ def record_ride(layout: Layout, rule: Rule, direction_deg: float, method: Method
         judged = len(filmed.times)
         if not ride.held:
             judged = int(np.searchsorted(filmed.times, ride.seconds)) + 1
-    steps = [_still() for _ in range(count - 1)] + [filmed.step(judged)]
+    steps = [_still() for _ in range(count - 1)] + [
+        filmed.step(judged, None if verdict.stable else verdict.moved_item)
+    ]
     sizes = layout.upper - layout.lower
     return Recording(
         str(method.spec), verdict, planned.centres, sizes, True, tuple(steps), True, headline
@@ -89,25 +91,35 @@ class _Film:
     looks: int = 0
     times: list[float] = field(default_factory=list)
     poses: list[Poses] = field(default_factory=list)
-    most_moved: list[Movement] = field(default_factory=list)
+    moved: list[tuple[FloatArray, FloatArray]] = field(default_factory=list)
 
     def take(self, look: Look) -> None:
         self.looks += 1
         if self.looks % _EVERY:
             return
-        item = int(look.shifts.argmax())
-        shift, angle = float(look.shifts[item]), float(look.angles[item])
         self.times.append(look.seconds)
         self.poses.append(in_layout(look.poses, self.layout))
-        self.most_moved.append(Movement(item, shift, angle, 0.0))
+        self.moved.append((look.shifts, look.angles))
 
-    def step(self, judged: int) -> RecordedStep:
+    def step(self, judged: int, moved_item: int | None) -> RecordedStep:
+        """The ride as a step; from the frame of the verdict on its box is the one that is named.
+
+        Args:
+            judged: frames before the verdict or at it.
+            moved_item: that moves too far; None where none does.
+        """
         if not self.times:
             return _still()
+        most = []
+        for frame, (shifts, angles) in enumerate(self.moved, start=1):
+            item = int(shifts.argmax())
+            if moved_item is not None and frame >= judged:
+                item = moved_item
+            most.append(Movement(item, float(shifts[item]), float(angles[item]), 0.0))
         centres = np.stack([poses.centres for poses in self.poses])
         quaternions = np.stack([poses.quaternions for poses in self.poses])
         return RecordedStep(
-            np.array(self.times), Poses(centres, quaternions), tuple(self.most_moved),
+            np.array(self.times), Poses(centres, quaternions), tuple(most),
             min(judged, len(self.times)),
         )  # fmt: skip
 

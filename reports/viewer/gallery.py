@@ -15,7 +15,15 @@ import numpy as np
 
 from steadyload.reports.html import packed, rendered, template_text
 from steadyload.reports.viewer.page import packed_shared_texts
-from steadyload.reports.viewer.picture import MARKED, OUTLINE, RAMP, WOOD, behind_first, shades
+from steadyload.reports.viewer.picture import (
+    AMBER,
+    MARKED,
+    OUTLINE,
+    RAMP,
+    WOOD,
+    behind_first,
+    shades,
+)
 from steadyload.reports.viewer.records import Card, Gallery
 
 _PER_CM = 10
@@ -33,6 +41,7 @@ def gallery_html(gallery: Gallery) -> str:
         "viewer/gallery.html.j2",
         gallery=gallery,
         counts={kind: kinds[kind] for kind in gallery.kinds if kinds[kind]},
+        badges=Counter(badge for card in gallery.cards for badge in card.badges),
         style="\n".join(
             map(template_text, ("base.css", "viewer/gallery.css", "viewer/dialog.css"))
         ),
@@ -50,6 +59,7 @@ def _pictures(gallery: Gallery) -> dict[str, Any]:
     return {
         "ramp": [shades(colour) for colour in RAMP],
         "red": shades(MARKED),
+        "amber": shades(AMBER),
         "wood": WOOD,
         "edge": OUTLINE,
         "cards": [_picture(card) for card in gallery.cards],
@@ -62,4 +72,5 @@ def _picture(card: Card) -> dict[str, Any]:
         "boxes": np.rint(_PER_CM * card.boxes).astype(int).ravel().tolist(),
         "order": behind_first(card.boxes),
         "marked": card.marked,
+        "amber": card.amber,
     }

@@ -108,6 +108,8 @@ def _caption(loading: ViewedLoading, view: View) -> dict[str, Any]:
         kind, headline = "fails", f"fails at {at}"
     if loading.headline:
         headline = loading.headline
+    if loading.crushed:
+        kind = "crushed"
     score = "none" if loading.score is None else f"{significant(loading.score)}"
     safe = len(items) if loading.failing_step is None else loading.failing_step
     facts = {}
@@ -119,7 +121,8 @@ def _caption(loading: ViewedLoading, view: View) -> dict[str, Any]:
         facts["CPU time"] = brief_time(loading.seconds)
     moved = loading.moved_item
     if moved is not None and loading.displacement is not None and loading.rotation is not None:
-        facts[f"{items[moved].label} moved"] = (
+        how = "moved at most" if loading.headline else "moved"
+        facts[f"{items[moved].label} {how}"] = (
             f"{loading.displacement:.1f} cm, {loading.rotation:.1f}°"
         )
     notes = []
@@ -167,7 +170,8 @@ def _plain_loading(loading: ViewedLoading) -> dict[str, Any]:
         "failing": loading.failing_step,
         "moved": loading.moved_item,
         "simulates": loading.simulates,
-        "ride": bool(loading.headline),
+        "ride": bool(loading.headline) and not loading.crushed,
+        "crushed": loading.crushed,
         "steps": steps,
     }
 

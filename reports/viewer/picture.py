@@ -21,8 +21,8 @@ _EDGE = 12.0
 RAMP = ("#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39")
 """Colours of boxes, from the first to the last one loaded."""
 
-MARKED, WOOD, OUTLINE = "#e31a1c", "#c9b997", "#10151f"
-"""Colours of the marked box, of the deck, and of edges."""
+MARKED, AMBER, WOOD, OUTLINE = "#e31a1c", "#ff9f1c", "#c9b997", "#10151f"
+"""Colours of the marked box, of one that is crushed, of the deck, and of edges."""
 
 _SIDES = (((4, 5, 7, 6), 1.0), ((1, 3, 7, 5), 0.72), ((2, 3, 7, 6), 0.86))
 """Faces seen from high x, y and z, and how light each is: top, high x, high z. The corner

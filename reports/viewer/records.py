@@ -69,7 +69,8 @@ class ViewedLoading:
         planned: centres as the method was given them [cm], shape (items, 3).
         steps: up to the last that was simulated.
         headline: in place of the verdict's step and score, where the last step shows what the
-            complete load does on the road; else empty.
+            complete load does on the road, or where a box is crushed; else empty.
+        crushed: the moved item is a box that bears more than it may.
     """
 
     method: str
@@ -87,6 +88,7 @@ class ViewedLoading:
     planned: NDArray[np.float64]
     steps: tuple[ViewedStep, ...]
     headline: str = ""
+    crushed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +129,8 @@ class Card:
         boxes: lower corners and sizes in the order of loading [cm], shape (boxes, 6); those that
             are drawn.
         marked: number of the box that is marked; None for none.
+        amber: it is marked in amber instead of red: it is crushed, or moves only on the road.
+        badges: what else is wrong, each in a word or two; the gallery filters by them, too.
         player: page of :func:`steadyload.reports.viewer.page.player_html` with the marks of
             :data:`steadyload.reports.viewer.page.MARKS`; empty where nothing can be played.
     """
@@ -138,6 +142,8 @@ class Card:
     pallet: Triple = (0.0, 0.0, 0.0)
     boxes: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 6)))
     marked: int | None = None
+    amber: bool = False
+    badges: tuple[str, ...] = ()
     player: str = ""
 
 

@@ -165,3 +165,64 @@ def test_several_layouts_are_one_page_whose_cards_play(browser, tmp_path):
     inside = "document.querySelector('dialog iframe')?.contentWindow"
     waits(browser, f"{inside}?.player?.panes.length === 2")
     assert not browser.errors
+
+
+@pytest.fixture(scope="module")
+def badged(tmp_path_factory):
+    """A load of which a box is crushed, one that stands and falls on the road, one that holds."""
+    folder = tmp_path_factory.mktemp("badged")
+    crushed = tuple(
+        Item(
+            n,
+            (40.0, 10.0 * n, 40.0),
+            (10, 10, 10),
+            2.0,
+            name="ART",
+            max_load=3.0 if n == 1 else None,
+        )
+        for n in range(5)
+    )
+    flat = Item(0, (0, 0, 0), (90, 10, 90), 5.0)
+    tower = column("tower", 0.0, 0.0, 0.0, 0.0, 0.0)
+    layouts = [Layout("crushed", PALLET, crushed), tower, Layout("flat", PALLET, (flat,))]
+    write_layouts(folder / "loads.json", layouts, Format.NATIVE)
+    entries = read_entries((folder / "loads.json",))
+    found = check_all(entries, transport="eumos40509", workers=0)
+    assert found[0].crushed.step == 3
+    assert [one.transport.held for one in found] == [False, False, True]
+    return write_checked(entries, found, folder / "out", workers=0)
+
+
+def test_a_crushed_box_and_a_load_that_fails_on_the_road_have_badges(browser, badged):
+    browser.errors.clear()
+    browser("Page.navigate", url=badged.resolve().as_uri())
+    waits(browser, "window.ready === true")
+    badges = browser.value(
+        "[...document.querySelectorAll('#cards li')].map(c => "
+        "[...c.querySelectorAll('.badges em')].map(b => b.textContent))"
+    )
+    assert badges == [["crushed", "road: no"], ["road: no"], []]
+    browser.value("document.querySelector('[data-kind=crushed]').click()")
+    assert names(browser) == ["crushed"]
+    answer = browser.value("document.querySelector('#cards .answer').textContent")
+    assert answer == "crushed at step 3: box ART (step 1) bears 4 kg of 3"
+    crushed, tower, flat = browser.value("pictures.cards.map(c => [c.marked, c.amber])")
+    assert (crushed, flat) == ([1, True], [None, False])
+    assert tower[0] in range(5)
+    assert tower[1]
+    assert browser.value("pictures.cards[0].boxes.length") == 6 * 4
+    browser.value("document.querySelector('#cards button.card').click()")
+    frame = "document.querySelector('dialog iframe')"
+    waits(browser, f"{frame}?.contentWindow.player?.frames > 1")
+    inside = f"{frame}.contentWindow"
+    assert browser.value(f"{inside}.document.querySelector('.chip').textContent") == answer
+    assert browser.value(f"{inside}.document.querySelector('.pane').className") == "pane crushed"
+    assert browser.value(f"{inside}.document.getElementById('step').textContent") == "step 3 of 4"
+    now = browser.value(f"{inside}.document.querySelector('.now.bad').textContent")
+    assert now == "box ART (step 1) bears more than it may"
+    amber = (
+        f"{inside}.player.panes[0].stage.boxes.filter("
+        "b => !b.body.material.color.equals(b.own)).map(b => b.item)"
+    )
+    assert browser.value(amber) == [1]
+    assert browser.errors == []

@@ -284,6 +284,24 @@ def test_a_ride_is_played_in_its_own_time(browser, tmp_path):
     assert "loading ended" not in now(browser)
 
 
+def test_badge_and_motion_of_a_ride_name_one_box(browser, tmp_path):
+    """The low box has turned too far while the high one has moved further without."""
+    low = Item(0, (10.0, 0.0, 45.0), (4.0, 12.0, 4.0), 1.0, name="LOW")
+    high = Item(1, (60.0, 0.0, 40.0), (16.0, 80.0, 16.0), 5.0, name="HIGH")
+    page = write_view(
+        Layout("two", Pallet(100, 120, 100), (low, high)), ["label@mujoco"],
+        tmp_path / "ride.html", record=riding("eumos40509", 90.0),
+    )  # fmt: skip
+    browser.open(page)
+    chip = browser.value("document.querySelector('.chip').textContent")
+    assert chip == "eumos40509, 0.5 g at 90 degrees: box LOW (step 0) tips"
+    assert "box LOW (step 0) moved at most" in browser.value(
+        "document.querySelector('dl').textContent"
+    )
+    assert now(browser).startswith("box LOW (step 0) moved")
+    assert "too far" in now(browser)
+
+
 def test_forces_of_the_complete_load_are_arrows(browser, tmp_path):
     boxes = [Item(n, (40.0, 10.0 * n, 40.0), (10, 10, 10), 2.0) for n in range(3)]
     layout = Layout("column", Pallet(100, 60, 100), tuple(boxes))

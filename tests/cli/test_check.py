@@ -487,7 +487,7 @@ def test_a_box_that_bears_too_much_fails_at_its_step(run, tmp_path):
     weak = Layout("weak", PALLET, tuple(boxes))
     status, out, _ = run([weak], "--html", str(tmp_path / "out"))
     assert status == 1
-    assert "crushed at step 3: box C1 bears 16 kg of 12" in out
+    assert "crushed at step 3: box C1 (step 1) bears 16 kg of 12" in out
     said = json.loads(run([weak], "--json")[1])[0]
     assert (said["answer"], said["score"], said["failing_step"]) == ("fails", 1.0, None)
     assert (said["crushed_step"], said["crushed_item"], said["allowed_kg"]) == (3, 1, 12.0)

@@ -5,8 +5,8 @@ const dialog = find("dialog");
 let pictures = null, shared = null, opened = null;
 
 // A load, seen from high x, y and z.
-function draw(canvas, { pallet, boxes: flat, order, marked }) {
-  const { ramp, red, wood, edge } = pictures;
+function draw(canvas, { pallet, boxes: flat, order, marked, amber }) {
+  const { ramp, wood, edge } = pictures, mark = amber ? pictures.amber : pictures.red;
   const boxes = [];
   for (let k = 0; k < flat.length; k += 6) boxes.push(flat.slice(k, k + 6));
   const flatPoint = ([x, y, z]) => [(x - z) * 0.866, (x + z) * 0.5 - y];
@@ -34,10 +34,10 @@ function draw(canvas, { pallet, boxes: flat, order, marked }) {
     face([[x, y, Z], [X, y, Z], [X, Y, Z], [x, Y, Z]], colours[2]);
   };
   face(deck, wood);
-  for (const n of order) sides(n, n === marked ? red : ramp[Math.floor((ramp.length * n) / boxes.length)]);
+  for (const n of order) sides(n, n === marked ? mark : ramp[Math.floor((ramp.length * n) / boxes.length)]);
   if (marked === null) return;
   pen.globalAlpha = 0.5; // it shines through what stands before it
-  sides(marked, [red[0], red[0], red[0]]);
+  sides(marked, [mark[0], mark[0], mark[0]]);
 }
 
 function filter() {
@@ -45,7 +45,7 @@ function filter() {
   const words = find("search").value.trim().toLowerCase();
   let shown = 0;
   for (const card of cards) {
-    card.hidden = (kind && card.dataset.kind !== kind) || !card.textContent.toLowerCase().includes(words);
+    card.hidden = (kind && card.dataset.kind !== kind && !JSON.parse(card.dataset.badges).includes(kind)) || !card.textContent.toLowerCase().includes(words);
     shown += !card.hidden;
   }
   find("shown").textContent = `${shown} of ${cards.length} shown`;

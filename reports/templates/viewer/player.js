@@ -60,6 +60,7 @@ class Player {
     const seen = moved && (failed || Math.max(moved[1], moved[2]) >= 0.05);
     const motion = seen ? `${this.box(moved[0])} moved ${moved[1].toFixed(1)} cm, ${moved[2].toFixed(1)}°` : "";
     const clock = `t = ${time.toFixed(2)} s`;
+    if (failed && loading.crushed) return `${this.box(loading.moved)} bears more than it may`;
     if (failed && !simulated) return `${this.box(loading.moved ?? at)} would not stand`;
     if (failed) return `${motion}, ${clock}${ended ? (loading.ride ? "" : ", the loading ended here") : after ? ", after the verdict" : ", too far"}`;
     if (ended && !loading.ride) return "everything placed";

@@ -2,7 +2,7 @@
 "use strict";
 
 const RAMP = ["#5277b8", "#4fa3a5", "#8fbf86", "#ecc769"];
-const RED = "#e5384b";
+const RED = "#e5384b", AMBER = "#ff9f1c";
 const DARK = matchMedia("(prefers-color-scheme: dark)");
 
 function bySequence(item, count) {
@@ -206,9 +206,9 @@ class Stage {
     return box.quaternion.slerpQuaternions(turn(a), turn(b), part);
   }
 
-  // Red for the item that moved too far, with an outline of where it was planned.
+  // Red for the item that moved too far, amber for one that is crushed, with an outline of where it was planned.
   mark(item) {
-    this.boxes.forEach((box, n) => box.body.material.color.copy(n === item ? new THREE.Color(RED) : box.own));
+    this.boxes.forEach((box, n) => box.body.material.color.copy(n === item ? new THREE.Color(this.loading.crushed ? AMBER : RED) : box.own));
     this.plan.visible = item !== null && this.loading.simulates;
     if (item === null) return;
     this.plan.position.set(...this.loading.planned[item]);
