@@ -477,7 +477,8 @@ def test_the_page_says_what_holds(run, tmp_path):
     run([FLAT, TALL], "--transport", "eumos40509", "--html", str(tmp_path / "out"))
     page = (tmp_path / "out" / "index.html").read_text()
     assert "holds eumos40509" in page
-    assert "eumos40509: T tips at 0 degrees" in page
+    assert "eumos40509: box T (step 0) tips at 0 degrees" in page
+    assert "<em>road: no</em>" in page
 
 
 def test_a_box_that_bears_too_much_fails_at_its_step(run, tmp_path):
