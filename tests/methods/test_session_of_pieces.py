@@ -6,6 +6,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from steadyload.kernels.constants import TOLERANCE
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import make_method
 from steadyload.methods.balance import VerticalBalance
@@ -19,9 +20,9 @@ PIECES = (
         ((25.0, 5.014999, 30.0), (0.05, 0.05, 5.0), 1.0),
         ((15.0, 5.074999, 30.0), (20.005, 5.01, 20.0), 1e6),
     ),
-    (((15.0, 0.01 + 1e-10, 30.0), (0.05, 0.05, 5.0), 1.0),),  # just above the floor
-    (((30.0, 0.01 + 1e-10, 50.0), (10.0, 0.05, 0.06), 1e-9),),
-    (((30.0, 0.01 + 1e-10, 30.0), (10.0, 0.05, 5.0), 1.0),),
+    (((15.0, TOLERANCE + 1e-10, 30.0), (0.05, 0.05, 5.0), 1.0),),  # just above the floor
+    (((30.0, TOLERANCE + 1e-10, 50.0), (10.0, 0.05, 0.06), 1e-9),),
+    (((30.0, TOLERANCE + 1e-10, 30.0), (10.0, 0.05, 5.0), 1.0),),
 )
 
 
@@ -60,7 +61,7 @@ def test_rounding_does_not_grow_to_a_fall(seconds, boxes):
 _piece = st.tuples(
     *[st.sampled_from((0.05, 0.05, 0.1, 1.0, 5.0, 20.005))] * 3,  # sides
     *[st.sampled_from((0.0, 5.0, 10.0, 10.02, 15.0, 20.0))] * 2,  # x, z
-    st.sampled_from((0.0, 0.0, 0.009999, 0.01 + 1e-10, 0.02, 0.05)),  # above what is below
+    st.sampled_from((0.0, 0.0, 0.009999, TOLERANCE + 1e-10, 0.02, 0.05)),  # above what is below
     st.sampled_from((1e-9, 1e-3, 1.0, 1.0, 1.0, 10.0, 1e6)),
 )
 
