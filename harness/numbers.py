@@ -45,7 +45,7 @@ def number_within(
     return number
 
 
-def time_limit(value: Any, name: str = "timeout") -> float | None:
+def seconds_allowed(value: Any, name: str = "timeout") -> float | None:
     """A limit on a time [s]: a finite number above 0, or None for no limit.
 
     Raises:

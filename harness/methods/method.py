@@ -27,7 +27,7 @@ from steadyload.methods.verdict import Finding as Finding
 from steadyload.methods.verdict import Status as Status
 from steadyload.methods.verdict import Verdict as Verdict
 from steadyload.methods.verdict import verdict_of
-from steadyload.numbers import time_limit
+from steadyload.numbers import seconds_allowed
 
 
 class Trait(StrEnum):
@@ -333,7 +333,7 @@ class Method(ABC):
         Raises:
             NumberError: the timeout is no finite number above 0.
         """
-        time_limit(timeout)
+        seconds_allowed(timeout)
         given = layouts if isinstance(layouts, LayoutBatch) else list(layouts)
         watch = Stopwatch()
         try:
@@ -404,7 +404,7 @@ def judge(method: Method, layout: Layout, timeout: float | None = None) -> Verdi
     Raises:
         NumberError: the timeout is no finite number above 0.
     """
-    time_limit(timeout)
+    seconds_allowed(timeout)
     try:
         return method.judge(layout, timeout=timeout)
     except Exception as error:

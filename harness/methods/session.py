@@ -28,7 +28,7 @@ from steadyload.methods.method import (
 )
 from steadyload.methods.registry import make_method
 from steadyload.methods.verdict import verdict_of
-from steadyload.numbers import time_limit
+from steadyload.numbers import seconds_allowed
 
 
 class SessionError(UserError):
@@ -71,7 +71,7 @@ class LoadingSession:
         self.method = make_method(method) if isinstance(method, str) else method
         self.method.prepare()
         self._open()
-        self._timeout, self._timed, self._limits = time_limit(timeout), timed, False
+        self._timeout, self._timed, self._limits = seconds_allowed(timeout), timed, False
         self._layout = GrowingLayout(pallet, name)
         self._loader = self.method.begin(self._layout)
 

@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass
 from enum import StrEnum
 
-from steadyload.numbers import time_limit
+from steadyload.numbers import seconds_allowed
 from steadyload.time_limit import cpu_clock, exceeded
 
 
@@ -49,7 +49,7 @@ class Stopwatch:
     """
 
     def __init__(self, timeout: float | None = None) -> None:
-        self.timeout = time_limit(timeout)
+        self.timeout = seconds_allowed(timeout)
         self._spent: dict[Phase, list[float]] = {}
         self._start = self._last = (time.process_time(), time.perf_counter())
         self._phase: Phase | None = None

@@ -17,7 +17,7 @@ from steadyload.methods.envelope import leaves
 from steadyload.methods.method import Method, Status, Verdict, judge
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import Uncertainty
-from steadyload.numbers import time_limit
+from steadyload.numbers import seconds_allowed
 from steadyload.runs.definition import case
 from steadyload.runs.verdict_reliability import Sampling, VerdictReliability, verdict_reliability
 
@@ -71,7 +71,7 @@ def score_layouts(
         SpecError: a method does not exist.
         EngineNotInstalledError: a method's engine is missing.
     """
-    time_limit(timeout)
+    seconds_allowed(timeout)
     judges = [make_method(spec) for spec in methods]
     entries = read_entries(
         files, limit=limit, strict=strict, **reading

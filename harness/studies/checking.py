@@ -9,8 +9,6 @@ from functools import cache
 
 from steadyload.bearing import first_crushed
 from steadyload.errors import UserError
-from steadyload.escaping import shown
-from steadyload.layouts.checks import is_number
 from steadyload.layouts.footing import gaps, largest
 from steadyload.layouts.frame import Frame
 from steadyload.layouts.model import Layout, require_layout
@@ -21,7 +19,7 @@ from steadyload.methods.doubt import doubt
 from steadyload.methods.envelope import leaves
 from steadyload.methods.method import Method, Status, Verdict, judge
 from steadyload.methods.registry import make_method
-from steadyload.numbers import time_limit
+from steadyload.numbers import number_within, seconds_allowed
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.studies.able import asked_question
 from steadyload.studies.answers import Answer as Answer
@@ -136,9 +134,9 @@ def _gap_limit(gaps_cm: float | None) -> float:
     """
     if gaps_cm is None:
         return math.inf
-    if not is_number(gaps_cm) or not gaps_cm >= 0.0:
-        raise GapLimitError(f"gaps_cm is {shown(gaps_cm)}; allowed: a number, 0 or more, or None")
-    return float(gaps_cm)
+    return number_within(
+        "gaps_cm", gaps_cm, 0.0, unit="[cm], or None for any gap", error=GapLimitError
+    )
 
 
 def check_all(
@@ -168,7 +166,7 @@ def check_all(
         as :func:`check`.
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
-    time_limit(timeout)
+    seconds_allowed(timeout)
     judging = make_method(method)
     judging.prepare()  # what is wrong with the method is told at once, and once
     rule = None if transport is None else rule_named(transport)
