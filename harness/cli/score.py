@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, TextIO
 
 from steadyload.cli.flags import UsageError
 from steadyload.cli.reading import SOME_REFUSED, ReadingFlags, Strict
@@ -19,9 +20,6 @@ from steadyload.studies.options import (
     option,
     positive_number,
 )
-
-if TYPE_CHECKING:
-    from steadyload.layouts.refusals import Refusals
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,39 +68,49 @@ class Score(Strict, ReadingFlags):
         """Judge, warn, print."""
         from steadyload.cli.uncertain import uncertain_table, without_effect
         from steadyload.layouts.scenarios import Scenario
-        from steadyload.runs.envelope_use import score_warnings
-        from steadyload.runs.scoring import score_layouts
+        from steadyload.methods.registry import make_method
+        from steadyload.runs.entries import Entries, scan_entries
+        from steadyload.runs.envelope_use import ScoreWarnings
+        from steadyload.runs.scoring import Record, score_entries
 
-        with progress_bar("judging") as advance:
-            records = score_layouts(
-                self.files,
-                self.methods or [DEFAULT_METHOD],
-                scenario=Scenario(self.scenario) if self.scenario else None,
-                seed=self.seed,
-                max_items=self.max_items,
-                limit=self.limit,
-                strict=self.strict,
-                **self.reading(),
-                timeout=self.timeout,
-                **self._deviations(),
-                progress=advance,
-            )
-        refused = _refused(records)
-        if refused.count and not self.skip_invalid:
-            judged = len({(r["file"], r["layout"]) for r in records}) - refused.count
-            for sentence in refused.sentences(judged):
-                say(f"steadyload: {sentence}")
-            if not judged:
-                return 2
-        for warning in [*score_warnings(records), *without_effect(records)]:
+        warnings, sampled = ScoreWarnings(), dict[str, Record]()
+
+        def counted(records: Iterable[Record]) -> Iterator[Record]:
+            for record in records:
+                warnings.add(record)
+                if record.get("uncertain"):
+                    sampled[record["method"]] = record
+                yield record
+
+        out = sys.stdout  # a bar puts another in its place
+        with progress_bar("judging", shown=not (self.json and out.isatty())) as advance:
+            scenario = Scenario(self.scenario) if self.scenario else None
+            reading, deviations = self.reading(), self._deviations()
+            judges = [make_method(spec) for spec in self.methods or [DEFAULT_METHOD]]
+            scanned = scan_entries(self.files, limit=self.limit, strict=self.strict, **reading)
+            with Entries(scanned) as entries:
+                some_refused = bool(entries.refused.count) and not self.skip_invalid
+                if some_refused:
+                    for sentence in entries.refused.sentences(entries.valid):
+                        say(f"steadyload: {sentence}")
+                    if not entries.valid:
+                        return 2
+                records = score_entries(
+                    entries, judges, scenario=scenario, seed=self.seed, max_items=self.max_items,
+                    timeout=self.timeout, **deviations, progress=advance,
+                )  # fmt: skip
+                table: tuple[Sequence[str], Sequence[tuple[str, ...]]] | None = None
+                if self.json:
+                    _write_json(counted(records), out)
+                elif self.uncertain is not None:
+                    table = uncertain_table(counted(records))
+                else:
+                    table = _HEADER, list(_rows(counted(records)))
+        for warning in [*warnings.sentences, *without_effect(sampled.values())]:
             say(warning)
-        if self.json:
-            print(json.dumps(records, indent=1))
-        elif self.uncertain is not None:
-            print_table(*uncertain_table(records))
-        else:
-            print_table(_HEADER, list(_rows(records)))
-        return SOME_REFUSED if refused.count and not self.skip_invalid else 0
+        if table is not None:
+            print_table(*table)
+        return SOME_REFUSED if some_refused else 0
 
     def _deviations(self) -> dict[str, Any]:
         """Arguments on deviations and their sampling; empty without ``--uncertain``.
@@ -142,15 +150,13 @@ def _rows(records: Iterable[Mapping[str, Any]]) -> Iterable[tuple[str, ...]]:
         )
 
 
-def _refused(records: Iterable[Mapping[str, Any]]) -> Refusals:
-    """Layouts that are not valid: those of which not even the items could be counted."""
-    from steadyload.layouts.refusals import Refusals
-
-    reasons = {(r["file"], r["layout"]): r["reason"] for r in records if r["items"] is None}
-    refused = Refusals()
-    for reason in reasons.values():
-        refused.add(reason)
-    return refused
+def _write_json(records: Iterable[Mapping[str, Any]], out: TextIO) -> None:
+    """Write a JSON array, each record as it comes; without its end where one does not come."""
+    encoder, before = json.JSONEncoder(indent=1), "["
+    for record in records:
+        out.write(before + encoder.encode([record]).removeprefix("[").removesuffix("\n]"))
+        before = ","
+    out.write("\n]\n")
 
 
 def _why(record: Mapping[str, Any]) -> str:

@@ -88,8 +88,12 @@ def print_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 
 
 @contextmanager
-def study_progress() -> Iterator[StudyProgress]:
-    """A line of progress on stderr, shown in terminals only: the work, and the amount done."""
+def study_progress(*, shown: bool = True) -> Iterator[StudyProgress]:
+    """A line of progress on stderr, shown in terminals only: the work, and the amount done.
+
+    Args:
+        shown: False where the terminal shows results as they come.
+    """
     from rich.console import Console
     from rich.progress import (
         BarColumn,
@@ -106,7 +110,7 @@ def study_progress() -> Iterator[StudyProgress]:
         BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(),
     )  # fmt: skip
     with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
+        *columns, console=console, transient=True, disable=not (shown and console.is_terminal)
     ) as bar:
         task = bar.add_task("", total=None)
 
@@ -117,9 +121,9 @@ def study_progress() -> Iterator[StudyProgress]:
 
 
 @contextmanager
-def progress_bar(label: str) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar on stderr, shown in terminals only."""
-    with study_progress() as show:
+def progress_bar(label: str, *, shown: bool = True) -> Iterator[Callable[[int, int], None]]:
+    """A progress bar on stderr, shown in terminals only; see :func:`study_progress`."""
+    with study_progress(shown=shown) as show:
         show(label)
         yield lambda done, total: show(label, done, total)
 

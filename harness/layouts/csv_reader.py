@@ -80,6 +80,7 @@ def read_csv(content: bytes | bytearray, dialect: Dialect) -> Iterator[Record | 
         begun[name] = read.added(begun.get(name), line, row)
         left[name] -= 1
         while begun and not left[first := next(iter(begun))]:
+            del left[first]
             yield _numbered(begun.pop(first), dialect)
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from steadyload.layouts.model import Layout
@@ -73,33 +75,64 @@ def study_warnings(use: EnvelopeUse) -> list[str]:
     ]
 
 
-def score_warnings(records: Iterable[Mapping[str, Any]]) -> list[str]:
-    """The same warnings for records with ``method``, ``layout``, ``outside`` and ``doubt``.
-
-    There is one more for each method that sees loads inside the envelope fall although they are in
-    balance.
+class ScoreWarnings:
+    """Counts records with ``method``, ``layout``, ``outside`` and ``doubt``, one after the other.
 
     As :func:`steadyload.runs.scoring.score_layouts` and :func:`steadyload.studies.checking.check`
     give them.
     """
-    by_method: dict[str, list[Mapping[str, Any]]] = {}
+
+    def __init__(self) -> None:
+        self._of = Counter[str]()
+        self._outside: dict[str, _Cases] = {}
+        self._doubtful: dict[str, _Cases] = {}
+
+    def add(self, record: Mapping[str, Any]) -> None:
+        """Count a record."""
+        spec, layout = record["method"], record["layout"]
+        self._of[spec] += 1
+        if record["outside"]:
+            first = _Cases(layout, record["outside"][0])
+            self._outside.setdefault(spec, first).count += 1
+        elif record["doubt"]:
+            self._doubtful.setdefault(spec, _Cases(layout, record["doubt"])).count += 1
+
+    @property
+    def sentences(self) -> list[str]:
+        """The warnings of :func:`study_warnings` for the records counted.
+
+        There is one more for each method that sees loads inside the envelope fall although they are
+        in balance.
+        """
+        warnings = []
+        for spec, of in self._of.items():
+            if spec in self._outside:
+                cases = self._outside[spec]
+                warnings.append(_warning(spec, cases.count, of, cases.example, cases.sentence))
+            if spec in self._doubtful:
+                cases = self._doubtful[spec]
+                warnings.append(
+                    f"warning: {spec}: {cases.count} of {of} cases fail although the load is in "
+                    f'balance; for example layout "{cases.example}": {cases.sentence}'
+                )
+        return warnings
+
+
+@dataclass
+class _Cases:
+    """Cases of which the same is to be said, with the first of them as an example."""
+
+    example: str
+    sentence: str
+    count: int = 0
+
+
+def score_warnings(records: Iterable[Mapping[str, Any]]) -> list[str]:
+    """The sentences of :class:`ScoreWarnings` for some records."""
+    counted = ScoreWarnings()
     for record in records:
-        by_method.setdefault(record["method"], []).append(record)
-    warnings = []
-    for spec, mine in by_method.items():
-        outside = [record for record in mine if record["outside"]]
-        if outside:
-            first = outside[0]
-            sentence = first["outside"][0]
-            warnings.append(_warning(spec, len(outside), len(mine), first["layout"], sentence))
-        doubtful = [record for record in mine if record["doubt"] and not record["outside"]]
-        if doubtful:
-            first = doubtful[0]
-            warnings.append(
-                f"warning: {spec}: {len(doubtful)} of {len(mine)} cases fail although the load is "
-                f'in balance; for example layout "{first["layout"]}": {first["doubt"]}'
-            )
-    return warnings
+        counted.add(record)
+    return counted.sentences
 
 
 def _warning(spec: str, cases: int, of: int, example: str, sentence: str) -> str:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, Unpack
 
-from steadyload.layouts.formats import Reading, scan_layouts
+from steadyload.layouts.formats import Reading
 from steadyload.layouts.model import Item, Layout
 from steadyload.layouts.naming import box_id, with_ids
 from steadyload.layouts.record import Refused
 from steadyload.layouts.scenarios import Scenario
-from steadyload.layouts.sources import source_name
 from steadyload.methods.doubt import doubt
 from steadyload.methods.envelope import leaves
 from steadyload.methods.method import Method, Status, Verdict, judge
@@ -19,6 +18,7 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import Uncertainty
 from steadyload.numbers import seconds_allowed
 from steadyload.runs.definition import case
+from steadyload.runs.entries import Entries, Entry, scan_entries
 from steadyload.runs.verdict_reliability import Sampling, VerdictReliability, verdict_reliability
 
 Record = dict[str, Any]
@@ -73,15 +73,55 @@ def score_layouts(
     """
     seconds_allowed(timeout)
     judges = [make_method(spec) for spec in methods]
-    entries = read_entries(
-        files, limit=limit, strict=strict, **reading
-    )  # What is wrong with a file is told first.
-    if any(isinstance(entry, Layout) for _, entry in entries):
+    with Entries(scan_entries(files, limit=limit, strict=strict, **reading)) as entries:
+        return list(
+            score_entries(
+                entries,
+                judges,
+                scenario=scenario,
+                seed=seed,
+                max_items=max_items,
+                timeout=timeout,
+                uncertainty=uncertainty,
+                sampling=sampling,
+                progress=progress,
+            )
+        )
+
+
+def score_entries(
+    entries: Entries,
+    judges: Sequence[Method],
+    *,
+    scenario: Scenario | None = None,
+    seed: int = 0,
+    max_items: int | None = None,
+    timeout: float | None = None,
+    uncertainty: Uncertainty | None = None,
+    sampling: Sampling | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Iterator[Record]:
+    """The records of :func:`score_layouts`, each as soon as it is known; none is kept.
+
+    Args:
+        entries: the layouts.
+        judges: the methods.
+        scenario: see :func:`score_layouts`, as for all others.
+        seed: likewise.
+        max_items: likewise.
+        timeout: likewise.
+        uncertainty: likewise.
+        sampling: likewise.
+        progress: likewise.
+
+    Raises:
+        EngineNotInstalledError: a method's engine is missing; before the first record.
+    """
+    if entries.valid:
         for method in judges:
             method.prepare()
-    records: list[Record] = []
-    total = len(entries) * len(judges)
-    progress(0, total)
+    done, total = 0, len(entries) * len(judges)
+    progress(done, total)
     for file, entry in entries:
         if isinstance(entry, Layout):
             entry = case(entry, scenario, seed, max_items)
@@ -93,9 +133,9 @@ def score_layouts(
             record = _record(file, entry, method, scenario, timeout, found)
             if uncertainty is not None:
                 record["uncertain"] = uncertain
-            records.append(record)
-            progress(len(records), total)
-    return records
+            yield record
+            done += 1
+            progress(done, total)
 
 
 def uncertain_record(found: VerdictReliability, boxes: Sequence[Item] = ()) -> Record:
@@ -133,32 +173,13 @@ def uncertain_record(found: VerdictReliability, boxes: Sequence[Item] = ()) -> R
 
 
 def read_entries(
-    files: Sequence[str | Path],
-    *,
-    limit: int | None = None,
-    strict: bool = False,
-    **reading: Unpack[Reading],
-) -> list[tuple[str, Layout | Refused]]:
-    """The layouts of some files, each with the name of its file.
+    files: Sequence[str | Path], *, limit: int | None = None, **reading: Unpack[Reading]
+) -> list[Entry]:
+    """The layouts of some files in memory, each with the name of its file.
 
-    Args:
-        files: layout files in any known format.
-        limit: only the first layouts; files after them are not read.
-        strict: end at the first layout that is not valid.
-        reading: see :class:`steadyload.layouts.formats.Reading`.
-
-    Raises:
-        LayoutError: a file cannot be read as a whole; or a layout is not valid, if ``strict``.
+    Takes the arguments of :func:`steadyload.runs.entries.scan_entries`, and raises what it raises.
     """
-    entries: list[tuple[str, Layout | Refused]] = []
-    for file in files:
-        for entry in scan_layouts(file, **reading):
-            if isinstance(entry, Refused) and strict:
-                raise entry.error
-            entries.append((source_name(file), entry))
-            if limit is not None and len(entries) == limit:
-                return entries
-    return entries
+    return [*scan_entries(files, limit=limit, **reading)]
 
 
 def _record(

@@ -124,3 +124,18 @@ def test_a_tab_between_columns_is_escaped_in_a_message(tmp_path):
     with pytest.raises(FormatError, match=r"line 2 is not CSV \('\\t' expected after") as caught:
         read_layouts(path)
     assert str(caught.value).isprintable()
+
+
+@pytest.mark.deep("16,000 layouts are judged, in two processes: 4 s")
+def test_memory_does_not_grow_with_the_layouts_that_are_judged(tmp_path, ended):
+    header, row = as_csv(
+        [Layout("A", Pallet(120, 160, 80), (Item(0, (0, 0, 0), (9, 9, 9), 1),))]
+    ).splitlines()
+    peaks = []
+    for count in (3_000, 13_000):
+        path = tmp_path / f"{count}.csv"
+        path.write_text("\n".join([header, *(f"L{k}{row[1:]}" for k in range(count))]))
+        status, out, err, _, memory = ended("score", str(path), "-m", "sme", "--json")
+        assert (status, err, out.count('"layout"')) == (0, "", count)
+        peaks.append(memory)
+    assert peaks[1] - peaks[0] < 15.0, "MiB for 10,000 layouts"

@@ -91,6 +91,18 @@ def test_an_invalid_layout_has_no_outlook(tmp_path, layout_file, capsys):
     assert "weight is 0 kg" in capsys.readouterr().out
 
 
+def test_what_has_no_effect_is_told_although_the_last_layout_is_invalid(
+    tmp_path, layout_file, capsys
+):
+    content = json.loads(Path(layout_file).read_text())
+    content["layouts"][-1]["items"][0]["weight"] = 0
+    (tmp_path / "bad.json").write_text(json.dumps(content))
+    what = ("--skip-invalid", "--uncertain", "friction=0.1", "--samples", "64")
+    assert main(["score", str(tmp_path / "bad.json"), "-m", "sme", *what, "--json"]) == 0
+    told = "sme: has no parameter friction; that it is uncertain has no effect\n"
+    assert capsys.readouterr().err == told
+
+
 def test_random_samples_of_a_case_agree(benchmark):
     layout = benchmark.layout("H10_Class_2_Instance_12_ULD_0", "S1")
     unit = Unit("equilibrium", "com=5mm,position=3mm", (("S1", layout),), Sampling(), 400, Path())
