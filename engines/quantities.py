@@ -53,4 +53,5 @@ def check_ranges(made: Any) -> None:
         except OverflowError:
             number = math.inf
         if not least <= number <= most:
-            raise ValueError(f"{field.name} is {number}; allowed: {least:g} to {most:g}")
+            told = value if math.isfinite(number) else number
+            raise ValueError(f"{field.name} is {told}; allowed: {least:g} to {most:g}")

@@ -135,7 +135,7 @@ def lines_of(file: TextIO, path: Path, most: int) -> Iterator[str]:
 
 
 def json_of(content: bytes) -> Any:
-    """What a stored file of JSON holds.
+    """The content of a stored file of JSON.
 
     Raises:
         ValueError: it is no JSON, or holds more than :data:`MAX_STORED_VALUES`.
@@ -147,7 +147,7 @@ def json_of(content: bytes) -> Any:
 
 
 def toml_of(path: Path, error: type[UserError]) -> dict[str, Any]:
-    """What a TOML file holds, whose text may begin with a byte order mark.
+    """The content of a TOML file, whose text may begin with a byte order mark.
 
     Args:
         path: the file.

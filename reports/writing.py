@@ -136,7 +136,7 @@ def _texts(page: Page, name: str, pictures: Mapping[str, str]) -> list[tuple[str
 
 
 def _shown(path: Path) -> set[str]:
-    """What the page before shows of files whose names this module makes."""
+    """The files that the page before shows and whose names this module makes."""
     if path.is_symlink() or not path.is_file():
         return set()
     text = content_of(path, MAX_STORED_BYTES).decode(errors="replace")

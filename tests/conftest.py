@@ -15,6 +15,7 @@ import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
+from functools import partial
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from xml.etree import ElementTree
@@ -390,6 +391,12 @@ def undrawn(monkeypatch):
     Figures are made all the same. What a kind of page shows is drawn by one test of that kind.
     """
     monkeypatch.setattr("steadyload.reports.writing.image", lambda figure: (".svg", b"<svg/>"))
+
+
+@pytest.fixture
+def undrawn_text() -> Callable[[str], str]:
+    """Takes checksums out of names of pictures: those of empty pictures are other ones."""
+    return partial(re.sub, r"\.[0-9a-f]{16}(?=\.(?:svg|png)\))", "")
 
 
 @pytest.fixture

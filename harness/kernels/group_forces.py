@@ -116,8 +116,10 @@ def least_forces(bodies: Any, wrenches: Any, mass: Any, sources: Any, pushed: An
 
 
 @compiled
-def drop_rounding(rest: Any, bodies: Any, wrenches: Any, parts: Any, mass: Any, sizes: Any) -> None:
-    """Let bodies rest whose acceleration is rounding of the forces on them.
+def drop_rounding(
+    rest: Any, bodies: Any, wrenches: Any, parts: Any, mass: Any, sizes: Any, thin: float
+) -> None:
+    """Let thin bodies rest whose acceleration is rounding of the forces on them.
 
     In a narrow piece, which tips fast, it would grow to a fall.
 
@@ -128,6 +130,7 @@ def drop_rounding(rest: Any, bodies: Any, wrenches: Any, parts: Any, mass: Any, 
         parts: of :func:`least_forces`.
         mass: masses and moments of inertia, (n, 6).
         sizes: of the bodies [cm], (n, 3).
+        thin: see :func:`thin_side`; bodies with a shorter side are thin [cm].
     """
     loads = np.zeros((len(mass), 6))
     loads[:, 1] = np.sqrt(mass[:, 1])
@@ -138,8 +141,19 @@ def drop_rounding(rest: Any, bodies: Any, wrenches: Any, parts: Any, mass: Any, 
                 loads[n] += parts[column] * np.abs(wrenches[column, side])
     for n in range(len(mass)):
         size = sizes[n]
-        if _corner_rate(rest[n], mass[n], size) <= RESIDUE * _corner_rate(loads[n], mass[n], size):
+        if size.min() < thin and _corner_rate(rest[n], mass[n], size) <= RESIDUE * _corner_rate(
+            loads[n], mass[n], size
+        ):
             rest[n] = 0.0
+
+
+@compiled
+def thin_side(gravity: float, left: float) -> float:
+    """The side below which a body that tips within a time grows by more than 1 / RESIDUE.
+
+    A body that tips over a side departs as exp(t sqrt(3 g / 2 side)) at most.
+    """
+    return 1.5 * gravity * (left / np.log(RESIDUE)) ** 2
 
 
 @compiled

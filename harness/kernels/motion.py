@@ -14,7 +14,12 @@ from steadyload.kernels.carrying import FREE, WAITING, first_overloaded
 from steadyload.kernels.compiled import compiled
 from steadyload.kernels.constants import EVENTS, FLOOR
 from steadyload.kernels.contacts import Contacts
-from steadyload.kernels.group_forces import drop_rounding, least_forces, wrenches_of
+from steadyload.kernels.group_forces import (
+    drop_rounding,
+    least_forces,
+    thin_side,
+    wrenches_of,
+)
 from steadyload.kernels.local_balance import forget, free_with_those_above
 from steadyload.kernels.pendulums import coast, growth_of
 from steadyload.kernels.touching import room_for_points, with_points_of
@@ -119,7 +124,8 @@ def motion_of(
         for item in group:
             leans[item] |= role[item] != 0 and role[item] != FREE
         forget(role)
-        drop_rounding(rest, bodies, wrenches, parts, mass, upper[free] - lower[free])
+        thin = thin_side(gravity, left)
+        drop_rounding(rest, bodies, wrenches, parts, mass, upper[free] - lower[free], thin)
         rates = -gravity * rest / np.sqrt(mass)
         growth = growth_of(rates, mass, points, sources, parts, place, gravity)
         left -= coast(rates, growth, points, known, at, place, free, centres, way, left)

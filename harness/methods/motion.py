@@ -23,6 +23,7 @@ import numpy as np
 
 from steadyload.engines.attitudes import cross
 from steadyload.engines.world import GRAVITY
+from steadyload.kernels import group_forces
 from steadyload.kernels.constants import AT_REST, EVENTS, FAR, RESIDUE, SAMPLES, TOUCH
 from steadyload.layouts.model import FloatArray
 from steadyload.methods.least_squares import nonnegative_least_squares
@@ -108,7 +109,8 @@ class _Run:
             rest = left_over.reshape(n, 6)
             # What rounding leaves would grow without end in a narrow piece, which tips fast.
             felt = np.abs(fall) + np.abs(scaled) @ found
-            rest[self._corner_rates(rest) <= RESIDUE * self._corner_rates(felt.reshape(n, 6))] = 0.0
+            still = self._corner_rates(rest) <= RESIDUE * self._corner_rates(felt.reshape(n, 6))
+            rest[still & (self.bodies.sizes.min(axis=1) < group_forces.thin_side(_G, left))] = 0.0
             rate = -_G * rest / self.root
             pushing = self.point[used[found > 0.0]]
         return self._coast(rate, self._growth(rate, pushing), positions, left)

@@ -264,7 +264,7 @@ def test_a_finished_training_that_is_run_again_leaves_its_weights_as_they_are(tm
 
 
 def test_what_a_killed_run_left_half_written_goes(tmp_path, data, stopping):
-    left = tmp_path / f".{CHECKPOINT}.a1b2"
+    left = tmp_path / f".{CHECKPOINT}.abcd1234.unfinished"
     left.write_bytes(b"half a checkpoint")
     Training(tmp_path, TINY, data, stopping, held_out=NOTHING)
     assert not left.exists()

@@ -164,10 +164,13 @@ def test_rules_against_simulations_are_disagreements(tmp_path, stack):
 def test_an_unfinished_study_names_what_is_missing(run, tmp_path, undrawn):
     import shutil
 
+    from steadyload.atomic import manifest_text
     from steadyload.runs.results import load_manifest, result_store
 
     shutil.copytree(run, tmp_path / "run")
-    for shard in load_manifest(run)["shards"][-1:]:
+    manifest = load_manifest(run) | {"finished": None}
+    (tmp_path / "run" / "manifest.json").write_text(manifest_text(manifest))
+    for shard in manifest["shards"][-1:]:
         result_store(tmp_path / "run").drop(shard)
     text = write_page(study_page(compare(tmp_path / "run")), tmp_path / "page").read_text()
     assert "**Partial: 12 rows are still missing.**" in text
