@@ -32,6 +32,10 @@ class FailedError(RuntimeError):
         return sentence(super().__str__())
 
 
+class UnsolvedError(FailedError):
+    """A programme for which the solver found no answer."""
+
+
 def nearest(name: str, known: Collection[str]) -> str:
     """Hint for an unknown name: the nearest known one, and all of them."""
     names = sorted(str(k) for k in known)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import clarabel
@@ -19,6 +19,7 @@ def solve_cones(
     rows: csc_array,
     right: FloatArray,
     cones: Sequence[Any],
+    check_time: Callable[[], None] = lambda: None,
 ) -> clarabel.DefaultSolution:
     """The x of least ``x . quadratic x / 2 + linear . x`` for which ``right - rows x`` is in cones.
 
@@ -28,10 +29,25 @@ def solve_cones(
         rows: (m, n).
         right: (m,).
         cones: of the m rows, in turn, as Clarabel names them.
+        check_time: called after every iteration; what it raises ends the search.
     """
     settings = clarabel.DefaultSettings()
     settings.verbose, settings.max_threads = False, 1
-    return clarabel.DefaultSolver(quadratic, linear, rows, right, list(cones), settings).solve()
+    solver = clarabel.DefaultSolver(quadratic, linear, rows, right, list(cones), settings)
+    ended: list[Exception] = []
+
+    def is_over(_: Any) -> bool:
+        try:
+            check_time()
+        except Exception as error:
+            ended.append(error)
+        return bool(ended)
+
+    solver.set_termination_callback(is_over)
+    solution = solver.solve()
+    if ended:
+        raise ended[0]
+    return solution
 
 
 def is_solved(solution: clarabel.DefaultSolution) -> bool:

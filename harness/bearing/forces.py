@@ -7,28 +7,28 @@ are unique, and pressure varies evenly over a patch.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import clarabel
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
-from scipy.sparse import csc_array, diags_array, eye_array, vstack
-from scipy.sparse.linalg import splu
+from scipy.sparse import block_array, csc_array, diags_array, eye_array
 
 from steadyload import kernels
 from steadyload.bearing.cones import is_solved, solve_cones
-from steadyload.bearing.corners import corner_columns
+from steadyload.bearing.corners import corner_entries
+from steadyload.bearing.pressing import Corners
 from steadyload.kernels.constants import EDGE
-from steadyload.layouts.contacts import FLOOR, Patch, Supports, find_supports
+from steadyload.layouts.contacts import FLOOR, Supports, find_supports
 from steadyload.layouts.model import Arrangement, FloatArray
 
 _BALANCED = 1e-7
-"""What may be left of a box's weight, and of its moments, in balance; of the largest of them."""
+"""What may be left of a box's weight, and of its moments, in balance; of what it carries."""
 
-_EXACT = 1e-12
-"""What rounding may leave of equations that have been solved, of the largest right side."""
+_FEW = 180
+"""Equations up to which forces nearest to balance are sought by an exact method, which is slow."""
 
 _MOMENTS, _ENERGY = 1e-2, 1e-5
 """What moments, and the square root of the energy, count beside weights where nothing balances."""
@@ -59,6 +59,48 @@ class ContactForces:
         return np.column_stack((places / total[presses, None], total[presses]))
 
 
+class Rectangles:
+    """All contacts of a layout as arrays; a box with its whole base on the floor stands on a
+    rectangle of that size.
+
+    Attributes:
+        pairs: the lower and the upper item of every contact, shape (k, 2), in the order of the
+            upper ones.
+        rectangles: ``(x0, z0, x1, z1)`` of every contact [cm], shape (k, 4).
+    """
+
+    def __init__(self, layout: Arrangement, supports: Supports) -> None:
+        on_floor = np.flatnonzero(supports.on_floor)
+        base = np.column_stack((layout.lower[on_floor][:, ::2], layout.upper[on_floor][:, ::2]))
+        patches = [patch for found in supports.below for patch in found]
+        table = np.array(patches, dtype=np.float64).reshape(-1, 6)
+        on_boxes = table[:, :2].astype(np.int64)
+        on_ground = np.column_stack((np.full(len(on_floor), FLOOR), on_floor))
+        pairs, rectangles = np.vstack((on_ground, on_boxes)), np.vstack((base, table[:, 2:]))
+        order = np.argsort(pairs[:, 1], kind="stable")
+        self.pairs, self.rectangles = pairs[order], rectangles[order]
+
+    @classmethod
+    def of(cls, layout: Arrangement) -> Rectangles:
+        """Those of a layout whose supports nobody has yet."""
+        return cls(layout, find_supports(layout))
+
+    def among(
+        self, items: NDArray[np.int64], count: int
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """The contacts of some items with each other and the floor, and the pairs of these.
+
+        Args:
+            items: by whose places in this list the pairs are named.
+            count: of all items.
+        """
+        place = np.full(count + 1, FLOOR - 1)  # the last for the floor
+        place[items], place[FLOOR] = np.arange(len(items)), FLOOR
+        placed = place[self.pairs]
+        within = np.flatnonzero((placed >= FLOOR).all(axis=1))
+        return within, placed[within]
+
+
 class Statics:
     """The equations of balance of a load at rest, one unknown a corner of a contact patch.
 
@@ -66,95 +108,123 @@ class Statics:
         layout: the load; its boxes so far where it still grows.
         among: the boxes of whole groups that are joined by standing on each other, J of them, in
             whose order all arrays are; None for all boxes.
-        supports: the contacts of the layout, where somebody has them already.
+        contacts: of the layout, where somebody has them already.
+        check_time: called now and then while forces are sought; what it raises ends that.
 
     Attributes:
         weights: of the boxes [kg], shape (J,).
-        patches: the contacts, those with the floor among them.
-        matrix: weights and moments that unit forces exert on every box, in weights of that box and
-            in sides of it, shape (3 J, 4 k).
-        right: what they have to come to, shape (3 J,).
+        contacts: the places of their contacts among those of the layout, shape (k,).
+        pairs: the lower and the upper box of every contact, those with the floor (:data:`FLOOR`)
+            among them, shape (k, 2).
+        rectangles: ``(x0, z0, x1, z1)`` of every contact [cm], shape (k, 4).
+        matrix: weights and moments that unit forces exert on every box, moments in sides of it,
+            sparse, shape (3 J, 4 k).
+        right: what they have to come to [kg], shape (3 J,).
     """
 
     def __init__(
         self,
         layout: Arrangement,
-        among: Sequence[int] | None = None,
-        supports: Supports | None = None,
+        among: Sequence[int] | NDArray[np.int64] | None = None,
+        contacts: Rectangles | None = None,
+        check_time: Callable[[], None] = lambda: None,
     ) -> None:
-        items = list(range(len(layout)) if among is None else among)
+        items = np.arange(len(layout)) if among is None else np.asarray(among, dtype=np.int64)
         lower, upper = layout.lower[items], layout.upper[items]
         self.weights = layout.weights[items]
-        self.patches = _patches(layout, items, supports or find_supports(layout))
+        contacts = contacts or Rectangles.of(layout)
+        self.contacts, self.pairs = contacts.among(items, len(layout))
+        self.rectangles = contacts.rectangles[self.contacts]
         self._offsets = layout.mass_offsets[items]
-        centres = 0.5 * (lower + upper) + self._offsets
-        columns = np.zeros((len(items), 3, 0))
-        if self.patches:
-            columns = corner_columns(range(len(items)), self.patches, centres, EDGE)
-        self._scale = np.ones((len(items), 3))
-        self._scale[:, 1:] = (upper - lower)[:, ::2]
-        self._scale *= self.weights[:, None]
-        self.matrix = (columns / self._scale[:, :, None]).reshape(3 * len(items), -1)
-        self.right = np.tile([1.0, 0.0, 0.0], len(items))
+        self._sides = np.ones((len(items), 3))
+        self._sides[:, 1:] = (upper - lower)[:, ::2]
+        self._check_time = check_time
+        patch, box, values = corner_entries(
+            range(len(items)), self.pairs, self.rectangles, 0.5 * (lower + upper) + self._offsets,
+            EDGE,
+        )  # fmt: skip
+        rows, columns = np.broadcast_arrays(
+            3 * box[:, None, None] + np.arange(3)[:, None], 4 * patch[:, None, None] + np.arange(4)
+        )
+        self.matrix = csc_array(
+            ((values / self._sides[box][:, :, None]).ravel(), (rows.ravel(), columns.ravel())),
+            shape=(3 * len(items), 4 * len(self.pairs)),
+        )
+        self.right = np.outer(self.weights, (1.0, 0.0, 0.0)).ravel()
 
     def pressed(self, item: int) -> FloatArray:
         """The right side that a weight of 1 kg in the middle of a box's top adds."""
         found = np.zeros((len(self.weights), 3))
         along_x, _, along_z = -self._offsets[item]
         # Moments of the contact forces about the centre of mass balance that of the weight.
-        found[item] = np.array((1.0, along_x, along_z)) / self._scale[item]
+        found[item] = np.array((1.0, along_x, along_z)) / self._sides[item]
         return found.ravel()
 
-    def tops(self) -> FloatArray:
+    def tops(self) -> csc_array:
         """The matrix from corner forces to the loads on tops, shape (J, 4 k)."""
-        found = np.zeros((len(self.weights), 4 * len(self.patches)))
-        for place, patch in enumerate(self.patches):
-            if patch.below != FLOOR:
-                found[patch.below, 4 * place : 4 * place + 4] = 1.0
-        return found
+        on_boxes = np.flatnonzero(self.pairs[:, 0] != FLOOR)
+        rows = np.repeat(self.pairs[on_boxes, 0], 4)
+        columns = (4 * on_boxes[:, None] + np.arange(4)).ravel()
+        shape = (len(self.weights), 4 * len(self.pairs))
+        return csc_array((np.ones(len(rows)), (rows, columns)), shape=shape)
 
-    def least_energy(self, right: FloatArray | None = None) -> FloatArray | None:
+    def carried(self, right: FloatArray | None = None) -> FloatArray:
+        """The weight that every box carries, its own too, were loads shared by area [kg], (J,).
+
+        Args:
+            right: in place of :attr:`right`.
+        """
+        own = (self.right if right is None else right)[::3]
+        below, above = self.pairs.T
+        areas = self._areas()
+        all_below = np.bincount(above, areas, len(own))
+        boxes = below != FLOOR
+        shares = csc_array(
+            ((areas / all_below[above])[boxes], (below[boxes], above[boxes])), (len(own),) * 2
+        )
+        carried, passed = own.copy(), own
+        while passed.any():
+            passed = shares @ passed
+            carried += passed
+        return carried
+
+    def least_energy(
+        self, right: FloatArray | None = None, start: NDArray[np.bool_] | None = None
+    ) -> FloatArray | None:
         """The corner forces of least energy [kg], shape (4 k,); None where none balance.
 
         Args:
             right: in place of :attr:`right`.
+            start: which corners probably press, shape (4 k,).
         """
         right = self.right if right is None else right
-        if not self.patches:
+        if not len(self.pairs):
             return None
-        unit, soft = float(self.weights.mean()), self._soft()
-        n = len(soft)
-        matrix = csc_array(self.matrix * unit)
-        solution = solve_cones(
-            csc_array(diags_array(soft)),
-            np.zeros(n),
-            csc_array(vstack((matrix, -eye_array(n)))),
-            np.concatenate((right, np.zeros(n))),
-            [clarabel.ZeroConeT(len(right)), clarabel.NonnegativeConeT(n)],
-        )
-        guesses = [unit * np.maximum(np.asarray(solution.x), 0.0)] if is_solved(solution) else []
-        for guess in (*guesses, None):  # the solver may fail where weights differ by 10,000 times
-            guess = self.nearest(right) if guess is None else guess
-            found = self._polished(guess, soft, right)
-            if np.abs(self.matrix @ found - right).max() <= _BALANCED * np.abs(right).max():
-                return found
+        scale = np.repeat(self.carried(right), 3)
+        corners = Corners(self.matrix, self._soft(), scale, self._check_time)
+        found = corners.pressing(right, start)
+        for forces in (corners.refined(found > 0.0, right), found):
+            if (np.abs(self.matrix @ forces - right) <= _BALANCED * scale).all():
+                return forces
         return None
 
-    def nearest(self, right: FloatArray | None = None) -> FloatArray:
+    def nearest(self) -> FloatArray:
         """The corner forces that come nearest to balance [kg], shape (4 k,).
 
         They carry weights before they balance moments, and have the least energy of such.
-
-        Args:
-            right: in place of :attr:`right`.
         """
-        right = self.right if right is None else right
-        if not self.patches:
+        if not len(self.pairs):
             return np.zeros(0)
-        rows = np.tile([1.0, _MOMENTS, _MOMENTS], len(self.weights))
         unit, soft = float(self.weights.mean()), self._soft()
-        stacked = np.vstack((rows[:, None] * self.matrix * unit, np.diag(_ENERGY * np.sqrt(soft))))
-        target = np.concatenate((rows * right, np.zeros(len(soft))))
+        counts = np.outer(unit / self.weights, (1.0, _MOMENTS, _MOMENTS)).ravel()
+        matrix = csc_array(diags_array(counts) @ self.matrix)
+        target = counts * self.right / unit
+        if len(target) > _FEW:
+            near = self._nearest_of_many(matrix, target, _ENERGY**2 * soft)
+            if near is not None:
+                return unit * near
+        stacked = np.vstack((matrix.toarray(), np.diag(_ENERGY * np.sqrt(soft))))
+        target = np.concatenate((target, np.zeros(len(soft))))
         # SciPy's nnls (1.17.1) ends at forces that are far from the least where columns are alike.
         columns = np.ascontiguousarray(stacked.T)
         found, _, ended = kernels.least_squares.nonnegative_least_squares(columns, target)
@@ -162,20 +232,31 @@ class Statics:
             found = lsq_linear(stacked, target, (0.0, np.inf)).x
         return unit * np.asarray(found)
 
+    def _nearest_of_many(
+        self, matrix: csc_array, target: FloatArray, energy: FloatArray
+    ) -> FloatArray | None:
+        """The x >= 0 with the least squares of target - (matrix x), and x . energy x, nearly; None
+        where the solver fails.
+        """
+        m, n = matrix.shape
+        solution = solve_cones(
+            csc_array(diags_array(np.concatenate((energy, np.ones(m))))),
+            np.zeros(n + m),
+            csc_array(block_array([[matrix, eye_array(m)], [-eye_array(n), None]])),
+            np.concatenate((target, np.zeros(n))),
+            [clarabel.ZeroConeT(m), clarabel.NonnegativeConeT(n)],
+            self._check_time,
+        )
+        return np.maximum(np.asarray(solution.x)[:n], 0.0) if is_solved(solution) else None
+
     def _soft(self) -> FloatArray:
         """How far every corner yields to a force, relative to the mean, shape (4 k,)."""
-        areas = np.array([(p.x1 - p.x0) * (p.z1 - p.z0) for p in self.patches])
+        areas = self._areas()
         return np.repeat(areas.mean() / areas, 4)
 
-    def _polished(self, found: FloatArray, soft: FloatArray, right: FloatArray) -> FloatArray:
-        """The same, balanced to rounding: once it is known what presses, all is linear."""
-        kept = found > 1e-7 * found.max()
-        pressing = self.matrix[:, kept] / np.sqrt(soft[kept])
-        exact = _least_solution(pressing, right) / np.sqrt(soft[kept])
-        polished = np.zeros_like(found)
-        polished[kept] = np.maximum(exact, 0.0)
-        left, before = (np.abs(self.matrix @ f - right).max() for f in (polished, found))
-        return polished if left <= before else found
+    def _areas(self) -> FloatArray:
+        found = self.rectangles[:, 2:] - self.rectangles[:, :2]
+        return np.asarray(found[:, 0] * found[:, 1])
 
 
 def contact_forces(layout: Arrangement) -> ContactForces | None:
@@ -192,52 +273,8 @@ def contact_forces(layout: Arrangement) -> ContactForces | None:
     found = statics.least_energy()
     if found is None:
         return None
-    corners = [
-        (p.below, p.above, x, layout.lower[p.above, 1], z)
-        for p in statics.patches
-        for x in (p.x0 - EDGE, p.x1 + EDGE)
-        for z in (p.z0 - EDGE, p.z1 + EDGE)
-    ]
-    table = np.array(corners)
-    return ContactForces(
-        table[:, 0].astype(np.int64), table[:, 1].astype(np.int64), table[:, 2:], found
-    )
-
-
-def _least_solution(matrix: FloatArray, right: FloatArray) -> FloatArray:
-    """The solution of the least norm of sparse equations, or what comes nearest to one.
-
-    What the transposed matrix makes of anything has no smaller solution beside it: where equations
-    do not depend on each other, that is found without a dense factorisation.
-    """
-    sparse = csc_array(matrix)
-    found, left = np.zeros(matrix.shape[1]), right
-    try:
-        factors = splu(csc_array(sparse @ sparse.T))
-        for _ in range(3):
-            found = found + sparse.T @ factors.solve(left)
-            left = right - sparse @ found
-    except RuntimeError:  # exactly singular
-        pass
-    if np.abs(left).max() <= _EXACT * np.abs(right).max():
-        return found
-    return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0], dtype=np.float64)
-
-
-def _patches(layout: Arrangement, items: Sequence[int], supports: Supports) -> Sequence[Patch]:
-    """The contacts of some boxes with each other and the floor, by their places in the list; a box
-    with its whole base on the floor stands on a patch of that size.
-    """
-    place = {item: k for k, item in enumerate(items)}
-    place[FLOOR] = FLOOR
-    found = []
-    for above, item in enumerate(items):
-        if supports.on_floor[item]:
-            (x0, _, z0), (x1, _, z1) = layout.lower[item].tolist(), layout.upper[item].tolist()
-            found.append(Patch(FLOOR, above, x0, z0, x1, z1))
-        found += [
-            patch._replace(below=place[patch.below], above=above)
-            for patch in supports.below[item]
-            if patch.below in place
-        ]
-    return found
+    below, above = np.repeat(statics.pairs, 4, axis=0).T
+    x0, z0, x1, z1 = (statics.rectangles + np.array((-EDGE, -EDGE, EDGE, EDGE))).T
+    x, z = np.stack((x0, x0, x1, x1), axis=1), np.stack((z0, z1, z0, z1), axis=1)
+    positions = np.column_stack((x.ravel(), layout.lower[above, 1], z.ravel()))
+    return ContactForces(below, above, positions, found)

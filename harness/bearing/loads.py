@@ -7,8 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import linprog
+from scipy.sparse import csc_array, csr_array, diags_array, hstack
 
 from steadyload.bearing.forces import Statics
+from steadyload.errors import UnsolvedError
 from steadyload.layouts.model import FloatArray, Layout
 
 _SHARE = 1e-3
@@ -16,6 +18,9 @@ _SHARE = 1e-3
 
 _OCTAVES = 12
 """Doublings of a load's own weight up to which a payload is followed; beyond them all is linear."""
+
+_UNBOUNDED = 3
+"""Status of a linear programme that has no least value."""
 
 _LEAST = 1e-9
 """Limit that a smaller one counts as where shares are formed [kg]."""
@@ -40,21 +45,21 @@ def loads(layout: Layout) -> Loads | None:
 
     Args:
         layout: the load. Its cost is two linear programmes a box that carries something.
+
+    Raises:
+        UnsolvedError: the solver of these finds no answer.
     """
     statics = Statics(layout)
     found = statics.least_energy()
     if found is None:
         return None
-    tops = statics.tops()
+    tops = csr_array(statics.tops())
     least, most = np.zeros(len(layout)), np.zeros(len(layout))
-    for item in np.flatnonzero(tops.any(axis=1)):
+    programme = _Programme(statics, found)
+    for item in np.flatnonzero(np.diff(tops.indptr)):
+        cost = tops[[item]].toarray().ravel()
         for sign, bound in ((1.0, least), (-1.0, most)):
-            result = linprog(
-                sign * tops[item], A_eq=statics.matrix, b_eq=statics.right, method="highs"
-            )
-            if not result.success:
-                return None
-            bound[item] = max(0.0, sign * result.fun)
+            bound[item] = max(0.0, sign * programme.least(sign * cost))
     return Loads(tops @ found, least, most)
 
 
@@ -69,13 +74,16 @@ def payload(layout: Layout) -> FloatArray | None:
     Returns:
         Shape (J,), infinite where nothing tips and no box has a limit; 0 where a limit is exceeded
         as it is. None for a load that does not balance.
+
+    Raises:
+        UnsolvedError: see :func:`loads`.
     """
     statics = Statics(layout)
     found = statics.least_energy()
     if found is None:
         return None
     limits = max_loads(layout)
-    return np.array([_payload(statics, item, limits) for item in range(len(layout))])
+    return np.array([_payload(statics, found, item, limits) for item in range(len(layout))])
 
 
 def max_loads(layout: Layout) -> FloatArray:
@@ -84,19 +92,63 @@ def max_loads(layout: Layout) -> FloatArray:
     return np.array([np.inf if load is None else load for load in stated])
 
 
-def _payload(statics: Statics, item: int, limits: FloatArray) -> float:
-    """The least weight at which the load tips, or a box is crushed."""
+class _Programme:
+    """Linear programmes over all forces that balance a load.
+
+    Unknowns and equations are counted in what their boxes carry, so that light boxes count as much
+    as heavy ones.
+
+    Args:
+        statics: of the load.
+        found: forces that balance it; those of the programme balance it as well.
+        added: what a weight adds to the right side of the equations, (3 J,); None for no weight.
+            The weight is one more unknown, the last.
+    """
+
+    def __init__(
+        self, statics: Statics, found: FloatArray, added: FloatArray | None = None
+    ) -> None:
+        right, unit = statics.right, float(statics.weights.sum())
+        self._units, matrix = np.ones(0), statics.matrix
+        if added is not None:
+            right, matrix = right + unit * added, hstack((matrix, -csc_array(added[:, None])))
+            self._units = np.array([unit])
+        carried = statics.carried(right)
+        self._units = np.concatenate((np.repeat(carried[statics.pairs[:, 1]], 4), self._units))
+        rows = 1.0 / np.repeat(carried, 3)
+        self._matrix = diags_array(rows) @ matrix @ diags_array(self._units)
+        self._right = rows * (statics.matrix @ found)
+
+    def least(self, cost: FloatArray) -> float:
+        """The least sum of costs times forces and weight; minus infinity where there is none.
+
+        Raises:
+            UnsolvedError: the solver does not tell.
+        """
+        costs = cost * self._units
+        size = float(np.abs(costs).max())
+        for method, presolve in (("highs", True), ("highs-ds", False), ("highs-ipm", True)):
+            result = linprog(
+                costs / size, A_eq=self._matrix, b_eq=self._right, method=method,
+                options={"presolve": presolve},
+            )  # fmt: skip
+            if result.status == _UNBOUNDED:
+                return -np.inf
+            if result.success:
+                return size * float(result.fun)
+        raise UnsolvedError(f"no least load was found by linear programming: {result.message}")
+
+
+def _payload(statics: Statics, found: FloatArray, item: int, limits: FloatArray) -> float:
+    """The least weight at which the load, which some forces balance, tips, or a box is crushed."""
     added = statics.pressed(item)
-    # The weight is one more unknown: matrix f = right + weight added, f >= 0.
-    columns = np.hstack((statics.matrix, -added[:, None]))
-    cost = np.zeros(columns.shape[1])
+    cost = np.zeros(len(found) + 1)
     cost[-1] = -1.0
-    result = linprog(cost, A_eq=columns, b_eq=statics.right, method="highs")
-    tips = np.inf if result.status == 3 else max(0.0, -float(result.fun or 0.0))
+    tips = max(0.0, -_Programme(statics, found, added).least(cost))
     limited = np.flatnonzero(np.isfinite(limits))
     if not len(limited):
         return tips
-    tops = statics.tops()[limited]
+    tops = csr_array(statics.tops())[limited]
 
     def over(weight: float) -> FloatArray:
         """By how much every limit is exceeded, as a share of it; at the last, all where it tips."""

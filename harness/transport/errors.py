@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from steadyload.errors import FailedError, UserError
+from steadyload.errors import UnsolvedError as UnsolvedError
+from steadyload.errors import UserError
 
 
 class TransportError(UserError):
     """A rule, a history of acceleration or a method that cannot be used; says what is allowed."""
-
-
-class UnsolvedError(FailedError):
-    """A programme for which the solver found no answer."""

@@ -1,12 +1,14 @@
 """Forces and loads of piles that can be worked out by hand."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from steadyload.bearing import contact_forces, first_crushed, loads, payload
 from steadyload.bearing.forces import Statics
+from steadyload.errors import UnsolvedError
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.layouts.packing import random_layouts
@@ -43,6 +45,37 @@ def test_a_column_bears_what_stands_on_it():
     found = loads(column(5.0, 6.0, 7.0, 8.0))
     for values in (found.borne, found.least, found.most):
         assert values == pytest.approx([21.0, 15.0, 8.0, 0.0], abs=1e-4)
+
+
+UNEQUAL = [
+    (1e-9, 1e6),
+    (1e6, 1e-9, 1e6),
+    (1e6, 1.0, 1e-3, 1e6, 1e-3),
+    (*[1e-3] * 6, 1e6),
+    tuple(10.0**k for k in range(-6, 4)),
+]
+"""Weights of columns from the bottom up."""
+
+
+@pytest.mark.parametrize("weights", UNEQUAL)
+def test_a_column_bears_what_stands_on_it_however_weights_differ(weights):
+    layout = column(*weights)
+    above = [sum(weights[k + 1 :]) for k in range(len(weights))]
+    found = loads(layout)
+    for values in (found.borne, found.least, found.most):
+        assert values == pytest.approx(above, rel=1e-6)
+    assert np.isinf(payload(layout)).all()
+    limited = column(*weights, most=2.0 * above[0])
+    assert payload(limited) == pytest.approx([above[0]] * len(weights), rel=2e-3)
+    held = contact_forces(layout).resultants()[:, 3]
+    assert held == pytest.approx(np.cumsum(weights[::-1])[::-1], rel=1e-9)
+
+
+def test_a_payload_that_no_programme_tells_is_no_payload_of_nothing(monkeypatch):
+    failed = SimpleNamespace(success=False, status=4, message="it failed", fun=None)
+    monkeypatch.setitem(payload.__globals__, "linprog", lambda *_, **__: failed)
+    with pytest.raises(UnsolvedError, match="it failed"):
+        payload(overhanging())
 
 
 @pytest.mark.parametrize("shift", [0.0, -5.0, 8.0])
