@@ -21,6 +21,7 @@ from steadyload.methods.method import (
     Finding,
     Method,
     Seconds,
+    Status,
     Stopwatch,
     Verdict,
     finding_by,
@@ -46,7 +47,8 @@ class LoadingSession:
         pallet: what is loaded.
         method: a spec string, or a method.
         name: of the layout. Verdicts depend on it only where positions are jittered.
-        timeout: CPU seconds that a placement may take, as of :meth:`Method.judge`.
+        timeout: CPU seconds that a placement may take, as of :meth:`Method.judge`; the look for
+            boxes that bear too much is a part of it.
         timed: verdicts state the time spent. False saves half of a placement by a rule; their times
             are zero then.
 
@@ -169,15 +171,13 @@ class LoadingSession:
 
     def _try_place(self, item: Item) -> Verdict:
         count = len(self._layout.items)
-        load = partial(self._loader.load, numbered(item, count))
+        load = partial(self._load, numbered(item, count))
         stays = False
         try:
             if self._timed:
                 verdict = verdict_by(load, count + 1, self._timeout)
             else:
                 verdict = self._untimed(load, count + 1)
-            if verdict.stable and self._limited(item):
-                verdict = self._unless_crushed(verdict)
             stays = verdict.stable
         finally:
             # Also where something was raised, or the user interrupted.
@@ -190,11 +190,17 @@ class LoadingSession:
         self._limits = self._limits or item.max_load is not None
         return self._limits
 
-    def _unless_crushed(self, verdict: Verdict) -> Verdict:
-        found = crushed_by_now(self._layout, self._layout.items)
+    def _load(self, item: Item, watch: Stopwatch) -> Finding:
+        """Put an item on the layout and judge that; a box that bears too much fails it, too."""
+        finding = self._loader.load(item, watch)
+        if finding.failing_step is not None or finding.status is not Status.DONE:
+            return finding
+        if not self._limited(item):
+            return finding
+        found = crushed_by_now(self._layout, self._layout.items, watch.check)
         if found is None:
-            return verdict
-        return replace(verdict, failing_step=found.step, moved_item=found.item, reason=str(found))
+            return finding
+        return replace(finding, failing_step=found.step, moved_item=found.item, reason=str(found))
 
     def _untimed(self, load: Callable[[Stopwatch], Finding], item_count: int) -> Verdict:
         """The verdict on a placement, without times: always the same one where it stands."""

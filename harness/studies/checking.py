@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
-from steadyload.bearing import first_crushed
+from steadyload.bearing import Crushed, first_crushed
 from steadyload.errors import UserError
 from steadyload.layouts.footing import gaps, largest
 from steadyload.layouts.frame import Frame
@@ -17,7 +17,14 @@ from steadyload.layouts.question import Question
 from steadyload.layouts.record import Refused
 from steadyload.methods.doubt import doubt
 from steadyload.methods.envelope import leaves
-from steadyload.methods.method import Method, Status, Verdict, judge
+from steadyload.methods.method import (
+    Method,
+    Status,
+    Stopwatch,
+    TimeoutExpiredError,
+    Verdict,
+    judge,
+)
 from steadyload.methods.registry import make_method
 from steadyload.numbers import number_within, seconds_allowed
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
@@ -56,7 +63,7 @@ def check(
     Args:
         layout: the plan, in the order of loading.
         method: spec of the method that answers.
-        timeout: CPU seconds that it may take.
+        timeout: CPU seconds that it and the look for crushed boxes may take.
         transport: a rule of the road that the complete load is asked to hold, such as ``en12195``,
             or a TOML file of one; by the method where it knows accelerations, else by
             :data:`steadyload.transport.limits.EXACT`.
@@ -77,17 +84,14 @@ def check(
     judging = _default() if method == DEFAULT_METHOD else make_method(method)
     judging.prepare(len(layout))
     spec = str(judging.spec)
+    watch = Stopwatch(timeout)
     verdict = judge(judging, layout, timeout)
+    verdict, crushed = _unless_crushed(layout, verdict, watch)
     if verdict.status is not Status.DONE:
         answer = Answer.NOT_JUDGED
     else:
-        answer = Answer.STANDS if verdict.stable else Answer.FAILS
-    crushed = first_crushed(layout)
-    if crushed is not None:
-        if answer is Answer.FAILS and (verdict.failing_step or 0) <= crushed.step:
-            crushed = None
-        elif answer is not Answer.NOT_JUDGED:
-            answer = Answer.FAILS
+        stands = verdict.stable and crushed is None
+        answer = Answer.STANDS if stands else Answer.FAILS
     found = gaps(layout)
     gap = largest(found)
     note = "" if gap is None else gap.sentence(layout, frame)
@@ -124,6 +128,26 @@ def check(
         crushed=crushed,
         transport=None if rule is None else answer_rule(layout, rule, judging),
     )
+
+
+def _unless_crushed(
+    layout: Layout, verdict: Verdict, watch: Stopwatch
+) -> tuple[Verdict, Crushed | None]:
+    """The box that is crushed before the step at which a verdict sees something move too far.
+
+    Where the time is up before that is known, a load that stands else has no verdict.
+
+    Args:
+        layout: that was judged.
+        verdict: on it.
+        watch: of the judgement and this look.
+    """
+    try:
+        return verdict, first_crushed(layout, before=verdict.failing_step, check_time=watch.check)
+    except TimeoutExpiredError as error:
+        if not verdict.stable:
+            return verdict, None
+        return replace(verdict, status=Status.TIMEOUT, reason=str(error)), None
 
 
 def _gap_limit(gaps_cm: float | None) -> float:

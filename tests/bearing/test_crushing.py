@@ -1,14 +1,19 @@
 """Which boxes are looked at for crushing, how long, and that the nearest forces are the nearest."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from steadyload import time_limit
 from steadyload.bearing import crushing, first_crushed, forces
 from steadyload.bearing.forces import Statics
 from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.methods import stopwatch
+from steadyload.methods.method import Status
 from steadyload.methods.session import LoadingSession
+from steadyload.studies.checking import Answer, check
 
 
 def columns(count, *, limited, most):
@@ -61,6 +66,60 @@ def test_a_session_solves_for_what_is_joined_to_the_new_box(solved):
     stable = [session.try_place(item).stable for item in layout.items]
     assert stable.index(False) == 27
     assert solved == [2]
+
+
+@pytest.fixture
+def slow_looks(monkeypatch):
+    """A clock that stands still but for looks at what boxes bear: each takes a second."""
+    now = 0.0
+
+    class Slow(Statics):
+        def __init__(self, *arguments):
+            nonlocal now
+            now += 1.0
+            super().__init__(*arguments)
+
+    clock = SimpleNamespace(
+        process_time=lambda: now, thread_time=lambda: now, perf_counter=lambda: now
+    )
+    monkeypatch.setattr(crushing, "Statics", Slow)
+    for module in (stopwatch, time_limit):
+        monkeypatch.setattr(module, "time", clock)
+
+
+def test_a_check_does_not_look_for_crushed_boxes_longer_than_it_may(slow_looks):
+    layout = columns(2, limited=1, most=0.5)
+    late, crushed = (check(layout, "fbs", timeout=limit) for limit in (0.5, 1.5))
+    assert (late.answer, late.verdict.status) == (Answer.NOT_JUDGED, Status.TIMEOUT)
+    assert late.reason == "no verdict within 0.5 s of CPU time"
+    assert (crushed.answer, crushed.crushed.item) == (Answer.FAILS, 1)
+
+
+def test_a_load_that_falls_fails_however_long_a_look_takes(slow_looks):
+    layout = columns(2, limited=1, most=0.5)
+    over = Item(4, (5.0, 20.0, 0.0), (100.0, 10.0, 10.0), 1.0)
+    wide = Pallet(200.0, 100.0, 100.0)
+    load = Layout("over", wide, (*layout.items, over))
+    assert check(load, "fbs", timeout=0.5).answer is Answer.FAILS
+
+
+def test_nothing_is_looked_at_after_the_step_at_which_a_load_falls(solved):
+    boxes = columns(2, limited=1, most=0.5).items
+    hanging = replace(boxes[2], position=(0.0, 30.0, 0.0))
+    load = Layout("hanging", Pallet(20.0, 100.0, 100.0), (*boxes[:2], hanging, boxes[3]))
+    found = check(load, "fbs")
+    assert (found.verdict.failing_step, found.crushed, solved) == (2, None, [])
+
+
+@pytest.mark.parametrize("timed", [True, False])
+def test_a_session_does_not_look_for_crushed_boxes_longer_than_it_may(slow_looks, timed):
+    layout = columns(2, limited=1, most=0.5)
+    for limit, status in ((0.5, Status.TIMEOUT), (1.5, Status.DONE)):
+        session = LoadingSession(layout.pallet, "fbs", timeout=limit, timed=timed)
+        verdicts = [session.try_place(item) for item in layout.items]
+        assert [verdict.stable for verdict in verdicts] == [True, True, True, False]
+        assert verdicts[-1].status is status
+        assert len(session) == 3
 
 
 class _OverError(Exception):
