@@ -20,6 +20,8 @@ from scipy.sparse.linalg import splu
 
 from steadyload.layouts.model import FloatArray
 
+_Solve = Callable[[FloatArray], FloatArray]
+
 _MOST = 200
 """Iterations, after which the last forces are taken."""
 
@@ -58,6 +60,7 @@ class Corners:
         self._matrix = scaled.toarray() if len(scale) <= _DENSE else scaled
         self._scale = scale
         self._check_time = check_time
+        self._known: tuple[NDArray[np.bool_], _Solve] | None = None
 
     def pressing(self, right: FloatArray, start: NDArray[np.bool_] | None = None) -> FloatArray:
         """The forces of least energy, the equations solved as nearly as these can be, shape (n,).
@@ -110,19 +113,24 @@ class Corners:
         forces[active] = np.maximum(best, 0.0) / self._root[active]
         return forces
 
-    def _solver(self, active: NDArray[np.bool_]) -> Callable[[FloatArray], FloatArray]:
-        """Solves for multipliers where it is known which corners press."""
-        self._check_time()
+    def _solver(self, active: NDArray[np.bool_]) -> _Solve:
+        """Solves for multipliers where it is known which corners press; the last is kept."""
+        if self._known is None or not np.array_equal(self._known[0], active):
+            self._check_time()
+            self._known = active, self._factorised(active)
+        return self._known[1]
+
+    def _factorised(self, active: NDArray[np.bool_]) -> _Solve:
         inner = self._matrix[:, active]
         square = inner @ inner.T
         diagonal = _FIRM * (1.0 + square.diagonal())
         if isinstance(inner, np.ndarray):
             return partial(lu_solve, lu_factor(square + np.diag(diagonal)))
-        solve: Callable[[FloatArray], FloatArray] = splu(
+        factors = splu(
             csc_array(square + diags_array(diagonal)), permc_spec="MMD_AT_PLUS_A",
             diag_pivot_thresh=0.0, options={"SymmetricMode": True},
-        ).solve  # fmt: skip
-        return solve
+        )  # fmt: skip
+        return partial(factors.solve)
 
 
 def _share(pull: FloatArray, turn: FloatArray, rise: float, bend: float) -> float:
