@@ -6,6 +6,8 @@ and no deck of freight, on the road or in the air, is wider than 3 m or as small
 
 from __future__ import annotations
 
+from decimal import Decimal
+
 import numpy as np
 
 from steadyload.escaping import printable
@@ -44,10 +46,15 @@ def implausible(layout: Layout) -> str:
     longest, weight = np.median(layout.sizes.max(axis=1)), np.median(layout.weights)
     return (
         f'layout "{printable(layout.name, SHOWN)}": a pallet of {_cm(width)} x {_cm(depth)} and '
-        f"boxes of {_cm(longest)} and {weight:,.4g} kg (medians), {density:.2g} kg a litre: did "
-        f"you mean {' '.join(meant)}?"
+        f"boxes of {_cm(longest)} and {_plain(weight, 4)} kg (medians), {_plain(density, 2)} kg a "
+        f"litre: did you mean {' and '.join(meant)}?"
     )
 
 
 def _cm(length: float) -> str:
-    return f"{length:,.5g} cm"
+    return f"{_plain(length, 5)} cm"
+
+
+def _plain(number: float, digits: int) -> str:
+    """A number without an exponent, to some significant digits."""
+    return f"{Decimal(f'{number:.{digits}g}'):,f}"

@@ -33,8 +33,9 @@ def test_a_plausible_pallet_is_not_spoken_of():
     [
         (pallet(weight=6500), "--weight g"),
         (pallet(scale=10), "--units mm"),
-        (pallet(scale=10, weight=6500), "--units mm --weight g"),
+        (pallet(scale=10, weight=6500), "--units mm and --weight g"),
         (pallet(scale=0.01), "--units m"),
+        (pallet(scale=0.01, weight=1e-5), "--units m and another --weight"),
         (pallet(weight=0.0065), "another --units or --weight"),
     ],
 )
@@ -46,7 +47,13 @@ def test_wrong_units_are_named_with_the_flags(layout, units):
 def test_the_figures_are_told():
     assert implausible(pallet(scale=10, weight=6500)) == (
         'layout "PAL-1": a pallet of 1,200 cm x 800 cm and boxes of 400 cm and 6,500 kg (medians), '
-        "0.18 kg a litre: did you mean --units mm --weight g?"
+        "0.18 kg a litre: did you mean --units mm and --weight g?"
+    )
+
+
+def test_the_figures_are_in_plain_digits():
+    assert "boxes of 40 cm and 12,000 kg (medians), 330 kg a litre:" in implausible(
+        pallet(weight=12_000)
     )
 
 
@@ -81,7 +88,7 @@ def test_check_score_and_view_warn_once(grams, words, capsys, tmp_path, monkeypa
     monkeypatch.chdir(tmp_path)
     main([words[0], str(grams), *words[1:]])
     told = capsys.readouterr().err
-    assert told.count("did you mean --units mm --weight g?") == 1
+    assert told.count("did you mean --units mm and --weight g?") == 1
     assert "grams.csv" in told
     main([words[0], str(grams), *words[1:], "--units", "mm", "--weight", "g"])
     assert "did you mean" not in capsys.readouterr().err
