@@ -18,7 +18,7 @@ from steadyload.layouts.formats import (
 )
 from steadyload.layouts.limits import MAX_FILE_BYTES
 from steadyload.layouts.record import FormatError
-from steadyload.layouts.sources import STANDARD_INPUT, opened, read_rest
+from steadyload.layouts.sources import STANDARD_INPUT, opened, read_rest, source_name
 
 
 def read_batch(path: str | Path, **reading: Unpack[Reading]) -> LayoutBatch:
@@ -57,4 +57,4 @@ def _read_plain(path: str | Path, reading: Reading) -> LayoutBatch | None:
     overhang, floor = reading.get("overhang"), reading.get("floor")
     stated = {"overhang": overhang, "floor": None if floor is None else FloorKind.named(floor)}
     deck = {key: value for key, value in stated.items() if value is not None}
-    return batch_of_csv(content, dialect, deck)
+    return batch_of_csv(content, dialect, deck, source_name(path))

@@ -20,7 +20,13 @@ from numpy.typing import NDArray
 from steadyload.layouts.batch import LayoutBatch, checked_batch
 from steadyload.layouts.batch_checks import Pallets
 from steadyload.layouts.csv_cells import unguarded
-from steadyload.layouts.csv_columns import Columns, find_columns, separator_of
+from steadyload.layouts.csv_columns import (
+    Columns,
+    find_columns,
+    separator_of,
+    turns,
+    warn_of_turning,
+)
 from steadyload.layouts.dialect import Dialect
 from steadyload.layouts.limits import MAX_ITEMS, MAX_LAYOUTS, MAX_NUMBER_LENGTH, MAX_TEXT_LENGTH
 from steadyload.layouts.model import FloatArray, LayoutError
@@ -36,7 +42,7 @@ _NUMBER = r"^[+-]?(?:[0-9]+(?:[.][0-9]*)?|[.][0-9]+)(?:[eE][+-]?[0-9]{1,6})?$"
 
 
 def batch_of_csv(
-    content: bytes | bytearray, dialect: Dialect, deck: dict[str, Any]
+    content: bytes | bytearray, dialect: Dialect, deck: dict[str, Any], file: str = "CSV"
 ) -> LayoutBatch | None:
     """The batch of a CSV file; None where the other reader has to look at it.
 
@@ -44,6 +50,7 @@ def batch_of_csv(
         content: all of the file.
         dialect: of the file.
         deck: what is stated of all pallets beside their sizes, as fields of a pallet.
+        file: its name, for a warning of a column left out that states how boxes are turned.
     """
     if dialect.stated().keys() - _PLAIN_KEYS or _LINES_APART.search(content):
         return None
@@ -58,9 +65,13 @@ def batch_of_csv(
         if columns.load != (None, None):
             return None
         cells = _cells(memoryview(content)[end:], separator, columns.count)
-        return _batch(cells, columns, deck)
+        batch = _batch(cells, columns, deck)
     except (pa.ArrowException, LayoutError, ValueError):
         return None
+    for place, name in columns.turning.items():
+        if any(map(turns, cells[place].unique().to_pylist())):
+            warn_of_turning(file, name)
+    return batch
 
 
 def _cells(content: memoryview, separator: str, count: int) -> list[pa.Array]:

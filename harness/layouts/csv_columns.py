@@ -8,6 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from steadyload.layouts.csv_cells import number
 from steadyload.layouts.dialect import LOADS, OFFSETS, PALLET_SIDES, WORDS, Dialect
 from steadyload.layouts.record import FormatError, shown
 
@@ -19,10 +20,17 @@ SEPARATORS = ";\t,"
 _SAME = {"item": "id", "sku": "id", "name": "id"}
 """Headers that are the words of other columns."""
 
+_WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-zß-ÿ]+")
+"""A word of a header, such as each of ``isTurned`` and of ``is_turned``."""
+
 _TURNING = re.compile(
-    r"rotat|orient|dreh|ausrichtung|winkel|(?<![a-z])(angle|yaw|rot|turn(ed)?)(?![a-z])"
+    r"rot|rotate[ds]?|rotations?|orient(ed)?|orientations?|orientierung|dreh|drehung|drehwinkel|"
+    r"gedreht|ausrichtung|winkel|angle|yaw|theta|turn(ed)?|flip(ped)?|upside"
 )
-"""Headers of columns that probably state how a box is turned."""
+"""Words of columns that probably state how a box is turned."""
+
+_NOT_TURNED = ("", "no", "false", "nein")
+"""Cells of such a column for a box that is not turned, beside zero."""
 
 _HINT = "; name columns of your own with --columns or in a profile"
 
@@ -41,6 +49,7 @@ class Columns:
         offset: likewise, of the centre of mass; None where it is not given along that axis.
         load: place of the load that a box may bear, and that of the same a square metre; None
             where it is not given.
+        turning: places and headers of those left out that probably state how a box is turned.
     """
 
     count: int
@@ -53,6 +62,7 @@ class Columns:
     pallet: tuple[int, ...]
     offset: tuple[int | None, ...]
     load: tuple[int | None, ...]
+    turning: Mapping[int, str]
 
 
 def separator_of(header: str, dialect: Dialect) -> str | None:
@@ -102,6 +112,30 @@ def find_columns(header: Sequence[str], dialect: Dialect) -> Columns:
         identity=places.get("id"),
         offset=tuple(map(places.get, OFFSETS)),
         load=tuple(map(places.get, LOADS)),
+        turning={
+            place: name
+            for place, name in enumerate(header)
+            if place not in places.values() and _is_of_turning(name)
+        },
+    )
+
+
+def _is_of_turning(header: str) -> bool:
+    return any(_TURNING.fullmatch(word.casefold()) for word in _WORD.findall(header))
+
+
+def turns(cell: str) -> bool:
+    """True if a cell of a column of rotations states one."""
+    return cell.strip().casefold() not in _NOT_TURNED and number(cell) != 0
+
+
+def warn_of_turning(file: str, header: str) -> None:
+    """Say that a column is left out though it probably states how boxes are turned."""
+    _log.warning(
+        "%s: the CSV column %s is left out: boxes stand as their sides are stated, and are not "
+        "turned by it",
+        file,
+        shown(header),
     )
 
 
@@ -121,12 +155,6 @@ def _places(header: Sequence[str], dialect: Dialect) -> dict[str, int]:
         if word is None:
             if dialect.other_columns == "refuse":
                 raise _left_over(name, dialect)
-            if _TURNING.search(name.casefold()):
-                _log.warning(
-                    "the CSV column %s is left out: boxes stand as their sides are stated, and are "
-                    "not turned by it",
-                    shown(name),
-                )
         elif word in places:
             raise _twice(header[places[word]], name, word)
         else:

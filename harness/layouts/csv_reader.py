@@ -14,7 +14,14 @@ from typing import Any
 
 from steadyload.escaping import printable
 from steadyload.layouts.csv_cells import minus_half, number, times, unguarded
-from steadyload.layouts.csv_columns import SEPARATORS, Columns, find_columns, separator_of
+from steadyload.layouts.csv_columns import (
+    SEPARATORS,
+    Columns,
+    find_columns,
+    separator_of,
+    turns,
+    warn_of_turning,
+)
 from steadyload.layouts.dialect import LOADS, UNITS, WEIGHT_UNITS, Dialect, sides_of
 from steadyload.layouts.limits import MAX_ITEMS, MAX_LAYOUTS, MAX_TEXT_LENGTH
 from steadyload.layouts.model import LayoutError
@@ -58,18 +65,24 @@ def is_csv(line: str, dialect: Dialect) -> bool:
     return bool(_SEPARATOR_LINE.fullmatch(line)) or separator_of(line, dialect) is not None
 
 
-def read_csv(content: bytes | bytearray, dialect: Dialect) -> Iterator[Record | Refused]:
+def read_csv(
+    content: bytes | bytearray, dialect: Dialect, file: str = "CSV"
+) -> Iterator[Record | Refused]:
     """Records of a CSV file, in the order in which their layouts first appear.
 
     Rows of a layout may stand anywhere: a first pass counts them, so that the second one holds only
-    layouts that have begun and are not complete.
+    layouts that have begun and are not complete. A column left out that states how boxes are turned
+    is told as a warning that names the ``file``.
     """
     separator, header, rows = _opened(content, dialect)
     columns = find_columns(header, dialect)
     left = Counter[str]()
+    turning = dict(columns.turning)
     for _, row in rows:
         if len(row) == columns.count:
             left[row[columns.layout]] += 1
+            for place in [place for place in turning if turns(row[place])]:
+                warn_of_turning(file, turning.pop(place))
             if len(left) > MAX_LAYOUTS:
                 raise FormatError(f"has more than {MAX_LAYOUTS} layouts; allowed: up to so many")
     read = _Rows(columns, dialect, separator)

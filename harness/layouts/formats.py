@@ -185,7 +185,7 @@ def _records(path: str | Path, dialect: Dialect) -> Iterator[Record | Refused]:
         cap = MAX_YAML_BYTES if kind is Format.ACLPP else MAX_FILE_BYTES
         content = read_rest(file, head, cap)
     if kind is Format.CSV:
-        yield from read_csv(content, dialect)
+        yield from read_csv(content, dialect, source_name(path))
         return
     text = decoded(content).removeprefix("\ufeff").replace("\r\n", "\n")
     del content

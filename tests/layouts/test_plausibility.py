@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from steadyload.cli import main
+from steadyload.layouts.batch_files import read_batch
 from steadyload.layouts.benchmark.dataset import SETS, load_benchmark
 from steadyload.layouts.dialect import Dialect
 from steadyload.layouts.formats import scan_layouts
@@ -94,17 +95,42 @@ def test_check_score_and_view_warn_once(grams, words, capsys, tmp_path, monkeypa
     assert "did you mean" not in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("name", ["Rotation", "Drehung", "item_orientation", "ROT", "turned"])
-def test_an_ignored_column_that_turns_boxes_is_named(name, tmp_path, caplog):
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Rotation",
+        "Drehung",
+        "item_orientation",
+        "ROT",
+        "isTurned",
+        "flipped",
+        "upside_down",
+        "theta",
+    ],
+)
+@pytest.mark.parametrize("read", [pick_layouts, read_batch])
+def test_an_ignored_column_that_turns_boxes_is_named_with_its_file(name, read, tmp_path, caplog):
     file = tmp_path / "turned.csv"
     file.write_text(f"{HEADER},{name}\nA,120,180,80,0,0,0,0,40,30,30,6.5,90\n")
-    (layout,) = pick_layouts(file, dialect=Dialect(other_columns="ignore"))
+    (layout,) = read(file, dialect=Dialect(other_columns="ignore"))
     assert layout.name == "A"
     assert [r.levelno for r in caplog.records] == [logging.WARNING]
-    assert f"the CSV column {name!r} is left out" in caplog.text
+    assert f"{file}: the CSV column {name!r} is left out" in caplog.text
 
 
-@pytest.mark.parametrize("name", ["colour", "rotterdam_stop", "return", "rectangle", "protocol"])
+@pytest.mark.parametrize("cell", ["", "0", "0.0", "no", "False", "nein"])
+@pytest.mark.parametrize("read", [pick_layouts, read_batch])
+def test_a_column_that_turns_no_box_is_not_named(cell, read, tmp_path, caplog):
+    file = tmp_path / "unturned.csv"
+    file.write_text(f"{HEADER},Rotation\nA,120,180,80,0,0,0,0,40,30,30,6.5,{cell}\n")
+    read(file, dialect=Dialect(other_columns="ignore"))
+    assert caplog.messages == []
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["colour", "rotterdam_stop", "return", "rectangle", "protocol", "produktrotation"],
+)
 def test_another_ignored_column_is_not(name, tmp_path, caplog):
     file = tmp_path / "other.csv"
     file.write_text(f"{HEADER},{name}\nA,120,180,80,0,0,0,0,40,30,30,6.5,90\n")
