@@ -75,12 +75,13 @@ class Remake:
     dry_run: bool = option(False, "print the commands, and run none")
 
     def run(self) -> int:
-        """Run the commands of the pages, and write the index.
+        """Run the commands of the pages, and write the index where one was remade.
 
-        Rows that are packed and not in their work folder are unpacked first. A page with kept rows
-        is made of these alone unless ``judge`` is given, and of all engines that they are of unless
-        ``fewer`` is given, or is refused before anything is judged or written. Returns the first
-        exit status that is not 0; the other pages are remade nevertheless.
+        Rows that are packed are unpacked first, unless their work folder is there already, which is
+        said. A page with kept rows is made of these alone unless ``judge`` is given, and of all
+        engines that they are of unless ``fewer`` is given, or is refused before anything is judged
+        or written. Returns the first exit status that is not 0; the other pages are remade
+        nevertheless.
 
         Raises:
             UsageError: both ``fewer`` and ``keep``.
@@ -93,17 +94,29 @@ class Remake:
                 for words in remaking(entry, self.output):
                     print(f"steadyload {shlex.join(words)}")
             return 0
-        status = 0
+        status, remade = 0, False
         for work, pages in groupby(named(self.names), key=lambda entry: entry.work):
             made = []
-            for entry in pages:
+            together = list(pages)
+            self._tell_unread(together[0])
+            for entry in together:
                 ended = self._remake(entry)
                 status = status or ended
                 made += [] if ended else [entry]
             if self.keep and made and work.is_dir():
                 _kept(made[:1], self.rows)
-        print(write_index(self.output))
+            remade = remade or bool(made)
+        if remade:
+            print(write_index(self.output))
         return status
+
+    def _tell_unread(self, entry: Entry) -> None:
+        """Say that the packed rows of a page are not read, where its work folder is there."""
+        from steadyload.studies.kept_rows import archive_of
+
+        archive = archive_of(entry, self.rows)
+        if entry.work.exists() and archive.exists():
+            say(printable(f"uses the rows in {entry.work}; {archive} is not unpacked over them"))
 
     def _remake(self, entry: Entry) -> int:
         """Run the commands of a page; the exit status of the first that fails, or 0."""

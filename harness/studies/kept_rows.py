@@ -77,8 +77,8 @@ def keep(entry: Entry, folder: Path = ROWS) -> Path:
                 with path.open("rb") as content:
                     archive.addfile(about, content)
     folder.mkdir(parents=True, exist_ok=True)
-    write_atomically(_archive(entry, folder), lzma.compress(packed.getvalue(), preset=9))
-    return _archive(entry, folder)
+    write_atomically(archive_of(entry, folder), lzma.compress(packed.getvalue(), preset=9))
+    return archive_of(entry, folder)
 
 
 def unpack(entry: Entry, folder: Path = ROWS) -> Path | None:
@@ -92,7 +92,7 @@ def unpack(entry: Entry, folder: Path = ROWS) -> Path | None:
         RowsError: the archive is damaged, too large, or holds more than files below the folder.
         OSError: the rows cannot be read or written.
     """
-    archive = _archive(entry, folder)
+    archive = archive_of(entry, folder)
     if entry.work.exists() or not archive.exists():
         return None
     packed = io.BytesIO(_content(archive))
@@ -200,8 +200,8 @@ def kept(folder: Path = ROWS) -> str:
     """The archives in Markdown, with their sizes and the pages made of each."""
     pages: dict[Path, list[str]] = {}
     for entry in entries():
-        if _archive(entry, folder).exists():
-            pages.setdefault(_archive(entry, folder), []).append(entry.name)
+        if archive_of(entry, folder).exists():
+            pages.setdefault(archive_of(entry, folder), []).append(entry.name)
     whole = sum(path.stat().st_size for path in pages)
     return "\n".join(
         [
@@ -244,7 +244,8 @@ def _goes_on(inside: Path) -> bool:
     return any(Path(part).stem in (CHECKPOINTS, CHECKPOINT) for part in inside.parts)
 
 
-def _archive(entry: Entry, folder: Path) -> Path:
+def archive_of(entry: Entry, folder: Path) -> Path:
+    """Where the rows of a page are packed; pages of one work folder share an archive."""
     return folder / f"{entry.work.name}.tar.xz"
 
 

@@ -286,3 +286,33 @@ def test_a_page_whose_archive_is_damaged_stops_no_other(entry, tmp_path, monkeyp
         f"steadyload: {archive}: cannot be read, it is damaged or cut off; restore the file\n"
     )
     assert begun == [str(Path("pages", "other"))]
+
+
+def test_an_index_is_written_only_where_a_page_was_made(entry, tmp_path, monkeypatch, capsys):
+    archive = tmp_path / "rows" / "table5.tar.xz"
+    archive.parent.mkdir()
+    archive.write_bytes(WHOLE[:100])
+    entry.work.rename(tmp_path / "gone")
+    monkeypatch.setattr("steadyload.cli.pages.named", lambda names: [entry])
+    monkeypatch.setattr("steadyload.cli.pages.run", lambda words: 0)
+    pages = tmp_path / "pages"
+    remake = ["pages", "remake", "--rows", str(archive.parent), "-o", str(pages)]
+    assert main(remake) == 2
+    assert not pages.exists()
+    archive.write_bytes(WHOLE)
+    assert main(remake) == 0
+    assert (pages / "README.md").is_file()
+    assert "not unpacked" not in capsys.readouterr().err
+
+
+def test_packed_rows_that_are_not_read_are_told_once(entry, tmp_path, monkeypatch, capsys):
+    archive = tmp_path / "rows" / "table5.tar.xz"
+    archive.parent.mkdir()
+    archive.write_bytes(WHOLE)
+    other = replace(entry, name="other")
+    monkeypatch.setattr("steadyload.cli.pages.named", lambda names: [entry, other])
+    monkeypatch.setattr("steadyload.cli.pages.run", lambda words: 0)
+    assert main(["pages", "remake", "--rows", str(archive.parent), "-o", str(tmp_path)]) == 0
+    told = capsys.readouterr().err
+    line = f"uses the rows in {entry.work}; {archive} is not unpacked over them\n"
+    assert told.count("not unpacked") == told.count(line) == 1
