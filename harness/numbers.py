@@ -8,7 +8,10 @@ from typing import Any
 from steadyload.errors import UserError
 from steadyload.escaping import shown
 
-_MOST_SECONDS = 1e9
+_LIMIT = 1e9
+
+POSITIVE = f"above 0 and below {_LIMIT:,.0f}"
+"""The range of :func:`is_positive` in words."""
 
 
 class NumberError(UserError):
@@ -45,8 +48,13 @@ def number_within(
     return number
 
 
+def is_positive(number: float) -> bool:
+    """True for a number above 0 that is small enough for a limit on a time [s]."""
+    return 0.0 < number < _LIMIT
+
+
 def seconds_allowed(value: Any, name: str = "timeout") -> float | None:
-    """A limit on a time [s]: a finite number above 0, or None for no limit.
+    """A limit on a time [s]: a number as :func:`is_positive` allows, or None for no limit.
 
     Raises:
         NumberError: it is another value.
@@ -54,10 +62,10 @@ def seconds_allowed(value: Any, name: str = "timeout") -> float | None:
     if value is None:
         return None
     number = _number(value)
-    if not 0.0 < number < _MOST_SECONDS:
+    if not is_positive(number):
         raise NumberError(
-            f"{name} is {shown(value)}; allowed: a finite number of seconds above 0, or None for "
-            "no limit"
+            f"{name} is {shown(value)}; allowed: a number of seconds {POSITIVE}, or None for no "
+            "limit"
         )
     return number
 

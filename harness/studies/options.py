@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from steadyload.engines.quantities import quantity
+from steadyload.numbers import POSITIVE, is_positive
 
 NAMES, METAVAR, READ, OPERAND, FEWEST, BARE = (
     "names", "metavar", "read", "operand", "fewest", "bare"
@@ -113,14 +114,14 @@ def question(text: str) -> str:
 
 
 def positive_number(text: str) -> float:
-    """A number above 0, from text.
+    """A number from text: one of :func:`steadyload.numbers.is_positive`.
 
     Raises:
         ValueError: the text is no such number.
     """
     value = _number(text)
-    if not 0.0 < value < 1e9:
-        raise ValueError(f"{text!r}; allowed: a number above 0")
+    if not is_positive(value):
+        raise ValueError(f"{text!r}; allowed: a number {POSITIVE}")
     return value
 
 
@@ -132,7 +133,7 @@ def number_from_zero(text: str) -> float:
     """
     value = _number(text)
     if not 0.0 <= value < 1e5:
-        raise ValueError(f"{text!r}; allowed: a number, 0 or more")
+        raise ValueError(f"{text!r}; allowed: a number, 0 or more, below 100,000")
     return value
 
 

@@ -89,7 +89,14 @@ def test_the_help_lists_commands_in_groups(capsys):
         (["score", "--halp"], "score: unknown flag '--halp'; did you mean '--help'?"),
         (["score", "x", "-q"], "score: unknown flag '-q'; allowed: --profile, "),
         (["score", "x", "--limit", "0"], "--limit: '0'; allowed: a whole number, 1 or more"),
-        (["score", "x", "--timeout", "no"], "--timeout: 'no'; allowed: a number above 0"),
+        *(
+            (
+                ["score", "x", "--timeout", text],
+                f"--timeout: {text!r}; allowed: a number above 0 and below 1,000,000,000",
+            )
+            for text in ("no", "0", "1e308", "inf", "1e400", "1e9")
+        ),
+        (["score", "x", "--overhang", "1e5"], "'1e5'; allowed: a number, 0 or more, below 100,000"),
         (["compare-engines", "--part", "sped"], "--part: 'sped'; did you mean 'speed'? allowed: "),
         (["verify", "closed-forms", "--engine"], "--engine"),
     ],
