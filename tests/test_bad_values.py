@@ -138,6 +138,14 @@ def test_a_missing_file_is_bad_input_and_a_missing_file():
         sl.read_batch("nope.csv")
 
 
+@pytest.mark.parametrize("read", [sl.read, sl.read_batch])
+def test_a_folder_is_bad_input_and_a_folder(read, tmp_path):
+    with pytest.raises(UserError) as caught:
+        read(tmp_path)
+    assert isinstance(caught.value, IsADirectoryError)
+    assert str(caught.value) == f"{tmp_path}: is a folder; allowed: a file of layouts"
+
+
 def test_the_version_is_that_of_the_distribution():
     assert sl.__version__ == metadata.version("steadyload")
 

@@ -92,6 +92,7 @@ def read_layouts(path: str | Path, **reading: Unpack[Reading]) -> list[Layout]:
         FloorError: there is no such floor.
         NumberError: the gap is no finite number, 0 or more.
         MissingFileError: there is no such file.
+        FolderError: it is a folder.
         OSError: the file cannot be read.
     """
     layouts = []

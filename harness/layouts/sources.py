@@ -19,11 +19,19 @@ STANDARD_INPUT = "-"
 """Stands for standard input where a file is named."""
 
 
-class MissingFileError(FileNotFoundError, UserError):
-    """A file that there is not; it can also be caught as a ``FileNotFoundError``."""
+class _NamingError(OSError, UserError):
+    """A named file that is none, as an error of the system and of the user."""
 
     def __str__(self) -> str:
         return sentence(f"{self.filename}: {self.strerror}")
+
+
+class MissingFileError(FileNotFoundError, _NamingError):
+    """A file that there is not; it can also be caught as a ``FileNotFoundError``."""
+
+
+class FolderError(IsADirectoryError, _NamingError):
+    """A folder instead of a file; it can also be caught as an ``IsADirectoryError``."""
 
 
 def source_name(path: str | Path) -> str:
@@ -37,6 +45,7 @@ def opened(path: str | Path) -> Iterator[BinaryIO]:
 
     Raises:
         MissingFileError: there is no such file.
+        FolderError: it is a folder.
         OSError: it cannot be read.
     """
     if str(path) == STANDARD_INPUT:
@@ -47,6 +56,9 @@ def opened(path: str | Path) -> Iterator[BinaryIO]:
             file = open_files.enter_context(Path(path).open("rb"))
         except FileNotFoundError as error:
             raise MissingFileError(*error.args, str(path)) from None
+        except IsADirectoryError as error:
+            told = "is a folder; allowed: a file of layouts"
+            raise FolderError(error.errno, told, str(path)) from None
         yield file
 
 
