@@ -53,4 +53,4 @@ class Convert(ReadingFlags):
         kind, reading = Format(output_format(self.output, self.to)), self.reading()
         layouts = [layout for file in self.files for layout in read_layouts(file, **reading)]
         write_layouts(self.output, layouts, kind)
-        print(f"{len(layouts)} layouts -> {self.output}")
+        print(f"{len(layouts)} layout{'s' if len(layouts) != 1 else ''} -> {self.output}")

@@ -152,7 +152,8 @@ def write_views(
             cards.append(_card(entry, judges, made, record, frame or Frame()))
     gallery = Gallery(
         title="Loadings",
-        summary=f"{len(cards)} layouts, judged by {' and '.join(methods)}.",
+        summary=f"{len(cards)} layout{'s' if len(cards) != 1 else ''}, judged by "
+        f"{' and '.join(methods)}.",
         kinds=("fails", "hovers", "no verdict", "bad input", "stable"),
         cards=tuple(cards),
         notes=("Every card plays the loading, box by box.",),

@@ -202,3 +202,13 @@ def test_a_library_that_is_not_what_it_was_is_one_sentence(monkeypatch, tmp_path
     monkeypatch.setattr(metadata, "distribution", lambda name: Other())
     with pytest.raises(ThreeJsError, match=r"trimesh 9\.0 ships no three\.js"):
         three_js()
+
+
+def test_one_layout_is_counted_as_one(layout_file, tmp_path, capsys):
+    (stands, _) = layouts = pick_layouts(layout_file)
+    text = write_views([stands], ["sme"], tmp_path / "all.html").read_text()
+    assert "1 layout, judged by sme" in text
+    for count, told in ((1, "1 layout"), (2, "2 layouts")):
+        write_layouts(layout_file, layouts[:count], Format.NATIVE)
+        assert main(["convert", str(layout_file), "-o", str(tmp_path / "x.csv")]) == 0
+        assert capsys.readouterr().out == f"{told} -> {tmp_path / 'x.csv'}\n"
