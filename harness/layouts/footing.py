@@ -46,6 +46,10 @@ class Gap:
     height: float
     onto: int | None
 
+    def exceeds(self, limit: float) -> bool:
+        """Whether it is larger than a limit [cm]; one that is equal within 0.1 mm is not."""
+        return self.height > limit + TOLERANCE
+
     def sentence(self, layout: Layout, frame: Frame | None = None) -> str:
         """Which box it is and onto what it drops: "box 7 has nothing under it; ..."."""
         if self.onto is not None:

@@ -119,7 +119,7 @@ class Check(ShownInNotebook):
     @property
     def hovering(self) -> bool:
         """Whether a gap is larger than is allowed, whatever the method says of the load."""
-        return self.gap is not None and self.gap.height > self.gaps_cm
+        return self.gap is not None and self.gap.exceeds(self.gaps_cm)
 
     @property
     def side(self) -> Side | None:
@@ -220,7 +220,7 @@ class Check(ShownInNotebook):
             "unsupported": self.unsupported,
             "hovering": self.hovering,
             "gaps": self.gaps,
-            "gap_cm": 0.0 if self.gap is None else self.gap.height,
+            "gap_cm": 0.0 if self.gap is None else round(self.gap.height, 6),
             "gap_step": None if self.gap is None else self.gap.item,
             "gap_box": self.gap_box,
             "gap_onto_step": None if self.gap is None else self.gap.onto,

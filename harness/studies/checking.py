@@ -95,7 +95,7 @@ def check(
     found = gaps(layout)
     gap = largest(found)
     note = "" if gap is None else gap.sentence(layout, frame)
-    if answer is Answer.STANDS and gap is not None and gap.height > limit:
+    if answer is Answer.STANDS and gap is not None and gap.exceeds(limit):
         answer = Answer.HOVERS
     said, outside = with_ids(verdict.reason, layout.items), leaves(layout, judging)
     if answer is Answer.NOT_JUDGED:

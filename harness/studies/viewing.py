@@ -113,7 +113,7 @@ def view_of(
         forces=np.empty((0, 4)) if forces is None else forces.resultants(),
         reasons=tuple(dict.fromkeys(filter(None, (_reason(r, layout, frame) for r in recordings)))),
         gap_note="" if gap is None else gap.sentence(layout, frame),
-        hovering=gap is not None and gap.height > gaps_cm,
+        hovering=gap is not None and gap.exceeds(gaps_cm),
         axes=frame.axes,
     )
 

@@ -250,6 +250,29 @@ def test_a_box_in_the_air_is_called_out_and_fails_beyond_a_limit(run, rise, word
     assert told["reason"] == (told["gap_note"] if answer == "hovers" else "")
 
 
+def test_a_gap_equal_to_the_limit_does_not_hover_at_any_height(capsys, tmp_path):
+    """Of files in mm and in cm; records have the gap without what rounding adds."""
+    header = (
+        "layout,pallet_length,pallet_width,pallet_height,sequence,id,x,y,z,length,width,height,"
+        "weight"
+    )
+    for unit, per_cm in (("mm", 10), ("cm", 1)):
+        rows = [header]
+        for mm in range(101, 601, 5):
+            top, rise = f"{mm * per_cm / 10:.10g}", f"{(mm + 3) * per_cm / 10:.10g}"
+            sides = f"P{mm},{120 * per_cm},{80 * per_cm},{180 * per_cm}"
+            base = f"{40 * per_cm},{40 * per_cm}"
+            rows.append(f"{sides},0,A,0,0,0,{base},{top},12")
+            rows.append(f"{sides},1,B,0,0,{rise},{base},{20 * per_cm},8")
+        file = tmp_path / f"{unit}.csv"
+        file.write_text("\n".join(rows) + "\n")
+        words = ["check", str(file), "-j", "1", "--units", unit, "--up", "z", "--json"]
+        assert main([*words, "--fail-on", "gaps=0.3", "-m", "sme"]) == 0
+        told = json.loads(capsys.readouterr().out)
+        assert [one["gap_cm"] for one in told] == [0.3] * 100
+        assert not any(one["hovering"] for one in told)
+
+
 def test_a_gap_is_told_in_text_on_the_page_and_in_python(run, tmp_path):
     status, out, _ = run([hovering(4.0), hovering(0.4).renamed("near")], "--html", str(tmp_path))
     assert status == 1

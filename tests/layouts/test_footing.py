@@ -1,5 +1,6 @@
 """Footing of boxes: what carries them, where their centres of mass lie, and how far they drop."""
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -109,3 +110,18 @@ def test_a_gap_ends_at_the_highest_top_below_and_beyond_a_deck_at_the_ground():
     [gap] = gaps(outside)
     assert (gap.height, gap.onto) == (5.0 + outside.pallet.deck_height, None)
     assert gap.sentence(outside).endswith("it drops 19.4 cm onto the ground")
+
+
+@pytest.mark.parametrize(("limit", "finest"), [(2.0, 0.1), (0.3, 0.1), (1.2, 0.01), (5.0, 0.5)])
+def test_rounding_does_not_decide_whether_a_gap_exceeds_a_limit(limit, finest):
+    """Whatever the height at which it is, and whether its file is in mm or in cm."""
+    for tenth in range(50, 150):
+        base, rise = round(finest * tenth, 2), round(finest * tenth + limit, 2)
+        for top in (rise, round(10 * rise, 1) * 0.1):
+            lower = Item(0, (40.0, 0.0, 30.0), (30.0, base, 20.0), 10.0)
+            [gap] = gaps(
+                Layout("equal", PALLET, (lower, Item(1, (40.0, top, 30.0), (30.0, 2, 20.0), 8.0)))
+            )
+            assert not gap.exceeds(limit)
+            assert gap.exceeds(limit - 0.02)
+            assert not gap.exceeds(math.inf)
