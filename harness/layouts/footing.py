@@ -57,7 +57,7 @@ class Gap:
         else:
             on_deck = self.height <= float(layout.lower[self.item, 1])
             below = "the floor" if on_deck else "the ground"
-        drop = (frame or Frame()).length(self.height)
+        drop = (frame or Frame()).length(self.height, finely=True)
         return f"{_label(layout, self.item)} has nothing under it; it drops {drop} onto {below}"
 
 

@@ -158,7 +158,7 @@ class Check(ShownInNotebook):
         gap = self.gap
         assert gap is not None, "a load hovers for a gap"
         above = "" if gap.onto is None else f" above {self.gap_onto_box or f'item {gap.onto}'}"
-        high = f"{self.frame.length(gap.height)}{above or ' up'}"
+        high = f"{self.frame.length(gap.height, finely=True)}{above or ' up'}"
         return f"hovers at step {gap.item}: {self.gap_box or f'item {gap.item}'}, {high}"
 
     @property
@@ -168,7 +168,7 @@ class Check(ShownInNotebook):
             return ""
         box = self.gap_box or f"item {self.gap.item}"
         more = f" and {self.gaps - 1} more" if self.gaps > 1 else ""
-        return f"; {self.frame.length(self.gap.height)} of air under {box}{more}"
+        return f"; {self.frame.length(self.gap.height, finely=True)} of air under {box}{more}"
 
     @property
     def _motion(self) -> str:

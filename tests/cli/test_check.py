@@ -333,6 +333,14 @@ def test_sentences_speak_the_axes_and_the_unit_of_the_file(capsys, tmp_path):
     assert "fails at step 1: B leans to +x" in out
     assert "lies 50 mm past the edge of box A (step 0) (+x); 38 % of its base is supported" in out
     assert "hovers at step 1: B, 40 mm above A" in out
+    file.write_text(file.read_text().replace(",340,", ",320.2,"))
+    assert main([*words]) == 1
+    out = capsys.readouterr().out
+    assert "hovers at step 1: B, 20.2 mm above A" in out
+    assert "it drops 20.2 mm onto box A" in out
+    file.write_text(file.read_text().replace(",320.2,", ",300.5,"))
+    assert main([*words]) == 1
+    assert "stands; 0.5 mm of air under B" in capsys.readouterr().out
 
 
 def test_a_layout_beyond_what_an_engine_holds_is_warned_of_and_not_sure(run):

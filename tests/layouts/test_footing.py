@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from steadyload.layouts.dialect import Dialect
-from steadyload.layouts.footing import footing, gaps, largest
+from steadyload.layouts.footing import Gap, footing, gaps, largest
 from steadyload.layouts.frame import Frame
 from steadyload.layouts.model import Item, Layout, Pallet
 
@@ -71,6 +71,23 @@ def test_sentences_have_the_axes_and_the_unit_of_the_file():
     assert [Frame(unit=unit).length(0.02) for unit in ("mm", "cm", "m", "in")] == [
         "0.2 mm", "0.02 cm", "0.0002 m", "0.01 in",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("height", "said"),
+    [
+        (2.01, {"mm": "20.1 mm", "cm": "2.01 cm", "m": "0.0201 m", "in": "0.791 in"}),
+        (0.05, {"mm": "0.5 mm", "cm": "0.05 cm", "m": "0.0005 m"}),
+        (4.0, {"mm": "40 mm", "cm": "4.0 cm", "m": "0.040 m", "in": "1.575 in"}),
+        (2.5400000000000063, {"mm": "25.4 mm", "cm": "2.54 cm", "m": "0.0254 m", "in": "1.00 in"}),
+        (3.0000000000000027, {"mm": "30 mm", "cm": "3.0 cm", "m": "0.030 m"}),
+        (2.999999, {"mm": "30 mm", "cm": "3.0 cm"}),
+    ],
+)
+def test_a_gap_is_told_to_a_tenth_of_a_millimetre(height, said):
+    """With the decimals of other lengths where it has no finer ones."""
+    assert {unit: Frame(unit=unit).length(height, finely=True) for unit in said} == said
+    assert f"drops {said['cm']} onto" in Gap(1, height, 0).sentence(stack())
 
 
 def test_what_carries_a_box_is_the_floor_or_a_box_loaded_before():
