@@ -130,7 +130,8 @@ class Check(ReadingFlags):
             rows = [_row(one, asked, name, sentence) for one in found]
             print_table(_header(found, asked), rows)
             for one in found:
-                for note in one.notes * (not one.stands):
+                cut = len(printable(one.sentence)) > sentence
+                for note in (one.sentence,) * cut + one.notes * (not one.stands):
                     print(f"{printable(one.layout)}: {printable(note)}")
             if any(one.reliability is not None for one in found):
                 print(_ACCURACY)
@@ -146,7 +147,7 @@ class Check(ReadingFlags):
         if Answer.BAD_INPUT in answers:
             return BAD_INPUT
         fails = Answer.FAILS in answers or False in held
-        high = any(one.hovering for one in found)
+        high = any(one.hovering and one.answer is not Answer.NOT_JUDGED for one in found)
         if (fails and self.fail_on.fails) or (high and self.fail_on.hovers):
             return FAILS
         lost = Answer.NOT_JUDGED in answers or None in held

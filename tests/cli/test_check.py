@@ -67,7 +67,7 @@ def test_a_row_a_pallet_and_counts_that_fit_eighty_columns(run):
     long = stack("a name that is far too long to stand in a narrow table", (22.0, 0.0),
                  id_="an id that is long enough to fill a whole column by itself")  # fmt: skip
     status, out, _ = run([STANDING, FALLING, long])
-    header, first, second, third, fault, _, accuracy, last = out.splitlines()
+    header, first, second, third, fault, _, _, accuracy, last = out.splitlines()
     assert status == 1
     assert header.split() == ["pallet", "boxes", "accuracy", "answer"]
     assert first.split() == ["stands", "2", "98", "%", "stands"]
@@ -78,6 +78,41 @@ def test_a_row_a_pallet_and_counts_that_fit_eighty_columns(run):
     assert fault.startswith("falls: the centre of mass of box SKU-2002 (step 1) lies 7.0 cm past")
     assert "the same for all such pallets" in accuracy
     assert "sure" not in out
+
+
+def test_an_answer_that_the_table_cuts_stands_in_full_below(run):
+    """Of loads that stand, fail, are crushed, hover and are crushed, and were not judged."""
+    long = "an id that is long enough to fill a whole column by itself"
+    lower, upper = stack("crushed", (5.0, 0.0), id_=long).items
+    lower, upper = replace(lower, name=long, max_load=1.0), replace(upper, name="B")
+    air = Item(2, (0.0, 5.0, 0.0), (20, 20, 20), 5.0, name="AIR")
+    crushed = Layout("crushed", PALLET, (lower, upper))
+    both = Layout("both", PALLET, (lower, upper, air))
+    airy = hovering(0.4, id_=long).renamed("airy")
+    _, out, _ = run([crushed, both, airy, FALLING])
+    lines = out.splitlines()
+    said = f"crushed at step 1: box {long} (step 0) bears 8 kg of 1"
+    assert [f"{name}: {said}" in lines for name in ("crushed", "both")] == [True, True]
+    assert "both: box AIR (step 2) has nothing under it; it drops 5.0 cm onto the floor" in lines
+    assert f"airy: stands; 0.4 cm of air under {long}" in lines
+    assert not any(line.startswith("falls: fails") for line in lines)  # it is not cut
+    assert max(map(len, lines[:5])) <= 80
+    method = ("-m", "ps_opt@mujoco:question=stands")
+    late = STANDING.renamed("late on a day in the week before")
+    _, out, _ = run([late], "--timeout", "1e-9", *method)
+    [row, full] = [line for line in out.splitlines() if line.startswith("late on")]
+    assert row.endswith("...")
+    assert full.startswith(f"{late.name}: not judged: ")
+    assert row[:-3].rpartition("not judged: ")[2] in full
+
+
+def test_a_load_that_was_not_judged_does_not_count_as_hovering(run):
+    words = ("--timeout", "1e-9", "-m", "ps_opt@mujoco:question=stands", "--json")
+    for allowed, status in (("any", 3), ("any,gaps=1", 3), ("fails,gaps", 0)):
+        code, out, _ = run([hovering(4.0)], *words, "--fail-on", allowed)
+        [told] = json.loads(out)
+        assert (code, told["answer"], told["hovering"]) == (status, "not judged", True)
+    assert run([hovering(4.0), FALLING], "--fail-on", "any")[0] == 1
 
 
 def test_answers_are_those_of_the_method_and_of_score(run, tmp_path, capsys):
