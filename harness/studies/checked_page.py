@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from steadyload.atomic import write_atomically
 from steadyload.engines.errors import EngineNotInstalledError
+from steadyload.layouts.checks import stated_length
+from steadyload.layouts.frame import Frame
 from steadyload.layouts.model import Layout
 from steadyload.layouts.naming import box_label
 from steadyload.layouts.record import Refused
@@ -89,12 +92,12 @@ def write_checked(
         done += 1
         progress(done, len(found))
     folder.mkdir(parents=True, exist_ok=True)
-    gallery = _gallery([card for card in cards if card is not None], made)
+    gallery = _gallery([card for card in cards if card is not None], _notes(found), made)
     write_atomically(folder / PAGE, gallery_html(gallery))
     return folder / PAGE
 
 
-def _gallery(cards: Sequence[Card], made: Mapping[str, str]) -> Gallery:
+def _gallery(cards: Sequence[Card], notes: tuple[str, ...], made: Mapping[str, str]) -> Gallery:
     count = {kind: sum(card.kind == kind for card in cards) for kind in _KINDS}
     told = [f"{count['stands']} stand", f"{count['fails']} fail"]
     told += [f"{count['hovers']} hover"] * bool(count["hovers"])
@@ -108,21 +111,30 @@ def _gallery(cards: Sequence[Card], made: Mapping[str, str]) -> Gallery:
         summary=f"{len(cards)} pallet{'s' if len(cards) != 1 else ''}: {', '.join(told)}.",
         kinds=_KINDS,
         cards=tuple(cards),
-        notes=(
-            "A picture shows a load up to the box at whose placement it fails; the box that moves "
-            "too far, or hovers, is red, one that is crushed or moves only on the road is amber, "
-            "and it shines through others. Colours are the order of loading. Seen from the front "
-            "right: the side of high x and z.",
-            "Method right on: the share of labelled cases of about so many boxes on which the "
-            "method names the failing step; it is the same for each pallet of such a size.",
-            "Too far: a corner by 10 cm along an axis, or a turn by 10 degrees, unless the method "
-            "says otherwise. A load that stands by that rule hovers where a box has nothing under "
-            "it and drops farther than is allowed, 2 cm unless stated otherwise.",
-            "A fall is simulated from the plan by the method that answered, or the last stage of "
-            f"a cascade, or {PLAYED} where neither simulates; where it lets the load stand, the "
-            "plan is shown.",
-        ),
+        notes=notes,
         manifest=made,
+    )
+
+
+def _notes(found: Sequence[Check]) -> tuple[str, ...]:
+    """Below the cards: how to read them, in the axes and with the limit on gaps of the check."""
+    axes, limit = (found[0].frame.axes, found[0].gaps_cm) if found else (Frame().axes, math.inf)
+    hovers = (
+        " A load that stands by that rule hovers where a box has nothing under it and drops "
+        f"farther than {stated_length(limit)} cm."
+    ) * (limit < math.inf)
+    return (
+        "A picture shows a load up to the box at whose placement it fails; the box that moves "
+        "too far, or hovers, is red, one that is crushed or moves only on the road is amber, "
+        "and it shines through others. Colours are the order of loading. Seen from the front "
+        f"right: the side of high {axes[0]} and {axes[2]}.",
+        "Method right on: the share of labelled cases of about so many boxes on which the "
+        "method names the failing step; it is the same for each pallet of such a size.",
+        "Too far: a corner by 10 cm along an axis, or a turn by 10 degrees, unless the method "
+        f"says otherwise.{hovers}",
+        "A fall is simulated from the plan by the method that answered, or the last stage of "
+        f"a cascade, or {PLAYED} where neither simulates; where it lets the load stand, the "
+        "plan is shown.",
     )
 
 

@@ -194,7 +194,7 @@ def check_all(
     judging = make_method(method)
     judging.prepare()  # what is wrong with the method is told at once, and once
     rule = None if transport is None else rule_named(transport)
-    _gap_limit(gaps_cm)
+    most = _gap_limit(gaps_cm)
     spec = str(judging.spec)
     found: list[Check | None] = [None] * len(entries)
     units = []
@@ -203,8 +203,9 @@ def check_all(
             units.append(_Entry(place, entry, spec, timeout, rule, gaps_cm, frame))
         else:
             found[place] = Check(
-                entry.name, None, spec, Answer.BAD_INPUT, file, reason=str(entry.error)
-            )
+                entry.name, None, spec, Answer.BAD_INPUT, file, reason=str(entry.error),
+                gaps_cm=most, frame=frame or Frame(),
+            )  # fmt: skip
     done = len(entries) - len(units)
     progress(done, len(entries))
     limit = None if timeout is None else PartLimit(2.0 * timeout + _PATIENCE, _timed_out)
@@ -252,8 +253,9 @@ def _not_judged(unit: _Entry, status: Status, reason: str) -> Check:
     items = len(unit.layout)
     verdict = Verdict(items, status, reason=reason)
     return Check(
-        unit.layout.name, items, unit.method, Answer.NOT_JUDGED, verdict=verdict, reason=reason
-    )
+        unit.layout.name, items, unit.method, Answer.NOT_JUDGED, verdict=verdict, reason=reason,
+        gaps_cm=_gap_limit(unit.gaps_cm), frame=unit.frame or Frame(),
+    )  # fmt: skip
 
 
 def reliability(method: str, boxes: int) -> Reliability | None:

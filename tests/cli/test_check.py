@@ -331,6 +331,26 @@ def test_a_gap_is_told_in_text_on_the_page_and_in_python(run, tmp_path):
             sl.check(STANDING, gaps_cm=wrong)
 
 
+def test_the_page_states_the_limit_on_gaps_and_the_axes_of_the_file(run, tmp_path):
+    run([hovering(0.4)], "--html", str(tmp_path / "ours"))
+    page = (tmp_path / "ours" / "index.html").read_text()
+    assert "it and drops farther than 2 cm." in page
+    assert "the side of high x and z." in page
+    file = tmp_path / "mm.csv"
+    file.write_text(
+        "layout,pallet_length,pallet_width,pallet_height,sequence,id,x,y,z,length,width,height,"
+        "weight\n"
+        "bad,1200,800,1600,0,A,0,0,0,400,400,300,-1\n"
+        "P,1200,800,1600,0,A,0,0,0,400,400,300,12\n"
+    )
+    words = ["check", str(file), "-j", "1", "--units", "mm", "--up", "z", "-m", "sme"]
+    words += ["--fail-on", "gaps=0.5", "--html", str(tmp_path / "theirs")]
+    assert main(words) == 2
+    page = (tmp_path / "theirs" / "index.html").read_text()
+    assert "it and drops farther than 0.5 cm." in page
+    assert "the side of high y and x." in page
+
+
 def test_a_load_that_falls_and_hovers_elsewhere_says_both(run):
     items = (*FALLING.items, Item(2, (0.0, 5.0, 0.0), (20, 20, 20), 5.0, name="AIR"))
     both = Layout("both", PALLET, items)
