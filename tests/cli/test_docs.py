@@ -57,7 +57,7 @@ def test_methods_that_are_told_exist():
         make_method(spec)
 
 
-@pytest.mark.parametrize(("name", "count"), [("tour.md", 1), ("api.md", 9)])
+@pytest.mark.parametrize(("name", "count"), [("tour.md", 1), ("api.md", 9), ("check.md", 1)])
 def test_examples_print_what_stands_below_them(name, count, tmp_path, monkeypatch, capsys):
     """One after the other, as a reader would type them, beside the file that the page shows."""
     text = (ROOT / "docs" / name).read_text()
