@@ -402,7 +402,7 @@ def test_check_and_score_warn_of_a_fall_that_closed_forms_deny(tmp_path, capsys)
         (layout(cube(0.0, 0, 1.0), cube(0.0, 1, 1e6)), "label@bullet"),
         (layout(((5.0, 0.0, 30.0), (100.0, 0.05, 0.05), 1.0)), "label@bullet"),
         (layout(((5.0, 0.0, 30.0), (100.0, 0.05, 0.05), 1.0)), "label@dart"),
-        (tall(30, 10.0, 1.0), "ps_opt@mujoco"),
+        (tall(80, 5.0, 1.0), "ps_opt@mujoco"),
     ],
 )
 def test_extremes_that_balance_are_warned_of_and_doubted(load, spec):
