@@ -212,7 +212,7 @@ def test_failures_are_cells(monkeypatch):
 
 
 def test_a_tower_is_given_up_after_three_failures(tmp_path):
-    """At 5 Hz bullet holds no tower of 2."""
+    """At 5 Hz bullet holds no tower of 2, and not always a single cube."""
     seen = []
     cells = run_extremes(
         tmp_path,
@@ -223,8 +223,9 @@ def test_a_tower_is_given_up_after_three_failures(tmp_path):
     )
     coarse = [c for c in cells if c.frequency == 5]
     assert len(list((tmp_path / "cells").iterdir())) == len(cells), "and not measured"
-    assert [c.value for c in coarse] == [1, 2, 3, 5]
-    assert [c.outcome.good for c in coarse] == [True, False, False, False]
+    good = [c.outcome.good for c in coarse]
+    assert [c.value for c in coarse] == [1, 2, 3, 5][: len(good)]
+    assert good in ([True, False, False, False], [False, False, False])
     assert len([c for c in cells if c.frequency == 240]) > 8
     most = 2 * len(sweeps()["tower"].values)
     assert (seen[0], seen[-1]) == ((0, most), (most, most))
