@@ -168,17 +168,24 @@ def toml_of(path: Path, error: type[UserError]) -> dict[str, Any]:
         raise error(f"{path}: not valid TOML ({printable(str(found), _LONGEST)})") from None
 
 
+class UnpacksTooLargeError(ValueError):
+    """A packed file that unpacks to more bytes than are allowed."""
+
+
 def unpacked(content: bytes, most: int) -> bytes:
     """The content of an xz file.
 
     Raises:
-        ValueError: it is none, is cut off, or unpacks to more bytes.
+        UnpacksTooLargeError: it unpacks to more bytes.
+        ValueError: it is none, or is cut off.
     """
+    packed = lzma.LZMADecompressor(lzma.FORMAT_XZ, _MOST_MEMORY)
     try:
-        packed = lzma.LZMADecompressor(memlimit=_MOST_MEMORY)
         found = packed.decompress(content, max_length=most + 1)
     except lzma.LZMAError as error:
         raise ValueError(str(error)) from None
-    if not packed.eof or len(found) > most:
-        raise ValueError("cut off, or too large")
+    if len(found) > most:
+        raise UnpacksTooLargeError(f"more than {most} bytes")
+    if not packed.eof:
+        raise ValueError("cut off")
     return found

@@ -221,8 +221,6 @@ def _played(unit: _Unit, recording: Recording) -> Card:
 
 
 def _marked(check: Check, at_fault: int | None) -> int | None:
-    if check.crushed is not None:
-        return check.crushed.item
     return check.gap.item if check.answer is Answer.HOVERS and check.gap else at_fault
 
 

@@ -23,6 +23,7 @@ from steadyload.engines.registry import (
 from steadyload.errors import UserError
 from steadyload.layouts.limits import MAX_FILE_BYTES
 from steadyload.methods.spec import parse_spec
+from steadyload.reading import TooLargeError, UnpacksTooLargeError, content_of, unpacked
 from steadyload.runs.results import superseded
 from steadyload.runs.store import DamagedError, ResultsError
 from steadyload.studies.published import ROWS, Entry, entries
@@ -36,9 +37,6 @@ _MANIFEST = "manifest.json"
 _MOST_FILES = 100_000
 """Files of an archive, ten times those of the largest one; :data:`.MAX_FILE_BYTES` are those of
 the archive, and also of all its files together."""
-
-_DICTIONARY_BYTES = 256 * 1024**2
-"""Memory of unpacking; the strongest compression takes a quarter of that."""
 
 
 class RowsError(UserError):
@@ -112,18 +110,14 @@ def _content(archive: Path) -> bytes:
     """The uncompressed content of an archive, of limited size."""
     if not archive.is_file():
         raise RowsError(f"{archive}: is no file")
-    with archive.open("rb") as file:
-        packed = file.read(MAX_FILE_BYTES + 1)
-    unpacking = lzma.LZMADecompressor(lzma.FORMAT_XZ, _DICTIONARY_BYTES)
     try:
-        content = unpacking.decompress(packed, MAX_FILE_BYTES + 1)
-    except lzma.LZMAError:
+        return unpacked(content_of(archive, MAX_FILE_BYTES), MAX_FILE_BYTES)
+    except (TooLargeError, UnpacksTooLargeError):
+        raise RowsError(
+            f"{archive}: is too large; allowed: {MAX_FILE_BYTES} bytes, unpacked, too"
+        ) from None
+    except ValueError:
         raise _damaged(archive) from None
-    if max(len(packed), len(content)) > MAX_FILE_BYTES:
-        raise RowsError(f"{archive}: is too large; allowed: {MAX_FILE_BYTES} bytes, unpacked, too")
-    if not unpacking.eof:
-        raise _damaged(archive)
-    return content
 
 
 def _checked(found: tarfile.TarFile, archive: Path) -> list[tarfile.TarInfo]:
