@@ -36,16 +36,6 @@ def is_vector(values: object) -> bool:
     return isinstance(values, tuple | list) and len(values) == 3 and all(map(is_number, values))
 
 
-def allowed_range(limits: tuple[float, float]) -> str:
-    """Part of a sentence that says which numbers are allowed."""
-    return f"allowed: a positive finite number, {limits[0]:g} to {limits[1]:g}"
-
-
-def stated_length(length: float) -> str:
-    """A length in a message [cm]: to the sixth decimal, as finely as lengths are told apart."""
-    return f"{round(length, 6):.12g}"
-
-
 def unprintable(name: str) -> str:
     """Sentence that refuses a name."""
     return f"name is {name[:SHOWN]!a}; allowed: one or more printable characters"

@@ -12,17 +12,9 @@ from typing import Any
 from steadyload.errors import UserError, nearest
 from steadyload.layouts.limits import MAX_TEXT_LENGTH
 from steadyload.layouts.record import shown
+from steadyload.layouts.units import UNITS as UNITS
+from steadyload.layouts.units import WEIGHT_UNITS as WEIGHT_UNITS
 from steadyload.reading import toml_of
-
-UNITS: Mapping[str, Decimal] = {
-    "mm": Decimal("0.1"), "cm": Decimal(1), "m": Decimal(100), "in": Decimal("2.54"),
-}  # fmt: skip
-"""Units of lengths, in centimetres."""
-
-WEIGHT_UNITS: Mapping[str, Decimal] = {
-    "g": Decimal("0.001"), "kg": Decimal(1), "lb": Decimal("0.45359237"),
-}  # fmt: skip
-"""Units of weights, in kilograms."""
 
 UPWARD = ("y", "z")
 """Axes that may point up."""
@@ -103,12 +95,6 @@ class Dialect:
         """The keys that differ from those of the default, as a profile would hold them."""
         default, own = vars(Dialect()), vars(self)
         return {key: value for key, value in own.items() if value != default[key]}
-
-    def terms(self) -> str:
-        """Words on lengths and axes of a message on a layout; empty where the file has the same."""
-        said = ["lengths in cm"] * (self.units != "cm")
-        said += ["x, y, z of the message are y, z, x of the file"] * (self.up == "z")
-        return f" ({'; '.join(said)})" if said else ""
 
     def with_changes(self, changes: Mapping[str, Any]) -> Dialect:
         """The same dialect with other values; ``columns`` are added to those there are.

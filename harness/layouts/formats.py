@@ -20,6 +20,7 @@ from steadyload.atomic import write_atomically
 from steadyload.layouts.csv_reader import is_csv, read_csv
 from steadyload.layouts.dialect import Dialect
 from steadyload.layouts.floor import FloorKind
+from steadyload.layouts.frame import Frame
 from steadyload.layouts.limits import MAX_FILE_BYTES, MAX_VALUE_LENGTH, MAX_YAML_BYTES
 from steadyload.layouts.model import Layout, LayoutError
 from steadyload.layouts.packers.with_packingsolver import HEADER, read_certificate
@@ -113,6 +114,7 @@ def scan_layouts(path: str | Path, **reading: Unpack[Reading]) -> Iterator[Layou
     snap_gap = number_within("snap_gap", reading.get("snap_gap") or 0.0, 0.0, unit="[cm]")
     kind = None if floor is None else FloorKind.named(floor)
     dialect = reading.get("dialect") or _PLAIN
+    frame = Frame.of(dialect)
     names: set[str] = set()
     doubt = ""
     try:
@@ -125,13 +127,13 @@ def scan_layouts(path: str | Path, **reading: Unpack[Reading]) -> Iterator[Layou
                     raise record.error
                 layout = to_layout(record, overhang=reading.get("overhang"), floor=kind)
                 if not doubt:
-                    doubt = implausible(layout)
+                    doubt = implausible(layout, frame)
                     if doubt:
                         _log.warning("%s: %s", file, doubt)
                 yield snap(layout, snap_gap) if snap_gap > 0.0 else layout
             except LayoutError as error:
-                told = error if isinstance(record, Refused) else error.explained(dialect.terms())
-                yield Refused(record.name, told.located(file=file, layout=record.name))
+                told = error.framed(frame).located(file=file, layout=record.name)
+                yield Refused(record.name, told)
         if not names:
             raise FormatError("holds no layouts; allowed: one or more")
     except LayoutError as error:

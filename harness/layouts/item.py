@@ -7,12 +7,16 @@ from dataclasses import dataclass
 
 from steadyload.errors import UserError
 from steadyload.escaping import printable, sentence, shown
-from steadyload.layouts.checks import (
-    SHOWN,
-    allowed_range,
-    is_number,
-    is_vector,
-    unprintable,
+from steadyload.layouts.checks import SHOWN, is_number, is_vector, unprintable
+from steadyload.layouts.frame import (
+    AxisName,
+    Frame,
+    Length,
+    Part,
+    SideName,
+    UnitName,
+    Weight,
+    worded,
 )
 from steadyload.layouts.naming import box_label
 
@@ -27,33 +31,49 @@ WEIGHTS = (1e-9, 1e6)
 MOST_LOAD = 1e9
 """Largest load [kg] that an item may be said to bear."""
 
-AXES = ("x", "y", "z")
-SIDE_NAMES = ("width", "height", "depth")
+_POSITIVE = "; allowed: a positive finite number, "
 
 
 class LayoutError(UserError):
-    """An invalid layout: says where (file, layout, item), what, and what is allowed."""
+    """An invalid layout: says where (file, layout, item), what, and what is allowed.
+
+    Args:
+        parts: of the message; lengths, weights and axes among them are said as ``frame`` has them.
+        file, layout, item: where it is; None where that is not known.
+        frame: axes and units of the message; None for ours.
+    """
 
     def __init__(
         self,
-        message: str,
-        *,
+        *parts: Part,
         file: str | None = None,
         layout: str | None = None,
         item: str | None = None,
+        frame: Frame | None = None,
     ) -> None:
-        super().__init__(message)
-        self.message, self.file, self.layout, self.item = message, file, layout, item
+        super().__init__(*parts)
+        self.parts, self.frame = parts, frame or Frame()
+        self.file, self.layout, self.item = file, layout, item
 
-    def located(self, *, file: str | None = None, layout: str | None = None) -> LayoutError:
+    @property
+    def message(self) -> str:
+        """The fault and what is allowed, without the places."""
+        return worded(self.parts, self.frame)
+
+    def located(
+        self, *, file: str | None = None, layout: str | None = None, item: str | None = None
+    ) -> LayoutError:
         """The same error with further places: file, layout or item."""
         return type(self)(
-            self.message, file=self.file or file, layout=self.layout or layout, item=self.item
-        )
+            *self.parts, file=self.file or file, layout=self.layout or layout,
+            item=self.item or item, frame=self.frame,
+        )  # fmt: skip
 
-    def explained(self, words: str) -> LayoutError:
-        """The same error with some words more."""
-        return type(self)(self.message + words, file=self.file, layout=self.layout, item=self.item)
+    def framed(self, frame: Frame) -> LayoutError:
+        """The same error in the axes and units of a file."""
+        return type(self)(
+            *self.parts, file=self.file, layout=self.layout, item=self.item, frame=frame
+        )
 
     def __str__(self) -> str:
         places = [self.file]
@@ -98,34 +118,51 @@ class Item:
                 found = getattr(self, label)
                 self._refuse(f"{label} is {shown(found)}; allowed: three numbers")
         if not is_number(self.weight):
-            self._refuse(f"weight is {shown(self.weight)}; allowed: a number [kg]")
+            self._refuse("weight", *not_a_number(self.weight, weight=True))
         if not self.name.isprintable():
             raise LayoutError(unprintable(self.name), item=str(self.sequence))
         if type(self.sequence) is not int or self.sequence < 0 or not is_number(self.sequence):
             told = f"sequence is {shown(self.sequence)}; allowed: 0, 1, 2, ..."
             raise LayoutError(told, item=box_label(shown(self.sequence), self.name))
-        for axis, value in zip(AXES, self.position, strict=True):
+        for axis, value in enumerate(self.position):
             if not math.isfinite(value):
-                self._refuse(f"position {axis} is {value:g} cm; allowed: a finite number")
-        for side, value in zip(SIDE_NAMES, self.size, strict=True):
+                self._refuse(
+                    "position ", AxisName(axis), " is ", Length(value), "; allowed: a finite number"
+                )
+        for axis, value in enumerate(self.size):
             if not SIDES[0] <= value <= SIDES[1]:
-                self._refuse(f"{side} is {value:g} cm; {allowed_range(SIDES)}")
+                self._refuse(SideName(axis), *length_refused(value))
         if not WEIGHTS[0] <= self.weight <= WEIGHTS[1]:
-            self._refuse(f"weight is {self.weight:g} kg; {allowed_range(WEIGHTS)}")
+            self._refuse(
+                "weight is ", Weight(self.weight), _POSITIVE, Weight(WEIGHTS[0], bare=True), " to ",
+                Weight(WEIGHTS[1]),
+            )  # fmt: skip
         if self.max_load is not None:
             if not is_number(self.max_load):
-                self._refuse(f"max_load is {shown(self.max_load)}; allowed: a number [kg]")
+                self._refuse("max_load", *not_a_number(self.max_load, weight=True))
             if not 0.0 <= self.max_load <= MOST_LOAD:
-                self._refuse(f"max_load is {self.max_load:g} kg; allowed: 0 to {MOST_LOAD:g}")
-        for axis, value, length in zip(AXES, self.mass_offset, self.size, strict=True):
+                most = Weight(MOST_LOAD)
+                self._refuse("max_load is ", Weight(self.max_load), "; allowed: 0 to ", most)
+        for axis, (value, length) in enumerate(zip(self.mass_offset, self.size, strict=True)):
             if not abs(value) <= length / 2.0:
                 self._refuse(
-                    f"centre-of-mass offset {axis} is {value:g} cm; allowed: inside the item, "
-                    f"-{length / 2.0:g} to {length / 2.0:g} cm"
-                )
+                    "centre-of-mass offset ", AxisName(axis), " is ", Length(value), "; allowed: "
+                    "inside the item, ", Length(-length / 2.0, bare=True), " to ",
+                    Length(length / 2.0),
+                )  # fmt: skip
 
     def __str__(self) -> str:
         return box_label(self.sequence, self.name)
 
-    def _refuse(self, message: str) -> None:
-        raise LayoutError(message, item=str(self))
+    def _refuse(self, *parts: Part) -> None:
+        raise LayoutError(*parts, item=str(self))
+
+
+def not_a_number(value: object, *, weight: bool = False, per: str = "") -> tuple[Part, ...]:
+    """End of a message on what is no number: of lengths, or a weight, ``per`` such as "/m2"."""
+    return (f" is {shown(value)}; allowed: a number [", UnitName(weights=weight), f"{per}]")
+
+
+def length_refused(cm: float) -> tuple[Part, ...]:
+    """End of a message on a side [cm] of an item or a pallet that is not within :data:`SIDES`."""
+    return (" is ", Length(cm), _POSITIVE, Length(SIDES[0], bare=True), " to ", Length(SIDES[1]))

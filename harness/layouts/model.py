@@ -17,9 +17,9 @@ from steadyload.escaping import shown
 from steadyload.kernels.constants import STATED_TOLERANCE
 from steadyload.kernels.constants import TOLERANCE as TOLERANCE
 from steadyload.layouts.checks import FloatArray as FloatArray
-from steadyload.layouts.checks import digest_of, stated_length, unprintable
+from steadyload.layouts.checks import digest_of, unprintable
 from steadyload.layouts.floor import Floor, FloorKind
-from steadyload.layouts.item import AXES
+from steadyload.layouts.frame import AxisName, Length, Part
 from steadyload.layouts.item import SIDES as SIDES
 from steadyload.layouts.item import WEIGHTS as WEIGHTS
 from steadyload.layouts.item import Item as Item
@@ -28,6 +28,9 @@ from steadyload.layouts.item import Vector as Vector
 from steadyload.layouts.overlaps import deepest_overlap
 from steadyload.layouts.pallet import Pallet as Pallet
 from steadyload.notebook import ShownInNotebook
+
+WITHIN: tuple[Part, ...] = (" (+-", Length(STATED_TOLERANCE, bare=True), ")")
+"""Parts of a message, after lengths: how far off they may be."""
 
 ARRAYS = ("lower", "upper", "sizes", "weights", "mass_offsets")
 """Names of the arrays of a layout."""
@@ -286,20 +289,23 @@ def replace_items(layout: Layout, items: tuple[Item, ...], *, name: str | None =
 
 def outside_error(item: Item, pallet: Pallet, axis: int, span: tuple[float, float]) -> LayoutError:
     """Error message for an item that stands out of the pallet's contour along an axis."""
-    low, high = pallet.contour
-    over = f": up to {stated_length(pallet.overhang)} cm over the edge of the deck"
+    low, high = (corner[axis] for corner in pallet.contour)
+    over: tuple[Part, ...] = (": up to ", Length(pallet.overhang), " over the edge of the deck")
+    parts = ("; allowed: inside the pallet's contour, ", *from_to(low, high), *WITHIN)
     return LayoutError(
-        f"spans {AXES[axis]} = {stated_length(span[0])} to {stated_length(span[1])} cm; allowed: "
-        f"inside the pallet's contour, {stated_length(low[axis])} to {stated_length(high[axis])} "
-        f"cm (+-{STATED_TOLERANCE:g}){over if low[axis] else ''}",
+        "spans ", AxisName(axis), " = ", *from_to(*span), *parts, *(over if low else ()),
         item=str(item),
-    )
+    )  # fmt: skip
 
 
 def overlap_error(item: Item, other: Item, depth: float) -> LayoutError:
     """Error message for an item that overlaps one placed before it, by a depth [cm]."""
     return LayoutError(
-        f"overlaps {other} by {stated_length(depth)} cm along every axis; "
-        f"allowed: at most {STATED_TOLERANCE:g} cm",
-        item=str(item),
-    )
+        f"overlaps {other} by ", Length(depth), " along every axis; allowed: at most ",
+        Length(STATED_TOLERANCE), item=str(item),
+    )  # fmt: skip
+
+
+def from_to(low: float, high: float) -> tuple[Part, ...]:
+    """Parts of a message: from one length [cm] to another."""
+    return (Length(low, bare=True), " to ", Length(high))

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from steadyload.escaping import shown
-from steadyload.layouts.checks import FloatArray, allowed_range, is_number
+from steadyload.layouts.checks import FloatArray, is_number
 from steadyload.layouts.floor import DECK_HEIGHT, INFINITE, OVERHANG, Floor, FloorError, FloorKind
-from steadyload.layouts.item import SIDE_NAMES, SIDES, LayoutError, Vector
+from steadyload.layouts.frame import Length, Part, SideName
+from steadyload.layouts.item import SIDES, LayoutError, Vector, length_refused, not_a_number
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,18 +36,19 @@ class Pallet:
     floor: FloorKind = field(default=FloorKind.AUTO, kw_only=True)
 
     def __post_init__(self) -> None:
-        sides = (*zip(SIDE_NAMES, self.size, strict=True), ("deck_height", self.deck_height))
-        for side, value in sides:
+        names: tuple[Part, ...] = (*map(SideName, range(3)), "deck_height")
+        for name, value in zip(names, (*self.size, self.deck_height), strict=True):
             if not is_number(value):
-                raise LayoutError(f"pallet {side} is {shown(value)}; allowed: a number [cm]")
+                raise LayoutError("pallet ", name, *not_a_number(value))
             if not SIDES[0] <= value <= SIDES[1]:
-                raise LayoutError(f"pallet {side} is {value:g} cm; {allowed_range(SIDES)}")
+                raise LayoutError("pallet ", name, *length_refused(value))
         if not is_number(self.overhang):
-            raise LayoutError(f"pallet overhang is {shown(self.overhang)}; allowed: a number [cm]")
+            raise LayoutError("pallet overhang", *not_a_number(self.overhang))
         if not 0.0 <= self.overhang <= SIDES[1]:
             raise LayoutError(
-                f"pallet overhang is {self.overhang:g} cm; allowed: a number, 0 to {SIDES[1]:g}"
-            )
+                "pallet overhang is ", Length(self.overhang), "; allowed: a number, 0 to ",
+                Length(SIDES[1]),
+            )  # fmt: skip
         try:
             object.__setattr__(self, "floor", FloorKind.named(self.floor))
         except FloorError as error:

@@ -12,6 +12,7 @@ import numpy as np
 
 from steadyload.escaping import printable
 from steadyload.layouts.checks import SHOWN
+from steadyload.layouts.frame import Frame
 from steadyload.layouts.model import Layout
 
 DENSITIES = (0.0015, 12.0)
@@ -23,8 +24,12 @@ WIDEST, SHORTEST = 400.0, 10.0
 _LITRE = 1000.0
 
 
-def implausible(layout: Layout) -> str:
+def implausible(layout: Layout, frame: Frame | None = None) -> str:
     """Sentence on what is implausible about a layout, with the units that were probably meant.
+
+    Args:
+        layout: as it was read.
+        frame: units of the sentence: those of the file of the layout.
 
     Returns:
         A sentence; empty for a layout that may well be as it is stated.
@@ -43,16 +48,18 @@ def implausible(layout: Layout) -> str:
         meant.append("another --weight" if unit else "another --units or --weight")
     if not meant:
         return ""
+    frame = frame or Frame()
     longest, weight = np.median(layout.sizes.max(axis=1)), np.median(layout.weights)
+    size = " x ".join(_length(side, frame) for side in frame.in_plan(width, depth))
     return (
-        f'layout "{printable(layout.name, SHOWN)}": a pallet of {_cm(width)} x {_cm(depth)} and '
-        f"boxes of {_cm(longest)} and {_plain(weight, 4)} kg (medians), {_plain(density, 2)} kg a "
-        f"litre: did you mean {' and '.join(meant)}?"
+        f'layout "{printable(layout.name, SHOWN)}": a pallet of {size} and boxes of '
+        f"{_length(longest, frame)} and {_plain(weight / frame.kg, 4)} {frame.weight} (medians), "
+        f"{_plain(density, 2)} kg a litre: did you mean {' and '.join(meant)}?"
     )
 
 
-def _cm(length: float) -> str:
-    return f"{_plain(length, 5)} cm"
+def _length(cm: float, frame: Frame) -> str:
+    return f"{_plain(cm / frame.cm, 5)} {frame.unit}"
 
 
 def _plain(number: float, digits: int) -> str:

@@ -9,6 +9,8 @@ from typing import Any
 
 from steadyload.escaping import shown as shown
 from steadyload.layouts.floor import FloorKind
+from steadyload.layouts.frame import AxisName, Part, SideName
+from steadyload.layouts.item import not_a_number
 from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.naming import box_label
 
@@ -19,6 +21,7 @@ LOAD_KEYS = ("max_load", "max_load_per_m2")
 """Keys of the load that an item's top may bear, of which a file may state one: [kg], or [kg/m2] of
 the whole top."""
 
+_SIDES = ("width", "height", "depth")
 _CM2_A_M2 = 1e4
 
 
@@ -62,8 +65,9 @@ def to_layout(
     Raises:
         LayoutError: a value is missing, of the wrong type, or not allowed.
     """
-    sides = ("width", "height", "depth")
-    pallet = Pallet(*(_number(record.pallet, side, f"pallet {side}", "cm") for side in sides))
+    pallet = Pallet(
+        *(_number(record.pallet, key, "pallet ", SideName(k)) for k, key in enumerate(_SIDES))
+    )
     given = {"overhang": overhang, "floor": floor}
     deck = _deck(record.pallet) | {k: v for k, v in given.items() if v is not None}
     if deck:
@@ -74,7 +78,7 @@ def to_layout(
 def _deck(values: Mapping[str, Any]) -> dict[str, Any]:
     """Statements of a file on a deck, as fields of a pallet."""
     found: dict[str, Any] = {
-        key: _number(values, key, f"pallet {key}", "cm")
+        key: _number(values, key, f"pallet {key}")
         for key in ("overhang", "deck_height")
         if key in values
     }
@@ -94,21 +98,21 @@ def _item(values: Mapping[str, Any], index: int) -> Item:
             sequence = int(sequence)
         if type(sequence) is not int:
             raise LayoutError(f"sequence is {shown(sequence)}; allowed: 0, 1, 2, ...")
-        x, y, z = (_number(values, k, f"position {k}", "cm") for k in ("x", "y", "z"))
-        sides = tuple(_number(values, k, k, "cm") for k in ("width", "height", "depth"))
+        x, y, z = (_number(values, a, "position ", AxisName(k)) for k, a in enumerate("xyz"))
+        sides = tuple(_number(values, key, SideName(k)) for k, key in enumerate(_SIDES))
         offsets = tuple(
-            _number(values, f"offset_{axis}", f"centre-of-mass offset {axis}", "cm")
+            _number(values, f"offset_{axis}", "centre-of-mass offset ", AxisName(k))
             if f"offset_{axis}" in values
             else 0.0
-            for axis in "xyz"
+            for k, axis in enumerate("xyz")
         )
-        weight = _number(values, "weight", "weight", "kg")
+        weight = _number(values, "weight", "weight", weight=True)
         most = _max_load(values, sides[0] * sides[2])
         return Item(sequence, (x, y, z), sides, weight, offsets, name, most)  # type: ignore[arg-type]
     except LayoutError as error:
         number = values["sequence"] if type(values.get("sequence")) is int else index
         label = box_label(number, name if isinstance(name, str) else "")
-        raise LayoutError(error.message, item=error.item or label) from None
+        raise error.located(item=label) from None
 
 
 def _max_load(values: Mapping[str, Any], top: float) -> float | None:
@@ -120,14 +124,17 @@ def _max_load(values: Mapping[str, Any], top: float) -> float | None:
         return None
     [key] = given
     if key == "max_load":
-        return _number(values, key, key, "kg")
-    return _number(values, key, key, "kg/m2") * top / _CM2_A_M2
+        return _number(values, key, key, weight=True)
+    return _number(values, key, key, weight=True, per="/m2") * top / _CM2_A_M2
 
 
-def _number(values: Mapping[str, Any], key: str, label: str, unit: str) -> float:
+def _number(
+    values: Mapping[str, Any], key: str, *name: Part, weight: bool = False, per: str = ""
+) -> float:
+    """The length, or the weight ``per`` an area, that stands under a key and has this name."""
     value = values.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise LayoutError(f"{label} is {shown(value)}; allowed: a number [{unit}]")
+        raise LayoutError(*name, *not_a_number(value, weight=weight, per=per))
     try:
         return float(value)
     except OverflowError:

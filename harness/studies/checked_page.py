@@ -10,7 +10,6 @@ from pathlib import Path
 
 from steadyload.atomic import write_atomically
 from steadyload.engines.errors import EngineNotInstalledError
-from steadyload.layouts.checks import stated_length
 from steadyload.layouts.frame import Frame
 from steadyload.layouts.model import Layout
 from steadyload.layouts.naming import box_label
@@ -118,16 +117,16 @@ def _gallery(cards: Sequence[Card], notes: tuple[str, ...], made: Mapping[str, s
 
 def _notes(found: Sequence[Check]) -> tuple[str, ...]:
     """Below the cards: how to read them, in the axes and with the limit on gaps of the check."""
-    axes, limit = (found[0].frame.axes, found[0].gaps_cm) if found else (Frame().axes, math.inf)
+    frame, limit = (found[0].frame, found[0].gaps_cm) if found else (Frame(), math.inf)
     hovers = (
         " A load that stands by that rule hovers where a box has nothing under it and drops "
-        f"farther than {stated_length(limit)} cm."
+        f"farther than {frame.stated(limit)} {frame.unit}."
     ) * (limit < math.inf)
     return (
         "A picture shows a load up to the box at whose placement it fails; the box that moves "
         "too far, or hovers, is red, one that is crushed or moves only on the road is amber, "
         "and it shines through others. Colours are the order of loading. Seen from the front "
-        f"right: the side of high {axes[0]} and {axes[2]}.",
+        f"right: the side of high {frame.axes[0]} and {frame.axes[2]}.",
         "Method right on: the share of labelled cases of about so many boxes on which the "
         "method names the failing step; it is the same for each pallet of such a size.",
         "Too far: a corner by 10 cm along an axis, or a turn by 10 degrees, unless the method "

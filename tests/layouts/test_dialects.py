@@ -2,6 +2,7 @@
 
 import gzip
 import io
+import pickle
 import time
 import tracemalloc
 import zipfile
@@ -339,17 +340,52 @@ def test_a_pipe_and_standard_input_are_capped_as_files_are(tmp_path, monkeypatch
         read_layouts(path)
 
 
-def test_a_refusal_tells_axes_and_unit_that_are_not_those_of_the_file(tmp_path):
-    head = "layout,pallet_length,pallet_width,pallet_height,sequence,id,x,y,z,length,width,height"
+HIGH = (
+    "layout,pallet_length,pallet_width,pallet_height,sequence,id,x,y,z,length,width,height,weight"
+)
+
+
+@pytest.mark.parametrize(
+    ("second", "message"),
+    [
+        (
+            "0,0,1700,400,400,400,9000",
+            "box b (step 1): spans z = 1700 to 2100 mm; allowed: inside the pallet's contour, 0 to "
+            "1800 mm (+-0.1)",
+        ),
+        (
+            "-250,0,0,400,400,300,9000",
+            "box b (step 1): spans x = -250 to 150 mm; allowed: inside the pallet's contour, -100 "
+            "to 1300 mm (+-0.1): up to 100 mm over the edge of the deck",
+        ),
+        (
+            "0,0,297.5,400,400,300,9000",
+            "box b (step 1): overlaps box a (step 0) by 2.5 mm along every axis; allowed: at most "
+            "0.1 mm",
+        ),
+        (
+            "0,0,300,-400,400,300,9000",
+            "side along x is -400 mm; allowed: a positive finite number, 0.5 to 1000000 mm",
+        ),
+        ("0,0,300,400,wide,300,9000", "side along y is 'wide'; allowed: a number [mm]"),
+        ("0,near,300,400,400,300,9000", "position y is 'near'; allowed: a number [mm]"),
+        (
+            "0,0,300,400,400,300,-12.5",
+            "weight is -12.5 g; allowed: a positive finite number, 1e-06 to 1000000000 g",
+        ),
+        ("0,0,300,400,400,300,heavy", "weight is 'heavy'; allowed: a number [g]"),
+    ],
+)
+def test_a_refusal_speaks_the_axes_and_units_of_the_file(tmp_path, second, message):
     path = write(
-        tmp_path / "high.csv", f"{head},weight\nA,1200,800,1800,0,b,0,0,1700,400,400,400,10\n"
+        tmp_path / "high.csv",
+        f"{HIGH}\nA,1200,800,1800,0,a,0,0,0,400,400,300,12000\nA,1200,800,1800,1,b,{second}\n",
     )
     with pytest.raises(LayoutError) as refusal:
-        read_layouts(path, dialect=Dialect(units="mm", up="z"))
-    assert 'layout "A": box b (step 0): spans y = 170 to 210 cm' in str(refusal.value)
-    assert str(refusal.value).endswith(
-        "(lengths in cm; x, y, z of the message are y, z, x of the file)"
-    )
+        read_layouts(path, dialect=Dialect(units="mm", up="z", weight="g"))
+    assert str(refusal.value).startswith(f'{path}: layout "A": box b (step 1): ')
+    assert str(refusal.value).endswith(message)
+    assert str(pickle.loads(pickle.dumps(refusal.value))) == str(refusal.value)
 
 
 def test_a_row_without_a_layout_is_named_by_its_line(tmp_path):

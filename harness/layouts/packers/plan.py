@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Literal
 
-from steadyload.kernels.constants import STATED_TOLERANCE
-from steadyload.layouts.checks import stated_length
-from steadyload.layouts.model import TOLERANCE, Layout, LayoutError, Vector
+from steadyload.layouts.frame import AxisName
+from steadyload.layouts.model import TOLERANCE, WITHIN, Layout, LayoutError, Vector, from_to
 from steadyload.layouts.naming import box_label
 from steadyload.layouts.record import Record, Refused, to_layout
 
@@ -91,16 +90,14 @@ def record(loaded: Bin, order: Order = "height") -> Record:
     width, height, depth = turned(loaded.size)
     items = []
     for sequence, ((x, y, z), (w, h, d), box) in enumerate(boxes):
-        spans = zip("xyz", (x, y, z), (w, h, d), turned(loaded.size), strict=True)
-        for axis, start, side, most in spans:
+        spans = zip((x, y, z), (w, h, d), turned(loaded.size), strict=True)
+        for axis, (start, side, most) in enumerate(spans):
             if not (start >= -TOLERANCE and start + side <= most + TOLERANCE):
                 raise LayoutError(
-                    f"spans {axis} = {stated_length(start)} to {stated_length(start + side)} cm; "
-                    f"allowed: inside the bin, 0 to {stated_length(most)} cm "
-                    f"(+-{STATED_TOLERANCE:g})",
-                    layout=loaded.name,
-                    item=box_label(sequence, box.name),
-                )
+                    "spans ", AxisName(axis), " = ", *from_to(start, start + side),
+                    "; allowed: inside the bin, ", *from_to(0.0, most), *WITHIN,
+                    layout=loaded.name, item=box_label(sequence, box.name),
+                )  # fmt: skip
         weight = DENSITY * w * h * d if box.weight is None else box.weight
         items.append(
             {"sequence": sequence, "name": box.name, "x": x, "y": y, "z": z,
