@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.layouts.batch import LayoutBatch
+from steadyload.layouts.frame import Frame
 from steadyload.layouts.model import Layout
 from steadyload.methods.stopwatch import Seconds
 from steadyload.notebook import ShownInNotebook
@@ -128,16 +129,23 @@ class Verdict(ShownInNotebook):
         }
 
     def __str__(self) -> str:
-        """One line: "fails at step 5 of 20 (score 0.25): item 4 moved 13.1 cm, 12.0 degrees"."""
+        return self.sentence(Frame())
+
+    def sentence(self, frame: Frame) -> str:
+        """One line: "fails at step 5 of 20 (score 0.25): item 4 moved 13.1 cm, 12.0 degrees".
+
+        Args:
+            frame: unit of lengths.
+        """
         if self.status is not Status.DONE:
             return f"no verdict, {self.status}" + (f": {self.reason}" if self.reason else "")
         if self.failing_step is None:
-            return f"stable, all {self.item_count} items placed (score 1)"
+            return f"stands, all {self.item_count} items placed (score 1)"
         said = f"fails at step {self.failing_step} of {self.item_count} (score {self.score:.3g})"
         if self.moved_item is None or self.displacement is None:
             return said + (f": {self.reason}" if self.reason else "")
         turned = "" if self.rotation is None else f", {self.rotation:.1f} degrees"
-        return f"{said}: item {self.moved_item} moved {self.displacement:.1f} cm{turned}"
+        return f"{said}: item {self.moved_item} moved {frame.length(self.displacement)}{turned}"
 
 
 @dataclass(frozen=True, slots=True)

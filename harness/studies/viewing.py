@@ -26,6 +26,7 @@ from steadyload.reports.viewer.records import (
     Card,
     Gallery,
     Movement,
+    Units,
     View,
     ViewedItem,
     ViewedLoading,
@@ -60,7 +61,7 @@ def write_view(
         output: path of the page.
         record: what is played of a layout and a method: its loading, or a ride, see
             :func:`riding`.
-        frame: axes and unit of sentences: those of the file of the layout.
+        frame: axes and units of all that is said: those of the file of the layout.
 
     Raises:
         LayoutError: it is no layout.
@@ -100,7 +101,7 @@ def view_of(
         made: provenance, as a page shows it.
         forces: of the complete load, where they are to be shown.
         gaps_cm: how far a box that has nothing under it may drop [cm].
-        frame: axes and unit of sentences on the plan, and names of the axes that are drawn.
+        frame: axes and units of all that is said.
     """
     gap, frame = largest(gaps(layout)), frame or Frame()
     return View(
@@ -115,6 +116,7 @@ def view_of(
         gap_note="" if gap is None else gap.sentence(layout, frame),
         hovering=gap is not None and gap.exceeds(gaps_cm),
         axes=frame.axes,
+        units=Units(frame.unit, frame.cm, frame.decimals, frame.weight, frame.kg),
     )
 
 
@@ -154,7 +156,7 @@ def write_views(
         title="Loadings",
         summary=f"{len(cards)} layout{'s' if len(cards) != 1 else ''}, judged by "
         f"{' and '.join(methods)}.",
-        kinds=("fails", "hovers", "no verdict", "bad input", "stable"),
+        kinds=("fails", "hovers", "no verdict", "bad input", "stands"),
         cards=tuple(cards),
         notes=("Every card plays the loading, box by box.",),
         manifest=made,
@@ -192,11 +194,11 @@ def _card(
         judge.prepare(len(layout))
     recordings = [record(layout, judge) for judge in judges]
     view, verdict = view_of(layout, recordings, made, frame=frame), recordings[0].verdict
-    headline, said = recordings[0].headline, with_ids(str(verdict), layout.items)
+    headline, said = recordings[0].headline, with_ids(verdict.sentence(frame), layout.items)
     reason = _reason(recordings[0], layout, frame)
     if reason and verdict.displacement is None:
-        said = str(replace(verdict, reason=reason))
-    kinds = {True: "stable", False: "fails" if verdict.failing_step is not None else "no verdict"}
+        said = replace(verdict, reason=reason).sentence(frame)
+    kinds = {True: "stands", False: "fails" if verdict.failing_step is not None else "no verdict"}
     hovers = verdict.stable and view.hovering and not headline
     answer = headline or (f"hovers: {view.gap_note}" if hovers else said)
     told = [note for note in (reason, view.gap_note) if note and note not in answer]

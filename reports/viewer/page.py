@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -83,13 +84,15 @@ def player_html(view: View, texts: Mapping[str, str]) -> str:
 
 
 def _summary(view: View) -> str:
-    width, height, depth = view.pallet
-    weight = sum(item.weight for item in view.items)
-    count = len(view.items)
-    deck = f", its deck {view.deck:g} cm above the ground" if view.deck else ""
+    units, count = view.units, len(view.items)
+    weight = sum(item.weight for item in view.items) / units.kg
+    up = view.pallet[1] / units.cm
+    sides = sorted((view.axes[k], view.pallet[k] / units.cm) for k in (0, 2))
+    deck = f", its deck {view.deck / units.cm:g} {units.length} above the ground"
     return (
-        f"{count} item{'s' if count != 1 else ''}, {significant(weight)} kg, on a pallet of "
-        f"{width:g} × {depth:g} cm loaded up to {height:g} cm{deck}"
+        f"{count} item{'s' if count != 1 else ''}, {significant(weight)} {units.weight}, on a "
+        f"pallet of {' × '.join(f'{side:g}' for _, side in sides)} {units.length} loaded up to "
+        f"{up:g} {units.length}{deck if view.deck else ''}"
     )
 
 
@@ -101,7 +104,7 @@ def _caption(loading: ViewedLoading, view: View) -> dict[str, Any]:
     elif loading.failing_step is None and view.hovering:
         kind, headline = "fails", "hovers"
     elif loading.failing_step is None:
-        kind, headline = "stable", "stable"
+        kind, headline = "stands", "stands"
     else:
         failing = items[loading.failing_step]
         at = failing.label if failing.name else f"step {loading.failing_step}"
@@ -122,9 +125,8 @@ def _caption(loading: ViewedLoading, view: View) -> dict[str, Any]:
     moved = loading.moved_item
     if moved is not None and loading.displacement is not None and loading.rotation is not None:
         how = "moved at most" if loading.headline else "moved"
-        facts[f"{items[moved].label} {how}"] = (
-            f"{loading.displacement:.1f} cm, {loading.rotation:.1f}°"
-        )
+        far = f"{loading.displacement / view.units.cm:.{view.units.decimals}f}"
+        facts[f"{items[moved].label} {how}"] = f"{far} {view.units.length}, {loading.rotation:.1f}°"
     notes = []
     if loading.reason and loading.displacement is None:
         notes.append(loading.reason)
@@ -140,6 +142,7 @@ def _plain(view: View) -> dict[str, Any]:
         "pallet": view.pallet,
         "deck": view.deck,
         "axes": view.axes,
+        "units": asdict(view.units),
         "items": [
             {"size": i.size, "offset": i.mass_offset, "weight": i.weight, "label": i.label}
             for i in view.items

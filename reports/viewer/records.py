@@ -12,6 +12,23 @@ Triple = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
+class Units:
+    """Units in which a page says lengths and weights.
+
+    Attributes:
+        length, weight: their names.
+        cm, kg: centimetres and kilograms in them.
+        decimals: of a length.
+    """
+
+    length: str = "cm"
+    cm: float = 1.0
+    decimals: int = 1
+    weight: str = "kg"
+    kg: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
 class ViewedItem:
     """An item as planned: size, geometric centre and offset of the centre of mass [cm], y up, and
     weight [kg]. ``name``: its id, empty without one; ``label``: what messages call it.
@@ -100,7 +117,7 @@ class View:
     (x, y, z) [cm] and how large they are [kg], shape (k, 4); none where they are not known.
     ``reasons`` say how the boxes at fault stand in the plan. ``gap_note`` is a sentence on the
     largest gap below a box that has nothing under it, and ``hovering`` says whether it is larger
-    than is allowed. ``axes`` are names of x, y and z.
+    than is allowed. ``axes`` are names of x, y and z, and ``units`` those of all that is said.
     """
 
     name: str
@@ -114,6 +131,7 @@ class View:
     gap_note: str = ""
     hovering: bool = False
     axes: tuple[str, str, str] = ("x", "y", "z")
+    units: Units = Units()
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.frame import Frame
 from steadyload.layouts.model import replace_items
 from steadyload.methods.registry import make_method
 from steadyload.reports.viewer import three_js
@@ -221,6 +222,25 @@ def test_dots_do_not_show_through_and_the_pointer_names_an_item(browser, tmp_pat
     )
     assert browser.value("player.panes[0].tip.textContent") == (
         "item 7: 20 × 20 × 20 cm, 2.5 kg, centre of mass +1.5 cm in x, −2 cm in z"
+    )
+    assert browser.errors == []
+
+
+def test_all_that_is_said_has_the_axes_and_units_of_the_file(browser, tmp_path):
+    box = Item(0, (0, 0, 0), (20, 30, 40), 2.5, mass_offset=(1.5, 0.0, -2.0), name="A")
+    boxes = (box, replace(box, sequence=1, position=(60, 40, 0)))
+    layout = Layout("one", Pallet(100, 80, 120), boxes)
+    frame = Frame(("y", "z", "x"), "mm", "g")
+    browser.open(write_view(layout, ["label@mujoco"], tmp_path / "view.html", frame=frame))
+    said = make_method("label@mujoco").judge(layout)
+    moved = f"{10.0 * said.displacement:.0f} mm, {said.rotation:.1f}°"
+    assert now(browser).startswith(f"box A (step 1) moved {moved}")
+    browser.value(
+        "(() => { const { stage, tip } = player.panes[0]; stage.itemAt = () => 0;"
+        " player.point({ clientX: 1, clientY: 1 }, stage, tip); })()"
+    )
+    assert browser.value("player.panes[0].tip.textContent") == (
+        "box A (step 0): 400 × 200 × 300 mm, 2500 g, centre of mass −20 mm in x, +15 mm in y"
     )
     assert browser.errors == []
 

@@ -10,7 +10,7 @@ from steadyload.methods.registry import make_method
 
 
 @pytest.mark.parametrize(("verdict", "line"), [
-    (Verdict(20), "stable, all 20 items placed (score 1)"),
+    (Verdict(20), "stands, all 20 items placed (score 1)"),
     (Verdict(20, failing_step=5), "fails at step 5 of 20 (score 0.25)"),
     (Verdict(20, failing_step=5, reason="item 4 tips"),
      "fails at step 5 of 20 (score 0.25): item 4 tips"),

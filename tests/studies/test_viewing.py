@@ -140,7 +140,7 @@ def test_a_page_says_which_box_has_nothing_under_it(tmp_path):
     near = Layout("near", hovering.pallet, (boxes[0], replace(boxes[1], position=(45, 21, 30))))
     text = write_view(near, ["label@mujoco"], tmp_path / "near.html").read_text()
     assert "<p>box B (step 1) has nothing under it; it drops 1.0 cm" in text
-    assert '<p class="chip">stable</p>' in text
+    assert '<p class="chip">stands</p>' in text
 
 
 def test_a_page_gives_the_reason_in_numbers_of_the_load(tmp_path, stack):
@@ -154,11 +154,20 @@ def test_a_page_gives_the_reason_in_numbers_of_the_load(tmp_path, stack):
     assert "(score 0.5): the centre of mass of item 1 lies 2.0 cm past" in text
 
 
-def test_axes_on_a_page_have_the_names_of_the_file(tmp_path, stack):
-    frame = Frame.of(Dialect(up="z"))
-    page = write_view(stack(0.0, 7.0), ["sme"], tmp_path / "one.html", frame=frame)
-    assert data_of(page)["axes"] == ["y", "z", "x"]
-    assert "past the edge of item 0 (+y);" in page.read_text()
+def test_a_page_has_the_axes_and_units_of_the_file(tmp_path, stack):
+    frame = Frame.of(Dialect(units="mm", up="z", weight="g"))
+    load = replace(stack(0.0, 7.0), pallet=Pallet(80.0, 100.0, 120.0))
+    page = write_view(load, ["label@mujoco"], tmp_path / "one.html", frame=frame)
+    data, text = data_of(page), page.read_text()
+    assert data["axes"] == ["y", "z", "x"]
+    assert data["units"] == {"length": "mm", "cm": 0.1, "decimals": 0, "weight": "g", "kg": 0.001}
+    assert "past the edge of item 0 (+y);" in text
+    assert "2 items, 2000 g, on a pallet of 1200 × 800 mm loaded up to 1000 mm" in text
+    moved = make_method("label@mujoco").judge(load)
+    said = f"{round(10.0 * moved.displacement)} mm, {moved.rotation:.1f}"
+    assert f"<dt>item 1 moved</dt><dd>{said}" in text
+    cards = write_views([load], ["label@mujoco"], tmp_path / "all.html", frame=frame).read_text()
+    assert f"item 1 moved {said} degrees" in cards
 
 
 def test_a_verdict_without_a_score_is_shown_as_none(tmp_path, monkeypatch, stack):

@@ -35,31 +35,34 @@ function ruled(lines, colour, along) {
   return group;
 }
 
-const inCm = (length) => `${+length.toFixed(1)} cm`;
+// A length [cm] in the page's unit, as a number.
+const inUnit = (length, units) => +(length / units.cm).toFixed(units.decimals);
 
 // The pallet's axes from its origin, where x, y and z are 0.
-function axesOf([w, h, d], [x, y, z]) {
+function axesOf([w, h, d], [x, y, z], units) {
+  const said = (length) => `${inUnit(length, units)} ${units.length}`;
   return ruled([
-    { from: [0, 0, 0], to: [w, 0, 0], text: `${x} ${inCm(w)}` },
-    { from: [0, 0, 0], to: [0, h, 0], text: `${y} ${inCm(h)}` },
-    { from: [0, 0, 0], to: [0, 0, d], text: `${z} ${inCm(d)}` },
+    { from: [0, 0, 0], to: [w, 0, 0], text: `${x} ${said(w)}` },
+    { from: [0, 0, 0], to: [0, h, 0], text: `${y} ${said(h)}` },
+    { from: [0, 0, 0], to: [0, 0, d], text: `${z} ${said(d)}` },
   ], "#2f5fd0", 1.04);
 }
 
 // The sides of a box about its centre, at the edges that face high x, y and z.
-function sidesOf([w, h, d]) {
+function sidesOf([w, h, d], units) {
+  const said = (length) => `${inUnit(length, units)} ${units.length}`;
   const [x, y, z] = [w / 2, h / 2, d / 2];
   return ruled([
-    { from: [-x, y, z], to: [x, y, z], text: inCm(w) },
-    { from: [x, -y, z], to: [x, y, z], text: inCm(h) },
-    { from: [x, y, -z], to: [x, y, z], text: inCm(d) },
+    { from: [-x, y, z], to: [x, y, z], text: said(w) },
+    { from: [x, -y, z], to: [x, y, z], text: said(h) },
+    { from: [x, y, -z], to: [x, y, z], text: said(d) },
   ], "#14181f", 0.5);
 }
 
 const LABELLED = 60; // texts of more forces would hide the load
 
 // Arrows that end where a force pushes upwards; the longest is a quarter of the pallet's height.
-function forcesOf(forces, [, height]) {
+function forcesOf(forces, [, height], units) {
   const group = new THREE.Group(), most = Math.max(...forces.map((force) => force[3]), 1e-9);
   for (const [x, y, z, kg] of forces) {
     const length = (0.25 * height * kg) / most, up = new THREE.Vector3(0, 1, 0);
@@ -69,7 +72,7 @@ function forcesOf(forces, [, height]) {
     arrow.line.renderOrder = arrow.cone.renderOrder = 4;
     group.add(arrow);
     if (forces.length > LABELLED) continue;
-    const label = written(`${+kg.toPrecision(3)} kg`);
+    const label = written(`${+(kg / units.kg).toPrecision(3)} ${units.weight}`);
     label.position.set(x, y - length, z);
     group.add(label);
   }

@@ -56,9 +56,9 @@ class Player {
   }
 
   sentence(n, { at, ended, failed, moved, time, after, simulated }) {
-    const loading = this.data.loadings[n];
+    const loading = this.data.loadings[n], { cm, decimals, length } = this.data.units;
     const seen = moved && (failed || Math.max(moved[1], moved[2]) >= 0.05);
-    const motion = seen ? `${this.box(moved[0])} moved ${moved[1].toFixed(1)} cm, ${moved[2].toFixed(1)}°` : "";
+    const motion = seen ? `${this.box(moved[0])} moved ${(moved[1] / cm).toFixed(decimals)} ${length}, ${moved[2].toFixed(1)}°` : "";
     const clock = `t = ${time.toFixed(2)} s`;
     if (failed && loading.crushed) return `${this.box(loading.moved)} bears more than it may`;
     if (failed && !simulated) return `${this.box(loading.moved ?? at)} would not stand`;
@@ -213,10 +213,11 @@ class Player {
     stage.pointed = n;
     if (n === null) return;
     const { size, weight, offset } = this.data.items[n], area = stage.canvas.getBoundingClientRect();
-    const sides = size.map((side) => +side.toFixed(1)).join(" × ");
-    const shifts = offset.map((shift, k) => [+shift.toFixed(1), this.data.axes[k]]).filter(([shift]) => shift);
-    const shifted = shifts.map(([shift, axis]) => `${shift > 0 ? "+" : "−"}${Math.abs(shift)} cm in ${axis}`);
-    tip.textContent = `${this.box(n)}: ${sides} cm, ${+weight.toFixed(2)} kg, centre of mass ${shifted.join(", ") || "in the middle"}`;
+    const { axes, units } = this.data, inOrder = [0, 1, 2].sort((a, b) => (axes[a] < axes[b] ? -1 : 1));
+    const sides = inOrder.map((k) => inUnit(size[k], units)).join(" × ");
+    const shifts = inOrder.map((k) => [inUnit(offset[k], units), axes[k]]).filter(([shift]) => shift);
+    const shifted = shifts.map(([shift, axis]) => `${shift > 0 ? "+" : "−"}${Math.abs(shift)} ${units.length} in ${axis}`);
+    tip.textContent = `${this.box(n)}: ${sides} ${units.length}, ${+(weight / units.kg).toFixed(2)} ${units.weight}, centre of mass ${shifted.join(", ") || "in the middle"}`;
     tip.style.left = `${Math.min(event.clientX - area.left + 14, area.width - 220)}px`;
     tip.style.top = `${event.clientY - area.top + 14}px`;
   }

@@ -77,9 +77,9 @@ class Stage {
     this.plan = new THREE.LineSegments(outline, new THREE.LineDashedMaterial({ color: RED, dashSize: 0.06, gapSize: 0.04 }));
     this.plan.computeLineDistances();
     this.scene.add(this.plan);
-    this.axes = axesOf(data.pallet, data.axes);
+    this.axes = axesOf(data.pallet, data.axes, data.units);
     this.scene.add(this.axes);
-    this.forces = forcesOf(data.forces, data.pallet);
+    this.forces = forcesOf(data.forces, data.pallet, data.units);
     this.scene.add(this.forces);
     this.sides = null;
     this.pointed = null;
@@ -228,7 +228,7 @@ class Stage {
     this.axes.visible = wanted;
     if (this.sides?.item === item) return;
     this.sides?.removeFromParent();
-    this.sides = item === null ? null : Object.assign(sidesOf(this.data.items[item].size), { item });
+    this.sides = item === null ? null : Object.assign(sidesOf(this.data.items[item].size, this.data.units), { item });
     if (this.sides) this.boxes[item].add(this.sides);
   }
 
