@@ -73,11 +73,12 @@ class Score(Strict, ReadingFlags):
         from steadyload.runs.envelope_use import ScoreWarnings
         from steadyload.runs.scoring import Record, score_entries
 
-        warnings, sampled = ScoreWarnings(), dict[str, Record]()
+        warnings, sampled, files = ScoreWarnings(), dict[str, Record](), list[str]()
 
         def counted(records: Iterable[Record]) -> Iterator[Record]:
             for record in records:
                 warnings.add(record)
+                files.append(record["file"])
                 if record.get("uncertain"):
                     sampled[record["method"]] = record
                 yield record
@@ -109,7 +110,7 @@ class Score(Strict, ReadingFlags):
         for warning in [*warnings.sentences, *without_effect(sampled.values())]:
             say(warning)
         if table is not None:
-            print_table(*table)
+            print_table(*table, files)
         return SOME_REFUSED if some_refused else 0
 
     def _deviations(self) -> dict[str, Any]:

@@ -70,8 +70,35 @@ def drop_output() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def print_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table on stdout, for terminals and for pipes."""
+_FILE = 20
+"""Characters of the name of a file in a table."""
+
+
+def file_names(files: Sequence[str]) -> list[str]:
+    """The file of every row as a table has it, by its end; none where all rows are of one."""
+    from steadyload.layouts.sources import distinct_names
+
+    names = {file: printable(name) for file, name in distinct_names(files).items()}
+    if len(names) < 2:
+        return []
+    cut = {f: n if len(n) <= _FILE else f"...{n[3 - _FILE :]}" for f, n in names.items()}
+    # Where that makes two the same, names are whole.
+    return [(cut if len(set(cut.values())) == len(cut) else names)[file] for file in files]
+
+
+def print_table(
+    header: Sequence[str], rows: Sequence[Sequence[str]], files: Sequence[str] = ()
+) -> None:
+    """Print a table on stdout, for terminals and for pipes.
+
+    Args:
+        header: titles of the columns.
+        rows: texts, one a column.
+        files: of the rows, which are named where there are several; empty for none.
+    """
+    if names := file_names(files):
+        header = ("file", *header)
+        rows = [(name, *row) for name, row in zip(names, rows, strict=True)]
     from rich.console import Console
     from rich.table import Table
 

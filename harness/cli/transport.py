@@ -6,13 +6,16 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from steadyload.cli.flags import UsageError
 from steadyload.cli.reading import ReadingFlags
 from steadyload.cli.terminal import kept_status, print_table, progress_bar, say
 from steadyload.escaping import printable
 from steadyload.studies.options import REQUIRED, operand, option
+
+if TYPE_CHECKING:
+    from steadyload.layouts.frame import Frame
 
 HELD, NOT_HELD, BAD_INPUT, NO_ANSWER = 0, 1, 2, 3
 """Exit statuses; of several the worse one: bad input, then a load that does not hold."""
@@ -51,26 +54,28 @@ class Transport(ReadingFlags):
 
     def run(self) -> int:
         """Judge all loads and print a row a direction; the exit status tells the worst answer."""
+        from steadyload.layouts.frame import Frame
         from steadyload.layouts.record import Refused
         from steadyload.runs.scoring import read_entries
 
         ask = self._question()
-        entries = read_entries(self.files, limit=self.limit, **self.reading())
+        reading = self.reading()
+        entries = read_entries(self.files, limit=self.limit, **reading)
         records: list[dict[str, Any]] = []
         status = HELD
         with progress_bar("judging") as advance:
-            for done, (_, entry) in enumerate(entries, start=1):
+            for done, (file, entry) in enumerate(entries, start=1):
                 if isinstance(entry, Refused):
                     say(f"steadyload: {entry.error}")
                     status = BAD_INPUT
                 else:
-                    records += [_record(entry, one) for one in ask(entry)]
+                    records += [_record(file, entry, one) for one in ask(entry)]
                 advance(done, len(entries))
         with kept_status():
             if self.json:
                 print(json.dumps(records, indent=1))
             else:
-                self._print(records)
+                self._print(records, Frame.of(reading["dialect"]))
         return status or self._worst(records)
 
     def _question(self) -> Any:
@@ -102,7 +107,7 @@ class Transport(ReadingFlags):
         """The field of a record that answers the question."""
         return "held" if self.rule or self.history else "limit_g"
 
-    def _print(self, records: Sequence[dict[str, Any]]) -> None:
+    def _print(self, records: Sequence[dict[str, Any]], frame: Frame) -> None:
         header = ("pallet", "direction", self._answer, "box", "mode", "moved")
         rows = []
         for one in records:
@@ -113,10 +118,10 @@ class Transport(ReadingFlags):
                     f"{one['direction_deg']:g}",
                     _shown(one[self._answer]),
                     *_movement(one),
-                    "-" if moved is None else f"{moved:.1f} cm",
+                    "-" if moved is None else frame.length(moved),
                 )
             )
-        print_table(header, rows)
+        print_table(header, rows, [one["file"] for one in records])
         print("Rigid boxes, without wrap, straps or anti-slip mats.")
 
     def _worst(self, records: Sequence[dict[str, Any]]) -> int:
@@ -126,11 +131,12 @@ class Transport(ReadingFlags):
         return NO_ANSWER if None in said else HELD
 
 
-def _record(layout: Any, found: dict[str, Any]) -> dict[str, Any]:
-    """An answer with the name of its layout and the id of the box that moves."""
+def _record(file: str, layout: Any, found: dict[str, Any]) -> dict[str, Any]:
+    """An answer with the names of its layout and file, and the id of the box that moves."""
     from steadyload.layouts.naming import box_id
 
-    return {"layout": layout.name, **found, "moved_box": box_id(layout.items, found["moved_item"])}
+    box = box_id(layout.items, found["moved_item"])
+    return {"layout": layout.name, "file": file, **found, "moved_box": box}
 
 
 def _movement(record: dict[str, Any]) -> tuple[str, str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import BinaryIO
@@ -32,6 +32,12 @@ class MissingFileError(FileNotFoundError, _NamingError):
 
 class FolderError(IsADirectoryError, _NamingError):
     """A folder instead of a file; it can also be caught as an ``IsADirectoryError``."""
+
+
+def distinct_names(files: Iterable[str]) -> dict[str, str]:
+    """Names that tell some files apart, by file: without folders where that is enough."""
+    names = {file: Path(file).name for file in files}
+    return names if len(set(names.values())) == len(names) else {file: file for file in names}
 
 
 def source_name(path: str | Path) -> str:
