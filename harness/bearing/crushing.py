@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from steadyload.bearing.forces import Rectangles, Statics
 from steadyload.layouts.contacts import Supports, find_supports
+from steadyload.layouts.frame import Frame
 from steadyload.layouts.item import Item
 from steadyload.layouts.model import Arrangement, Layout
 from steadyload.layouts.naming import box_label
@@ -37,11 +38,17 @@ class Crushed:
     bears_kg: float
     allowed_kg: float
 
-    def __str__(self) -> str:
-        bears, allowed = f"{self.bears_kg:.4g}", f"{self.allowed_kg:.4g}"
+    def sentence(self, frame: Frame) -> str:
+        """The box and its load, in the unit of weights of a frame."""
+        said = (self.bears_kg / frame.kg, self.allowed_kg / frame.kg)
+        bears, allowed = (f"{weight:.4g}" for weight in said)
         if bears == allowed:
-            bears, allowed = f"{self.bears_kg:.9g}", f"{self.allowed_kg:.9g}"
-        return f"crushed at step {self.step}: {self.label} bears {bears} kg of {allowed}"
+            bears, allowed = (f"{weight:.9g}" for weight in said)
+        bears = f"{bears} {frame.weight}"
+        return f"crushed at step {self.step}: {self.label} bears {bears} of {allowed}"
+
+    def __str__(self) -> str:
+        return self.sentence(Frame())
 
 
 def first_crushed(

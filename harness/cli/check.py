@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from steadyload.cli.fail_on import ANY, WORDS, FailOn, fail_on
 from steadyload.cli.flags import UsageError
 from steadyload.cli.reading import ReadingFlags
-from steadyload.cli.terminal import kept_status, print_table, progress_bar, say
+from steadyload.cli.terminal import file_names, kept_status, print_table, progress_bar, say
 from steadyload.escaping import printable
 from steadyload.studies.options import DEFAULT_METHOD, REQUIRED, operand, option, positive_number
 
@@ -120,6 +120,8 @@ class Check(ReadingFlags):
         return self._status(found)
 
     def _print(self, found: Sequence[Checked]) -> None:
+        from steadyload.studies.answers import Answer, on_the_road, too_far
+
         if self.json:
             print(json.dumps([one.to_dict() for one in found], indent=1))
         elif self.csv:
@@ -128,14 +130,21 @@ class Check(ReadingFlags):
             asked = self.transport is not None
             name, sentence = _widths(found, asked)
             rows = [_row(one, asked, name, sentence) for one in found]
-            print_table(_header(found, asked), rows)
-            for one in found:
+            files = [one.file for one in found]
+            print_table(_header(found, asked), rows, files)
+            places = [f"{name}: " for name in file_names(files)] or [""] * len(found)
+            for place, one in zip(places, found, strict=True):
                 cut = len(printable(one.sentence)) > sentence
                 for note in (one.sentence,) * cut + one.notes * (not one.stands):
-                    print(f"{printable(one.layout)}: {printable(note)}")
+                    print(f"{place}{printable(one.layout)}: {printable(note)}")
             if any(one.reliability is not None for one in found):
                 print(_ACCURACY)
+            upright = (Answer.STANDS, Answer.HOVERS)
+            if any(one.gap is not None and one.answer in upright for one in found):
+                print(too_far(found[0].frame, found[0].gaps_cm))
             print(_counts(found))
+            for rule in dict.fromkeys(one.transport.rule for one in found if one.transport):
+                print(printable(on_the_road(rule)))
             if asked:
                 print("On the road: rigid boxes, without wrap, straps or anti-slip mats.")
 
@@ -161,7 +170,8 @@ def _header(found: Sequence[Checked], transport: bool) -> tuple[str, ...]:
 
 def _widths(found: Sequence[Checked], transport: bool) -> tuple[int, int]:
     """Of names and of sentences: all that a row has, if they need it."""
-    left = _ROW - len("  boxes  accuracy  ") - (_RULE + 2) * transport
+    files = max((len(name) + 2 for name in file_names([one.file for one in found])), default=0)
+    left = _ROW - len("  boxes  accuracy  ") - (_RULE + 2) * transport - files
     longest = max((len(printable(one.layout)) for one in found), default=0)
     sentences = max((len(printable(one.sentence)) for one in found), default=0)
     name = min(longest, max(_NAME, left - sentences))

@@ -8,6 +8,7 @@ for the weights, or its solver gave up. Envelopes tell this where it was measure
 
 from __future__ import annotations
 
+from steadyload.layouts.frame import Frame
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import Method
 from steadyload.methods.registry import make_method
@@ -18,7 +19,7 @@ _MARGIN, _SHARE = 0.5, 0.05
 base, on every side."""
 
 
-def doubt(layout: Layout, method: Method, verdict: Verdict) -> str:
+def doubt(layout: Layout, method: Method, verdict: Verdict, frame: Frame | None = None) -> str:
     """A sentence on a load that a simulation sees fall although it is in balance; else empty.
 
     Takes a fraction of a millisecond where a simulation sees a load fall, and nothing otherwise.
@@ -27,6 +28,7 @@ def doubt(layout: Layout, method: Method, verdict: Verdict) -> str:
         layout: that was judged.
         method: that judged it.
         verdict: on it.
+        frame: unit of the sentence.
     """
     step = verdict.failing_step
     if method.spec.engine is None or step is None or verdict.displacement is None:
@@ -36,7 +38,8 @@ def doubt(layout: Layout, method: Method, verdict: Verdict) -> str:
     balance = make_method(f"equilibrium:margin={margin:.4g}")
     if not balance.judge(layout.first(step + 1)).stable:
         return ""
+    spare = (frame or Frame()).length(margin, finely=True)
     return (
         f"item {verdict.item_at_fault} moves too far in {method.spec.engine} when item {step} is "
-        f"placed, but contact forces balance the load, with {margin:.2g} cm to spare"
+        f"placed, but contact forces balance the load, with {spare} to spare"
     )

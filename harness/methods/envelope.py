@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from steadyload.layouts.contacts import Contacts, find_contacts
+from steadyload.layouts.frame import Frame
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import Method
 from steadyload.stored import REMEDY, StoredFileError, stored_object
@@ -177,11 +178,13 @@ def _loads(layout: Layout, contacts: Contacts) -> np.ndarray:
     return loads
 
 
-def beyond(extent: Extent, held: Envelope) -> dict[Limit, str]:
+def beyond(extent: Extent, held: Envelope, frame: Frame | None = None) -> dict[Limit, str]:
     """In which ways an extent goes beyond an envelope: a sentence each.
 
-    A load is compared with that on the lowest cube of the tallest tower, too.
+    A load is compared with that on the lowest cube of the tallest tower, too. Lengths are in the
+    unit of the frame.
     """
+    frame = frame or Frame()
     load = max(held.heavy_on_light, held.tower_height - 1.0)
     found = {
         Limit.FALLS: "a plate beyond an edge is not seen to fall" if not held.sees_falls else "",
@@ -195,27 +198,38 @@ def beyond(extent: Extent, held: Envelope) -> dict[Limit, str]:
             extent.light_on_heavy,
             held.light_on_heavy,
         ),
-        Limit.THIN: _less("a thinnest edge of {} cm", extent.thinnest, held.least_size),
-        Limit.LONG: _more("a longest edge of {} cm", extent.longest, held.most_size),
+        Limit.THIN: _less(
+            f"a thinnest edge of {{}} {frame.unit}",
+            extent.thinnest / frame.cm,
+            held.least_size / frame.cm,
+        ),
+        Limit.LONG: _more(
+            f"a longest edge of {{}} {frame.unit}",
+            extent.longest / frame.cm,
+            held.most_size / frame.cm,
+        ),
         Limit.COUNT: _more("{} items", extent.item_count, held.item_count),
     }
     return {limit: sentence for limit, sentence in found.items() if sentence}
 
 
-def leaves(layout: Layout, method: Method, *, at_rest: bool = False) -> tuple[str, ...]:
+def leaves(
+    layout: Layout, method: Method, *, at_rest: bool = False, frame: Frame | None = None
+) -> tuple[str, ...]:
     """In which ways a layout leaves the envelope of the engine and frequency that a method uses.
 
     Args:
         layout: any layout.
         method: any method.
         at_rest: see :func:`envelopes`.
+        frame: unit of the sentences.
 
     Returns:
         A sentence each; none for a method without an engine, or where nothing was measured
         (:func:`envelope_of` tells these apart from a layout that stays inside).
     """
     held = envelope_of(method, at_rest=at_rest)
-    return () if held is None else tuple(beyond(extent(layout), held).values())
+    return () if held is None else tuple(beyond(extent(layout), held, frame).values())
 
 
 _ROUNDING = 1e-9

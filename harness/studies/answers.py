@@ -19,6 +19,10 @@ TIPPING = 5.0
 """Angle [degrees] from which on a moved box is said to tip."""
 
 
+TOO_FAR = 10.0
+"""A movement [cm] beyond which a box moves too far; also a turn [degrees]."""
+
+
 class Answer(StrEnum):
     """Answer to the question whether a load stands.
 
@@ -146,7 +150,7 @@ class Check(ShownInNotebook):
         if self.answer is Answer.HOVERS:
             return self._hovering
         if self.crushed is not None:
-            return str(self.crushed)
+            return self.crushed.sentence(self.frame)
         assert self.verdict is not None
         said = self.verdict
         box = self.moved_box if said.moved_item is not None else self.failing_box
@@ -241,6 +245,34 @@ class Check(ShownInNotebook):
             "allowed_kg": None if self.crushed is None else self.crushed.allowed_kg,
             **_transport_fields(self.transport),
         }
+
+
+def too_far(frame: Frame, gaps_cm: float) -> str:
+    """How far a box may move, and from which gap on a load hovers.
+
+    Args:
+        frame: unit of lengths.
+        gaps_cm: the largest gap that is allowed [cm]; infinite for any.
+    """
+    said = (
+        f"Too far: a corner by {frame.stated(TOO_FAR)} {frame.unit} along an axis, or a turn by "
+        f"{TOO_FAR:g} degrees, unless the method says otherwise; a box that drops by less counts "
+        "as placed."
+    )
+    if math.isinf(gaps_cm):
+        return said
+    return (
+        f"{said} A load that stands by that rule hovers where a box has nothing under it and drops "
+        f"farther than {frame.stated(gaps_cm)} {frame.unit}."
+    )
+
+
+def on_the_road(rule: str) -> str:
+    """A sentence that tells the answer and a rule of the road apart."""
+    return (
+        f"The answer judges the loading, box by box; {rule} judges the ride of the complete load, "
+        "where a box with any gap below it has no support unless a simulation answers."
+    )
 
 
 def _footing_fields(found: Footing | None, frame: Frame) -> dict[str, Any]:

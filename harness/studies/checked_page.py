@@ -14,6 +14,7 @@ from steadyload.layouts.frame import Frame
 from steadyload.layouts.model import Layout
 from steadyload.layouts.naming import box_label
 from steadyload.layouts.record import Refused
+from steadyload.layouts.sources import distinct_names
 from steadyload.methods.recording import (
     Recording,
     record_failure,
@@ -27,6 +28,7 @@ from steadyload.reports.viewer.page import MARKS, player_html
 from steadyload.reports.viewer.records import Card, Gallery
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.runs.provenance import provenance_lines
+from steadyload.studies.answers import on_the_road, too_far
 from steadyload.studies.checking import Answer, Check
 from steadyload.studies.notebook_figures import load_picture
 from steadyload.studies.viewing import view_of
@@ -76,7 +78,9 @@ def write_checked(
     """
     cards: list[Card | None] = [None] * len(found)
     units, made = [], provenance_lines()
+    names = distinct_names(check.file for check in found)
     for place, ((_, entry), check) in enumerate(zip(entries, found, strict=True)):
+        check = dataclasses.replace(check, file=names[check.file])
         if isinstance(entry, Layout):
             units.append(_Unit(place, entry, check, made))
         else:
@@ -118,10 +122,7 @@ def _gallery(cards: Sequence[Card], notes: tuple[str, ...], made: Mapping[str, s
 def _notes(found: Sequence[Check]) -> tuple[str, ...]:
     """Below the cards: how to read them, in the axes and with the limit on gaps of the check."""
     frame, limit = (found[0].frame, found[0].gaps_cm) if found else (Frame(), math.inf)
-    hovers = (
-        " A load that stands by that rule hovers where a box has nothing under it and drops "
-        f"farther than {frame.stated(limit)} {frame.unit}."
-    ) * (limit < math.inf)
+    rules = {check.transport.rule: None for check in found if check.transport is not None}
     return (
         "A picture shows a load up to the box at whose placement it fails; the box that moves "
         "too far, or hovers, is red, one that is crushed or moves only on the road is amber, "
@@ -129,8 +130,8 @@ def _notes(found: Sequence[Check]) -> tuple[str, ...]:
         f"right: the side of high {frame.axes[0]} and {frame.axes[2]}.",
         "Method right on: the share of labelled cases of about so many boxes on which the "
         "method names the failing step; it is the same for each pallet of such a size.",
-        "Too far: a corner by 10 cm along an axis, or a turn by 10 degrees, unless the method "
-        f"says otherwise.{hovers}",
+        too_far(frame, limit),
+        *map(on_the_road, rules),
         "A fall is simulated from the plan by the method that answered, or the last stage of "
         f"a cascade, or {PLAYED} where neither simulates; where it lets the load stand, the "
         "plan is shown.",
@@ -178,7 +179,7 @@ def _plan(unit: _Unit) -> Recording:
     recording = record_plan(unit.layout, unit.check.method, shown)
     if crushed is None:
         return recording
-    return dataclasses.replace(recording, headline=str(crushed), crushed=True)
+    return dataclasses.replace(recording, headline=crushed.sentence(unit.check.frame), crushed=True)
 
 
 def _shown(check: Check) -> Verdict:
@@ -229,7 +230,7 @@ def _card(check: Check) -> Card:
     if check.reliability is not None:
         facts.append(f"method right on {check.reliability}")
     if check.file:
-        facts.append(Path(check.file).name)
+        facts.append(check.file)
     kind = str(check.answer)
     answer = check.reason if check.answer is Answer.BAD_INPUT else check.sentence
     badges = [CRUSHED] * (check.crushed is not None) + [NOT_HELD] * _fails_on_the_road(check)

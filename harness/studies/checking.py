@@ -97,13 +97,15 @@ def check(
     note = "" if gap is None else gap.sentence(layout, frame)
     if answer is Answer.STANDS and gap is not None and gap.exceeds(limit):
         answer = Answer.HOVERS
-    said, outside = with_ids(verdict.reason, layout.items), leaves(layout, judging)
+    said, outside = with_ids(verdict.reason, layout.items), leaves(layout, judging, frame=frame)
     if answer is Answer.NOT_JUDGED:
         reason = said or str(verdict.status)
     elif answer is Answer.HOVERS:
         reason = note
+    elif crushed is not None:
+        reason = crushed.sentence(frame)
     else:
-        reason = reason_of(layout, verdict, frame) if crushed is None else str(crushed)
+        reason = reason_of(layout, verdict, frame, method=spec)
     return Check(
         layout=layout.name,
         items=len(layout),
@@ -124,7 +126,7 @@ def check(
         frame=frame,
         reliability=None if outside else reliability(spec, len(layout)),
         outside=outside,
-        doubt=with_ids(doubt(layout, judging, verdict), layout.items),
+        doubt=with_ids(doubt(layout, judging, verdict, frame), layout.items),
         crushed=crushed,
         transport=None if rule is None else answer_rule(layout, rule, judging),
     )

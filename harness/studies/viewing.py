@@ -264,7 +264,9 @@ def _items(layout: Layout) -> tuple[ViewedItem, ...]:
 
 def _reason(recording: Recording, layout: Layout, frame: Frame) -> str:
     """How the box at fault stands in the plan; empty where nothing fails, and for a ride."""
-    return "" if recording.headline else reason_of(layout, recording.verdict, frame)
+    if recording.headline:
+        return ""
+    return reason_of(layout, recording.verdict, frame, method=recording.method)
 
 
 def _loading(recording: Recording, layout: Layout) -> ViewedLoading:

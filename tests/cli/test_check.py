@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -14,11 +15,13 @@ from steadyload.cli import main
 from steadyload.layouts.benchmark import REAL, load_benchmark
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.methods.method import Verdict
 from steadyload.methods.registry import make_method
 from steadyload.runs.scoring import read_entries
 from steadyload.studies import checking, demo
 from steadyload.studies.checking import check, check_all, reliability
 from steadyload.studies.demo import demo_pallets
+from steadyload.studies.faults import reason_of
 from steadyload.studies.options import DEFAULT_METHOD
 from steadyload.studies.recommend.kept import load_fronts
 from steadyload.transport.rules import Rule
@@ -316,6 +319,12 @@ def test_a_gap_is_told_in_text_on_the_page_and_in_python(run, tmp_path):
     assert lines[1].endswith("hovers at step 1: SKU-2002, 4.0 cm above SKU-2001")
     assert lines[2].endswith("stands; 0.4 cm of air under SKU-2002")
     assert lines[3] == f"hovers: {note}"
+    rule = (
+        "Too far: a corner by 10 cm along an axis, or a turn by 10 degrees, unless the method says "
+        "otherwise; a box that drops by less counts as placed. A load that stands by that rule "
+        "hovers where a box has nothing under it and drops farther than 2 cm."
+    )
+    assert lines[-2] == rule
     assert lines[-1].startswith("2 pallets: 1 stand (1 with gaps), 0 fail, 1 hover (")
     page = (tmp_path / "index.html").read_text()
     assert 'class="card hovers"' in page
@@ -347,8 +356,88 @@ def test_the_page_states_the_limit_on_gaps_and_the_axes_of_the_file(run, tmp_pat
     words += ["--fail-on", "gaps=0.5", "--html", str(tmp_path / "theirs")]
     assert main(words) == 2
     page = (tmp_path / "theirs" / "index.html").read_text()
-    assert "it and drops farther than 0.5 cm." in page
+    assert "Too far: a corner by 100 mm along an axis" in page
+    assert "it and drops farther than 5 mm." in page
     assert "the side of high y and x." in page
+
+
+def test_weights_are_in_the_unit_of_the_file(capsys, tmp_path):
+    head = (
+        "layout,pallet_length,pallet_width,pallet_height,sequence,id,x,y,z,length,width,height,"
+        "weight,max_load"
+    )
+    file = tmp_path / "g.csv"
+    file.write_text(
+        f"{head}\n"
+        "P,1200,800,1600,0,A,0,0,0,400,400,300,12000,5000\n"
+        "P,1200,800,1600,1,B,0,0,300,400,400,300,9000,\n"
+    )
+    words = ["check", str(file), "-j", "1", "--units", "mm", "--up", "z", "--weight", "g"]
+    assert main([*words, "-m", "sme", "--html", str(tmp_path)]) == 1
+    said = "crushed at step 1: box A (step 0) bears 9000 g of 5000"
+    assert said in capsys.readouterr().out
+    assert said in (tmp_path / "index.html").read_text()
+    assert main([*words, "-m", "sme", "--json"]) == 1
+    [told] = json.loads(capsys.readouterr().out)
+    assert (told["reason"], told["bears_kg"]) == (said, pytest.approx(9.0))
+
+
+def test_rows_of_several_files_name_their_files(capsys, tmp_path):
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        write_layouts(tmp_path / folder / "one.json", [FALLING], Format.NATIVE)
+    write_layouts(tmp_path / "two.json", [FALLING], Format.NATIVE)
+    one, same, two = (str(tmp_path / name) for name in ("a/one.json", "b/one.json", "two.json"))
+    words = ("-j", "1", "-m", "sme")
+    assert main(["check", one, two, *words]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[:2] for line in lines[:3]] == [
+        ["file", "pallet"], ["one.json", "falls"], ["two.json", "falls"],
+    ]  # fmt: skip
+    assert max(map(len, lines[:3])) <= 80
+    assert [line.partition(" the ")[0] for line in lines[3:5]] == [
+        "one.json: falls:", "two.json: falls:",
+    ]  # fmt: skip
+    main(["check", one, same, *words, "--html", str(tmp_path)])
+    lines = capsys.readouterr().out.splitlines()
+    names = [line.split()[0] for line in lines[1:3]]
+    assert [name[-11:] for name in names] == [one[-11:], same[-11:]]
+    page = (tmp_path / "index.html").read_text()
+    assert one in page
+    assert same in page
+    main(["check", one, two, *words, "--json"])
+    assert [told["file"] for told in json.loads(capsys.readouterr().out)] == [one, two]
+    main(["check", one, *words])
+    assert capsys.readouterr().out.split()[0] == "pallet"
+    for command in (["score", "-m", "sme"], ["transport", "--directions", "1"]):
+        main([*command, one, two])
+        lines = capsys.readouterr().out.splitlines()
+        assert [line.split()[0] for line in lines[:3]] == ["file", "one.json", "two.json"]
+    main(["transport", one, "--directions", "1", "--json"])
+    assert [told["file"] for told in json.loads(capsys.readouterr().out)] == [one]
+
+
+def test_a_fall_that_the_plan_does_not_show_is_said_to_be_of_the_simulation_alone():
+    fell = Verdict(2, failing_step=1, moved_item=1, displacement=3.0, rotation=11.0)
+    said = "% of its base is supported; it moves too far only in the simulation of label@mujoco"
+    assert reason_of(STANDING, fell, method="label@mujoco").endswith(
+        f"83 {said}, while contact forces balance every box in the plan"
+    )
+    items = (*FALLING.items, Item(2, (0.0, 0.0, 0.0), (20, 20, 20), 5.0, name="LATE"))
+    late = replace(fell, item_count=3, failing_step=2, moved_item=2)
+    assert reason_of(Layout("late", PALLET, items), late, method="label@mujoco").endswith(
+        f"100 {said}; the first box that contact forces do not balance in the plan is box "
+        "SKU-2002 (step 1)"
+    )
+    assert "simulation" not in reason_of(FALLING, fell, method="label@mujoco")
+    unmoved = replace(fell, moved_item=None, displacement=None, rotation=None)
+    assert "simulation" not in reason_of(STANDING, unmoved, method="fbs")
+
+
+def test_every_field_of_a_record_is_in_the_docs():
+    docs = (Path(__file__).parents[2] / "docs" / "check.md").read_text()
+    fields = sl.check(STANDING, transport="tilt").to_dict()
+    assert [field for field in fields if f"`{field}`" not in docs] == []
 
 
 def test_a_load_that_falls_and_hovers_elsewhere_says_both(run):
@@ -522,11 +611,15 @@ TALL = Layout("tall", PALLET, (Item(0, (40.0, 0.0, 30.0), (12.0, 40.0, 30.0), 8.
 
 def test_a_rule_of_the_road_is_asked_of_the_complete_load(run):
     status, out, _ = run([FLAT, TALL], "--transport", "eumos40509")
-    header, flat, tall, _, count, note = out.splitlines()
+    header, flat, tall, _, count, judged, note = out.splitlines()
     assert status == 1
     assert header.split() == ["pallet", "boxes", "accuracy", "eumos40509", "answer"]
     assert (flat.split()[-2:], tall.split()[-2:]) == (["holds", "stands"], ["tips", "stands"])
     assert count.endswith("; 1 hold eumos40509 (equilibrium:sides=frictionless)")
+    assert judged == (
+        "The answer judges the loading, box by box; eumos40509 judges the ride of the complete "
+        "load, where a box with any gap below it has no support unless a simulation answers."
+    )
     assert note == "On the road: rigid boxes, without wrap, straps or anti-slip mats."
     assert max(map(len, (header, flat, tall))) <= 80
     assert run([FLAT], "--transport", "eumos40509")[0] == 0
@@ -563,6 +656,7 @@ def test_the_page_says_what_holds(run, tmp_path):
     run([FLAT, TALL], "--transport", "eumos40509", "--html", str(tmp_path / "out"))
     page = (tmp_path / "out" / "index.html").read_text()
     assert "holds eumos40509" in page
+    assert "eumos40509 judges the ride of the complete load" in page
     assert "eumos40509: box T (step 0) tips at 0 degrees" in page
     assert "<em>road: no</em>" in page
 
