@@ -67,7 +67,7 @@ def in_words(size: int) -> str:
     return f"{-(-size // unit):,} {name}"
 
 
-def opened(path: Path, most: int) -> BufferedReader:
+def _opened_up_to(path: Path, most: int) -> BufferedReader:
     """A file, opened to be read as bytes; of a device or pipe the reader has to count them.
 
     Raises:
@@ -102,8 +102,13 @@ def naming(path: str | Path) -> Iterator[None]:
 
 
 def content_of(path: Path, most: int) -> bytes:
-    """All bytes of a file; raises as :func:`opened`."""
-    with naming(path), opened(path, most) as file:
+    """All bytes of a file.
+
+    Raises:
+        TooLargeError: it has more bytes.
+        OSError: it cannot be read.
+    """
+    with naming(path), _opened_up_to(path, most) as file:
         content = file.read(most + 1)
     if len(content) > most:
         raise TooLargeError(path, most)
@@ -119,7 +124,7 @@ def regular(path: Path, most: int) -> BufferedReader:
     """
     if not stat.S_ISREG(path.stat().st_mode) and not path.is_dir():
         raise TooLargeError(path, most)
-    return opened(path, most)
+    return _opened_up_to(path, most)
 
 
 def lines_of(file: TextIO, path: Path, most: int) -> Iterator[str]:

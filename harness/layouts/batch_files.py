@@ -18,7 +18,7 @@ from steadyload.layouts.formats import (
 )
 from steadyload.layouts.limits import MAX_FILE_BYTES
 from steadyload.layouts.record import FormatError
-from steadyload.layouts.sources import STANDARD_INPUT, opened, read_rest, source_name
+from steadyload.layouts.sources import STANDARD_INPUT, opened_source, read_rest, source_name
 
 
 def read_batch(path: str | Path, **reading: Unpack[Reading]) -> LayoutBatch:
@@ -46,7 +46,7 @@ def _read_plain(path: str | Path, reading: Reading) -> LayoutBatch | None:
     if str(path) == STANDARD_INPUT:  # it can be read only once
         return None
     dialect = reading.get("dialect") or Dialect()
-    with opened(path) as file:
+    with opened_source(path) as file:
         head = file.read(HEAD_BYTES)
         if detect_format(head.decode("utf-8", errors="replace"), dialect) is not Format.CSV:
             return None

@@ -28,7 +28,7 @@ from steadyload.layouts.plausibility import implausible
 from steadyload.layouts.readers import read_aclpp, read_blocks, read_json
 from steadyload.layouts.record import FormatError, Record, Refused, to_layout
 from steadyload.layouts.snapping import snap
-from steadyload.layouts.sources import decoded, opened, read_rest, source_name
+from steadyload.layouts.sources import decoded, opened_source, read_rest, source_name
 from steadyload.layouts.writers import as_csv, as_job, as_native
 from steadyload.numbers import number_within
 from steadyload.reading import MAX_COPY_BYTES, lines_of, regular
@@ -164,7 +164,7 @@ def _other(head: bytes) -> str:
 
 
 def _records(path: str | Path, dialect: Dialect) -> Iterator[Record | Refused]:
-    with opened(path) as file:
+    with opened_source(path) as file:
         head = file.read(HEAD_BYTES)
         text = head.decode("utf-8", errors="replace")
         kind = detect_format(text, dialect) if b"\0" not in head else None

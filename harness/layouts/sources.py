@@ -46,7 +46,7 @@ def source_name(path: str | Path) -> str:
 
 
 @contextmanager
-def opened(path: str | Path) -> Iterator[BinaryIO]:
+def opened_source(path: str | Path) -> Iterator[BinaryIO]:
     """A file, or standard input for ``-``, as bytes.
 
     Raises:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import lzma
 import tarfile
 import tempfile
@@ -23,7 +22,15 @@ from steadyload.engines.registry import (
 from steadyload.errors import UserError
 from steadyload.layouts.limits import MAX_FILE_BYTES
 from steadyload.methods.spec import parse_spec
-from steadyload.reading import TooLargeError, UnpacksTooLargeError, content_of, unpacked
+from steadyload.reading import (
+    MAX_STORED_BYTES,
+    TooLargeError,
+    UnpacksTooLargeError,
+    content_of,
+    json_of,
+    regular,
+    unpacked,
+)
 from steadyload.runs.results import superseded
 from steadyload.runs.store import DamagedError, ResultsError
 from steadyload.studies.published import ROWS, Entry, entries
@@ -55,6 +62,7 @@ def keep(entry: Entry, folder: Path = ROWS) -> Path:
     Raises:
         RowsError: the work folder does not exist.
         DamagedError: the manifest of a run in it has changed since it was written.
+        TooLargeError: a file has more than :data:`.MAX_FILE_BYTES`.
         OSError: the archive cannot be written.
     """
     if not entry.work.is_dir():
@@ -72,7 +80,7 @@ def keep(entry: Entry, folder: Path = ROWS) -> Path:
             if path.is_file():
                 about = tarfile.TarInfo(str(inside))
                 about.size = path.stat().st_size
-                with path.open("rb") as content:
+                with regular(path, MAX_FILE_BYTES) as content:
                     archive.addfile(about, content)
     folder.mkdir(parents=True, exist_ok=True)
     write_atomically(archive_of(entry, folder), lzma.compress(packed.getvalue(), preset=9))
@@ -151,6 +159,9 @@ def engines_missed(entry: Entry) -> dict[str, str]:
     """Engines that the rows in a work folder are of and that are not installed; with the reasons.
 
     Those that only check others are not among them: pages leave them out.
+
+    Raises:
+        TooLargeError: a manifest or record has too many bytes.
     """
     here = engines_here()
     away = {n for n, about in engines().items() if n not in here and not about.check_only}
@@ -158,11 +169,16 @@ def engines_missed(entry: Entry) -> dict[str, str]:
 
 
 def _engines_of(work: Path, wanted: set[str]) -> set[str]:
-    """Those of some engines that the manifests and records in a folder name."""
+    """Those of some engines that the manifests and records in a folder name.
+
+    Raises:
+        TooLargeError: one has too many bytes.
+    """
     found: set[str] = set()
     for path in work.rglob("*.json") if wanted else ():
+        record = content_of(path, MAX_STORED_BYTES)
         try:
-            content = json.loads(path.read_bytes())
+            content = json_of(record)
         except (ValueError, RecursionError):
             continue
         found |= wanted & set(_named(content))

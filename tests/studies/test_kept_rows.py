@@ -13,6 +13,7 @@ import pytest
 from steadyload.atomic import checksum, manifest_text
 from steadyload.cli import main
 from steadyload.engines import registry
+from steadyload.reading import TooLargeError
 from steadyload.runs.results import load_results
 from steadyload.runs.store import DamagedError
 from steadyload.studies import kept_rows, published
@@ -316,3 +317,11 @@ def test_packed_rows_that_are_not_read_are_told_once(entry, tmp_path, monkeypatc
     told = capsys.readouterr().err
     line = f"uses the rows in {entry.work}; {archive} is not unpacked over them\n"
     assert told.count("not unpacked") == told.count(line) == 1
+
+
+def test_a_record_that_is_too_large_is_named(entry, monkeypatch, without_optional_engines):
+    record = entry.work / "large.json"
+    record.write_text('[{"engine": "rapier"}]')
+    monkeypatch.setattr(kept_rows, "MAX_STORED_BYTES", 10)
+    with pytest.raises(TooLargeError, match=r"large\.json: is too large \(1 KiB\)"):
+        engines_missed(entry)

@@ -37,7 +37,7 @@ from steadyload.layouts.packers.plan import (
     stated,
 )
 from steadyload.layouts.record import FormatError, Record, Refused, shown
-from steadyload.layouts.sources import decoded, opened, read_rest
+from steadyload.layouts.sources import decoded, opened_source, read_rest
 
 HEADER = "TYPE,ID,COPIES,BIN,"
 """Beginning of every certificate."""
@@ -81,7 +81,7 @@ def from_packingsolver(
         known = {k: float(each.weight) * scale for k, each in enumerate(types)}
     if isinstance(solution, str | Path):
         try:
-            with opened(solution) as file:
+            with opened_source(solution) as file:
                 text = decoded(read_rest(file, b"", MAX_FILE_BYTES)).removeprefix("\ufeff")
             bins = list(_of_certificate(text, length, known))
             for each in bins:

@@ -22,7 +22,7 @@ from steadyload.layouts.limits import (
 from steadyload.layouts.model import LayoutError, Vector
 from steadyload.layouts.packers.plan import Bin, Order, Placed, Plan, PlanError, plan, stated
 from steadyload.layouts.record import FormatError, Record, Refused, shown
-from steadyload.layouts.sources import opened
+from steadyload.layouts.sources import opened_source
 
 _TICKS_PER_CM = 160_000
 _TICKS_PER_KG = 8_000_000_000
@@ -91,7 +91,7 @@ def _of_file(path: str | Path, weights: Mapping[str, float]) -> tuple[list[Bin],
     """Bins of a file, one container in memory at a time, and what is in none."""
     bins: list[Bin] | None = None
     left: list[str] | None = None
-    with opened(path) as file:
+    with opened_source(path) as file:
         text = JsonText(iter(partial(file.read, _CHUNK_BYTES), b""), MAX_FILE_BYTES)
         for name, value in members(text, MEMBERS):
             if name in MEMBERS and not isinstance(value, Elements):
