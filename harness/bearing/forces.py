@@ -28,7 +28,8 @@ _BALANCED = 1e-7
 """What may be left of a box's weight, and of its moments, in balance; of what it carries."""
 
 _FEW = 180
-"""Equations up to which forces nearest to balance are sought by an exact method, which is slow."""
+"""Equations up to which forces nearest to balance are sought by an exact method, which is slow and
+does not end before it is through."""
 
 _MOMENTS, _ENERGY = 1e-2, 1e-5
 """What moments, and the square root of the energy, count beside weights where nothing balances."""
@@ -201,7 +202,7 @@ class Statics:
         if not len(self.pairs):
             return None
         scale = np.repeat(self.carried(right), 3)
-        corners = Corners(self.matrix, self._soft(), scale, self._check_time)
+        corners = Corners(self.matrix, self.soft(), scale, self._check_time)
         found = corners.pressing(right, start)
         for forces in (corners.refined(found > 0.0, right), found):
             if (np.abs(self.matrix @ forces - right) <= _BALANCED * scale).all():
@@ -215,14 +216,12 @@ class Statics:
         """
         if not len(self.pairs):
             return np.zeros(0)
-        unit, soft = float(self.weights.mean()), self._soft()
+        unit, soft = float(self.weights.mean()), self.soft()
         counts = np.outer(unit / self.weights, (1.0, _MOMENTS, _MOMENTS)).ravel()
         matrix = csc_array(diags_array(counts) @ self.matrix)
         target = counts * self.right / unit
         if len(target) > _FEW:
-            near = self._nearest_of_many(matrix, target, _ENERGY**2 * soft)
-            if near is not None:
-                return unit * near
+            return unit * self._nearest_of_many(matrix, target, _ENERGY**2 * soft)
         stacked = np.vstack((matrix.toarray(), np.diag(_ENERGY * np.sqrt(soft))))
         target = np.concatenate((target, np.zeros(len(soft))))
         # SciPy's nnls (1.17.1) ends at forces that are far from the least where columns are alike.
@@ -234,10 +233,8 @@ class Statics:
 
     def _nearest_of_many(
         self, matrix: csc_array, target: FloatArray, energy: FloatArray
-    ) -> FloatArray | None:
-        """The x >= 0 with the least squares of target - (matrix x), and x . energy x, nearly; None
-        where the solver fails.
-        """
+    ) -> FloatArray:
+        """The x >= 0 with the least squares of target - (matrix x), and x . energy x, nearly."""
         m, n = matrix.shape
         solution = solve_cones(
             csc_array(diags_array(np.concatenate((energy, np.ones(m))))),
@@ -247,10 +244,13 @@ class Statics:
             [clarabel.ZeroConeT(m), clarabel.NonnegativeConeT(n)],
             self._check_time,
         )
-        return np.maximum(np.asarray(solution.x)[:n], 0.0) if is_solved(solution) else None
+        if is_solved(solution):
+            return np.maximum(np.asarray(solution.x)[:n], 0.0)
+        # By Newton's method, which has to tell forces of little energy from rounding.
+        return Corners(matrix, energy, np.ones(m), self._check_time, firm=1.0).pressing(target)
 
-    def _soft(self) -> FloatArray:
-        """How far every corner yields to a force, relative to the mean, shape (4 k,)."""
+    def soft(self) -> FloatArray:
+        """How far every corner yields to a force, relative to their mean, shape (4 k,)."""
         areas = self._areas()
         return np.repeat(areas.mean() / areas, 4)
 

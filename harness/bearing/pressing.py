@@ -4,7 +4,8 @@ Sought are the f >= 0 of least ``f . soft f / 2`` with ``matrix f = right``. The
 equation, its multiplier, from which all forces follow: ``f = max(0, matrix' multipliers) / soft``.
 So the multipliers solve as many equations as there are, linear but for the maximum; all matrices
 are sparse. The equations yield a little, ``right - matrix f = 1e-12 multipliers``: so there is
-always one solution, and the search ends.
+always one solution, and the search ends. Where they yield as much as a force does, the solution is
+that of least squares of what is left of them.
 """
 
 from __future__ import annotations
@@ -46,6 +47,7 @@ class Corners:
         soft: how far every corner yields to a force, above 0, shape (n,).
         scale: size of what stands in every equation, above 0, shape (m,).
         check_time: called before every factorisation; what it raises ends the search.
+        firm: what every equation yields to its multiplier, above 0; None where it should not.
     """
 
     def __init__(
@@ -54,7 +56,10 @@ class Corners:
         soft: FloatArray,
         scale: FloatArray,
         check_time: Callable[[], None],
+        firm: float | None = None,
     ) -> None:
+        self._firm = _FIRM if firm is None else firm
+        self._rounding = 1.0 if firm is None else 0.0
         self._root = np.sqrt(soft)
         scaled = csc_array(matrix @ diags_array(1.0 / self._root))
         self._matrix = scaled.toarray() if len(scale) <= _DENSE else scaled
@@ -77,13 +82,13 @@ class Corners:
             before, active = active, pull > 0.0
             if whole and np.array_equal(active, before):
                 break
-            left = right - self._matrix @ np.where(active, pull, 0.0) - _FIRM * multipliers
+            left = right - self._matrix @ np.where(active, pull, 0.0) - self._firm * multipliers
             if (np.abs(left) <= _ENOUGH * self._scale).all():
                 break
             step = self._solver(active)(left)
             share = _share(
-                pull, self._matrix.T @ step, float(step @ (right - _FIRM * multipliers)),
-                _FIRM * float(step @ step),
+                pull, self._matrix.T @ step, float(step @ (right - self._firm * multipliers)),
+                self._firm * float(step @ step),
             )  # fmt: skip
             multipliers, whole = multipliers + share * step, share == 1.0
         return np.asarray(np.maximum(self._matrix.T @ multipliers, 0.0) / self._root)
@@ -123,7 +128,7 @@ class Corners:
     def _factorised(self, active: NDArray[np.bool_]) -> _Solve:
         inner = self._matrix[:, active]
         square = inner @ inner.T
-        diagonal = _FIRM * (1.0 + square.diagonal())
+        diagonal = self._firm * (1.0 + self._rounding * square.diagonal())
         if isinstance(inner, np.ndarray):
             return partial(lu_solve, lu_factor(square + np.diag(diagonal)))
         factors = splu(

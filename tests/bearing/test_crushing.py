@@ -126,6 +126,17 @@ class _OverError(Exception):
     """Time is up."""
 
 
+@pytest.fixture
+def unsolved(monkeypatch):
+    """The solver of cones finds nothing."""
+    monkeypatch.setattr(forces, "solve_cones", lambda *_: None)
+    monkeypatch.setattr(forces, "is_solved", lambda _: False)
+
+
+def test_a_search_for_forces_ends_when_time_is_up_where_the_solver_fails(unsolved):
+    test_a_search_for_forces_ends_when_time_is_up(Statics.nearest)
+
+
 @pytest.mark.parametrize("seek", [Statics.least_energy, Statics.nearest])
 def test_a_search_for_forces_ends_when_time_is_up(seek):
     def is_up():
@@ -207,4 +218,14 @@ def test_forces_of_many_boxes_come_as_near_to_balance_as_those_of_few(seed, monk
     monkeypatch.setattr(forces, "_FEW", 0)
     other = statics.tops() @ statics.nearest()
     assert other == pytest.approx(one, abs=1e-3 * one.max())
+    assert not np.array_equal(other, one)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_where_the_solver_fails_forces_come_as_near_to_balance(seed, unsolved, monkeypatch):
+    statics = Statics(heap(seed, 30, 45))
+    one = statics.tops() @ statics.nearest()
+    monkeypatch.setattr(forces, "_FEW", 0)
+    other = statics.tops() @ statics.nearest()
+    assert other == pytest.approx(one, abs=1e-4 * one.max())
     assert not np.array_equal(other, one)
