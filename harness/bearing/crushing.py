@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.bearing.forces import Rectangles, Statics
+from steadyload.bearing.growing import GrowingStatics
 from steadyload.layouts.contacts import Supports, find_supports
 from steadyload.layouts.frame import Frame
 from steadyload.layouts.item import Item
@@ -17,6 +19,13 @@ from steadyload.layouts.naming import box_label
 
 _OVER = 1e-6
 """Share by which a load may exceed a limit: weights that add up to it do not."""
+
+_ROUNDING = 1e-4
+"""Share of what stands on a box that a load found in passing may be off by: what equations may be
+left with, times a box over the lever of :data:`.EDGE` that the forces on a narrow edge may have."""
+
+_TRIES = 2
+"""Steps at which nothing balances a load, after which no loads are found in passing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,18 +79,18 @@ def first_crushed(
         return None
     kept = layout.with_floor_kept()
     looks = _Looks(kept, layout.items, find_supports(kept), check_time)
-    # No box bears more than all that stands on it, directly or not.
-    suspects = looks.suspects(range(len(layout)), len(layout) - 1)
-    if not suspects:
-        return None
-    standing = _Standing(layout.items, looks.supports, suspects)
+    standing = _Standing(layout.items, looks.supports)
+    passing = _Passing(looks)
     for step in range(len(layout) if before is None else before):
         check_time()
-        group = standing.place(step)
-        if len(group):
-            found = looks.crushed_at(step, group, standing.suspects(group))
-            if found is not None:
-                return found
+        standing.place(step)
+        suspects = standing.suspects(step)
+        if not suspects:
+            continue
+        group = standing.group(step)
+        found = looks.crushed_at(step, group, passing.suspects(group, suspects))
+        if found is not None:
+            return found
     return None
 
 
@@ -120,19 +129,28 @@ class _Looks:
         supports: Supports,
         check_time: Callable[[], None],
     ) -> None:
-        self._layout, self._items, self.supports = layout, items, supports
+        self.layout, self.items, self.supports = layout, items, supports
         self._check_time = check_time
-        self._contacts: Rectangles | None = None
-        self._pressed: NDArray[np.bool_]
+        self.unbalanced = 0  # looks at which nothing balanced the load
+
+    @cached_property
+    def contacts(self) -> Rectangles:
+        """Of the layout."""
+        return Rectangles(self.layout, self.supports)
+
+    @cached_property
+    def pressed(self) -> NDArray[np.bool_]:
+        """Which corners pressed when last looked at, else true, (k, 4)."""
+        return np.ones((len(self.contacts.pairs), 4), dtype=np.bool_)
 
     def suspects(self, among: Sequence[int], step: int) -> list[int]:
         """Boxes on which more stands by a step, directly or not, than they may bear."""
         return [
             box
             for box in among
-            if self._items[box].max_load is not None
+            if self.items[box].max_load is not None
             and _beyond(
-                _standing_on(box, step, self._items, self.supports), self._items[box].max_load
+                _standing_on(box, step, self.items, self.supports), self.items[box].max_load
             )
         ]
 
@@ -150,17 +168,15 @@ class _Looks:
         """
         if not suspects:
             return None
-        if self._contacts is None:
-            self._contacts = Rectangles(self._layout, self.supports)
-            self._pressed = np.ones((len(self._contacts.pairs), 4), dtype=np.bool_)
-        statics = Statics(self._layout, group, self._contacts, self._check_time)
+        statics = Statics(self.layout, group, self.contacts, self._check_time)
         # Few corners begin or cease to press from look to look.
-        forces = statics.least_energy(start=self._pressed[statics.contacts].ravel())
+        forces = statics.least_energy(start=self.pressed[statics.contacts].ravel())
         if forces is None:
+            self.unbalanced += 1
             forces = statics.nearest()
-        self._pressed[statics.contacts] = forces.reshape(-1, 4) > 0.0
+        self.pressed[statics.contacts] = forces.reshape(-1, 4) > 0.0
         borne = dict(zip(group.tolist(), (statics.tops() @ forces).tolist(), strict=True))
-        items = self._items
+        items = self.items
         worst = max(
             (k for k in suspects if _beyond(borne[k], items[k].max_load)),
             key=lambda k: borne[k] - (items[k].max_load or 0.0),
@@ -175,56 +191,101 @@ class _Looks:
         return Crushed(step, worst, label, borne[worst], allowed)
 
 
-class _Standing:
-    """Groups of boxes that are joined, and the weight on some boxes, while a load is built up.
+class _Passing:
+    """What boxes bear, found in passing from step to step; decides all steps but few.
 
     Args:
-        items: of the complete load.
-        supports: likewise.
-        boxes: on which the weight is noted.
+        looks: at the load that grows.
     """
 
-    def __init__(self, items: Sequence[Item], supports: Supports, boxes: Sequence[int]) -> None:
-        self._items, self._supports = items, supports
-        self._group = np.arange(len(items))
-        self._weight = np.zeros(len(items))
-        self._most = np.full(len(items), np.inf)
-        self._most[list(boxes)] = [items[box].max_load or 0.0 for box in boxes]
+    def __init__(self, looks: _Looks) -> None:
+        self._looks = looks
+        self._statics: GrowingStatics | None = None
 
-    def place(self, step: int) -> NDArray[np.int64]:
-        """Place the next box.
+    def suspects(self, group: NDArray[np.int64], standing: Mapping[int, float]) -> list[int]:
+        """Boxes that may bear too much.
 
-        Returns:
-            What is joined to it by now, in order; itself alone where nothing is.
+        Args:
+            group: what is joined to the box placed last, in order.
+            standing: what stands on boxes of the group that are suspected [kg], by box.
         """
+        if self._looks.unbalanced >= _TRIES:
+            return list(standing)
+        if self._statics is None:
+            looks = self._looks
+            self._statics = GrowingStatics(looks.layout, looks.contacts, looks.pressed.copy())
+        borne = self._statics.borne(group)
+        if borne is None:
+            self._statics = None  # it begins anew from the solution of this step
+            return list(standing)
+        return [
+            box
+            for box, weight in standing.items()
+            if _beyond(borne[box] + _ROUNDING * weight, self._looks.items[box].max_load)
+        ]
+
+
+class _Standing:
+    """Groups of boxes that are joined, and the weight on boxes with limits, while a load grows.
+
+    Args:
+        items: of the complete load, J of them, of which K have limits.
+        supports: likewise.
+    """
+
+    def __init__(self, items: Sequence[Item], supports: Supports) -> None:
+        self._supports = supports
+        self._weights = [item.weight for item in items]
+        self._group = np.arange(len(items))
+        self._limited = np.array([k for k, item in enumerate(items) if item.max_load is not None])
+        self._most = np.array([items[k].max_load for k in self._limited])
+        self._column = {box: column for column, box in enumerate(self._limited.tolist())}
+        # Which boxes with limits a box is or stands on, directly or not.
+        self._on = np.zeros((len(items), len(self._limited)), dtype=np.bool_)
+        self._standing = np.zeros(len(self._limited))
+
+    def place(self, step: int) -> None:
+        """Place the next box."""
         carriers = [k for k in self._supports.carriers(step) if k < step]
         carried = [k for k in self._supports.above[step] if k < step]
         for other in carriers + carried:
             self._group[self._group == self._group[other]] = step
         self._group[step] = step
-        below = self._below(step)
-        if carried:
-            for box in (step, *below):
-                if np.isfinite(self._most[box]):
-                    self._weight[box] = _standing_on(box, step, self._items, self._supports)
-        else:
-            self._weight[below] += self._items[step].weight
+        for under in carriers:
+            self._put(step, under)
+        if step in self._column:
+            self._on[step, self._column[step]] = True
+        raised = [step] if carried else []
+        while raised:
+            under = raised.pop()
+            raised += [
+                on for on in self._supports.above[under] if on <= step and self._put(on, under)
+            ]
+
+    def _put(self, box: int, under: int) -> bool:
+        """Put a box on another; whether it stands on more boxes with limits than before."""
+        more = self._on[under] & ~self._on[box]
+        self._standing += self._weights[box] * more
+        self._on[box] |= more
+        return bool(more.any())
+
+    def group(self, step: int) -> NDArray[np.int64]:
+        """What is joined to the box placed last, in order."""
         return np.flatnonzero(self._group[: step + 1] == step)
 
-    def suspects(self, group: NDArray[np.int64]) -> list[int]:
-        """Boxes of a group on which more stands, directly or not, than they may bear."""
-        over = self._weight[group] > self._most[group]
-        return [k for k in group[over].tolist() if _beyond(self._weight[k], self._most[k])]
-
-    def _below(self, step: int) -> list[int]:
-        """All earlier boxes that a box stands on, directly or not."""
-        todo, seen = [step], set()
-        while todo:
-            for under in self._supports.carriers(todo.pop()):
-                if under < step and under not in seen:
-                    seen.add(under)
-                    todo.append(under)
-        return list(seen)
+    def suspects(self, step: int) -> dict[int, float]:
+        """What stands, directly or not, on boxes that may not bear so much [kg], by box; of those
+        that are joined to the box placed last.
+        """
+        over = (self._standing > self._most) & (self._group[self._limited] == step)
+        return {
+            box: weight
+            for box, weight, most in zip(
+                self._limited[over].tolist(), self._standing[over].tolist(), self._most[over],
+                strict=True,
+            )
+            if _beyond(weight, most)
+        }  # fmt: skip
 
 
 def _limited(items: Sequence[Item]) -> bool:

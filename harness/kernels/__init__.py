@@ -20,14 +20,15 @@ if TYPE_CHECKING:
     from steadyload.kernels import cells as cells
     from steadyload.kernels import contacts as contacts
     from steadyload.kernels import growing as growing
+    from steadyload.kernels import least_energy as least_energy
     from steadyload.kernels import least_squares as least_squares
     from steadyload.kernels import placing as placing
     from steadyload.kernels import sme as sme
     from steadyload.kernels import timed_balance as timed_balance
 
 _MODULES = (
-    "balance", "base_support", "cells", "contacts", "growing", "least_squares", "placing", "sme",
-    "timed_balance",
+    "balance", "base_support", "cells", "contacts", "growing", "least_energy", "least_squares",
+    "placing", "sme", "timed_balance",
 )  # fmt: skip
 
 
