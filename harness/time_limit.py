@@ -13,10 +13,14 @@ of a pool are, judges one thing at a time in its main thread; all of its CPU tim
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import threading
 import time
 from collections.abc import Callable
+
+from steadyload.errors import FailedError
+from steadyload.numbers import seconds_allowed
 
 BACKSTOP = 10.0
 """Wall time that is allowed, in units of the CPU time that is."""
@@ -52,3 +56,44 @@ def exceeded(limit: float, cpu: float, wall: float) -> str | None:
     if wall > BACKSTOP * limit:
         return f"{BACKSTOP * limit:g} s of wall time"
     return None
+
+
+class TimeoutExpiredError(FailedError):
+    """Something took longer than it may; a judgement becomes a verdict with status ``timeout``."""
+
+
+class TimeLimit:
+    """A limit on what this thread computes from now on.
+
+    Args:
+        seconds: CPU time that is allowed [s]; None: no limit.
+        sought: what is computed, for the message.
+
+    Raises:
+        NumberError: the limit is no finite number above 0.
+    """
+
+    def __init__(self, seconds: float | None, sought: str) -> None:
+        self.seconds = seconds_allowed(seconds)
+        self._sought = sought
+        if seconds is not None:
+            self._clock = cpu_clock()
+            self._begun = self._clock(), time.perf_counter()
+
+    def check(self) -> None:
+        """End what is computed when its time is up.
+
+        Raises:
+            TimeoutExpiredError: the limit on CPU time is exceeded, or its backstop.
+        """
+        if self.seconds is None:
+            return
+        cpu, wall = self._clock() - self._begun[0], time.perf_counter() - self._begun[1]
+        if (over := exceeded(self.seconds, cpu, wall)) is not None:
+            raise TimeoutExpiredError(f"no {self._sought} within {over}")
+
+    def left(self) -> float:
+        """CPU time that is left [s], infinite without a limit."""
+        if self.seconds is None:
+            return math.inf
+        return self.seconds - (self._clock() - self._begun[0])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import linprog
@@ -12,6 +13,7 @@ from scipy.sparse import csc_array, csr_array, diags_array, hstack
 from steadyload.bearing.forces import Statics
 from steadyload.errors import UnsolvedError
 from steadyload.layouts.model import FloatArray, Layout
+from steadyload.time_limit import TimeLimit
 
 _SHARE = 1e-3
 """Width of the interval that a payload is known in, as a share of it."""
@@ -21,6 +23,12 @@ _OCTAVES = 12
 
 _UNBOUNDED = 3
 """Status of a linear programme that has no least value."""
+
+_OUT_OF_TIME = 1
+"""Status of a linear programme that was given up."""
+
+_LONGER = 4.0
+"""Times as long that a linear programme is given where the machine was busy with something else."""
 
 _LEAST = 1e-9
 """Limit that a smaller one counts as where shares are formed [kg]."""
@@ -40,22 +48,26 @@ class Loads:
     most: FloatArray
 
 
-def loads(layout: Layout) -> Loads | None:
+def loads(layout: Layout, *, timeout: float | None = None) -> Loads | None:
     """The loads on the tops of a complete load's boxes; None where it does not balance.
 
     Args:
         layout: the load. Its cost is two linear programmes a box that carries something.
+        timeout: CPU seconds that it may take, see :mod:`steadyload.time_limit`; None: no limit.
 
     Raises:
         UnsolvedError: the solver of these finds no answer.
+        TimeoutExpiredError: the time is up.
+        NumberError: the timeout is no finite number above 0.
     """
-    statics = Statics(layout)
+    limit = TimeLimit(timeout, "loads")
+    statics = Statics(layout, check_time=limit.check)
     found = statics.least_energy()
     if found is None:
         return None
     tops = csr_array(statics.tops())
     least, most = np.zeros(len(layout)), np.zeros(len(layout))
-    programme = _Programme(statics, found)
+    programme = _Programme(statics, found, limit)
     for item in np.flatnonzero(np.diff(tops.indptr)):
         cost = tops[[item]].toarray().ravel()
         for sign, bound in ((1.0, least), (-1.0, most)):
@@ -63,27 +75,29 @@ def loads(layout: Layout) -> Loads | None:
     return Loads(tops @ found, least, most)
 
 
-def payload(layout: Layout) -> FloatArray | None:
+def payload(layout: Layout, *, timeout: float | None = None) -> FloatArray | None:
     """How much more weight [kg] fits on every box before something tips or is crushed.
 
     The weight stands in the middle of a box's top, whatever else stands there.
 
     Args:
         layout: the complete load.
+        timeout: see :func:`loads`.
 
     Returns:
         Shape (J,), infinite where nothing tips and no box has a limit; 0 where a limit is exceeded
         as it is. None for a load that does not balance.
 
     Raises:
-        UnsolvedError: see :func:`loads`.
+        UnsolvedError, TimeoutExpiredError, NumberError: see :func:`loads`.
     """
-    statics = Statics(layout)
+    limit = TimeLimit(timeout, "payload")
+    statics = Statics(layout, check_time=limit.check)
     found = statics.least_energy()
     if found is None:
         return None
     limits = max_loads(layout)
-    return np.array([_payload(statics, found, item, limits) for item in range(len(layout))])
+    return np.array([_payload(statics, found, item, limits, limit) for item in range(len(layout))])
 
 
 def max_loads(layout: Layout) -> FloatArray:
@@ -101,13 +115,19 @@ class _Programme:
     Args:
         statics: of the load.
         found: forces that balance it; those of the programme balance it as well.
+        limit: on the time.
         added: what a weight adds to the right side of the equations, (3 J,); None for no weight.
             The weight is one more unknown, the last.
     """
 
     def __init__(
-        self, statics: Statics, found: FloatArray, added: FloatArray | None = None
+        self,
+        statics: Statics,
+        found: FloatArray,
+        limit: TimeLimit,
+        added: FloatArray | None = None,
     ) -> None:
+        self._limit = limit
         right, unit = statics.right, float(statics.weights.sum())
         self._units, matrix = np.ones(0), statics.matrix
         if added is not None:
@@ -124,27 +144,41 @@ class _Programme:
 
         Raises:
             UnsolvedError: the solver does not tell.
+            TimeoutExpiredError: the time is up.
         """
         costs = cost * self._units
         size = float(np.abs(costs).max())
         for method, presolve in (("highs", True), ("highs-ds", False), ("highs-ipm", True)):
-            result = linprog(
-                costs / size, A_eq=self._matrix, b_eq=self._right, method=method,
-                options={"presolve": presolve},
-            )  # fmt: skip
+            result = self._result(costs / size, method, presolve)
             if result.status == _UNBOUNDED:
                 return -np.inf
             if result.success:
                 return size * float(result.fun)
         raise UnsolvedError(f"no least load was found by linear programming: {result.message}")
 
+    def _result(self, costs: FloatArray, method: str, presolve: bool) -> Any:
+        """What the solver finds, which measures wall time: on a busy machine it is asked again."""
+        self._limit.check()
+        seconds = self._limit.left()
+        while True:
+            result = linprog(
+                costs, A_eq=self._matrix, b_eq=self._right, method=method,
+                options={"presolve": presolve, "time_limit": seconds},
+            )  # fmt: skip
+            self._limit.check()
+            if result.status != _OUT_OF_TIME or seconds == np.inf:
+                return result
+            seconds *= _LONGER
 
-def _payload(statics: Statics, found: FloatArray, item: int, limits: FloatArray) -> float:
+
+def _payload(
+    statics: Statics, found: FloatArray, item: int, limits: FloatArray, limit: TimeLimit
+) -> float:
     """The least weight at which the load, which some forces balance, tips, or a box is crushed."""
     added = statics.pressed(item)
     cost = np.zeros(len(found) + 1)
     cost[-1] = -1.0
-    tips = max(0.0, -_Programme(statics, found, added).least(cost))
+    tips = max(0.0, -_Programme(statics, found, limit, added).least(cost))
     limited = np.flatnonzero(np.isfinite(limits))
     if not len(limited):
         return tips

@@ -19,7 +19,6 @@ from steadyload.methods.spec import MethodSpec, SpecError
 from steadyload.methods.stopwatch import Phase as Phase
 from steadyload.methods.stopwatch import Seconds as Seconds
 from steadyload.methods.stopwatch import Stopwatch as Stopwatch
-from steadyload.methods.stopwatch import TimeoutExpiredError as TimeoutExpiredError
 from steadyload.methods.verdict import STABLE as STABLE
 from steadyload.methods.verdict import BatchVerdicts as BatchVerdicts
 from steadyload.methods.verdict import Effort as Effort
@@ -28,6 +27,7 @@ from steadyload.methods.verdict import Status as Status
 from steadyload.methods.verdict import Verdict as Verdict
 from steadyload.methods.verdict import verdict_of
 from steadyload.numbers import seconds_allowed
+from steadyload.time_limit import TimeoutExpiredError as TimeoutExpiredError
 
 
 class Trait(StrEnum):

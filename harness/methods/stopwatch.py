@@ -6,8 +6,7 @@ import time
 from dataclasses import dataclass
 from enum import StrEnum
 
-from steadyload.numbers import seconds_allowed
-from steadyload.time_limit import cpu_clock, exceeded
+from steadyload.time_limit import TimeLimit
 
 
 class Phase(StrEnum):
@@ -33,10 +32,6 @@ class Seconds:
         return Seconds(self.build / parts, self.step / parts, self.read / parts, self.total / parts)
 
 
-class TimeoutExpiredError(Exception):
-    """A judgement took longer than it may; becomes a verdict with status ``timeout``."""
-
-
 class Stopwatch:
     """CPU and wall time by phase, and the limit on both.
 
@@ -49,13 +44,11 @@ class Stopwatch:
     """
 
     def __init__(self, timeout: float | None = None) -> None:
-        self.timeout = seconds_allowed(timeout)
+        self._limit = TimeLimit(timeout, "verdict")
+        self.timeout = self._limit.seconds
         self._spent: dict[Phase, list[float]] = {}
         self._start = self._last = (time.process_time(), time.perf_counter())
         self._phase: Phase | None = None
-        if timeout is not None:
-            self._clock = cpu_clock()
-            self._begun = self._clock()
 
     def enter(self, phase: Phase | None) -> None:
         """Begin ``phase``: the time that follows belongs to it."""
@@ -72,11 +65,7 @@ class Stopwatch:
         Raises:
             TimeoutExpiredError: the limit on CPU time is exceeded, or its backstop.
         """
-        if self.timeout is None:
-            return
-        cpu, wall = self._clock() - self._begun, time.perf_counter() - self._start[1]
-        if (over := exceeded(self.timeout, cpu, wall)) is not None:
-            raise TimeoutExpiredError(f"no verdict within {over}")
+        self._limit.check()
 
     def stop(self) -> tuple[Seconds, Seconds]:
         """CPU and wall time so far."""

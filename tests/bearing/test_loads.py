@@ -12,6 +12,8 @@ from steadyload.errors import UnsolvedError
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.layouts.packing import random_layouts
+from steadyload.numbers import NumberError
+from steadyload.time_limit import TimeoutExpiredError
 
 PALLET = Pallet(100, 200, 100)
 
@@ -76,6 +78,31 @@ def test_a_payload_that_no_programme_tells_is_no_payload_of_nothing(monkeypatch)
     monkeypatch.setitem(payload.__globals__, "linprog", lambda *_, **__: failed)
     with pytest.raises(UnsolvedError, match="it failed"):
         payload(overhanging())
+
+
+@pytest.mark.parametrize("sought", [loads, payload])
+def test_loads_and_payloads_end_when_their_time_is_up(sought):
+    with pytest.raises(TimeoutExpiredError, match=rf"^no {sought.__name__} within 1e-09 s of CPU"):
+        sought(bridge(0.0), timeout=1e-9)
+    with pytest.raises(NumberError):
+        sought(bridge(0.0), timeout=0.0)
+
+
+@pytest.mark.parametrize("sought", [loads, payload])
+def test_a_programme_is_given_longer_while_cpu_time_is_left(sought, monkeypatch):
+    """Its solver measures wall time, of which a busy machine takes more."""
+    real, given = sought.__globals__["linprog"], []
+
+    def busy(*all_of, options, **others):
+        given.append(options["time_limit"])
+        if len(given) < 3:
+            return SimpleNamespace(success=False, status=1, message="time is up", fun=None)
+        return real(*all_of, options=options, **others)
+
+    monkeypatch.setitem(sought.__globals__, "linprog", busy)
+    assert sought(bridge(0.0), timeout=100.0) is not None
+    assert 99.0 < given[0] <= 100.0
+    assert given[1:3] == [4.0 * given[0], 16.0 * given[0]]
 
 
 @pytest.mark.parametrize("shift", [0.0, -5.0, 8.0])
