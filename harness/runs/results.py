@@ -21,6 +21,7 @@ import pyarrow.parquet as pq
 
 from steadyload.atomic import ChecksumError, verified_manifest
 from steadyload.layouts.model import Layout
+from steadyload.layouts.parquet_table import table_of
 from steadyload.layouts.record import shown
 from steadyload.methods.method import Method, Verdict
 from steadyload.methods.spec import stored_values
@@ -113,8 +114,7 @@ def _encoded(rows: Sequence[dict[str, Any]]) -> bytes:
 
 
 def _decoded(content: bytes, columns: Sequence[str] | None = None) -> pa.Table:
-    wanted = None if columns is None else list(columns)
-    return pq.read_table(pa.BufferReader(content), schema=SCHEMA, columns=wanted)
+    return table_of(content, schema=SCHEMA, columns=None if columns is None else list(columns))
 
 
 ROWS: Codec[dict[str, Any], pa.Table] = Codec(".parquet", _encoded, _decoded)

@@ -34,6 +34,7 @@ from steadyload.atomic import (
 )
 from steadyload.errors import UserError
 from steadyload.layouts.benchmark.tables import as_parquet, from_parquet
+from steadyload.layouts.parquet_table import TableTooLargeError
 from steadyload.reading import MAX_COPY_BYTES, MAX_TABLE_BYTES, content_of, regular
 from steadyload.runs.kept_only import refuse_unless_kept
 from steadyload.runs.pool import IN_THIS_PROCESS, Executor, PartLimit, run_units
@@ -224,14 +225,20 @@ class Store(Generic[Answer, Stored]):
         return found
 
     def read(self, key: str) -> Stored:
-        """The decoded content of a shard; raises as :meth:`content`."""
+        """The decoded content of a shard; raises as :meth:`decoded`."""
         return self.decoded(key, self._codec.decode)
 
     def decoded(self, key: str, decode: Callable[[bytes], Decoded]) -> Decoded:
-        """The content of a shard, decoded otherwise; raises as :meth:`content`."""
+        """The content of a shard, decoded otherwise.
+
+        Raises:
+            ResultsError: its table is too large, or as :meth:`content`.
+        """
         content = self.content(key)
         try:
             return decode(content)
+        except TableTooLargeError as error:
+            raise ResultsError(f"{self.path(key)}: is too large: {error}") from None
         except (ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError):
             raise DamagedError(self.path(key)) from None
         except (pa.ArrowException, RecursionError):

@@ -29,7 +29,7 @@ def _changed(table, draw):
     if not table.num_columns:
         return table
     place = draw.randrange(table.num_columns)
-    field, kind = table.schema.field(place), draw.randrange(8)
+    field, kind = table.schema.field(place), draw.randrange(9)
     if kind == 0:
         return table.remove_column(place)
     if kind == 1:
@@ -43,6 +43,11 @@ def _changed(table, draw):
         return table.slice(0, draw.randrange(table.num_rows + 1))
     if kind == 4:
         return pa.concat_tables([table] * draw.choice((2, 50)))
+    if kind == 5:
+        rows = draw.choice((3_000, 300_000))  # of which the latter are too many
+        texts = pa.DictionaryArray.from_arrays(pa.array([0] * rows, pa.int32()), ["x" * 1000])
+        nulls = [pa.nulls(rows, column.type) for column in table.columns]
+        return pa.table(nulls, table.column_names).set_column(place, field.name, texts)
     values = table.column(place).to_pylist()
     for row in range(len(values)):
         if draw.random() < 0.7:

@@ -19,6 +19,7 @@ from steadyload.atomic import (
 )
 from steadyload.errors import UserError
 from steadyload.escaping import printable
+from steadyload.layouts.parquet_table import table_of
 from steadyload.layouts.record import shown
 from steadyload.reading import MAX_STORED_BYTES, MAX_TABLE_BYTES, content_of, json_of
 
@@ -340,7 +341,7 @@ def from_parquet(content: bytes, schema: pa.Schema) -> pd.DataFrame:
     """A table from the bytes of a Parquet file; raises as :func:`read_parquet`."""
     nullable = {pa.int16(): pd.Int16Dtype(), pa.int32(): pd.Int32Dtype()}
     try:
-        table = pq.read_table(pa.BufferReader(content))
+        table = table_of(content)
         for field in schema:
             if field.metadata and field.name not in table.schema.names:
                 table = table.append_column(field, pa.nulls(len(table), field.type))

@@ -1,0 +1,70 @@
+"""Tables of Parquet files, up to a size: a small file can hold a value very many times."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+
+from steadyload.reading import MAX_TABLE_BYTES, in_words
+
+MAX_TABLE_VALUES = 32 * 1024**2
+"""Values of a table, those in lists among them; the largest of the package has two million."""
+
+
+class TableTooLargeError(ValueError):
+    """A table of more values, or of more text, than is read."""
+
+
+def table_of(
+    content: bytes, *, schema: pa.Schema | None = None, columns: Sequence[str] | None = None
+) -> pa.Table:
+    """The table of a Parquet file.
+
+    Args:
+        content: of the file.
+        schema: of the table; None for that of the file.
+        columns: those to read; None for all.
+
+    Raises:
+        TableTooLargeError: it has more than :data:`MAX_TABLE_VALUES`, or takes more than
+            :data:`.MAX_TABLE_BYTES` unpacked, or its texts do.
+        OSError, ValueError, pyarrow.ArrowException: it is no such table.
+    """
+    about = pq.read_metadata(pa.BufferReader(content))
+    chunks = [
+        about.row_group(group).column(column)
+        for group in range(about.num_row_groups)
+        for column in range(about.num_columns)
+    ]
+    values = max(about.num_rows, sum(chunk.num_values for chunk in chunks))
+    if values > MAX_TABLE_VALUES:
+        raise TableTooLargeError(f"it has {values:,} values; allowed: {MAX_TABLE_VALUES:,}")
+    _hold(sum(chunk.total_uncompressed_size for chunk in chunks))
+    texts = sorted({c.path_in_schema for c in chunks if c.physical_type == "BYTE_ARRAY"})
+    if texts:
+        # Every text is held once here, however often it stands in a column.
+        file = pq.ParquetFile(pa.BufferReader(content), read_dictionary=texts)
+        kept = file.read(columns=texts, use_threads=False)
+        _hold(sum(_length(chunk) for column in kept.columns for chunk in column.chunks))
+    return pq.read_table(pa.BufferReader(content), schema=schema, columns=columns)
+
+
+def _hold(size: int) -> None:
+    if size > MAX_TABLE_BYTES:
+        raise TableTooLargeError(
+            f"it takes {in_words(size)} unpacked; allowed: {in_words(MAX_TABLE_BYTES)}"
+        )
+
+
+def _length(chunk: pa.Array) -> int:
+    """Bytes of all texts of a column, of lists, or of structures."""
+    if isinstance(chunk, pa.StructArray):
+        return sum(map(_length, chunk.flatten()))
+    if isinstance(chunk, pa.ListArray | pa.LargeListArray):
+        return _length(chunk.flatten())
+    if not pa.types.is_dictionary(chunk.type):
+        return int(chunk.nbytes)
+    return pc.sum(pc.binary_length(chunk.dictionary).take(chunk.indices)).as_py() or 0

@@ -1,0 +1,63 @@
+"""How much of a Parquet file is read: small ones can hold a value very many times."""
+
+import io
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from steadyload.layouts import parquet_table
+from steadyload.layouts.benchmark import tables
+from steadyload.layouts.parquet_table import TableTooLargeError, table_of
+from steadyload.runs.store import ResultsError, Store, parquet
+
+
+def repeated(text, rows):
+    """A column that holds one text in every row, and takes little memory."""
+    return pa.DictionaryArray.from_arrays(pa.array(np.zeros(rows, dtype=np.int32)), [text])
+
+
+def content_of(**columns):
+    sink = io.BytesIO()
+    pq.write_table(pa.table(columns), sink, compression="zstd")
+    return sink.getvalue()
+
+
+TEXTS = content_of(a=repeated("x" * 10_000, 30_000))
+LISTS = content_of(a=pa.ListArray.from_arrays([0, 30_000], repeated("x" * 10_000, 30_000)))
+NUMBERS = content_of(a=np.zeros(34_000_000, dtype=np.int8))
+
+
+@pytest.mark.parametrize("content", [TEXTS, LISTS, NUMBERS], ids=["texts", "lists", "numbers"])
+def test_a_small_file_of_a_large_table_is_refused_before_it_is_read(content, monkeypatch):
+    assert len(content) < 300_000
+    monkeypatch.setattr(parquet_table.pq, "read_table", None)
+    with pytest.raises(TableTooLargeError, match=r"^it (has 34,000,000 values|takes 287 MiB)"):
+        table_of(content)
+
+
+def test_a_file_that_unpacks_to_too_many_bytes_is_refused(monkeypatch):
+    content = content_of(a=np.arange(100_000, dtype=np.float64))
+    monkeypatch.setattr(parquet_table, "MAX_TABLE_BYTES", 500_000)
+    with pytest.raises(TableTooLargeError, match="unpacked; allowed: 489 KiB"):
+        table_of(content)
+
+
+def test_other_tables_are_read_whole():
+    columns = {"a": ["x", None], "b": [["x", None], None], "c": [1, None], "d": [b"x", None]}
+    assert table_of(content_of(**columns)).to_pydict() == columns
+
+
+def test_a_labelled_table_and_a_shard_that_are_too_large_are_named(tmp_path, monkeypatch):
+    schema = pa.schema([pa.field("a", pa.string())])
+    (tmp_path / "table.parquet").write_bytes(TEXTS)
+    with pytest.raises(tables.BenchmarkError, match=r"table\.parquet.*287 MiB unpacked; allowed"):
+        tables.read_parquet(tmp_path / "table.parquet", schema)
+    store = Store(tmp_path / "rows", parquet(schema))
+    store.write("one", [{"a": "x"}, {"a": "y"}])
+    assert store.read("one").equals(pd.DataFrame({"a": ["x", "y"]}))
+    monkeypatch.setattr(parquet_table, "MAX_TABLE_VALUES", 1)
+    with pytest.raises(ResultsError, match=r"one\..*\.parquet: is too large: it has 2 values"):
+        store.decoded("one", table_of)
