@@ -5,6 +5,7 @@ PYTHON ?= $(shell for name in python3.11 python3.13 python3.12; do \
 BIN := .venv/bin
 VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 JUDGING := .venv/.judging
+LINKS := .src/.linked
 READY := .venv/.ready
 SITE := .venv/.site
 # What a lock file names, and nothing else, each file with its hash; then this clone.
@@ -30,7 +31,12 @@ $(JUDGING): pyproject.toml setup.py locks/judging-$(VERSION).txt
 	$(CLONE)
 	@touch $@
 
-$(READY): $(JUDGING) locks/all-$(VERSION).txt
+# A new child of harness changes the time of the folder.
+$(LINKS): $(JUDGING) harness
+	$(BIN)/python setup.py --quiet links
+	@touch $@
+
+$(READY): $(JUDGING) locks/all-$(VERSION).txt | $(LINKS)
 	$(INSTALL) --require-hashes -r locks/all-$(VERSION).txt
 	@touch $@
 
@@ -38,7 +44,7 @@ $(SITE): $(READY) locks/site-$(VERSION).txt
 	$(INSTALL) --require-hashes -r locks/site-$(VERSION).txt
 	@touch $@
 
-study: $(JUDGING) ## run the embedded study and write its report
+study: $(JUDGING) $(LINKS) ## run the embedded study and write its report
 	@$(BIN)/steadyload study run embedded --output runs/embedded
 	@$(BIN)/steadyload report runs/embedded
 
@@ -61,9 +67,7 @@ lint: $(READY) ## check style
 	$(BIN)/ruff format --check .
 
 types: $(READY) ## check types
-	rm -rf .types && $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps \
-		--no-build-isolation --target .types .
-	MYPYPATH=.types $(BIN)/mypy
+	$(BIN)/mypy
 
 lock: $(READY) ## lock what is installed anew (see docs/installing.md)
 	$(COMPILE) pyproject.toml --group build --output-file locks/judging-$(VERSION).txt
@@ -166,4 +170,4 @@ site: $(SITE) ## build a static site of docs, pages and API in runs/site/html (t
 		runs/site/source runs/site/html
 
 clean: ## remove the virtual environment, caches and runs
-	rm -rf .venv .types runs .pytest_cache .ruff_cache .mypy_cache .hypothesis
+	rm -rf .venv .src runs .pytest_cache .ruff_cache .mypy_cache .hypothesis

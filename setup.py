@@ -1,10 +1,18 @@
-"""Where the packages of ``steadyload`` lie: every top-level folder is installed below one name."""
+"""Where the packages of ``steadyload`` lie: every top-level folder is installed below one name.
+
+A wheel has them there. An editable install has links there, in ``.src``, which is one line of a
+``.pth`` file: what is imported is what editors and type checkers find.
+"""
 
 import atexit
+import contextlib
+import os
 import shutil
 import tempfile
+from pathlib import Path
 
-from setuptools import find_packages, setup
+from setuptools import Command, find_packages, setup
+from setuptools.command.editable_wheel import editable_wheel
 
 FOLDERS = {
     "steadyload": "harness",
@@ -12,11 +20,55 @@ FOLDERS = {
     "steadyload.learners": "learners",
     "steadyload.reports": "reports",
 }
+SOURCES = ".src"
 
 BUILD = tempfile.mkdtemp(prefix="steadyload-build-")
 atexit.register(shutil.rmtree, BUILD, ignore_errors=True)
 
+
+class Links(Command):
+    """Bring the links up to date: one for every folder, and for every child of ``harness``."""
+
+    description = f"link all packages below their import name, in {SOURCES}"
+    user_options = []  # noqa: RUF012 - so declared by setuptools
+
+    def initialize_options(self):
+        """There are no options."""
+
+    def finalize_options(self):
+        """There are no options."""
+
+    def run(self):
+        """Leave links that are right alone: another process may be importing through them."""
+        package = Path(SOURCES, "steadyload")
+        package.mkdir(parents=True, exist_ok=True)
+        folders = [*Path("harness").iterdir(), *map(Path, ("engines", "learners", "reports"))]
+        wanted = {
+            package / folder.name: Path(os.path.relpath(folder, package))
+            for folder in folders
+            if not folder.name.startswith((".", "__pycache__"))
+        }
+        for link in package.iterdir():
+            if link.is_symlink() and wanted.get(link) != link.readlink():
+                link.unlink()
+        for link, target in wanted.items():
+            if not link.is_symlink():
+                link.symlink_to(target)
+
+
+class Editable(editable_wheel):
+    """An editable install of the links, or of the mapping where links cannot be made."""
+
+    def finalize_options(self):
+        """Say where the packages lie before they are looked for."""
+        with contextlib.suppress(OSError):
+            self.run_command("links")
+            self.distribution.package_dir = {"": SOURCES}
+        super().finalize_options()
+
+
 setup(
+    cmdclass={"links": Links, "editable_wheel": Editable},
     packages=[
         ".".join([name, *inner])
         for name, folder in FOLDERS.items()
