@@ -19,8 +19,6 @@ if __name__ != "steadyload":
 
 TYPE_CHECKING = False  # that of typing: nothing is imported, see steadyload.cli.interrupts
 if TYPE_CHECKING:
-    from typing import Any
-
     from steadyload.layouts.batch import LayoutBatch as LayoutBatch
     from steadyload.layouts.batch_files import read_batch as read_batch
     from steadyload.layouts.benchmark import load_benchmark as load_benchmark
@@ -91,19 +89,21 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    if name == "__version__":
-        from importlib.metadata import version
+if not TYPE_CHECKING:  # for which a name that is not declared above is a mistake
 
-        return version("steadyload")
-    if name not in _PUBLIC:
-        raise AttributeError(f"module 'steadyload' has no attribute {name!r}")
-    import importlib
+    def __getattr__(name: str) -> object:
+        if name == "__version__":
+            from importlib.metadata import version
 
-    module, _, attribute = _PUBLIC[name].partition(":")
-    found = getattr(importlib.import_module(module), attribute)
-    globals()[name] = found
-    return found
+            return version("steadyload")
+        if name not in _PUBLIC:
+            raise AttributeError(f"module 'steadyload' has no attribute {name!r}")
+        import importlib
+
+        module, _, attribute = _PUBLIC[name].partition(":")
+        found = getattr(importlib.import_module(module), attribute)
+        globals()[name] = found
+        return found
 
 
 def __dir__() -> list[str]:
