@@ -1,12 +1,16 @@
 """Every engine, optional ones where installed, against every check of the conformance suite."""
 
+from dataclasses import replace
 from functools import cache
 
 import pytest
 
+from steadyload.engines.capabilities import SettingSupport, Support
+from steadyload.engines.checks import changing_gravity
 from steadyload.engines.checks.scenes import fill, two_cubes
 from steadyload.engines.conformance import CHECKS, NotApplicable
 from steadyload.engines.registry import world_class
+from steadyload.engines.with_mujoco import MujocoWorld
 from steadyload.engines.world import EngineError, WorldSettings
 
 MEMORY = "many_worlds_leave_no_memory"
@@ -17,6 +21,7 @@ OF_PLANNED_POSES = (
     "reseat_equals_a_fresh_world",
     "a_subset_equals_a_world_of_its_own",
 )
+OF_GRAVITY = {name for name in CHECKS if CHECKS[name].__module__ == changing_gravity.__name__}
 
 
 @cache
@@ -90,8 +95,28 @@ def test_an_engine_skips_only_what_it_declares_to_ignore(any_engine):
     facts = world_class(any_engine).capabilities
     names = set(CHECKS) - {MEMORY, "repeat_in_a_fresh_process"}
     skipped = {name for name in names if isinstance(outcome(any_engine, name), NotApplicable)}
-    allowed = {name for name, answer in facts.settings.items() if answer.support == "ignored"}
-    allowed |= {"solver_iterations_count"} if "solver_iterations" in allowed else set()
-    allowed |= {"tipping_about_the_other_axis"} if facts.dimensions == 2 else set()
-    allowed |= set() if facts.subsets else {"a_subset_equals_a_world_of_its_own"}
-    assert skipped <= allowed
+    assert skipped <= may_skip(facts)
+
+
+def may_skip(facts):
+    """Names of the checks that are about what an engine declares to be without."""
+    skipped = {name for name, answer in facts.settings.items() if answer.support == "ignored"}
+    skipped |= {"solver_iterations_count"} if "solver_iterations" in skipped else set()
+    skipped |= {"tipping_about_the_other_axis"} if facts.dimensions == 2 else set()
+    skipped |= set() if facts.subsets else {"a_subset_equals_a_world_of_its_own"}
+    return skipped | (OF_GRAVITY if facts.changing_gravity.support == "ignored" else set())
+
+
+def test_an_engine_may_leave_gravity_as_it_is():
+    """As one does that declares nothing about it."""
+
+    class Still(MujocoWorld):
+        capabilities = replace(
+            MujocoWorld.capabilities, changing_gravity=SettingSupport(Support.IGNORED)
+        )
+
+    for name in OF_GRAVITY:
+        with pytest.raises(NotApplicable, match="Still declares that its gravity cannot change"):
+            CHECKS[name](Still)
+    assert may_skip(MujocoWorld.capabilities) == may_skip(Still.capabilities) - OF_GRAVITY
+    assert len(OF_GRAVITY) > 5
