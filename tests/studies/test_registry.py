@@ -51,19 +51,19 @@ def toys(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("name", STUDIES)
-def test_a_study_bears_its_name_asks_a_question_and_has_pages(name):
+def test_a_study_bears_its_name_and_asks_a_question(name):
     one = study(name)
     assert one.name == name
     assert one.question.endswith("?")
     assert one.command_words in commands()
-    for page in one.pages:
-        assert (ROOT / published.FOLDER / page.folder / "report.md").exists()
 
 
 def test_every_published_page_is_one_studys():
+    """A new study has none until `steadyload pages remake NAME` has made it."""
     folders = {page.name for page in (ROOT / published.FOLDER).iterdir() if page.is_dir()}
     listed = [entry.name for entry in published.entries()]
-    assert sorted(listed) == sorted(folders)
+    assert len(listed) == len(set(listed))
+    assert folders <= set(listed)
 
 
 def test_the_commands_that_remake_pages_are_taken():
@@ -95,7 +95,7 @@ def test_the_index_shows_the_leading_figure_of_every_page_that_has_one():
     shown = re.findall(r'\[<img src="([^"]+)" width="240"', (folder / published.INDEX).read_text())
     leading = []
     for entry in published.entries():
-        lines = (folder / entry.name / "report.md").read_text().splitlines()
+        lines = entry.text(folder).splitlines()
         first = next((line for line in lines if line.startswith("![")), None)
         leading += [f"{entry.name}/{first.rpartition('(')[2][:-1]}"] if first else []
     assert shown == leading
@@ -120,7 +120,7 @@ def test_a_study_is_one_folder_and_one_line(toys, tmp_path, monkeypatch, capsys)
     assert capsys.readouterr().out == "pages/toy/report.md\n"
     assert Path("pages/toy/report.md").read_text().startswith("# Boxes\n\nThere are 5 boxes. ")
     assert main(["pages", "list", "-o", "pages"]) == 0
-    assert "toy" in capsys.readouterr().out.splitlines()[-1]
+    assert any(line.startswith("toy ") for line in capsys.readouterr().out.splitlines())
     assert main(["pages", "index", "-o", "pages"]) == 0
     assert Path("pages/README.md").read_text().splitlines()[-3:] == [
         "## [Boxes](toy/report.md)",
@@ -162,7 +162,7 @@ def test_make_pages_remakes_what_is_registered(toys, capsys):
     ]
     assert main(["pages", "remake", "--dry-run"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[-1] == "steadyload toy --output reports/published/toy"
+    assert "steadyload toy --output reports/published/toy" in lines
 
 
 def test_an_engine_is_a_class_and_one_line(toys):
