@@ -11,28 +11,34 @@ to import, and more to load compiled code, which a command that refuses its inpu
 """
 
 import importlib
+import importlib.util
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # so that editors know what each holds
     from steadyload.kernels import balance as balance
     from steadyload.kernels import base_support as base_support
+    from steadyload.kernels import carrying as carrying
     from steadyload.kernels import cells as cells
+    from steadyload.kernels import constants as constants
     from steadyload.kernels import contacts as contacts
+    from steadyload.kernels import convex_hull as convex_hull
+    from steadyload.kernels import group_forces as group_forces
     from steadyload.kernels import growing as growing
     from steadyload.kernels import least_energy as least_energy
     from steadyload.kernels import least_squares as least_squares
+    from steadyload.kernels import local_balance as local_balance
+    from steadyload.kernels import motion as motion
+    from steadyload.kernels import pendulums as pendulums
     from steadyload.kernels import placing as placing
     from steadyload.kernels import sme as sme
+    from steadyload.kernels import spreading as spreading
     from steadyload.kernels import timed_balance as timed_balance
-
-_MODULES = (
-    "balance", "base_support", "cells", "contacts", "growing", "least_energy", "least_squares",
-    "placing", "sme", "timed_balance",
-)  # fmt: skip
+    from steadyload.kernels import touching as touching
 
 
 def __getattr__(name: str) -> ModuleType:
-    if name not in _MODULES:
+    full = f"{__name__}.{name}"
+    if importlib.util.find_spec(full) is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return importlib.import_module(f"{__name__}.{name}")
+    return importlib.import_module(full)

@@ -1,14 +1,17 @@
 """Compiled functions against NumPy, SciPy, other code paths, and themselves in many threads."""
 
+import importlib
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.optimize import nnls
 from scipy.spatial import ConvexHull
 
+from steadyload import kernels
 from steadyload.kernels.contacts import contacts_of
 from steadyload.kernels.convex_hull import strictly_inside_hull
 from steadyload.kernels.least_squares import nonnegative_least_squares
@@ -51,6 +54,22 @@ def heap(seed, floor, count=60):
         boxes.append(Item(k, at, (width, height, depth), float(draw.uniform(1.0, 20.0))))
     pallet = Pallet(100.0, 5000.0, 100.0, overhang=50.0, floor=floor)
     return Layout(f"heap {seed}", pallet, tuple(boxes))
+
+
+FOLDER = Path(kernels.__file__).parent
+
+
+@pytest.mark.parametrize("name", sorted({f.stem for f in FOLDER.glob("*.py")} - {"__init__"}))
+def test_a_module_of_the_folder_is_an_attribute_of_the_package(name, monkeypatch):
+    """Also where nothing else has imported it."""
+    module = importlib.import_module(f"{kernels.__name__}.{name}")
+    monkeypatch.delattr(kernels, name)
+    assert getattr(kernels, name) is module
+
+
+def test_a_kernel_that_is_not_there_is_refused():
+    with pytest.raises(AttributeError, match=r"'steadyload\.kernels' has no attribute 'cones'"):
+        kernels.cones  # noqa: B018
 
 
 def test_contacts_are_those_of_all_pairs(layouts):
