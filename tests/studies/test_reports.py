@@ -143,7 +143,8 @@ def test_the_published_engine_page_is_up_to_date():
     from pathlib import Path
 
     page = Path(__file__).parents[2] / "docs" / "engines.md"
-    assert page.read_text() == engines_markdown(engine_records()) + "\n"
+    listed = engines_markdown(engine_records()) + "\n"
+    assert page.read_text() == listed, "an engine or what it declares is new: run `make docs`"
 
 
 def test_rules_against_simulations_are_disagreements(tmp_path, stack):
