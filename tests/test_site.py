@@ -57,7 +57,8 @@ def test_the_site_holds_what_its_pages_lead_to():
 def test_the_navigation_names_every_page_of_docs_once():
     named = [page for part in SITE["NAVIGATION"].values() for page in part]
     docs = [f"docs/{page.stem}" for page in (ROOT / "docs").glob("*.md")]
-    assert sorted(page for page in named if page.startswith("docs/")) == sorted(docs)
+    told = sorted(page for page in named if page.startswith("docs/"))
+    assert told == sorted(docs), "a page of docs is named once, in NAVIGATION of docs/conf.py"
     others = set(named) - {*docs, "api/steadyload"}
     assert {page for page in others if not (ROOT / f"{page}.md").exists()} == set()
 
