@@ -20,7 +20,7 @@ TEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 # Tests start many processes, each of which would compile all sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help study test test-deep fuzz lint types lock bench engines verify extremes properties benchmark planar lists choosing packers accuracy uncertain tuning learned replication cascade session scale precision transport scope sensitivity table real docs site clean pages
+.PHONY: help study test test-deep fuzz lint types lock bench engines verify extremes properties benchmark planar lists choosing packers accuracy uncertain tuning learned replication cascade session scale precision transport scope sensitivity table real docs site clean pages pin
 
 help: ## list these targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -157,6 +157,11 @@ real: $(READY) ## judge layouts of 25 to 150 boxes by all methods, for their pag
 
 pages: $(READY) ## remake all published pages and their index (days; goes on); `steadyload pages list` names them
 	$(BIN)/steadyload pages remake --judge --keep
+
+TO ?= runs/pin
+
+pin: $(READY) ## remake all published pages from kept rows into TO=FOLDER, to compare them after a change (five minutes of CPU time)
+	$(BIN)/python tests/pinning/pin.py record $(TO)
 
 docs: $(READY) ## remake the table of engines and the index of published pages
 	$(BIN)/steadyload engines --markdown > docs/engines.md

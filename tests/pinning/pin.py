@@ -1,0 +1,235 @@
+"""Pin of published pages: what a change of studies must leave as it is, byte for byte.
+
+``pin.py record FOLDER [PAGE ...] [--tree TREE]`` remakes pages of a tree from their kept rows;
+``pin.py compare BEFORE AFTER [PAGE ...]`` tells what differs. Nothing is judged, and nothing in
+the tree is changed. A recording holds, of every page,
+
+- ``pages/PAGE``: its files, and in ``written`` those that it writes into the source tree;
+- ``keys/PAGE.json``: keys that its stores were asked for, those ``found`` and those ``absent``,
+  and all keys of its ``archive`` of rows; null where it keeps none.
+"""
+
+import argparse
+import difflib
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+
+HERE = Path(__file__).parent
+TOGETHER = 2
+"""Pages that are made at the same time."""
+
+MOST = 20
+"""Lines of a difference, and keys, that are shown."""
+
+WIDTH = 160
+"""Characters of a line that are shown."""
+
+_OUTPUT = ("report.md", "report.html", "report-details*", "figures")
+"""Files of a published page that are no input of it, as patterns."""
+
+_SUM = re.compile(r"\.[0-9a-f]{16}(?=\.)")
+_KEYS = {
+    "found": ("no longer asked for", "newly asked for"),
+    "absent": ("no longer asked for in vain", "not found"),
+    "archive": ("no longer kept", "newly kept"),
+}
+
+
+class PinError(Exception):
+    """A tree that is none, or a page that is not made."""
+
+
+def record(folder: Path, names: list[str], tree: Path) -> bool:
+    """Make pages of a tree into a folder; all where none is named. True if every one was made.
+
+    Raises:
+        PinError: the tree is none, or has no such page; or all pages are asked for
+            and the folder holds some already, of which one may be of no page any more.
+    """
+    if not names and (folder / "pages").exists():
+        raise PinError(f"{folder} holds a recording; name pages to make anew, or another folder")
+    known = _run(tree, Path.cwd()).split()
+    unknown = sorted(set(names) - set(known))
+    if unknown:
+        raise PinError(f"no page is called {', '.join(unknown)}; there are {', '.join(known)}")
+    with ThreadPoolExecutor(TOGETHER) as pool:
+        every = True
+        for line, made in pool.map(partial(_record, folder, tree), names or known):
+            print(line, flush=True)
+            every = every and made
+    return every
+
+
+def _record(folder: Path, tree: Path, name: str) -> tuple[str, bool]:
+    """Make one page; a line about it, and whether it was made."""
+    page, keys = folder / "pages" / name, folder / "keys" / f"{name}.json"
+    shutil.rmtree(page, ignore_errors=True)
+    keys.unlink(missing_ok=True)
+    with tempfile.TemporaryDirectory(prefix="pin-") as scratch:
+        there = Path(scratch, "tree")
+        if (tree.parent / "shared").exists():
+            Path(scratch, "shared").symlink_to(tree.parent / "shared")
+        inputs = Path("reports", "published")
+        shutil.copytree(tree / inputs, there / inputs, ignore=shutil.ignore_patterns(*_OUTPUT))
+        try:
+            _run(tree, there, name)
+        except PinError as error:
+            return f"{name}: NOT MADE\n{error}", False
+        made = json.loads((there / "made.json").read_text())
+        shutil.copytree(there / made["folder"], page)
+        if (there / "written").exists():
+            shutil.copytree(there / "written", page / "written")
+    keys.parent.mkdir(exist_ok=True)
+    keys.write_text(json.dumps(made["keys"], indent=1) + "\n")
+    asked, kept = len(made["keys"]["found"]), made["keys"]["archive"]
+    about = "keeps no rows" if kept is None else f"{asked} keys asked for, {len(kept)} kept"
+    return f"{name}: {made['seconds']:.1f} s CPU, {about}", True
+
+
+def _run(tree: Path, there: Path, *words: str) -> str:
+    """What a run of ``making.py`` in a folder prints.
+
+    Raises:
+        PinError: it fails, or says that the page was not made.
+    """
+    own = tree / ".venv" / "bin" / "python"
+    python = own if own.exists() else sys.executable
+    given = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "STEADYLOAD"))}
+    one = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
+    ended = subprocess.run(
+        [python, HERE / "making.py", tree, *words], cwd=there, capture_output=True, text=True,
+        check=False, env=given | one | {"MUJOCO_GL": "disable"},
+    )  # fmt: skip
+    made = there / "made.json"
+    if ended.returncode or (words and not json.loads(made.read_text())["made"]):
+        raise PinError(ended.stderr.strip())
+    return ended.stdout
+
+
+def compare(before: Path, after: Path, names: list[str]) -> bool:
+    """Print page by page what differs in two recordings; all where none is named. True if equal.
+
+    Raises:
+        PinError: one of the folders holds no recording.
+    """
+    for folder in (before, after):
+        if not (folder / "pages").is_dir():
+            raise PinError(f"{folder} holds no recording")
+    found = {path.name for folder in (before, after) for path in (folder / "pages").iterdir()}
+    equal = True
+    for name in names or sorted(found):
+        told = list(_differences(before, after, name))
+        kept = before / "keys" / f"{name}.json"
+        rows = told or json.loads(kept.read_text())["archive"] is not None
+        note = "" if rows else " (keeps no rows)"
+        print(f"{name}: {'DIFFERS' if told else 'equal'}{note}", *told, sep="\n  ")
+        equal = equal and not told
+    return equal
+
+
+def _differences(before: Path, after: Path, name: str) -> Iterator[str]:
+    """Lines on what differs in a page; none where it is equal."""
+    missing = [
+        folder
+        for folder in (before, after)
+        if not ((folder / "pages" / name).is_dir() and (folder / "keys" / f"{name}.json").is_file())
+    ]
+    if missing:
+        yield from (f"is missing in {folder}" for folder in missing)
+        return
+    old, new = (_files(folder / "pages" / name) for folder in (before, after))
+    if old != new:
+        yield from _of_files(old, new)
+    was, now = (
+        json.loads((folder / "keys" / f"{name}.json").read_text()) for folder in (before, after)
+    )
+    for kind, (gone, come) in _KEYS.items():
+        lists = was[kind], now[kind]
+        if (None in lists) and lists != (None, None):
+            yield "keeps no rows any more" if lists[1] is None else "keeps rows now"
+        first, second = (set(keys or ()) for keys in lists)
+        yield from _of_keys(gone, first - second)
+        yield from _of_keys(come, second - first)
+
+
+def _files(folder: Path) -> dict[str, bytes]:
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+def _of_files(old: dict[str, bytes], new: dict[str, bytes]) -> Iterator[str]:
+    """Files that differ; one whose name has a checksum is compared with its counterpart."""
+    was, now = ({_SUM.sub("", file): file for file in files} for files in (old, new))
+    for bare in sorted(was.keys() | now.keys()):
+        if bare not in was or bare not in now:
+            yield f"{was.get(bare) or now[bare]}: {'new' if bare in now else 'gone'}"
+            continue
+        names = was[bare], now[bare]
+        contents = old[names[0]], new[names[1]]
+        if names[0] != names[1]:
+            yield f"{names[0]}: is now {names[1]}"
+        if contents[0] != contents[1]:
+            yield f"{names[1]}: differs"
+            yield from _of_texts(*contents)
+    for files, names, what in ((old, was, "gone"), (new, now, "new")):
+        yield from (f"{file}: {what}" for file in sorted(files.keys() - names.values()))
+
+
+def _of_texts(old: bytes, new: bytes) -> Iterator[str]:
+    try:
+        texts = [content.decode().splitlines() for content in (old, new)]
+    except UnicodeDecodeError:
+        yield f"  {len(old)} bytes before, {len(new)} after"
+        return
+    lines = list(difflib.unified_diff(*texts, "before", "after", n=0, lineterm=""))[2:]
+    yield from (f"  {line[:WIDTH]}" for line in lines[:MOST])
+    if len(lines) > MOST:
+        yield f"  and {len(lines) - MOST} lines more"
+
+
+def _of_keys(what: str, keys: Iterable[str]) -> Iterator[str]:
+    listed = sorted(keys)
+    if listed:
+        yield f"{len(listed)} keys {what}"
+        yield from (f"  {key}" for key in listed[:MOST])
+    if len(listed) > MOST:
+        yield f"  and {len(listed) - MOST} more"
+
+
+def main() -> int:
+    """Record or compare; 1 where a page was not made or differs, 2 where nothing could be done."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    actions = parser.add_subparsers(dest="action", required=True)
+    for action, folders in (("record", ("folder",)), ("compare", ("before", "after"))):
+        of = actions.add_parser(action)
+        for folder in folders:
+            of.add_argument(folder, type=Path)
+        of.add_argument("pages", nargs="*", metavar="page", help="only these (default: all)")
+        if action == "record":
+            of.add_argument("--tree", type=Path, default=HERE.parents[1], help="another clone")
+    given = parser.parse_args()
+    try:
+        if given.action == "record":
+            good = record(given.folder.resolve(), given.pages, given.tree.resolve())
+        else:
+            good = compare(given.before, given.after, given.pages)
+    except PinError as error:
+        print(f"pin: {error}", file=sys.stderr)
+        return 2
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
