@@ -50,6 +50,12 @@ def test_a_page_is_recorded_twice_to_the_same_bytes(recorded, tmp_path):
     assert pin("compare", recorded, tmp_path) == (0, f"{PAGE}: equal\n")
 
 
+def test_a_page_says_the_same_revision_at_every_commit(tmp_path):
+    status, told = pin("record", tmp_path, "closed_forms")
+    assert status == 0, told
+    assert "- source: git pinned\n" in (tmp_path / "pages/closed_forms/report.md").read_text()
+
+
 def test_the_keys_are_those_of_the_rows_that_a_page_is_made_of(recorded):
     keys = json.loads((recorded / "keys" / f"{PAGE}.json").read_text())
     with tarfile.open(ROOT / "reports" / "rows" / f"{PAGE}.tar.xz") as archive:
