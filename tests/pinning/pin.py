@@ -6,7 +6,8 @@ the tree is changed. A recording holds, of every page,
 
 - ``pages/PAGE``: its files, and in ``written`` those that it writes into the source tree;
 - ``keys/PAGE.json``: keys that its stores were asked for, those ``found`` and those ``absent``,
-  and all keys of its ``archive`` of rows; null where it keeps none.
+  and all keys of its ``archive`` of rows; null where it keeps none. A page that cannot be made,
+  for want of a row, has these alone.
 """
 
 import argparse
@@ -57,7 +58,10 @@ def record(folder: Path, names: list[str], tree: Path) -> bool:
     """
     if not names and (folder / "pages").exists():
         raise PinError(f"{folder} holds a recording; name pages to make anew, or another folder")
-    known = _run(tree, Path.cwd()).split()
+    listed = _run(tree, Path.cwd())
+    if listed.returncode:
+        raise PinError(listed.stderr.strip())
+    known = listed.stdout.split()
     unknown = sorted(set(names) - set(known))
     if unknown:
         raise PinError(f"no page is called {', '.join(unknown)}; there are {', '.join(known)}")
@@ -80,39 +84,32 @@ def _record(folder: Path, tree: Path, name: str) -> tuple[str, bool]:
             Path(scratch, "shared").symlink_to(tree.parent / "shared")
         inputs = Path("reports", "published")
         shutil.copytree(tree / inputs, there / inputs, ignore=shutil.ignore_patterns(*_OUTPUT))
-        try:
-            _run(tree, there, name)
-        except PinError as error:
-            return f"{name}: NOT MADE\n{error}", False
+        ended = _run(tree, there, name)
+        if ended.returncode:
+            return f"{name}: NOT MADE\n{ended.stderr.strip()}", False
         made = json.loads((there / "made.json").read_text())
+        keys.parent.mkdir(parents=True, exist_ok=True)
+        keys.write_text(json.dumps(made["keys"], indent=1) + "\n")
+        if not made["made"]:
+            return f"{name}: NOT MADE\n{ended.stderr.strip()}", False
         shutil.copytree(there / made["folder"], page)
         if (there / "written").exists():
             shutil.copytree(there / "written", page / "written")
-    keys.parent.mkdir(exist_ok=True)
-    keys.write_text(json.dumps(made["keys"], indent=1) + "\n")
     asked, kept = len(made["keys"]["found"]), made["keys"]["archive"]
     about = "keeps no rows" if kept is None else f"{asked} keys asked for, {len(kept)} kept"
     return f"{name}: {made['seconds']:.1f} s CPU, {about}", True
 
 
-def _run(tree: Path, there: Path, *words: str) -> str:
-    """What a run of ``making.py`` in a folder prints.
-
-    Raises:
-        PinError: it fails, or says that the page was not made.
-    """
+def _run(tree: Path, there: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """A run of ``making.py`` in a folder."""
     own = tree / ".venv" / "bin" / "python"
     python = own if own.exists() else sys.executable
     given = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "STEADYLOAD"))}
     one = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
-    ended = subprocess.run(
+    return subprocess.run(
         [python, HERE / "making.py", tree, *words], cwd=there, capture_output=True, text=True,
         check=False, env=given | one | {"MUJOCO_GL": "disable"},
     )  # fmt: skip
-    made = there / "made.json"
-    if ended.returncode or (words and not json.loads(made.read_text())["made"]):
-        raise PinError(ended.stderr.strip())
-    return ended.stdout
 
 
 def compare(before: Path, after: Path, names: list[str]) -> bool:
@@ -124,7 +121,7 @@ def compare(before: Path, after: Path, names: list[str]) -> bool:
     for folder in (before, after):
         if not (folder / "pages").is_dir():
             raise PinError(f"{folder} holds no recording")
-    found = {path.name for folder in (before, after) for path in (folder / "pages").iterdir()}
+    found = {path.stem for folder in (before, after) for path in folder.glob("*/*")}
     equal = True
     for name in names or sorted(found):
         told = list(_differences(before, after, name))
@@ -138,20 +135,17 @@ def compare(before: Path, after: Path, names: list[str]) -> bool:
 
 def _differences(before: Path, after: Path, name: str) -> Iterator[str]:
     """Lines on what differs in a page; none where it is equal."""
-    missing = [
-        folder
-        for folder in (before, after)
-        if not ((folder / "pages" / name).is_dir() and (folder / "keys" / f"{name}.json").is_file())
-    ]
-    if missing:
-        yield from (f"is missing in {folder}" for folder in missing)
-        return
-    old, new = (_files(folder / "pages" / name) for folder in (before, after))
-    if old != new:
-        yield from _of_files(old, new)
-    was, now = (
-        json.loads((folder / "keys" / f"{name}.json").read_text()) for folder in (before, after)
-    )
+    pages = [folder / "pages" / name for folder in (before, after)]
+    keys = [folder / "keys" / f"{name}.json" for folder in (before, after)]
+    yield from (f"is missing in {page.parents[1]}" for page in pages if not page.is_dir())
+    yield from (f"has no keys in {file.parents[1]}" for file in keys if not file.is_file())
+    if all(page.is_dir() for page in pages):
+        yield from _of_files(*map(_files, pages))
+    if all(file.is_file() for file in keys):
+        yield from _of_lists(*(json.loads(file.read_text()) for file in keys))
+
+
+def _of_lists(was: dict[str, list[str] | None], now: dict[str, list[str] | None]) -> Iterator[str]:
     for kind, (gone, come) in _KEYS.items():
         lists = was[kind], now[kind]
         if (None in lists) and lists != (None, None):
@@ -170,21 +164,22 @@ def _files(folder: Path) -> dict[str, bytes]:
 
 
 def _of_files(old: dict[str, bytes], new: dict[str, bytes]) -> Iterator[str]:
-    """Files that differ; one whose name has a checksum is compared with its counterpart."""
-    was, now = ({_SUM.sub("", file): file for file in files} for files in (old, new))
-    for bare in sorted(was.keys() | now.keys()):
-        if bare not in was or bare not in now:
-            yield f"{was.get(bare) or now[bare]}: {'new' if bare in now else 'gone'}"
+    """Files that differ; one whose name has a new checksum is compared with the one before."""
+    was, now = (
+        {_SUM.sub("", file): file for file in sorted(files.keys() - others.keys())}
+        for files, others in ((old, new), (new, old))
+    )
+    renamed = {was[bare]: now[bare] for bare in was.keys() & now.keys()}
+    for file in sorted(old.keys() | new.keys() - renamed.values()):
+        other = renamed.get(file, file)
+        if file not in old or other not in new:
+            yield f"{file}: {'new' if other in new else 'gone'}"
             continue
-        names = was[bare], now[bare]
-        contents = old[names[0]], new[names[1]]
-        if names[0] != names[1]:
-            yield f"{names[0]}: is now {names[1]}"
-        if contents[0] != contents[1]:
-            yield f"{names[1]}: differs"
-            yield from _of_texts(*contents)
-    for files, names, what in ((old, was, "gone"), (new, now, "new")):
-        yield from (f"{file}: {what}" for file in sorted(files.keys() - names.values()))
+        if file != other:
+            yield f"{file}: is now {other}"
+        if old[file] != new[other]:
+            yield f"{other}: differs"
+            yield from _of_texts(old[file], new[other])
 
 
 def _of_texts(old: bytes, new: bytes) -> Iterator[str]:

@@ -103,6 +103,11 @@ def test_a_missing_page_is_a_difference(recorded, again):
     shutil.rmtree(again / "pages" / PAGE)
     missing = f"{PAGE}: DIFFERS\n  is missing in {again}\n"
     assert pin("compare", recorded, again) == (1, missing)
+    file = again / "keys" / f"{PAGE}.json"
+    keys = json.loads(file.read_text())
+    file.write_text(json.dumps({**keys, "absent": ["runs/scale/measured/0"]}))
+    lost = f"{missing}  1 keys not found\n    runs/scale/measured/0\n"
+    assert pin("compare", recorded, again, PAGE) == (1, lost)
 
 
 def test_wrong_words_are_refused(recorded, tmp_path):
