@@ -77,7 +77,8 @@ class GrowingStatics:
             return None
         forces = np.maximum(pulls, 0.0) / self._root[corners]
         under = np.repeat(below[contacts], 4)
-        return np.bincount(under[under != FLOOR], forces[under != FLOOR], len(self._place))
+        tops = np.bincount(under[under != FLOOR], forces[under != FLOOR], len(self._place))
+        return np.asarray(tops, dtype=np.float64)
 
 
 def _elimination_order(pairs: NDArray[np.int64], count: int) -> NDArray[np.int64]:

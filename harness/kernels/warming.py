@@ -15,6 +15,7 @@ from steadyload.kernels.base_support import (
 from steadyload.kernels.cells import items_near
 from steadyload.kernels.contacts import contacts_of
 from steadyload.kernels.growing import BOX, first_arrays, put, take_off
+from steadyload.kernels.least_energy import Columns, Factors, solved
 from steadyload.kernels.least_squares import nonnegative_least_squares
 from steadyload.kernels.placing import (
     place_balanced,
@@ -57,6 +58,19 @@ def warm_up() -> None:
     first_moved_of_many(*arrays, floors, starts, *motion)
     nonnegative_least_squares(np.eye(2), np.ones(2))
     _place_two()
+    _hold_one()
+
+
+def _hold_one() -> None:
+    """One item, on a corner below its centre."""
+    of_box = np.arange(3)
+    factors = Factors(
+        np.array([0, 2, 3, 3]), np.array([1, 2, 2]), np.zeros(3), np.full(3, 1e-12)
+    )  # fmt: skip
+    columns = Columns(np.array([0, 3]), of_box, np.array([1.0, 0.0, 0.0]))
+    presses, held = np.ones(1, dtype=np.bool_), np.zeros(1, dtype=np.bool_)
+    right, multipliers, corners = np.array([1.0, 0.0, 0.0]), np.zeros(3), np.zeros(1, dtype=int)
+    solved(factors, columns, corners, of_box, right, presses, held, multipliers, np.empty(1))
 
 
 def _place_two() -> None:
