@@ -192,7 +192,7 @@ class _Looks:
 
 
 class _Passing:
-    """What boxes bear, found in passing from step to step; decides all steps but few.
+    """Loads on boxes, found in passing from step to step; they decide all steps but few.
 
     Args:
         looks: at the load that grows.
@@ -270,12 +270,12 @@ class _Standing:
         return bool(more.any())
 
     def group(self, step: int) -> NDArray[np.int64]:
-        """What is joined to the box placed last, in order."""
+        """The boxes joined to the one placed last, in order."""
         return np.flatnonzero(self._group[: step + 1] == step)
 
     def suspects(self, step: int) -> dict[int, float]:
-        """What stands, directly or not, on boxes that may not bear so much [kg], by box; of those
-        that are joined to the box placed last.
+        """Weights that stand, directly or not, on boxes that may not bear so much [kg], by box; of
+        those that are joined to the box placed last.
         """
         over = (self._standing > self._most) & (self._group[self._limited] == step)
         return {

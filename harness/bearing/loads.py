@@ -157,7 +157,7 @@ class _Programme:
         raise UnsolvedError(f"no least load was found by linear programming: {result.message}")
 
     def _result(self, costs: FloatArray, method: str, presolve: bool) -> Any:
-        """What the solver finds, which measures wall time: on a busy machine it is asked again."""
+        """The answer of the solver, which measures wall time: it has more on a busy machine."""
         self._limit.check()
         seconds = self._limit.left()
         while True:

@@ -39,7 +39,7 @@ class Factors(NamedTuple):
 
 
 class Columns(NamedTuple):
-    """What unit forces at corners do, over the roots of how far the corners yield.
+    """Effects of unit forces at corners, over the roots of how far the corners yield.
 
     Attributes:
         starts: of the columns, (n + 1,).
