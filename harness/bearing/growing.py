@@ -1,4 +1,4 @@
-"""What boxes bear while a load is built up: each time found from what they bore before."""
+"""Loads that boxes bear while a load is built up: each time found from those before."""
 
 from __future__ import annotations
 
