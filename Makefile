@@ -160,7 +160,7 @@ pages: $(READY) ## remake all published pages and their index (days; goes on); `
 
 TO ?= runs/pin
 
-pin: $(READY) ## remake all published pages from kept rows into TO=FOLDER, to compare them after a change (five minutes of CPU time)
+pin: $(READY) ## remake all published pages from kept rows into TO=FOLDER, to compare them after a change (six minutes of CPU time)
 	$(BIN)/python tests/pinning/pin.py record $(TO)
 
 docs: $(READY) ## remake the table of engines and the index of published pages
