@@ -16,7 +16,7 @@ _LAYOUTS = {
     "layouts", "kernels", "statistics", "atomic", "errors", "escaping", "numbers", "reading",
     "stored", "notebook", "plugins",
 }  # fmt: skip
-_METHODS = {"methods", "engines", "bearing", "time_limit", *_LAYOUTS}
+_METHODS = {"methods", "engines", "bearing", "time_limit", "config", *_LAYOUTS}
 _RUNS = {"runs", *_METHODS}
 _LIBRARIES = {"compilation", "tuning", "properties", "learners", "transport", *_RUNS}
 
@@ -28,6 +28,7 @@ ALLOWED = {
     "numbers": {"errors", "escaping"},
     "plugins": {"errors"},
     "notebook": set(),
+    "config": {"engines", "numbers", "errors"},
     "time_limit": {"errors", "numbers"},
     "reports": {"reports", "statistics", "atomic", "errors", "escaping", "reading"},
     "compilation": set(),

@@ -9,7 +9,7 @@ from pathlib import Path
 from steadyload.cli.config_file import config_option
 from steadyload.cli.studies import configuration, output_option
 from steadyload.cli.terminal import study_progress
-from steadyload.studies.options import option
+from steadyload.config import option
 from steadyload.studies.speed.config import STUDY, SpeedConfig
 
 

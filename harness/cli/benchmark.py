@@ -13,8 +13,8 @@ from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import working
 from steadyload.cli.studies import configuration, output_option, workers_option, write
 from steadyload.cli.terminal import print_table, progress_bar, resumable
+from steadyload.config import REQUIRED, operand, option
 from steadyload.studies.benchmark.config import STUDY, BenchmarkConfig
-from steadyload.studies.options import REQUIRED, operand, option
 
 _SHOWN = 10
 """Number of files of a kind that are named after an import; all of them are counted."""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from steadyload.cli.readers import number
 from steadyload.cli.terminal import print_table, progress_bar
-from steadyload.studies.options import option
+from steadyload.config import option
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,9 @@ from steadyload.cli.fail_on import ANY, WORDS, FailOn, fail_on
 from steadyload.cli.flags import UsageError
 from steadyload.cli.reading import ReadingFlags
 from steadyload.cli.terminal import file_names, kept_status, print_table, progress_bar, say
+from steadyload.config import REQUIRED, operand, option, positive_number
 from steadyload.escaping import printable
-from steadyload.studies.options import DEFAULT_METHOD, REQUIRED, operand, option, positive_number
+from steadyload.studies.check_defaults import DEFAULT_METHOD
 
 if TYPE_CHECKING:
     from steadyload.studies.checking import Check as Checked

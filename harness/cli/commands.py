@@ -1,6 +1,6 @@
 """All commands in groups: words, import path, and summary.
 
-A command is a frozen dataclass of options (see :mod:`steadyload.studies.options`) with a method
+A command is a frozen dataclass of options (see :mod:`steadyload.config`) with a method
 ``run``, which returns an exit status, None for 0. Nothing is imported until a command is run. A
 study needs no line here: :mod:`steadyload.studies.registry` has it. A study whose command does more
 than run it and write its page has a line that replaces the default.

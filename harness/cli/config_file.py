@@ -6,10 +6,10 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
+from steadyload.config import option
 from steadyload.errors import UserError, nearest
 from steadyload.escaping import shown
 from steadyload.reading import toml_of
-from steadyload.studies.options import option
 
 FIELD = "config"
 """The field of a command that names the file."""

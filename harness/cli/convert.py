@@ -8,7 +8,7 @@ from pathlib import Path
 from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import working
 from steadyload.cli.reading import ReadingFlags, check_output
-from steadyload.studies.options import REQUIRED, operand, option
+from steadyload.config import REQUIRED, operand, option
 
 WRITABLE = ("native", "csv", "job")
 """Formats that can be written."""

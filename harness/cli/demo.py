@@ -10,7 +10,7 @@ from steadyload.cli.check import Check
 from steadyload.cli.fail_on import FailOn
 from steadyload.cli.flags import UsageError
 from steadyload.cli.terminal import say
-from steadyload.studies.options import option
+from steadyload.config import option
 
 
 @dataclass(frozen=True, kw_only=True)

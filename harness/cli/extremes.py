@@ -8,8 +8,8 @@ from pathlib import Path
 from steadyload.cli.config_file import config_option
 from steadyload.cli.studies import configuration, output_option, work_option, workers_option
 from steadyload.cli.terminal import study_progress
+from steadyload.config import option
 from steadyload.studies.extremes.config import STUDY, ExtremesConfig
-from steadyload.studies.options import option
 
 
 @dataclass(frozen=True, kw_only=True)

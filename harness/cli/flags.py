@@ -1,7 +1,7 @@
 """Flags of a command: made from a configuration's fields, and parsed into one.
 
 Names, meanings, ranges and defaults are declared once, with the fields (see
-:mod:`steadyload.studies.options`); cyclopts splits the words of a command line and prints the help.
+:mod:`steadyload.config`); cyclopts splits the words of a command line and prints the help.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from typing import Annotated, Any, TypeVar
 from cyclopts import App, CycloptsError, Parameter, UnknownOptionError, UnusedCliTokensError
 
 from steadyload.cli.config_file import FIELD, read_config
+from steadyload.config import BARE, FEWEST, METAVAR, NAMES, OPERAND, READ
 from steadyload.errors import UserError, nearest
-from steadyload.studies.options import BARE, FEWEST, METAVAR, NAMES, OPERAND, READ
 
 T = TypeVar("T")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from steadyload.cli.terminal import print_table
-from steadyload.studies.options import operand, option
+from steadyload.config import operand, option
 
 
 @dataclass(frozen=True)

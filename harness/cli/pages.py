@@ -15,9 +15,9 @@ from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import working
 from steadyload.cli.running import run
 from steadyload.cli.terminal import print_table, say
+from steadyload.config import REQUIRED, operand, option
 from steadyload.errors import UserError
 from steadyload.escaping import printable
-from steadyload.studies.options import REQUIRED, operand, option
 from steadyload.studies.published import (
     FOLDER,
     INDEX,

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from steadyload.cli.flags import UsageError
-from steadyload.studies.options import number_from_zero, option, positive_number
+from steadyload.config import number_from_zero, option, positive_number
 
 if TYPE_CHECKING:
     from steadyload.layouts.dialect import Dialect

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from steadyload.cli.readers import milliseconds, positive, share
 from steadyload.cli.terminal import print_table, say
-from steadyload.studies.options import option
+from steadyload.config import option
 
 if TYPE_CHECKING:
     from steadyload.layouts.question import Question

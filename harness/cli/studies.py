@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from steadyload.cli.config_file import FIELD, config_option
 from steadyload.cli.terminal import resumable, study_progress
-from steadyload.studies.options import option
+from steadyload.config import option
 from steadyload.studies.study import Study
 
 C = TypeVar("C")

@@ -10,8 +10,8 @@ from steadyload.cli.interrupts import working
 from steadyload.cli.reading import SOME_REFUSED, ReadingFlags, Strict
 from steadyload.cli.studies import configuration, write
 from steadyload.cli.terminal import progress_bar, resumable, say
+from steadyload.config import REQUIRED, operand, option
 from steadyload.studies.comparison.config import STUDY, ComparisonConfig
-from steadyload.studies.options import REQUIRED, operand, option
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 from steadyload.cli.config_file import config_option
 from steadyload.cli.studies import configuration, output_option, work_option
 from steadyload.cli.terminal import progress_bar, resumable, say, study_progress
-from steadyload.studies.options import option
+from steadyload.config import option
 from steadyload.studies.table5.config import STUDY, Table5Config
 
 

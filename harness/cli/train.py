@@ -9,8 +9,8 @@ from pathlib import Path
 from steadyload.cli.readers import duration, half_share, setting
 from steadyload.cli.studies import workers_option
 from steadyload.cli.terminal import progress_bar, resumable, say
+from steadyload.config import REQUIRED, option
 from steadyload.errors import nearest
-from steadyload.studies.options import REQUIRED, option
 
 
 @dataclass(frozen=True)

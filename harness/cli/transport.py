@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from steadyload.cli.flags import UsageError
 from steadyload.cli.reading import ReadingFlags
 from steadyload.cli.terminal import kept_status, print_table, progress_bar, say
+from steadyload.config import REQUIRED, operand, option
 from steadyload.escaping import printable
-from steadyload.studies.options import REQUIRED, operand, option
 
 if TYPE_CHECKING:
     from steadyload.layouts.frame import Frame

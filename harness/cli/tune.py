@@ -18,7 +18,7 @@ from steadyload.cli.studies import (
     write,
 )
 from steadyload.cli.terminal import progress_bar, resumable, say
-from steadyload.studies.options import option
+from steadyload.config import option
 from steadyload.studies.tuning.config import STUDY, TuningConfig
 
 _WORK, _REMADE = Path("runs/tune"), Path("runs/remade")

@@ -8,7 +8,8 @@ from pathlib import Path
 from steadyload.cli.flags import UsageError
 from steadyload.cli.reading import SOME_REFUSED, ReadingFlags, check_output
 from steadyload.cli.terminal import say, status_line
-from steadyload.studies.options import DEFAULT_METHOD, REQUIRED, number_from_zero, operand, option
+from steadyload.config import REQUIRED, number_from_zero, operand, option
+from steadyload.studies.check_defaults import DEFAULT_METHOD
 
 _RIDDEN = "label@mujoco"
 """The simulation that a load rides in unless another is named."""

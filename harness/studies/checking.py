@@ -32,8 +32,8 @@ from steadyload.studies.able import asked_question
 from steadyload.studies.answers import Answer as Answer
 from steadyload.studies.answers import Check as Check
 from steadyload.studies.answers import Reliability
+from steadyload.studies.check_defaults import DEFAULT_METHOD, GAPS_CM
 from steadyload.studies.faults import footing_at_fault, reason_of
-from steadyload.studies.options import DEFAULT_METHOD, GAPS_CM
 from steadyload.studies.recommend.front import Front, FrontError, front_for
 from steadyload.studies.recommend.kept import load_fronts
 from steadyload.transport.rules import Rule, rule_named

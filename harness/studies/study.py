@@ -54,7 +54,7 @@ class Study(ABC, Generic[C, R]):
         command: words of the command that runs it; empty for its name.
         folder: default work folder, below ``runs``; empty for its name.
         Config: a frozen dataclass of :func:`steadyload.engines.quantities.quantity` fields, or of
-            :func:`steadyload.studies.options.option`; keys, flags and their help come from it.
+            :func:`steadyload.config.option`; keys, flags and their help come from it.
         resumable: whether it keeps finished results in its work folder and continues from there.
         workers: default number of processes that judge; 0 for one a core, None where a study works
             in this process alone.

@@ -33,8 +33,8 @@ from steadyload.reports.viewer.records import (
     ViewedStep,
 )
 from steadyload.runs.provenance import provenance_lines
+from steadyload.studies.check_defaults import DEFAULT_METHOD, GAPS_CM
 from steadyload.studies.faults import reason_of
-from steadyload.studies.options import DEFAULT_METHOD, GAPS_CM
 from steadyload.transport.recording import record_ride
 from steadyload.transport.rules import rule_named
 

@@ -19,10 +19,10 @@ from steadyload.methods.method import Verdict
 from steadyload.methods.registry import make_method
 from steadyload.runs.scoring import read_entries
 from steadyload.studies import checking, demo
+from steadyload.studies.check_defaults import DEFAULT_METHOD
 from steadyload.studies.checking import check, check_all, reliability
 from steadyload.studies.demo import demo_pallets
 from steadyload.studies.faults import reason_of
-from steadyload.studies.options import DEFAULT_METHOD
 from steadyload.studies.recommend.kept import load_fronts
 from steadyload.transport.rules import Rule
 

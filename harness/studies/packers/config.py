@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from steadyload.studies.options import operand
+from steadyload.config import operand
 from steadyload.studies.study import Progress, Study, silent
 
 

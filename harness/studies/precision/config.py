@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from steadyload.studies.options import option, set_option
+from steadyload.config import option, set_option
 from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
 

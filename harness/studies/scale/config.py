@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from steadyload.studies.options import option
+from steadyload.config import option
 from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
 _FEWEST_ROWS = 10_000

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from steadyload.studies.options import methods_option, option, question, set_option
+from steadyload.config import methods_option, option, set_option
 from steadyload.studies.study import Progress, PublishedPage, Study, silent
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ class Table5Config:
         "whose labels and methods the page shows, within or stands (default: within); those of "
         "both are judged",
         metavar="QUESTION",
-        read=question,
+        choices="steadyload.layouts.question:Question",
     )
     limit: int | None = option(None, "only the first N cases a scenario", least=2)
     timed: int = option(

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from steadyload.studies.options import option
+from steadyload.config import option
 from steadyload.studies.study import Study
 
 

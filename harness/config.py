@@ -16,14 +16,6 @@ NAMES, METAVAR, READ, OPERAND, FEWEST, BARE = (
 )  # fmt: skip
 """Keys of a field's metadata, beside those of :func:`steadyload.engines.quantities.quantity`."""
 
-DEFAULT_METHOD = "cascade@mujoco:question=stands"
-"""The method that judges unless another is named: on layouts of real size it is the most accurate
-of those that take milliseconds (page ``real``)."""
-
-GAPS_CM = 2.0
-"""How far a box that has nothing under it may drop [cm] before a load is said to hover: customers'
-pallets have boxes up to 1.7 cm in the air, from the tolerances of their software."""
-
 
 def option(
     default: Any,
@@ -98,19 +90,6 @@ REQUIRED = dataclasses.MISSING
 def _named(made: Any, more: dict[str, Any]) -> Any:
     made.metadata = MappingProxyType({**made.metadata, **more})
     return made
-
-
-def question(text: str) -> str:
-    """The name of a question, from text; help on it imports nothing.
-
-    Raises:
-        ValueError: there is no such question.
-    """
-    from steadyload.layouts.question import Question
-
-    if text not in list(Question):
-        raise ValueError(f"{text!r}; allowed: {', '.join(Question)}")
-    return text
 
 
 def positive_number(text: str) -> float:
