@@ -1,15 +1,22 @@
-"""Fields of a configuration: quantities with their form on the command line."""
+"""Configurations: fields with their form as a flag, and the binding of mappings to dataclasses."""
 
 from __future__ import annotations
 
 import dataclasses
+import importlib
 import math
-from collections.abc import Callable, Collection
-from types import MappingProxyType
-from typing import Any
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from types import MappingProxyType, NoneType, UnionType
+from typing import Any, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from steadyload.engines.quantities import quantity
+from steadyload.errors import UserError, nearest
+from steadyload.escaping import shown
 from steadyload.numbers import POSITIVE, is_positive
+
+T = TypeVar("T")
 
 NAMES, METAVAR, READ, OPERAND, FEWEST, BARE = (
     "names", "metavar", "read", "operand", "fewest", "bare"
@@ -122,3 +129,163 @@ def _number(text: str) -> float:
         return float(text)
     except ValueError:
         return math.nan
+
+
+def choices_of(metadata: Mapping[str, Any]) -> Sequence[str]:
+    """Allowed words of a field, by its metadata; empty where all are allowed."""
+    named = metadata.get("choices") or ()
+    if not isinstance(named, str):
+        return sorted(named)
+    module, _, name = named.partition(":")
+    return [str(word) for word in getattr(importlib.import_module(module), name)]
+
+
+def numbers_allowed(kind: type[float], least: float, most: float) -> str:
+    """The numbers of a range in words; a bound that is infinite is none."""
+    what = "a whole number" if kind is int else "a number"
+    if math.isinf(least):
+        return what if math.isinf(most) else f"{what} of at most {most:g}"
+    return f"{what}, {least:g} {'or more' if math.isinf(most) else f'to {most:g}'}"
+
+
+class ConfigError(UserError):
+    """A key or value of a configuration that is not allowed; says where, which, and what is."""
+
+
+def bind(cls: type[T], mapping: Mapping[str, object], where: str) -> T:
+    """A dataclass of the values of a mapping, such as a TOML file or a JSON object.
+
+    Fields may be texts, truth values, numbers, paths, enumerations, dataclasses, tuples, lists and
+    mappings of these, and optional. Ranges, choices and readers of :func:`option` hold.
+
+    Args:
+        cls: a dataclass.
+        mapping: values by name of a field.
+        where: what the mapping is, for messages.
+
+    Raises:
+        ConfigError: an unknown or missing key, or a value that is not allowed.
+    """
+    return cls(**_complete(cls, values_of(cls, mapping, where), where))
+
+
+def values_of(
+    cls: type, mapping: Mapping[str, object], where: str, *, apart: Collection[str] = ()
+) -> dict[str, Any]:
+    """The fields of a dataclass that a mapping states, by name; see :func:`bind`.
+
+    Args:
+        cls: a dataclass.
+        mapping: values by name of a field.
+        where: what the mapping is, for messages.
+        apart: names of fields that a mapping may not state.
+    """
+    kinds = get_type_hints(cls)
+    known = {one.name: one for one in dataclasses.fields(cls) if one.init and one.name not in apart}
+    for key in mapping:
+        if key not in known:
+            raise ConfigError(f"{where}: unknown key {shown(key)}; {nearest(str(key), known)}")
+    return {
+        name: _Field(where, name, known[name].metadata).value(kinds[name], stated)
+        for name, stated in mapping.items()
+    }
+
+
+def _complete(cls: type, values: dict[str, Any], where: str) -> dict[str, Any]:
+    for one in dataclasses.fields(cls):
+        has_default = one.default is not REQUIRED or one.default_factory is not REQUIRED
+        if one.init and not has_default and one.name not in values:
+            raise ConfigError(f"{where}: {one.name} is missing; allowed: a value of it")
+    return values
+
+
+@dataclass(frozen=True, slots=True)
+class _Field:
+    """A field, or an element of one, that is bound: where it stands, and what is allowed there."""
+
+    where: str
+    name: str
+    metadata: Mapping[str, Any]
+
+    def value(self, kind: Any, stated: object) -> Any:
+        """The value of a type."""
+        origin, inner = get_origin(kind) or kind, get_args(kind)
+        if origin in (Union, UnionType):
+            if stated is None and NoneType in inner:
+                return None
+            [kind] = [one for one in inner if one is not NoneType]
+            return self.value(kind, stated)
+        if self.metadata.get(READ) is not None and not inner:
+            return self._read(stated)
+        if origin is tuple:
+            return self._tuple(inner, stated)
+        if origin in (list, Sequence):
+            return [self._at(k).value(inner[0], one) for k, one in self._elements(stated)]
+        if origin in (dict, Mapping):
+            return self._mapping(inner, stated)
+        if isinstance(kind, type) and dataclasses.is_dataclass(kind):
+            if not isinstance(stated, Mapping):
+                self._refuse(stated, "keys with values")
+            return bind(kind, stated, f"{self.where}: {self.name}")
+        return stated if kind is Any else self._single(kind, stated)
+
+    def _refuse(self, stated: object, allowed: str) -> NoReturn:
+        raise ConfigError(f"{self.where}: {self.name} is {shown(stated)}; allowed: {allowed}")
+
+    def _at(self, key: object) -> _Field:
+        return replace(self, name=f"{self.name}[{key}]")
+
+    def _elements(self, stated: object) -> Iterable[tuple[int, object]]:
+        if not isinstance(stated, list | tuple):
+            self._refuse(stated, "a list")
+        return enumerate(stated)
+
+    def _tuple(self, inner: tuple[Any, ...], stated: object) -> tuple[Any, ...]:
+        elements = list(self._elements(stated))
+        kinds = inner[:1] * len(elements) if inner[1:] == (...,) else inner
+        if len(kinds) != len(elements):
+            self._refuse(stated, f"a list of {len(kinds)} values")
+        return tuple(
+            self._at(k).value(kind, one) for kind, (k, one) in zip(kinds, elements, strict=True)
+        )
+
+    def _mapping(self, inner: tuple[Any, ...], stated: object) -> dict[Any, Any]:
+        if not isinstance(stated, Mapping):
+            self._refuse(stated, "keys with values")
+        key, value = inner
+        return {
+            self._at(name).value(key, name): self._at(name).value(value, one)
+            for name, one in stated.items()
+        }
+
+    def _read(self, stated: object) -> Any:
+        """The value of a text, or of a number in its place, by the field's own reader."""
+        if not isinstance(stated, str | int | float) or isinstance(stated, bool):
+            self._refuse(stated, "a value")
+        try:
+            return self.metadata[READ](str(stated))
+        except ValueError as error:
+            raise ConfigError(f"{self.where}: {self.name} is {error}") from None
+
+    def _single(self, kind: Any, stated: object) -> Any:
+        if kind is bool:
+            return stated if isinstance(stated, bool) else self._refuse(stated, "true or false")
+        if kind in (int, float):
+            return self._number(kind, stated)
+        is_enum = issubclass(kind, Enum)
+        if not isinstance(stated, str | int if is_enum else str):
+            self._refuse(stated, "a text")
+        names = [one.value for one in kind] if is_enum else choices_of(self.metadata)
+        if names and stated not in names:
+            hint = nearest(str(stated), names)
+            raise ConfigError(f"{self.where}: {self.name} is {shown(stated)}; {hint}")
+        return kind(stated)
+
+    def _number(self, kind: type[float], stated: Any) -> float:
+        least, most = self.metadata.get("least", -math.inf), self.metadata.get("most", math.inf)
+        is_right = type(stated) is int or (kind is float and type(stated) is float)
+        if is_right and "least" in self.metadata:
+            is_right = least <= stated <= most  # not a number is in no range
+        if not is_right:
+            self._refuse(stated, numbers_allowed(kind, least, most))
+        return kind(stated)

@@ -6,6 +6,7 @@ A chart shows what it is given and computes nothing. Cost stands on x (logarithm
 from __future__ import annotations
 
 import io
+import itertools
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -48,6 +49,9 @@ PLAIN_TICKS = FuncFormatter(lambda value, _: f"{value:g}")
 COST_LABEL = "CPU time a layout (ms)"
 ACCURACY_LABEL = "accuracy (% of cases with the label's failing step)"
 
+_STEPS = (
+    ("#1f77b4", "-"), ("#d62728", "-"), ("#ff9896", "--"), ("#2ca02c", "-"), ("#7f7f7f", ":"),
+)  # fmt: skip
 _DPI = 150
 _TOP = 100.5
 _TICKS = (0.0, 20.0, 40.0, 60.0, 80.0, 90.0, 95.0, 98.0, 99.0, 99.5, 100.0)
@@ -194,6 +198,38 @@ def plot_cost_accuracy(points: Sequence[CostPoint], *, y_label: str = ACCURACY_L
     axes.set_xlabel(COST_LABEL)
     axes.set_ylabel(y_label)
     axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+    return figure
+
+
+def ecdf(
+    groups: Mapping[str, tuple[Sequence[float], int]],
+    *,
+    x: str,
+    y: str,
+    among: Collection[str] = (),
+) -> Figure:
+    """Share of a group [%] that has come to an end by a share [%]: a step curve a group.
+
+    Args:
+        groups: by title the shares at which members end, ascending, and the number of members.
+        x: label of the axis.
+        y: label of the axis.
+        among: titles of all groups there may be, so that one has the same line on every page.
+    """
+    figure = Figure(figsize=(6.4, 4.2))
+    axes = figure.add_subplot()
+    styles = dict(zip(among or groups, itertools.cycle(_STEPS), strict=False))
+    for title, (ends, count) in groups.items():
+        shade, line = styles[title]
+        across = [0.0, *(100.0 * end for end in ends), 100.0]
+        up = [100.0 * k / count for k in range(len(ends) + 1)]
+        label = f"{title} ({count})"
+        axes.step(
+            across, [*up, up[-1]], line, where="post", color=shade, linewidth=1.6, label=label
+        )
+    axes.set(xlim=(0.0, 100.0), ylim=(-1.0, 100.0), xlabel=x, ylabel=y)
+    axes.grid(visible=True, linewidth=0.4, alpha=0.6)
+    axes.legend(loc="upper left", frameon=False)
     return figure
 
 

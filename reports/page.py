@@ -29,19 +29,42 @@ class Picture:
     interactive: Interactive | None = None
 
 
+Block = str | Table | Picture
+"""A part of a section: Markdown, a table, or a picture."""
+
+
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A heading with text, tables (declared, or as Markdown) and pictures, in that order."""
+    """A heading with text, tables (declared, or as Markdown) and pictures, in that order.
+
+    ``placed``: further blocks, in any order, before them.
+    """
 
     title: str
     text: str = ""
     tables: Sequence[Table | str] = ()
     pictures: Sequence[Picture] = ()
+    placed: Sequence[Block] = ()
+
+    @property
+    def blocks(self) -> list[Block]:
+        """All blocks in their order."""
+        return [b for b in (*self.placed, self.text, *self.tables, *self.pictures) if b]
+
+    @property
+    def charts_first(self) -> list[Block]:
+        """The blocks as a browser shows them."""
+        return sorted(self.blocks, key=lambda b: not (isinstance(b, Picture) and b.interactive))
+
+    @property
+    def drawn(self) -> list[Picture]:
+        """All pictures."""
+        return [block for block in self.blocks if isinstance(block, Picture)]
 
     @property
     def cut(self) -> tuple[Table, ...]:
         """Tables that a Markdown page shows the first columns of."""
-        return tuple(t for t in self.tables if isinstance(t, Table) and t.is_cut)
+        return tuple(t for t in self.blocks if isinstance(t, Table) and t.is_cut)
 
 
 @dataclass(frozen=True, slots=True)

@@ -39,7 +39,7 @@ def report_html(page: Page, images: Mapping[str, tuple[str, bytes]]) -> str:
     Raises:
         ThreeJsError: see :func:`steadyload.reports.viewer.three_js.three_js`.
     """
-    charts = {p.name: p.interactive for s in page.sections for p in s.pictures if p.interactive}
+    charts = {p.name: p.interactive for s in page.sections for p in s.drawn if p.interactive}
     players = {name: chart.players for name, chart in charts.items() if chart.players}
     first, _, rest = page.summary.partition("\n\n")
     return rendered(

@@ -107,6 +107,16 @@ def compact(value: float | None, digits: int = 2) -> str:
     return significant(float(text), digits)  # rounded first: 0.0998 is 0.10, not 0.100
 
 
+def fixed(value: float | None, digits: int = 0) -> str:
+    """A number with fixed digits."""
+    return MISSING if value is None else f"{value:.{digits}f}"
+
+
+def p_value(p: float) -> str:
+    """The level of a test with two significant digits."""
+    return significant(p, 2) if p >= 1e-4 else "< 0.0001"
+
+
 def yes_no(true: bool) -> str:
     """A truth value as a word."""
     return "yes" if true else "no"

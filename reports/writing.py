@@ -53,7 +53,7 @@ def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
         OSError: a file cannot be written.
     """
     directory.mkdir(parents=True, exist_ok=True)
-    images = {p.name: image(p.figure) for section in page.sections for p in section.pictures}
+    images = {p.name: image(p.figure) for section in page.sections for p in section.drawn}
     files = {
         picture: f"{FIGURES}/{picture}.{checksum(drawn)}{ending}"
         for picture, (ending, drawn) in images.items()

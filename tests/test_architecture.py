@@ -28,7 +28,7 @@ ALLOWED = {
     "numbers": {"errors", "escaping"},
     "plugins": {"errors"},
     "notebook": set(),
-    "config": {"engines", "numbers", "errors"},
+    "config": {"engines", "numbers", "errors", "escaping"},
     "time_limit": {"errors", "numbers"},
     "reports": {"reports", "statistics", "atomic", "errors", "escaping", "reading"},
     "compilation": set(),
@@ -111,7 +111,7 @@ def faults(root):
 
 
 def shows(name):
-    return name.endswith(SHOWING) or name == "studies.viewing"
+    return name.endswith(SHOWING) or name in ("studies.viewing", "studies.kit")
 
 
 def circles(arrows):
@@ -200,7 +200,7 @@ FREE = {
     "properties.findings": "a file of the package",
     "runs.provenance": "the source of the program, and the kind of processor",
     "engines.checks.protocol": "the memory of this process",
-    "studies.scale.study": "the memory of this process",
+    "studies.scale.measuring": "the memory of this process",
     "engines.with_bullet": "the null device",
     "cli.terminal": "the null device",
     "cli.demo": "a page in the browser",

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from steadyload.cli.config_file import ConfigFileError, read_config
+from steadyload.cli.config_file import read_config
+from steadyload.config import ConfigError
 from steadyload.errors import UserError
 from steadyload.layouts.benchmark.dataset import load_benchmark
 from steadyload.layouts.dialect import load_profile
@@ -27,7 +28,7 @@ from steadyload.reading import (
     toml_of,
     unpacked,
 )
-from steadyload.runs.definition import load_study
+from steadyload.runs.definition import StudyDefinition, load_study
 from steadyload.runs.results import load_manifest
 from steadyload.runs.store import JSON, Store, checksum_of
 from steadyload.stored import stored_list, stored_object
@@ -53,7 +54,7 @@ READERS = {
     "rule": lambda path: rule_named(str(path)),
     "history": recorded,
     "study": load_study,
-    "configuration": lambda path: read_config(path, ("part",)),
+    "configuration": lambda path: read_config(path, StudyDefinition),
     "profile": load_profile,
     "plan": load_plan,
     "thresholds": lambda path: load_thresholds("mujoco", path),
@@ -138,24 +139,24 @@ def test_a_file_that_is_read_in_parts_is_no_pipe(tmp_path):
 
 
 def test_a_file_of_toml_is_refused_by_the_error_of_its_reader(tmp_path):
-    with pytest.raises(ConfigFileError, match=r"file\.toml: not valid TOML \("):
-        toml_of(bytes_of(tmp_path, b"a = "), ConfigFileError)
+    with pytest.raises(ConfigError, match=r"file\.toml: not valid TOML \("):
+        toml_of(bytes_of(tmp_path, b"a = "), ConfigError)
     for content in (b"a = \xff", b"a = " + b"[" * 100_000):
-        with pytest.raises(ConfigFileError, match="not valid TOML"):
-            toml_of(bytes_of(tmp_path, content), ConfigFileError)
-    assert toml_of(bytes_of(tmp_path, b"\xef\xbb\xbfa = 1\r\n"), ConfigFileError) == {"a": 1}
+        with pytest.raises(ConfigError, match="not valid TOML"):
+            toml_of(bytes_of(tmp_path, content), ConfigError)
+    assert toml_of(bytes_of(tmp_path, b"\xef\xbb\xbfa = 1\r\n"), ConfigError) == {"a": 1}
 
 
 @pytest.mark.parametrize(
     "key", ["a." * MAX_KEY_PARTS + "b = 1", "[" + " a ." * MAX_KEY_PARTS + "b]"]
 )
 def test_a_key_whose_parts_cost_their_square_is_refused(tmp_path, key):
-    with pytest.raises(ConfigFileError, match=f"a key of more than {MAX_KEY_PARTS} parts"):
-        toml_of(bytes_of(tmp_path, key.encode()), ConfigFileError)
+    with pytest.raises(ConfigError, match=f"a key of more than {MAX_KEY_PARTS} parts"):
+        toml_of(bytes_of(tmp_path, key.encode()), ConfigError)
     fewer = key.replace("a.", "", 1).replace(" a .", "", 1)
-    assert toml_of(bytes_of(tmp_path, fewer.encode()), ConfigFileError)
+    assert toml_of(bytes_of(tmp_path, fewer.encode()), ConfigError)
     many = f"a = [{'0.5, ' * 1000}]"
-    assert len(toml_of(bytes_of(tmp_path, many.encode()), ConfigFileError)["a"]) == 1000
+    assert len(toml_of(bytes_of(tmp_path, many.encode()), ConfigError)["a"]) == 1000
 
 
 def test_a_stored_file_of_many_values_is_refused():

@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
-from steadyload.config import option
-from steadyload.errors import UserError, nearest
-from steadyload.escaping import shown
+from steadyload.config import ConfigError, option, values_of
 from steadyload.reading import toml_of
 
 FIELD = "config"
 """The field of a command that names the file."""
-
-
-class ConfigFileError(UserError):
-    """A configuration file that cannot be read, or holds a key or value that is not allowed."""
 
 
 def config_option() -> Any:
@@ -26,16 +19,12 @@ def config_option() -> Any:
     )
 
 
-def read_config(path: Path, keys: Collection[str]) -> Mapping[str, Any]:
-    """Values of a configuration file, by key.
+def read_config(path: Path, command: type) -> dict[str, Any]:
+    """Values of a configuration file, by field of a command.
 
     Raises:
-        ConfigFileError: the file is not valid TOML, or has an unknown key.
+        ConfigError: the file is not valid TOML, or has a key or value that is not allowed.
         TooLargeError: it has too many bytes.
         OSError: the file cannot be read.
     """
-    found = toml_of(path, ConfigFileError)
-    for key in found:
-        if key not in keys:
-            raise ConfigFileError(f"{path}: unknown key {shown(key)}; {nearest(key, keys)}")
-    return found
+    return values_of(command, toml_of(path, ConfigError), str(path), apart={FIELD})

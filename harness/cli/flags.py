@@ -7,7 +7,6 @@ Names, meanings, ranges and defaults are declared once, with the fields (see
 from __future__ import annotations
 
 import dataclasses
-import importlib
 import inspect
 import types
 import typing
@@ -18,7 +17,16 @@ from typing import Annotated, Any, TypeVar
 from cyclopts import App, CycloptsError, Parameter, UnknownOptionError, UnusedCliTokensError
 
 from steadyload.cli.config_file import FIELD, read_config
-from steadyload.config import BARE, FEWEST, METAVAR, NAMES, OPERAND, READ
+from steadyload.config import (
+    BARE,
+    FEWEST,
+    METAVAR,
+    NAMES,
+    OPERAND,
+    READ,
+    choices_of,
+    numbers_allowed,
+)
 from steadyload.errors import UserError, nearest
 
 T = TypeVar("T")
@@ -60,14 +68,6 @@ class _Flag:
         words = {int: "N", float: "X", Path: "FILE"}
         return self.said(METAVAR) or words.get(self.kind, "NAME")
 
-    def choices(self) -> Collection[str]:
-        """Allowed words; empty where all are allowed."""
-        named = self.said("choices") or ()
-        if not isinstance(named, str):
-            return named
-        module, _, name = named.partition(":")
-        return [str(word) for word in getattr(importlib.import_module(module), name)]
-
     def read(self, text: str) -> Any:
         """The value of a text.
 
@@ -86,14 +86,13 @@ class _Flag:
             raise UsageError(f"{self.names[0]}: {error}") from None
 
     def _whole(self, text: str) -> int:
-        least, most = self.said("least"), self.said("most")
+        least, most = max(self.said("least"), 0), self.said("most")
         if not (text.isascii() and text.isdigit() and least <= int(text) <= most):
-            end = "or more" if most == float("inf") else f"to {most:g}"
-            raise ValueError(f"{text!r}; allowed: a whole number, {max(least, 0):g} {end}")
+            raise ValueError(f"{text!r}; allowed: {numbers_allowed(int, least, most)}")
         return int(text)
 
     def _chosen(self, text: str) -> str:
-        known = self.choices()
+        known = choices_of(self.field.metadata)
         if known and text not in known:
             raise ValueError(f"{text!r}; {nearest(text, known)}")
         return text
@@ -102,7 +101,7 @@ class _Flag:
         """Meaning of the flag, with the allowed words."""
         about: str = self.said("about")
         if self.said("choices") and not self.said(METAVAR):
-            about += f"; one of {', '.join(self.choices())}"
+            about += f"; one of {', '.join(choices_of(self.field.metadata))}"
         return about
 
     def parameter(self, *, helping: bool) -> inspect.Parameter:
@@ -131,29 +130,6 @@ class _Flag:
             default=inspect.Parameter.empty if self.required else None,
             annotation=Annotated[hint, made],
         )  # fmt: skip
-
-    def stated(self, value: Any, where: str) -> Any:
-        """The field's value from an entry of a configuration file.
-
-        Raises:
-            UsageError: it is of another type, or not allowed; the message says where.
-        """
-        values = value if isinstance(value, list) and self.several else [value]
-        right = all(
-            isinstance(one, bool) if self.kind is bool else
-            isinstance(one, str | int | float) and not isinstance(one, bool)
-            for one in values
-        )  # fmt: skip
-        if not right or (self.several and not isinstance(value, list)):
-            kind = "true or false" if self.kind is bool else "a list" if self.several else "a value"
-            raise UsageError(f"{where}: {self.field.name} is {value!r}; allowed: {kind}")
-        if self.kind is bool:
-            return value
-        try:
-            made = tuple(self.read(str(one)) for one in values)
-        except UsageError as error:
-            raise UsageError(f"{where}: {error}") from None
-        return made if self.several else made[0]
 
     def value(self, given: Any) -> Any:
         """The field's value from the texts that cyclopts found."""
@@ -235,10 +211,7 @@ def parsed(name: str, config: type[T], about: str, words: Sequence[str]) -> T | 
         raise UsageError(f"{name}: {error}") from None
     values = {key: flags[key].value(value) for key, value in found.items()}
     if FIELD in values:
-        file = values[FIELD]
-        named = {key: flag for key, flag in flags.items() if key != FIELD}
-        said = read_config(file, named)
-        values = {k: named[k].stated(v, str(file)) for k, v in said.items()} | values
+        values = read_config(values[FIELD], config) | values
     try:
         return config(**values)
     except UserError:

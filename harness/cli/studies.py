@@ -1,17 +1,19 @@
-"""The command of a study: its configuration, folders and workers in, the path of its page out."""
+"""The command of a study: its options, folders and workers in, the path of its page out."""
 
 from __future__ import annotations
 
 import dataclasses
 import os
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_type_hints
 
 from steadyload.cli.config_file import FIELD, config_option
 from steadyload.cli.terminal import resumable, study_progress
 from steadyload.config import option
-from steadyload.studies.study import Study
+from steadyload.studies.kit import Lab
+from steadyload.studies.registry import AnyStudy
 
 C = TypeVar("C")
 
@@ -47,37 +49,65 @@ def configuration(config: type[C], command: Any) -> C:
     return config(**{name: getattr(command, name) for name in names})
 
 
-def study_command(study: Study[Any, Any]) -> type[Any]:
-    """The command of a study, made of its configuration."""
-    fields: list[tuple[str, Any, Any]] = []
-    if study.resumable:
-        fields.append(("work", Path, work_option(study.work)))
-        fields.append(("output", Path | None, output_option()))
-    else:
-        fields.append(("output", Path, output_option(study.work)))
-    if study.workers is not None:
-        fields.append(("workers", int, workers_option(study.workers)))
+def study_command(study: AnyStudy) -> type[Any]:
+    """The command of a study, made of its options."""
+    config = study if isinstance(study, type) else study.Config
+    fields = [*_options(config), *_places(study), (FIELD, Path | None, config_option())]
 
-    fields.append((FIELD, Path | None, config_option()))
+    def check(command: Any) -> None:
+        configuration(config, command)
 
     def run(command: Any) -> None:
         work = command.work if study.resumable else command.output
         workers = command.workers if study.workers is not None else 1
-        write(study, configuration(study.Config, command), work, command.output or work, workers)
+        write(study, configuration(config, command), work, command.output or work, workers)
 
     return dataclasses.make_dataclass(
-        type(study).__name__, fields, bases=(study.Config,), namespace={"run": run},
+        study.name, fields, namespace={"__post_init__": check, "run": run},
         frozen=True, kw_only=True,
     )  # fmt: skip
 
 
-def write(study: Study[C, Any], config: C, work: Path, output: Path, workers: int) -> None:
-    """Run a study, write its page, and print the path of that."""
+def _options(config: type) -> Iterator[tuple[str, Any, Any]]:
+    """Name, type and field of every option of a configuration."""
+    hints = get_type_hints(config)
+    for one in dataclasses.fields(config):
+        if one.default_factory is not dataclasses.MISSING:
+            made = dataclasses.field(default_factory=one.default_factory, metadata=one.metadata)
+        else:
+            made = dataclasses.field(default=one.default, metadata=one.metadata)
+        yield one.name, hints[one.name], made
+
+
+def _places(study: AnyStudy) -> Iterator[tuple[str, Any, Any]]:
+    """Options of the folders and the workers of a study."""
+    if study.resumable:
+        yield "work", Path, work_option(study.work)
+        yield "output", Path | None, output_option()
+    else:
+        yield "output", Path, output_option(study.work)
+    if study.workers is not None:
+        yield "workers", int, workers_option(study.workers)
+
+
+def write(study: AnyStudy, config: Any, work: Path, output: Path, workers: int) -> None:
+    """Run a study, write its page, and print the path of that.
+
+    Args:
+        study: in either form.
+        config: its configuration; of a class an object of it.
+        work: folder of what is judged.
+        output: folder of the page.
+        workers: processes that judge.
+    """
     from steadyload.reports.writing import write_page
 
     with ExitStack() as stack:
         if study.resumable:
             stack.enter_context(resumable(work))
         progress = stack.enter_context(study_progress())
-        result = study.run(config, work, workers=workers, progress=progress)
-    print(write_page(study.page(result), output))
+        if isinstance(study, type):
+            found = config.run(Lab(work, workers, progress))
+        else:
+            found = study.run(config, work, workers=workers, progress=progress)
+    print(write_page(config.page(found) if isinstance(study, type) else study.page(found), output))

@@ -1,4 +1,4 @@
-"""The method and the limit of gaps that ``check``, ``view`` and ``score`` use unless given others."""
+"""The method and the limit of gaps that ``check``, ``view`` and ``score`` use by default."""
 
 DEFAULT_METHOD = "cascade@mujoco:question=stands"
 """The method that judges unless another is named: on layouts of real size it is the most accurate

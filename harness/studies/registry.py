@@ -1,7 +1,7 @@
 """Names of studies. Listing them imports none.
 
 A study is one folder and one line in :data:`STUDIES`. Other distributions register studies through
-the entry-point group ``steadyload.studies``, with values of the form ``module:STUDY``.
+the entry-point group ``steadyload.studies``, with values of the form ``module:Class``.
 """
 
 from __future__ import annotations
@@ -12,7 +12,11 @@ from typing import Any
 
 from steadyload.errors import UserError, nearest
 from steadyload.plugins import faulty, loaded
+from steadyload.studies import kit
 from steadyload.studies.study import Study
+
+AnyStudy = Study[Any, Any] | type[kit.Study[Any]]
+"""A study in either form: an object with a ``Config``, or a class that is its configuration."""
 
 GROUP = "steadyload.studies"
 """Group of entry points of studies."""
@@ -38,8 +42,8 @@ STUDIES: dict[str, str] = {
     "properties": "steadyload.studies.properties.config:STUDY",
     "benchmark": "steadyload.studies.benchmark.config:STUDY",
     "transport": "steadyload.studies.transport.config:STUDY",
-    "packers": "steadyload.studies.packers.config:STUDY",
-    "scale": "steadyload.studies.scale.config:STUDY",
+    "packers": "steadyload.studies.packers.study:Packers",
+    "scale": "steadyload.studies.scale.study:Scale",
 }
 """Study -> import path of its declaration, in the order of the index of pages."""
 
@@ -59,7 +63,7 @@ def _from_other_distributions() -> dict[str, str]:
     return {entry.name: entry.value for entry in found}
 
 
-def study(name: str) -> Study[Any, Any]:
+def study(name: str) -> AnyStudy:
     """The study with a name.
 
     Raises:
@@ -70,6 +74,7 @@ def study(name: str) -> Study[Any, Any]:
     if name not in known:
         raise UnknownStudyError(f"unknown study {name!r}; {nearest(name, known)}")
     found = loaded(known[name], GROUP, name)
-    if not isinstance(found, Study):
+    is_class = isinstance(found, type) and issubclass(found, kit.Study)
+    if not is_class and not isinstance(found, Study):
         raise faulty(GROUP, name, f"{known[name]} is no Study")
     return found

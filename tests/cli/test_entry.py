@@ -248,8 +248,8 @@ def test_a_file_says_what_flags_would_and_flags_override_it(tmp_path):
     ("text", "message"),
     [
         ("limitt = 3", "unknown key 'limitt'; did you mean 'limit'"),
-        ("limit = 1", "--limit: '1'; allowed: a whole number, 2 or more"),
-        ("limit = true", "limit is True; allowed: a value"),
+        ("limit = 1", "limit is 1; allowed: a whole number, 2 or more"),
+        ("limit = true", "limit is True; allowed: a whole number, 2 or more"),
         ('methods = "sme"', "methods is 'sme'; allowed: a list"),
         ("limit =", "mine.toml: "),
     ],

@@ -20,6 +20,7 @@ import stored
 from mutation import mutated, mutated_json
 
 from steadyload.cli.config_file import read_config
+from steadyload.config import methods_option, option
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import tables
 from steadyload.layouts.benchmark.dataset import load_benchmark, row_of
@@ -118,6 +119,17 @@ displacement = 2
 HISTORY = b"time_s,acceleration_g\n0,0\n0.1,0.5\n0.4,0.5\n"
 
 _PLAN = Path(str(resources.files("steadyload.studies.learned") / "plan.toml"))
+
+
+@dataclass(frozen=True)
+class Configured:
+    """A command that a configuration file may fill in."""
+
+    part: str = option("test", "of a set", choices=("test", "train"))
+    limit: int | None = option(None, "cases", least=1)
+    workers: int = option(1, "processes", least=1)
+    methods: tuple[str, ...] = methods_option("to compare")
+
 
 CONFIG = b"""\
 part = "test"
@@ -394,7 +406,7 @@ def _files():
         (_packvium(), read_layout_file),
         (STUDY, read_study),
         (PROFILE, lambda path: nothing(load_profile(path))),
-        (CONFIG, lambda path: nothing(read_config(path, ("part", "limit", "workers", "methods")))),
+        (CONFIG, lambda path: nothing(read_config(path, Configured))),
         (RULE, read_rule),
         (HISTORY, lambda path: nothing(recorded(path))),
         (_PLAN.read_bytes(), lambda path: nothing(load_plan(path))),
@@ -429,7 +441,7 @@ FORMATS = {
     "profile": Format(lambda: [PROFILE], lambda path: nothing(load_profile(path))),
     "config": Format(
         lambda: [CONFIG],
-        lambda path: nothing(read_config(path, ("part", "limit", "workers", "methods"))),
+        lambda path: nothing(read_config(path, Configured)),
     ),
     "rule": Format(
         lambda: [RULE], read_rule, place=lambda folder, rule: written(folder / "rule.toml", rule)

@@ -35,6 +35,7 @@ from steadyload.studies.closed_forms import measuring
 from steadyload.studies.closed_forms import study as closed_forms
 from steadyload.studies.engines.speed import SpeedUnit, ThroughputUnit
 from steadyload.studies.extremes.study import CellUnit
+from steadyload.studies.kit import Asked
 from steadyload.studies.learned import batches, judged
 from steadyload.studies.learned.batches import BatchUnit
 from steadyload.studies.learned.judged import JudgedPart
@@ -44,7 +45,7 @@ from steadyload.studies.precision import sizes
 from steadyload.studies.properties import study as properties
 from steadyload.studies.replication import networks
 from steadyload.studies.replication.splits import SplitKind
-from steadyload.studies.scale import study as scale
+from steadyload.studies.scale.measuring import Size
 from steadyload.studies.session import packing_gains
 from steadyload.studies.session.study import CurvesUnit
 from steadyload.studies.transport import study as transport
@@ -139,7 +140,6 @@ WITH_OWN_KEY = {
     "SizeUnit": (sizes.SizeUnit("tipping offset", "mujoco", 0.1, MADE), {}),
     "SpeedUnit": (SpeedUnit("mujoco", "pile", "all", (10, 20), MADE), {}),
     "ThroughputUnit": (ThroughputUnit("mujoco", 60, MADE), {}),
-    "ScaleUnit": (scale.ScaleUnit(4000, 2), {}),
     "CellUnit": (CellUnit("weight", "mujoco", 240, 1.0, 60.0, MADE), {}),
     "ClosedFormUnit": (closed_forms.ClosedFormUnit("overhang of 5", "mujoco", 240, MADE), {}),
     "CurvesUnit": (CurvesUnit(("sme",), 200, {"sme": MADE}), METHODS | METHOD_BY_METHOD),
@@ -247,6 +247,17 @@ def network_trainings():
         yield name, of(options=other)
 
 
+ASKED = {
+    Size: (
+        Size(4000, 2),
+        {"question": "scale", "methods": ("fbs", "pbs0.9", "pbs0.7", "pbs0.5"), "repetitions": 10},
+        "51a4a7a6acebac05bfa8",
+    ),
+}
+"""Classes of what is measured once: one of each, what its class states, and the key of that one,
+under which rows are kept: it never changes."""
+
+
 MADE_WITH_KEY = {
     "units.Unit": study_cases,
     "label_rows.TraceUnit": lambda: traced(lambda part: next(labelling._units([part]))),
@@ -279,7 +290,7 @@ def unit_classes():
             break
         found |= more
     protocols = {name for name in found if "Protocol" in heads[name]}
-    return sorted(found - protocols - {"runs.pool.SinglePart"})
+    return sorted(found - protocols - {"runs.pool.SinglePart", "studies.kit.Asked"})
 
 
 def short(name):
@@ -288,7 +299,8 @@ def short(name):
 
 
 def test_every_class_of_units_is_varied():
-    known = {*WITH_OWN_KEY, *MADE_WITH_KEY, *WITHOUT_KEY}
+    asked = {short(f"{each.__module__}.{each.__name__}") for each in ASKED}
+    known = {*WITH_OWN_KEY, *MADE_WITH_KEY, *WITHOUT_KEY, *asked}
     found = {short(name) for name in unit_classes()}
     assert len(found) >= 22
     missing = {name for name in found if not {name, name.partition(".")[2]} & known}
@@ -315,6 +327,33 @@ def test_every_field_of_a_unit_changes_its_key(name):
     assert not same, "these give the same key"
 
 
+def asked_classes():
+    """All classes of what is measured once, of whose modules each is imported."""
+    for path in (ROOT / "harness" / "studies").rglob("*.py"):
+        if "(Asked[" in path.read_text():
+            module = ".".join(path.relative_to(ROOT / "harness").with_suffix("").parts)
+            importlib.import_module(f"steadyload.{module}")
+    return {each for each in Asked.__subclasses__() if each.__module__.startswith("steadyload.")}
+
+
+def test_all_that_is_asked_is_varied():
+    assert asked_classes() == ASKED.keys()
+
+
+@pytest.mark.parametrize("kind", ASKED)
+def test_every_field_and_constant_of_what_is_asked_is_in_its_key(kind, monkeypatch):
+    asked, stated, key = ASKED[kind]
+    assert kind.stated == stated
+    assert replace(asked).key == asked.key == key
+    others = {name: other.key for name, other in varied(asked)}
+    left_out = {name for name in NOT_IN_KEY if name.startswith(f"{kind.__name__}.")}
+    assert not left_out, "every field of what is asked is in its key"
+    for name, value in stated.items():
+        monkeypatch.setattr(kind, "stated", {**stated, name: altered(value)})
+        others[name] = asked.key
+    assert len({key, *others.values()}) == len(others) + 1
+
+
 @pytest.mark.parametrize("name", MADE_WITH_KEY)
 def test_a_unit_that_differs_has_another_key(name):
     (_, first), *others = MADE_WITH_KEY[name]()
@@ -339,7 +378,6 @@ CONSTANTS = {
     "Turn": [(timing, "VERSION")],
     "SizeUnit": [(sizes, "FREQUENCY"), (measuring, "VERSION")],
     "ClosedFormUnit": [(measuring, "VERSION"), (closed_forms, "SAMPLING")],
-    "ScaleUnit": [(scale, "METHODS"), (scale, "REPETITIONS")],
     "PackingUnit": [(packing_gains, n) for n in ("VERSION", "_SEED", "ITEM_COUNT")],
     "LimitUnit": [(transport, "VERSION")],
     "BatchUnit": [(batches, "VERSION")],

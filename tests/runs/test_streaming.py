@@ -18,8 +18,9 @@ from steadyload.reports.writing import write_page
 from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.results import KEYS, ResultsError, each_shard, load_results
 from steadyload.runs.runner import run_study
-from steadyload.studies.scale.page import scale_page
-from steadyload.studies.scale.study import scale
+from steadyload.studies.kit import Lab
+from steadyload.studies.scale.measuring import Size, measured
+from steadyload.studies.scale.study import Scale
 
 
 def layouts_in_memory():
@@ -110,13 +111,18 @@ def test_results_can_be_read_by_column_and_by_shard(tmp_path):
 
 
 def test_what_a_study_needs_is_measured(tmp_path):
-    points, made_with = scale([80], tmp_path / "work", workers=1)
-    assert scale([80], tmp_path / "work", workers=1) == (points, made_with)
-    (point,) = points
+    lab = Lab(tmp_path / "work")
+    found = measured([80], lab)
+    assert measured([80], lab) == found
+    (point,) = found.points
     assert (point.rows, point.layouts) == (80, 2)
     for step in (point.run, point.load, point.report):
         assert step.cpu > 0.0
         assert 10.0 < step.peak < 10_000.0
-    text = write_page(scale_page(points, "So.", {}), tmp_path).read_text()
+    text = write_page(Scale().page(found), tmp_path).read_text()
     assert f" {point.run.peak:.0f} |" in text
     assert f"a study of 80 rows takes {point.run.cpu:.0f} s of CPU time" in text
+
+
+def test_every_field_of_what_is_asked_changes_its_key():
+    assert len({Size(80, 1).key, Size(80, 2).key, Size(120, 1).key}) == 3

@@ -20,8 +20,8 @@ from steadyload.layouts.benchmark.tables import (
     write_tables,
 )
 from steadyload.studies.packers.causes import Cause, cause_of, widest_gap
+from steadyload.studies.packers.counting import summarise
 from steadyload.studies.packers.plans import CONTAINERS, CUSTOMERS, EURO_PALLETS, OTHERS, plans_of
-from steadyload.studies.packers.summary import summarise
 
 EURO = Pallet(80.0, 130.0, 120.0)
 BOX = Pallet(*(float(CONTAINER[k]) for k in (1, 2, 0)))
@@ -189,7 +189,7 @@ def test_causes_of_failures(real):
     assert py3dbp.own.value == pytest.approx(2 / 3)  # of B box 1 moves, and box 2 was placed
     assert one(found.causes, "PackingSolver").causes[Cause.OUT].value == 1.0
     assert found.all_causes.plans == 4
-    assert found.failed_by["py3dbp"] == (pytest.approx((1 / 3, 2 / 3, 2 / 3)), 3)
+    assert found.failed_by["py3dbp"] == (pytest.approx([1 / 3, 2 / 3, 2 / 3]), 3)
 
 
 @pytest.mark.parametrize(
@@ -224,7 +224,7 @@ def test_the_worst_plan_is_drawn_at_its_failing_step(real):
     assert len(py3dbp.drawn) == 2
     assert not py3dbp.is_late
     assert packing.is_late
-    assert (packing.displacement, packing.rotation) == pytest.approx((0.3, 1.7))
+    assert (packing.displacement_cm, packing.rotation_deg) == pytest.approx((0.3, 1.7))
 
 
 def test_of_equally_bad_plans_the_largest_is_the_worst(tmp_path):
@@ -243,7 +243,7 @@ def test_plans_without_a_label_are_counted_apart(real):
     assert (packing.plans, packing.known, packing.unlabelled, packing.failed) == (2, 1, 0, 1)
     assert packing.boxes_new is None
     packvium = one(coverage, "Packvium")
-    assert (packvium.narrow.value, packvium.in_air.value, packvium.widest_gap) == (0.5, 0.5, 2.0)
+    assert (packvium.narrow.value, packvium.in_air.value, packvium.widest_gap_cm) == (0.5, 0.5, 2.0)
 
 
 def test_the_page_says_it_all(real, tmp_path, capsys):
@@ -264,7 +264,7 @@ def test_the_page_says_it_all(real, tmp_path, capsys):
 def test_a_set_whose_plans_all_stand_has_a_page(tmp_path):
     folder = write_set(tmp_path / "set", [PLANS["A packvium 1"], PLANS["o.order-0"]])
     found = summarise(load_benchmark(folder))
-    assert (found.worst, found.causes, found.all_causes.plans) == ((), (), 0)
+    assert (found.worst, found.causes, found.all_causes.plans) == ([], [], 0)
     assert math.isnan(found.all_causes.own.value)
     assert main(["packers", str(folder), "-o", str(tmp_path / "page")]) == 0
     text = (tmp_path / "page" / "report.md").read_text()

@@ -27,6 +27,7 @@ CUSTOMERS, CONTAINERS, EURO_PALLETS, OTHERS = (
     "Euro pallets",
     "other bins",
 )
+KINDS = (CONTAINERS, EURO_PALLETS, OTHERS, CUSTOMERS)
 """Kinds of lists, in the order of tables."""
 
 NARROW = 0.1

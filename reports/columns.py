@@ -1,0 +1,106 @@
+"""Rows whose fields state how they are shown, and tables of them."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeVar, dataclass_transform
+
+from steadyload.reports.table import Column, Table, cell, columns_for
+
+Row = TypeVar("Row")
+
+_COLUMN = "column"
+"""Key of a field's metadata."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Declared:
+    """How a field is shown; the meanings are those of :func:`column`."""
+
+    title: str
+    form: Callable[[Any], str]
+    about: str
+    notable: bool
+
+
+def column(
+    title: str = "",
+    form: Callable[[Any], str] = cell,
+    about: str = "",
+    *,
+    notable: bool = False,
+) -> Any:
+    """A field of a row that is a column of tables.
+
+    Args:
+        title: header; empty for the field's name. Of a field that maps keys to values it holds
+            ``{}`` in the place of a key: a column a key.
+        form: makes the cell's text of the value.
+        about: its meaning, where the title does not say it.
+        notable: see :class:`steadyload.reports.table.Column`.
+    """
+    return field(metadata={_COLUMN: _Declared(title, form, about, notable)})
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(column, field))
+def row(made: type[Row]) -> type[Row]:
+    """Make a class the rows of a table: a frozen dataclass; fields of :func:`column` are shown."""
+    return dataclass(frozen=True, slots=True)(made)
+
+
+def table(
+    rows: Sequence[Any],
+    names: str = "",
+    caption: str = "",
+    titles: Mapping[str, str] | None = None,
+) -> Table | None:
+    """A table of rows; None where there are none.
+
+    Args:
+        rows: of one class.
+        names: of the fields and properties that are shown, in their order, with spaces between
+            them; else all fields of :func:`column`.
+        caption: a paragraph that stands before it.
+        titles: by name, a header of this table alone.
+    """
+    if not rows:
+        return None
+    declared = _declared(rows[0])
+    columns: list[Column] = []
+    for name in names.split() or declared:
+        said = declared.get(name, _Declared("", cell, "", False))
+        if titles and name in titles:
+            said = dataclasses.replace(said, title=titles[name])
+        columns += _columns(rows, (name,), said)
+    return Table(rows, columns, caption)
+
+
+def _declared(one: object) -> dict[str, _Declared]:
+    """The columns of a row by name; empty for what is no row."""
+    if not dataclasses.is_dataclass(one):
+        return {}
+    return {f.name: f.metadata[_COLUMN] for f in dataclasses.fields(one) if _COLUMN in f.metadata}
+
+
+def _columns(rows: Sequence[Any], path: tuple[str, ...], said: _Declared) -> Iterator[Column]:
+    """Columns of one field: one, or one a key of a mapping, or those of the row that it holds."""
+
+    def value(one: Any) -> Any:
+        for name in path:
+            one = None if one is None else getattr(one, name)
+        return one
+
+    title = said.title or path[-1]
+    found = [each for each in map(value, rows) if each is not None]
+    if "{}" in title:
+        keys = dict.fromkeys(key for each in found for key in each)
+        yield from columns_for(keys, title, lambda one, key: (value(one) or {}).get(key), said.form)
+    elif found and (inner := _declared(found[0])):
+        for name, part in inner.items():
+            for each in _columns(rows, (*path, name), part):
+                yield dataclasses.replace(each, title=f"{title}: {each.title}")
+    else:
+        left = bool(found) and isinstance(found[0], str)
+        yield Column(title, value, said.form, left=left, notable=said.notable)

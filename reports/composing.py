@@ -1,0 +1,153 @@
+"""A template and values become a page: a title, a summary, and sections of blocks."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from matplotlib.figure import Figure
+
+from steadyload.escaping import markdown
+from steadyload.reports import charts, columns, table
+from steadyload.reports.interactive import Interactive
+from steadyload.reports.page import Block, Page, Picture, Section
+from steadyload.reports.scene import plot_scene
+
+FORMS: Mapping[str, Callable[..., str]] = {
+    "percent": table.percent,
+    "plain_percent": table.plain_percent,
+    "ms": table.milliseconds,
+    "decimal": table.decimal,
+    "factor": table.factor,
+    "significant": table.significant,
+    "compact": table.compact,
+    "fixed": table.fixed,
+    "general": table.general,
+    "duration": table.duration,
+    "brief_time": table.brief_time,
+    "names": table.names,
+    "counts": table.counts,
+    "yes_no": table.yes_no,
+    "markdown": markdown,
+    "count": lambda value: f"{value:,}",
+    "sentence": lambda text: f"{text[:1].upper()}{text[1:]}." if text else table.MISSING,
+}
+"""Filters of templates: how a value reads."""
+
+CHARTS: Mapping[str, Callable[..., Figure]] = {
+    "ecdf": charts.ecdf,
+    "matrix": charts.plot_matrix,
+    "scene": plot_scene,
+}
+"""Kinds of charts that a template draws, by name."""
+
+_BLOCK = re.compile("\ue000([0-9]+)\ue001")
+_RESERVED = re.compile("[\ue000\ue001]")
+_WRAPPED = re.compile(r"(?<=\S)\n *(?![-*+] |\d+[.)] |[#|>\n\ue000]|```)")
+
+
+class _Place(str):
+    """Text in the place of a block."""
+
+
+def composed(template: Path, values: Mapping[str, Any], made_with: Mapping[str, str]) -> Page:
+    """The page of a template.
+
+    The text before the first section is the title and the summary. Lines of a paragraph are joined.
+    In a template stand, each where its block is to be, and with the caption as the body of its
+    ``call`` block:
+
+    * ``table(rows, names, titles)`` of :func:`steadyload.reports.columns.table`, with or without;
+    * ``KIND(name, ..., interactive=None)`` for a kind of :data:`CHARTS`, with the name of its file,
+      and what the kind takes;
+    * ``figure(name, figure, interactive=None)`` for a figure that is drawn already.
+
+    Args:
+        template: file of Markdown with Jinja2.
+        values: what it names.
+        made_with: provenance of the page.
+
+    Raises:
+        jinja2.UndefinedError: it names what is not there.
+    """
+    blocks: list[Block] = []
+    text = _environment(template.parent, blocks).get_template(template.name).render(values)
+    head, *parts = re.split(r"^## ", text, flags=re.M)
+    title, _, summary = head.strip().partition("\n")
+    sections = [_section(part, blocks) for part in parts]
+    return Page(title.removeprefix("# "), _flowing(summary), sections, made_with)
+
+
+def _environment(folder: Path, blocks: list[Block]) -> jinja2.Environment:
+    """The environment of a page, whose blocks are listed as they come."""
+
+    def placed(block: Block | None) -> str:
+        if block is None:
+            return ""
+        blocks.append(block)
+        return _Place(f"\n\n\ue000{len(blocks) - 1}\ue001\n\n")
+
+    def tabulated(
+        rows: Sequence[Any],
+        names: str = "",
+        titles: Mapping[str, str] | None = None,
+        caller: Callable[[], str] = str,
+    ) -> str:
+        return placed(columns.table(rows, names, _flowing(caller()), titles))
+
+    def chart(
+        name: str,
+        figure: Figure,
+        interactive: Interactive | None = None,
+        *,
+        caller: Callable[[], str],
+    ) -> str:
+        return placed(Picture(name, figure, _flowing(caller()), interactive))
+
+    def drawing(kind: Callable[..., Figure]) -> Callable[..., str]:
+        def place(
+            name: str,
+            *data: Any,
+            interactive: Interactive | None = None,
+            caller: Callable[[], str],
+            **more: Any,
+        ) -> str:
+            return chart(name, kind(*data, **more), interactive, caller=caller)
+
+        return place
+
+    environment = jinja2.Environment(  # noqa: S701 - Markdown is written, not HTML
+        loader=jinja2.FileSystemLoader(folder),
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+        finalize=_said,
+    )
+    environment.filters |= FORMS
+    environment.tests["known"] = lambda value: value is not None and not math.isnan(value)
+    environment.globals |= {kind: drawing(draw) for kind, draw in CHARTS.items()}
+    environment.globals |= {"table": tabulated, "figure": chart}
+    return environment
+
+
+def _said(value: object) -> object:
+    """A value as a template writes it: without the characters that stand for blocks."""
+    return _RESERVED.sub("", value) if type(value) is str else value
+
+
+def _section(part: str, blocks: Sequence[Block]) -> Section:
+    heading, _, body = part.partition("\n")
+    texts = _BLOCK.split(body)  # text, number, text, ...
+    placed = [blocks[int(p)] if k % 2 else _flowing(p) for k, p in enumerate(texts)]
+    return Section(heading.strip(), placed=placed)
+
+
+def _flowing(text: str) -> str:
+    """Text without empty lines at its ends, or more than one between, and a line a paragraph."""
+    parts = re.split(r"(^```.*?^```$)", text.strip(), flags=re.M | re.S)  # code stays as it is
+    parts[::2] = [re.sub(r"\n{3,}", "\n\n", _WRAPPED.sub(" ", part)) for part in parts[::2]]
+    return "".join(parts)
