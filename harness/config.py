@@ -6,7 +6,6 @@ import dataclasses
 import importlib
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from enum import Enum
 from types import MappingProxyType, NoneType, UnionType
 from typing import Any, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
@@ -199,13 +198,11 @@ def _complete(cls: type, values: dict[str, Any], where: str) -> dict[str, Any]:
     return values
 
 
-@dataclass(frozen=True, slots=True)
 class _Field:
     """A field, or an element of one, that is bound: where it stands, and what is allowed there."""
 
-    where: str
-    name: str
-    metadata: Mapping[str, Any]
+    def __init__(self, where: str, name: str, metadata: Mapping[str, Any]) -> None:
+        self.where, self.name, self.metadata = where, name, metadata
 
     def value(self, kind: Any, stated: object) -> Any:
         """The value of a type."""
@@ -233,7 +230,7 @@ class _Field:
         raise ConfigError(f"{self.where}: {self.name} is {shown(stated)}; allowed: {allowed}")
 
     def _at(self, key: object) -> _Field:
-        return replace(self, name=f"{self.name}[{key}]")
+        return _Field(self.where, f"{self.name}[{key}]", self.metadata)
 
     def _elements(self, stated: object) -> Iterable[tuple[int, object]]:
         if not isinstance(stated, list | tuple):

@@ -1,4 +1,4 @@
-"""Rows whose fields state how they are shown, and tables of them."""
+"""Rows whose fields state how they are shown, the forms of their cells, and tables of them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,29 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar, dataclass_transform
 
-from steadyload.reports.table import Column, Table, cell, columns_for
+from steadyload.reports.table import (
+    Column,
+    Table,
+    cell,
+    columns_for,
+    compact,
+    decimal,
+    factor,
+    fixed,
+    general,
+    milliseconds,
+    names,
+    p_value,
+    percent,
+    plain_percent,
+    significant,
+    yes_no,
+)
+
+__all__ = [
+    "cell", "column", "compact", "decimal", "factor", "fixed", "general", "milliseconds", "names",
+    "p_value", "percent", "plain_percent", "row", "significant", "table", "yes_no",
+]  # fmt: skip
 
 Row = TypeVar("Row")
 
@@ -52,7 +74,7 @@ def row(made: type[Row]) -> type[Row]:
 
 def table(
     rows: Sequence[Any],
-    names: str = "",
+    chosen: str = "",
     caption: str = "",
     titles: Mapping[str, str] | None = None,
 ) -> Table | None:
@@ -60,8 +82,8 @@ def table(
 
     Args:
         rows: of one class.
-        names: of the fields and properties that are shown, in their order, with spaces between
-            them; else all fields of :func:`column`.
+        chosen: fields and properties that are shown: their names in their order, with spaces
+            between them; else all fields of :func:`column`.
         caption: a paragraph that stands before it.
         titles: by name, a header of this table alone.
     """
@@ -69,7 +91,7 @@ def table(
         return None
     declared = _declared(rows[0])
     columns: list[Column] = []
-    for name in names.split() or declared:
+    for name in chosen.split() or declared:
         said = declared.get(name, _Declared("", cell, "", False))
         if titles and name in titles:
             said = dataclasses.replace(said, title=titles[name])

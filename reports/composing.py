@@ -61,7 +61,7 @@ def composed(template: Path, values: Mapping[str, Any], made_with: Mapping[str, 
     In a template stand, each where its block is to be, and with the caption as the body of its
     ``call`` block:
 
-    * ``table(rows, names, titles)`` of :func:`steadyload.reports.columns.table`, with or without;
+    * ``table(rows, chosen, titles)`` of :func:`steadyload.reports.columns.table`, with or without;
     * ``KIND(name, ..., interactive=None)`` for a kind of :data:`CHARTS`, with the name of its file,
       and what the kind takes;
     * ``figure(name, figure, interactive=None)`` for a figure that is drawn already.
@@ -93,11 +93,11 @@ def _environment(folder: Path, blocks: list[Block]) -> jinja2.Environment:
 
     def tabulated(
         rows: Sequence[Any],
-        names: str = "",
+        chosen: str = "",
         titles: Mapping[str, str] | None = None,
         caller: Callable[[], str] = str,
     ) -> str:
-        return placed(columns.table(rows, names, _flowing(caller()), titles))
+        return placed(columns.table(rows, chosen, _flowing(caller()), titles))
 
     def chart(
         name: str,

@@ -1,7 +1,8 @@
-"""Parts of a study: a class that is its own configuration, rows of columns, and a page.
+"""Parts of a study: a class that is its own configuration, and what it judges and measures.
 
-A study is ``study.py`` with one class below :class:`Study`, and ``page.md.j2`` beside it. This
-module imports neither what judges, draws, nor reads templates, so that help on a command is quick.
+A study is ``study.py`` with one class below :class:`Study`, and ``page.md.j2`` beside it. Its rows
+are classes of :mod:`steadyload.reports.columns`, in modules that are imported when it is run. This
+module imports neither what judges nor what draws, so that help on a command is quick.
 """
 
 from __future__ import annotations
@@ -25,17 +26,14 @@ from typing import (
 )
 
 from steadyload.config import bind, methods_option, operand, option, set_option
-from steadyload.reports.columns import column, row
-from steadyload.reports.table import cell, fixed, p_value, percent, significant
 from steadyload.studies.study import Progress, PublishedPage, silent
 
 if TYPE_CHECKING:
     from steadyload.reports.page import Page
 
 __all__ = [
-    "Asked", "Found", "Lab", "Measured", "PublishedPage", "Study", "asked", "cell", "column",
-    "fixed", "methods_option", "operand", "option", "p_value", "percent", "row", "set_option",
-    "significant",
+    "Asked", "Found", "Lab", "Measured", "PublishedPage", "Study", "asked", "methods_option",
+    "operand", "option", "set_option",
 ]  # fmt: skip
 
 R = TypeVar("R")

@@ -16,12 +16,13 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
+from steadyload.reports.columns import column, fixed, row, significant
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.worker import worker_environment
 from steadyload.studies.comparison.summary import compare
-from steadyload.studies.kit import Asked, Lab, column, fixed, row, significant
+from steadyload.studies.kit import Asked, Lab
 
 METHODS = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5")
 """Cheap methods, so that the measured needs are those of everything but judging."""
