@@ -12,10 +12,11 @@ import jinja2
 from matplotlib.figure import Figure
 
 from steadyload.escaping import markdown
-from steadyload.reports import charts, columns, table
+from steadyload.reports import columns, table
+from steadyload.reports.charts import drawing
+from steadyload.reports.charts.scene import plot_scene
 from steadyload.reports.interactive import Interactive
 from steadyload.reports.page import Block, Page, Picture, Section
-from steadyload.reports.scene import plot_scene
 
 FORMS: Mapping[str, Callable[..., str]] = {
     "percent": table.percent,
@@ -39,8 +40,8 @@ FORMS: Mapping[str, Callable[..., str]] = {
 """Filters of templates: how a value reads."""
 
 CHARTS: Mapping[str, Callable[..., Figure]] = {
-    "ecdf": charts.ecdf,
-    "matrix": charts.plot_matrix,
+    "ecdf": drawing.ecdf,
+    "matrix": drawing.plot_matrix,
     "scene": plot_scene,
 }
 """Kinds of charts that a template draws, by name."""

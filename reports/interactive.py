@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from steadyload.reports.charts import CostPoint
+from steadyload.reports.charts.drawing import CostPoint
 from steadyload.reports.style import colour, face, marker
 from steadyload.reports.table import milliseconds, percent
 from steadyload.statistics.estimate import Estimate

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from steadyload.reports.charts import PLAIN_TICKS
+from steadyload.reports.charts.drawing import PLAIN_TICKS
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.reliability import Abstention, Reliability
 

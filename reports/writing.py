@@ -19,7 +19,7 @@ from steadyload.atomic import (
     write_atomically,
 )
 from steadyload.reading import MAX_STORED_BYTES, content_of
-from steadyload.reports.charts import image
+from steadyload.reports.charts.drawing import image
 from steadyload.reports.html import template_text
 from steadyload.reports.page import Page
 from steadyload.reports.report_html import report_html

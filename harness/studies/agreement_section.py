@@ -9,7 +9,7 @@ import pandas as pd
 from steadyload.layouts.model import Layout
 from steadyload.methods.recording import record_plan
 from steadyload.methods.verdict import Verdict
-from steadyload.reports.charts import plot_matrix
+from steadyload.reports.charts.drawing import plot_matrix
 from steadyload.reports.interactive import STABLE, AnswerChart, AnsweredCase
 from steadyload.reports.page import Picture
 from steadyload.reports.viewer.page import MARKS, player_html

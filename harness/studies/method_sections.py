@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from steadyload.escaping import markdown
-from steadyload.reports.charts import CostPoint
+from steadyload.reports.charts.drawing import CostPoint
 from steadyload.reports.interactive import CostChart
 from steadyload.reports.table import (
     Column,

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib import pyplot
 
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.reports.scene import plot_scene
+from steadyload.reports.charts.scene import plot_scene
 
 BOX = Item(0, (-6.0, 0.0, 5.0), (20.0, 10.0, 10.0), 1.0)
 

@@ -8,7 +8,7 @@ import pytest
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods.naming import MethodKey
-from steadyload.reports.charts import CostPoint, plot_cost_accuracy
+from steadyload.reports.charts.drawing import CostPoint, plot_cost_accuracy
 from steadyload.reports.style import colour, face, marker
 from steadyload.reports.table import (
     Column,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from steadyload.reports.charts import CostPoint, plot_cost_accuracy, reach, spread_the_top
+from steadyload.reports.charts.drawing import CostPoint, plot_cost_accuracy, reach, spread_the_top
 from steadyload.reports.style import colour, marker
 from steadyload.studies.cascade.summary import CascadeStudy
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from steadyload.reports.charts import PLAIN_TICKS, engine_legend
+from steadyload.reports.charts.drawing import PLAIN_TICKS, engine_legend
 from steadyload.reports.style import engine_colour, engine_marker
 from steadyload.studies.closed_forms.study import ClosedFormResult, ClosedFormTest
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from steadyload.escaping import markdown
-from steadyload.reports.charts import CostPoint, plot_cost_accuracy
+from steadyload.reports.charts.drawing import CostPoint, plot_cost_accuracy
+from steadyload.reports.charts.scene import plot_scene
 from steadyload.reports.page import Page, Picture, Section
-from steadyload.reports.scene import plot_scene
 from steadyload.reports.table import (
     MISSING,
     Column,

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from steadyload.reports.charts import PLAIN_TICKS, reach
+from steadyload.reports.charts.drawing import PLAIN_TICKS, reach
 from steadyload.reports.style import engine_colour
 from steadyload.studies.convergence.summary import ConvergenceRow
 

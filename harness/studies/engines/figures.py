@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from steadyload.reports.charts import COST_LABEL, engine_legend, finish_growth, reach
+from steadyload.reports.charts.drawing import COST_LABEL, engine_legend, finish_growth, reach
 from steadyload.reports.style import engine_colour, engine_marker
 from steadyload.studies.engines.sources import SourceTable
 from steadyload.studies.engines.speed import SpeedCurve

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from steadyload.reports.charts import CostPoint, plot_cost_accuracy
+from steadyload.reports.charts.drawing import CostPoint, plot_cost_accuracy
 from steadyload.reports.page import Picture, Section
 from steadyload.reports.table import (
     Column,

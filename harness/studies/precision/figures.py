@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from steadyload.reports.charts import PLAIN_TICKS, reach
+from steadyload.reports.charts.drawing import PLAIN_TICKS, reach
 from steadyload.reports.style import engine_colour, engine_marker
 from steadyload.studies.precision.changes import DISTANCES, SCALES
 from steadyload.studies.precision.summary import EngineRow

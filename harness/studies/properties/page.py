@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import PurePosixPath
 
 from steadyload.methods.naming import MethodKey
+from steadyload.reports.charts.scene import plot_scene
 from steadyload.reports.page import Page, Picture, Section
-from steadyload.reports.scene import plot_scene
 from steadyload.reports.table import (
     MISSING,
     Column,

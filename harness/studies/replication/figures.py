@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from steadyload.reports.charts import PLAIN_TICKS, reach
+from steadyload.reports.charts.drawing import PLAIN_TICKS, reach
 from steadyload.studies.replication.summary import Change
 
 _UP, _DOWN, _WHOLE = "#2a7f4f", "#b5473c", "#5b6b7a"

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
-from steadyload.reports.charts import PLAIN_TICKS, reach
+from steadyload.reports.charts.drawing import PLAIN_TICKS, reach
 from steadyload.reports.style import marker
 from steadyload.studies.scope.summary import ScopeTable
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from steadyload.reports.charts import PLAIN_TICKS
+from steadyload.reports.charts.drawing import PLAIN_TICKS
 from steadyload.reports.style import colour, face, marker
 from steadyload.studies.session.study import SessionCurve
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from steadyload.methods.naming import method_key
 from steadyload.methods.registry import make_method
-from steadyload.reports.charts import finish_growth, reach
+from steadyload.reports.charts.drawing import finish_growth, reach
 from steadyload.reports.style import colour, face, marker
 from steadyload.studies.speed.records import GrowthCurve
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from steadyload.reports.charts import PLAIN_TICKS
+from steadyload.reports.charts.drawing import PLAIN_TICKS
 from steadyload.reports.style import colour, face, marker
 from steadyload.statistics.error_costs import LEAST, MOST
 from steadyload.studies.table5.summary import ErrorCosts

@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter
 
 from steadyload.methods.naming import MethodKey
-from steadyload.reports.charts import (
+from steadyload.reports.charts.drawing import (
     CostPoint,
     draw_cost_point,
     reach,

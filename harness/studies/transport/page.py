@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from steadyload.layouts.benchmark import REAL
 from steadyload.layouts.benchmark.dataset import LISTS
+from steadyload.reports.charts.scene import plot_scene
 from steadyload.reports.page import Page, Picture, Section
-from steadyload.reports.scene import plot_scene
 from steadyload.reports.table import (
     Column,
     Table,

@@ -13,7 +13,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from steadyload.reports.charts import CostPoint, draw_cost_point, reach
+from steadyload.reports.charts.drawing import CostPoint, draw_cost_point, reach
 from steadyload.reports.style import engine_colour, engine_marker
 from steadyload.reports.table import compact, significant
 from steadyload.runs.evaluation import MethodEvaluation

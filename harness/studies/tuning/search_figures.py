@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from steadyload.reports.charts import set_cost_axis, spread_the_top
+from steadyload.reports.charts.drawing import set_cost_axis, spread_the_top
 from steadyload.reports.style import algorithm_colour
 from steadyload.studies.tuning.summary import JudgedGenotype, SearchRow
 
