@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 
 from steadyload.escaping import markdown
 from steadyload.reports import columns, table
-from steadyload.reports.charts import drawing
-from steadyload.reports.charts.scene import plot_scene
+from steadyload.reports.charts.drawing import Chart
+from steadyload.reports.charts.kinds import KINDS
 from steadyload.reports.interactive import Interactive
 from steadyload.reports.page import Block, Page, Picture, Section
 
@@ -39,13 +39,6 @@ FORMS: Mapping[str, Callable[..., str]] = {
 }
 """Filters of templates: how a value reads."""
 
-CHARTS: Mapping[str, Callable[..., Figure]] = {
-    "ecdf": drawing.ecdf,
-    "matrix": drawing.plot_matrix,
-    "scene": plot_scene,
-}
-"""Kinds of charts that a template draws, by name."""
-
 _BLOCK = re.compile("\ue000([0-9]+)\ue001")
 _RESERVED = re.compile("[\ue000\ue001]")
 _WRAPPED = re.compile(r"(?<=\S)\n *(?![-*+] |\d+[.)] |[#|>\n\ue000]|```)")
@@ -63,7 +56,7 @@ def composed(template: Path, values: Mapping[str, Any], made_with: Mapping[str, 
     ``call`` block:
 
     * ``table(rows, chosen, titles)`` of :func:`steadyload.reports.columns.table`, with or without;
-    * ``KIND(name, ..., interactive=None)`` for a kind of :data:`CHARTS`, with the name of its file,
+    * ``KIND(name, ...)`` for a kind of :data:`steadyload.reports.charts.kinds.KINDS`, with the name of its file,
       and what the kind takes;
     * ``figure(name, figure, interactive=None)`` for a figure that is drawn already.
 
@@ -109,15 +102,9 @@ def _environment(folder: Path, blocks: list[Block]) -> jinja2.Environment:
     ) -> str:
         return placed(Picture(name, figure, _flowing(caller()), interactive))
 
-    def drawing(kind: Callable[..., Figure]) -> Callable[..., str]:
-        def place(
-            name: str,
-            *data: Any,
-            interactive: Interactive | None = None,
-            caller: Callable[[], str],
-            **more: Any,
-        ) -> str:
-            return chart(name, kind(*data, **more), interactive, caller=caller)
+    def drawing(kind: Callable[..., Chart]) -> Callable[..., str]:
+        def place(name: str, *data: Any, caller: Callable[[], str], **more: Any) -> str:
+            return chart(name, *kind(*data, **more), caller=caller)
 
         return place
 
@@ -130,7 +117,7 @@ def _environment(folder: Path, blocks: list[Block]) -> jinja2.Environment:
     )
     environment.filters |= FORMS
     environment.tests["known"] = lambda value: value is not None and not math.isnan(value)
-    environment.globals |= {kind: drawing(draw) for kind, draw in CHARTS.items()}
+    environment.globals |= {kind: drawing(draw) for kind, draw in KINDS.items()}
     environment.globals |= {"table": tabulated, "figure": chart}
     return environment
 

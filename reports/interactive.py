@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from steadyload.reports.charts.drawing import CostPoint
-from steadyload.reports.style import colour, face, marker
+from steadyload.reports.style import Identified, colour, face, marker
 from steadyload.reports.table import milliseconds, percent
 from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.front import undominated
 
 STABLE = -1
 """In the place of a failing step, where the whole layout is stable."""
+
+
+@dataclass(frozen=True, slots=True)
+class CostPoint:
+    """A method's cost of a layout [ms], and a share such as its accuracy [0 to 1]."""
+
+    method: Identified
+    share: Estimate
+    cost: Estimate
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,12 +30,10 @@ class CostChart:
 
     Attributes:
         groups: methods by group of cases, such as a scenario.
-        fronts: by group, specs of the methods than which no cheaper one is as accurate.
         quantity: name of the share that is drawn.
     """
 
     groups: Mapping[str, Sequence[CostPoint]]
-    fronts: Mapping[str, Collection[str]]
     quantity: str = "accuracy"
 
     kind = "cost"
@@ -39,8 +46,7 @@ class CostChart:
             "kind": self.kind,
             "quantity": self.quantity,
             "groups": [
-                {"title": title, "points": _points(points, self.fronts[title])}
-                for title, points in self.groups.items()
+                {"title": title, "points": _points(points)} for title, points in self.groups.items()
             ],
         }
 
@@ -96,8 +102,11 @@ class AnswerChart:
 Interactive = CostChart | AnswerChart
 
 
-def _points(points: Sequence[CostPoint], front: Collection[str]) -> list[dict[str, Any]]:
-    shown = [point for point in points if point.share.n and point.cost.n and point.cost.value > 0.0]
+def _points(points: Sequence[CostPoint]) -> list[dict[str, Any]]:
+    judged = [point for point in points if point.share.n and point.cost.n]
+    best = undominated(judged, lambda p: p.cost.value, lambda p: -p.share.value)
+    front = {point.method.spec for point in best}
+    shown = [point for point in judged if point.cost.value > 0.0]
     return [
         {
             "title": point.method.title,

@@ -7,7 +7,8 @@ method has parameters of its own.
 from __future__ import annotations
 
 import zlib
-from typing import Protocol
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple, Protocol
 
 _FAMILY_COLOURS = {
     "fbs": "#7f7f7f",
@@ -97,6 +98,41 @@ def engine_colour(engine: str) -> str:
 def algorithm_colour(algorithm: str) -> str:
     """The colour of a search algorithm, where a figure compares searches."""
     return _ALGORITHM_COLOURS.get(algorithm) or _spare(algorithm, _SPARE_COLOURS)
+
+
+PLACES = tuple(
+    zip(
+        ("#08519c", "#e6550d", "#2ca02c", "#9467bd", "#7f7f7f", "#8c6d31"),
+        ("o", "s", "^", "D", "v", "P"),
+        strict=True,
+    )
+)
+"""Colours and markers in turn, of what has none of its own."""
+
+
+class Look(NamedTuple):
+    """Colour and marker of a line or of a point, and the colour inside the marker."""
+
+    colour: str
+    marker: str
+    face: str
+
+
+def _of_engine(engine: str, _: int) -> Look:
+    return Look(engine_colour(engine), engine_marker(engine), engine_colour(engine))
+
+
+def _in_turn(_: object, place: int) -> Look:
+    shade, sign = PLACES[place % len(PLACES)]
+    return Look(shade, sign, shade)
+
+
+LOOKS: Mapping[str, Callable[[Any, int], Look]] = {
+    "method": lambda method, _: Look(colour(method), marker(method), face(method)),
+    "engine": _of_engine,
+    "place": _in_turn,
+}
+"""How the look of something follows from what it is, or from its place among others."""
 
 
 def _spare(name: str, choices: tuple[str, ...]) -> str:

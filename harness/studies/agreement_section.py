@@ -9,7 +9,7 @@ import pandas as pd
 from steadyload.layouts.model import Layout
 from steadyload.methods.recording import record_plan
 from steadyload.methods.verdict import Verdict
-from steadyload.reports.charts.drawing import plot_matrix
+from steadyload.reports.charts.heat import heat
 from steadyload.reports.interactive import STABLE, AnswerChart, AnsweredCase
 from steadyload.reports.page import Picture
 from steadyload.reports.viewer.page import MARKS, player_html
@@ -25,7 +25,12 @@ def agreement_picture(matrix: AgreementMatrix, more: str = "") -> Picture:
     In a browser: numbers of cases on which two methods differ, which cases these are, and the plan
     of each.
     """
-    figure = plot_matrix(matrix.titles, matrix.shares, label="same failing step (%)")
+    cells = [
+        {"of": row, "and": column, "same": share}
+        for row, shares in zip(matrix.titles, matrix.shares, strict=True)
+        for column, share in zip(matrix.titles, shares, strict=True)
+    ]
+    figure = heat(cells, "and", "of", "same", label="same failing step (%)").figure
     drawn = "Share of cases on which two methods name the same failing step, in per cent."
     asked = "Number of cases on which two methods name different failing steps, or one names none."
     chart = (

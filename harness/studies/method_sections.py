@@ -10,8 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from steadyload.escaping import markdown
-from steadyload.reports.charts.drawing import CostPoint
-from steadyload.reports.interactive import CostChart
+from steadyload.reports.interactive import CostChart, CostPoint
 from steadyload.reports.table import (
     Column,
     Table,
@@ -23,7 +22,6 @@ from steadyload.reports.table import (
     words,
 )
 from steadyload.runs.evaluation import ALL, Evaluation, LabelledPart, MethodEvaluation
-from steadyload.studies.recommend.front import Measured, on_front
 
 METHOD = words("method", "method.title")
 N = Column("n", "accuracy.n")
@@ -179,12 +177,4 @@ def cost_chart(found: Evaluation, *, stands: bool = False) -> CostChart:
             ]
             for group in found.groups
         }
-    fronts = {
-        title: on_front(
-            Measured(p.method.spec, p.method.title, p.method.engine, p.share, p.cost)
-            for p in points
-            if p.share.n
-        )
-        for title, points in groups.items()
-    }
-    return CostChart(groups, fronts)
+    return CostChart(groups)

@@ -6,11 +6,8 @@ A chart shows what it is given and computes nothing. Cost stands on x (logarithm
 from __future__ import annotations
 
 import io
-import itertools
-import math
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Collection, Mapping
+from typing import Any, Literal, NamedTuple
 
 import matplotlib
 import numpy as np
@@ -19,15 +16,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogFormatter, NullFormatter
 
+from steadyload.reports.interactive import CostPoint, Interactive
 from steadyload.reports.style import (
-    Identified,
     colour,
     engine_colour,
     engine_marker,
     face,
     marker,
 )
-from steadyload.reports.table import MISSING
 from steadyload.statistics.estimate import Estimate
 
 matplotlib.rcParams.update(
@@ -49,9 +45,6 @@ PLAIN_TICKS = FuncFormatter(lambda value, _: f"{value:g}")
 COST_LABEL = "CPU time a layout (ms)"
 ACCURACY_LABEL = "accuracy (% of cases with the label's failing step)"
 
-_STEPS = (
-    ("#1f77b4", "-"), ("#d62728", "-"), ("#ff9896", "--"), ("#2ca02c", "-"), ("#7f7f7f", ":"),
-)  # fmt: skip
 _DPI = 150
 _TOP = 100.5
 _TICKS = (0.0, 20.0, 40.0, 60.0, 80.0, 90.0, 95.0, 98.0, 99.0, 99.5, 100.0)
@@ -64,13 +57,11 @@ class _PlainBetween(LogFormatter):
         return f"{x:g}" if super().__call__(x, pos) else ""
 
 
-@dataclass(frozen=True, slots=True)
-class CostPoint:
-    """A method's cost of a layout [ms], and a share such as its accuracy [0 to 1]."""
+class Chart(NamedTuple):
+    """A figure, and the chart that stands in its place in the HTML page, if any."""
 
-    method: Identified
-    share: Estimate
-    cost: Estimate
+    figure: Figure
+    interactive: Interactive | None = None
 
 
 def image(figure: Figure) -> tuple[str, bytes]:
@@ -150,16 +141,29 @@ def set_cost_axis(axes: Axes) -> None:
     axes.grid(visible=True, which="major", linewidth=0.4, alpha=0.6)
 
 
-def finish_growth(axes: Axes, counts: Collection[int], cost_label: str) -> None:
-    """Axes of cost against the number of items, both logarithmic, with the legend beside them."""
-    axes.set(xscale="log", yscale="log")
-    axes.yaxis.set_major_formatter(PLAIN_TICKS)
-    axes.set_xlabel("items in the layout, J")
-    axes.set_ylabel(cost_label)
-    axes.set_xticks(sorted(counts), [str(n) for n in sorted(counts)])
-    axes.minorticks_off()
-    axes.grid(visible=True, linewidth=0.4, alpha=0.6)
-    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+def legend(figure: Figure, place: Literal["beside", "right", "upper left", "best"]) -> None:
+    """The legend of a figure without a frame; none where nothing is named.
+
+    Args:
+        figure: its panels are drawn.
+        place: "beside" the last panel, for what that shows; "right" of all panels, for what any of
+            them shows; else a place within the last one, as of Matplotlib.
+    """
+    last = figure.axes[-1]
+    if place == "right":
+        named = [axes.get_legend_handles_labels() for axes in figure.axes]
+        shown = {
+            label: handle
+            for handles, labels in named
+            for handle, label in zip(handles, labels, strict=True)
+        }
+        figure.legend(shown.values(), shown.keys(), loc="outside right upper", frameon=False)
+    elif not last.get_legend_handles_labels()[0]:
+        return
+    elif place == "beside":
+        last.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+    else:
+        last.legend(loc=place, frameon=False)
 
 
 def engine_legend(figure: Figure, labels: Mapping[str, str], dashed: Collection[str] = ()) -> None:
@@ -172,101 +176,3 @@ def engine_legend(figure: Figure, labels: Mapping[str, str], dashed: Collection[
         line.set_linestyle("--" if engine in dashed else "-")
         handles.append(line)
     figure.legend(handles=handles, loc="lower center", ncols=max(1, len(handles)), frameon=False)
-
-
-def plot_cost_accuracy(points: Sequence[CostPoint], *, y_label: str = ACCURACY_LABEL) -> Figure:
-    """Share in per cent against cost (log axis), with intervals: Fig. 3 of the paper.
-
-    Good methods stand at the upper left. Methods without a share are left out.
-    """
-    figure = Figure(figsize=(7.6, 4.6))
-    axes = figure.add_subplot()
-    shown = [point for point in points if not math.isnan(point.share.value)]
-    for point in shown:
-        draw_cost_point(axes, point)
-        axes.plot(
-            [],
-            [],
-            marker(point.method),
-            color=colour(point.method),
-            markerfacecolor=face(point.method),
-            markersize=7,
-            label=point.method.title,
-        )
-    if any(point.cost.value > 0.0 for point in shown):
-        set_cost_axis(axes)
-    axes.set_xlabel(COST_LABEL)
-    axes.set_ylabel(y_label)
-    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
-    return figure
-
-
-def ecdf(
-    groups: Mapping[str, tuple[Sequence[float], int]],
-    *,
-    x: str,
-    y: str,
-    among: Collection[str] = (),
-) -> Figure:
-    """Share of a group [%] that has come to an end by a share [%]: a step curve a group.
-
-    Args:
-        groups: by title the shares at which members end, ascending, and the number of members.
-        x: label of the axis.
-        y: label of the axis.
-        among: titles of all groups there may be, so that one has the same line on every page.
-    """
-    figure = Figure(figsize=(6.4, 4.2))
-    axes = figure.add_subplot()
-    styles = dict(zip(among or groups, itertools.cycle(_STEPS), strict=False))
-    for title, (ends, count) in groups.items():
-        shade, line = styles[title]
-        across = [0.0, *(100.0 * end for end in ends), 100.0]
-        up = [100.0 * k / count for k in range(len(ends) + 1)]
-        label = f"{title} ({count})"
-        axes.step(
-            across, [*up, up[-1]], line, where="post", color=shade, linewidth=1.6, label=label
-        )
-    axes.set(xlim=(0.0, 100.0), ylim=(-1.0, 100.0), xlabel=x, ylabel=y)
-    axes.grid(visible=True, linewidth=0.4, alpha=0.6)
-    axes.legend(loc="upper left", frameon=False)
-    return figure
-
-
-def plot_matrix(
-    titles: Sequence[str], shares: Sequence[Sequence[Estimate]], *, label: str
-) -> Figure:
-    """Share between every two of several things, in per cent, as colours and numbers.
-
-    Args:
-        titles: of rows and columns.
-        shares: a row each; one that is not a number, as on the diagonal, is a dash.
-        label: what the colours show.
-    """
-    values = 100.0 * np.array([[e.value for e in row] for row in shares])
-    known = values[~np.isnan(values)]
-    least = 10.0 * math.floor(float(known.min()) / 10.0) if known.size else 0.0
-    side = 1.8 + 0.5 * len(titles)
-    figure = Figure(figsize=(side + 0.6, side))
-    axes = figure.add_subplot()
-    lowest = min(least, 90.0)
-    dark = lowest + 0.65 * (100.0 - lowest)
-    shown = axes.imshow(values, vmin=lowest, vmax=100, cmap="viridis")
-    axes.set_xticks(range(len(titles)), titles, rotation=45, ha="right")
-    axes.set_yticks(range(len(titles)), titles)
-    axes.spines[:].set_visible(False)
-    for row in range(len(titles)):
-        for column in range(len(titles)):
-            value = values[row, column]
-            axes.text(
-                column,
-                row,
-                MISSING if math.isnan(value) else f"{value:.0f}",
-                ha="center",
-                va="center",
-                fontsize=8,
-                color="white" if value < dark else "black",
-            )
-    bar = figure.colorbar(shown, ax=axes, fraction=0.046, pad=0.03)
-    bar.set_label(label)
-    return figure

@@ -1,4 +1,4 @@
-"""A layout drawn in 3-D."""
+"""The kind ``scene``: a layout drawn in 3-D."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
 from steadyload.escaping import printable
+from steadyload.reports.charts.drawing import Chart
 
 FloatArray = NDArray[np.float64]
 
@@ -46,16 +47,22 @@ class Drawable(Protocol):
         """Centres of mass minus geometric centres."""
 
 
-def plot_scene(scene: Drawable, *, title: str = "", marked: Collection[int] = ()) -> Figure:
-    """A layout in 3-D: items with their sequence numbers, centres of mass, marked items in red."""
+def scene(load: Drawable, *, title: str = "", marked: Collection[int] = ()) -> Chart:
+    """A layout in 3-D: items with their sequence numbers, centres of mass, marked items in red.
+
+    Args:
+        load: the layout.
+        title: stands above it.
+        marked: numbers of items, from 0.
+    """
     figure = Figure(figsize=(5.6, 5.2))
     axes = figure.add_subplot(projection="3d")
-    count = len(scene.lower)
-    mass_centres = 0.5 * (scene.lower + scene.upper) + scene.mass_offsets
+    count = len(load.lower)
+    mass_centres = 0.5 * (load.lower + load.upper) + load.mass_offsets
     shades = matplotlib.colormaps["viridis"](np.linspace(0.15, 0.95, max(count, 2)))
     for index in range(count):
         # Matplotlib draws z up: (x, y, z) of the layout becomes (z, x, y).
-        low, high = scene.lower[index, [2, 0, 1]], scene.upper[index, [2, 0, 1]]
+        low, high = load.lower[index, [2, 0, 1]], load.upper[index, [2, 0, 1]]
         is_marked = index in marked
         faces = Poly3DCollection(
             _faces(low, high),
@@ -68,12 +75,12 @@ def plot_scene(scene: Drawable, *, title: str = "", marked: Collection[int] = ()
         centre, mass = 0.5 * (low + high), mass_centres[index, [2, 0, 1]]
         axes.text(*centre, str(index), fontsize=7, ha="center", zorder=1000)
         axes.scatter(*mass, s=6, color="black", depthshade=False)
-    width, height, depth = scene.pallet.size
-    top = min(height, float(scene.upper[:, 1].max()) * 1.05)
+    width, height, depth = load.pallet.size
+    top = min(height, float(load.upper[:, 1].max()) * 1.05)
     low, high = np.zeros(3), np.array((depth, width, top))
-    if scene.floor.has_edges:
-        low = np.minimum(_add_deck(axes, scene.floor), scene.lower.min(axis=0)[[2, 0, 1]])
-        high = np.maximum(high, scene.upper.max(axis=0)[[2, 0, 1]])
+    if load.floor.has_edges:
+        low = np.minimum(_add_deck(axes, load.floor), load.lower.min(axis=0)[[2, 0, 1]])
+        high = np.maximum(high, load.upper.max(axis=0)[[2, 0, 1]])
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set(xlabel="z, depth (cm)", ylabel="x, width (cm)", zlabel="y, height (cm)")
     axes.set_box_aspect(tuple(high - low))
@@ -82,7 +89,7 @@ def plot_scene(scene: Drawable, *, title: str = "", marked: Collection[int] = ()
         if side < _SHORT * max(depth, width, top):  # no room for more than one number
             axis.set_ticks([side])
     axes.set_title(printable(title), parse_math=False)
-    return figure
+    return Chart(figure)
 
 
 def _add_deck(axes: Any, floor: Any) -> np.ndarray:

@@ -6,13 +6,13 @@ import numpy as np
 from matplotlib import pyplot
 
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.reports.charts.scene import plot_scene
+from steadyload.reports.charts.scene import scene
 
 BOX = Item(0, (-6.0, 0.0, 5.0), (20.0, 10.0, 10.0), 1.0)
 
 
 def drawn(layout):
-    figure = plot_scene(layout)
+    figure = scene(layout).figure
     [axes] = figure.axes
     ends = [getattr(axes, f"get_{name}lim")() for name in "yzx"]  # width, height, depth
     pyplot.close(figure)

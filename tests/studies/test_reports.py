@@ -8,7 +8,8 @@ import pytest
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods.naming import MethodKey
-from steadyload.reports.charts.drawing import CostPoint, plot_cost_accuracy
+from steadyload.reports.charts.front import front
+from steadyload.reports.interactive import CostPoint
 from steadyload.reports.style import colour, face, marker
 from steadyload.reports.table import (
     Column,
@@ -254,8 +255,8 @@ def test_style_is_fixed_by_method_and_engine():
 def test_times_within_a_decade_have_plain_ticks():
     key = MethodKey("SME", "sme", "sme", None)
     share = Estimate(0.8, 0.7, 0.9, 100)
-    points = [CostPoint(key, share, Estimate(ms, ms - 0.1, ms + 0.1, 100)) for ms in (2.0, 4.0)]
-    figure = plot_cost_accuracy(points, y_label="accuracy (%)")
+    costs = [Estimate(ms, ms - 0.1, ms + 0.1, 100) for ms in (2.0, 4.0)]
+    figure = front([{"method": key, "accuracy": share, "cpu": cost} for cost in costs]).figure
     figure.draw_without_rendering()
     [axes] = figure.axes
     labels = [label.get_text() for label in axes.xaxis.get_ticklabels(which="both")]

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
+from steadyload.reports.charts.bars import columns
 from steadyload.studies.benchmark.summary import MethodAgreement
 
 _INK = "#08519c"
-_SCENARIO_COLOURS = ("#9ecae1", "#4292c6", "#08519c", "#7f7f7f")
 _REASON_COLOURS = {
     "numerical": "#4292c6",
     "model": "#e6550d",
@@ -23,34 +21,31 @@ _REASON_COLOURS = {
 
 def plot_item_counts(counts: Mapping[int, int]) -> Figure:
     """Layouts by number of items."""
-    figure = Figure(figsize=(6.0, 2.8), layout="constrained")
-    axes = figure.subplots()
-    axes.bar(list(counts), list(counts.values()), color=_INK)
-    axes.set_xlabel("items")
-    axes.set_ylabel("layouts")
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    return figure
+    rows = [{"items": items, "layouts": layouts} for items, layouts in counts.items()]
+    return columns(
+        rows, {"layouts": "layouts"}, title="items", x_label="items", y_label="layouts",
+        size=(6.0, 2.8),
+    ).figure  # fmt: skip
 
 
 def plot_scores(scores: Mapping[str, tuple[int, ...]]) -> Figure:
     """Share of cases by loading stability, a bar a scenario; stable layouts have their own bin."""
-    figure = Figure(figsize=(7.0, 3.2), layout="constrained")
-    axes = figure.subplots()
     bins = len(next(iter(scores.values()))) - 1
-    width = 0.8 / len(scores)
-    places = np.arange(bins + 1, dtype=float)
-    places[-1] += 0.5
-    for index, (scenario, counts) in enumerate(scores.items()):
-        shares = 100.0 * np.array(counts) / max(1, sum(counts))
-        shift = (index - 0.5 * (len(scores) - 1)) * width
-        ink = _SCENARIO_COLOURS[index % len(_SCENARIO_COLOURS)]
-        axes.bar(places + shift, shares, width, color=ink, label=scenario)
-    labels = [f"{k / bins:.1f}-{(k + 1) / bins:.1f}" for k in range(bins)]
-    axes.set_xticks(places, [*labels, "stable"], fontsize=7)
-    axes.set_xlabel("share of items loaded before the first failure")
-    axes.set_ylabel("cases (%)")
-    axes.legend(frameon=False)
-    return figure
+    titles = [*(f"{k / bins:.1f}-{(k + 1) / bins:.1f}" for k in range(bins)), "stable"]
+    rows = [
+        {
+            "title": title,
+            **{name: 100.0 * found[k] / max(1, sum(found)) for name, found in scores.items()},
+        }
+        for k, title in enumerate(titles)
+    ]
+    return columns(
+        rows,
+        {name: name for name in scores},
+        last_apart=True,
+        x_label="share of items loaded before the first failure",
+        y_label="cases (%)",
+    ).figure
 
 
 def plot_agreement(judges: tuple[MethodAgreement, ...]) -> Figure:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from steadyload.escaping import markdown
-from steadyload.reports.charts.drawing import CostPoint, plot_cost_accuracy
-from steadyload.reports.charts.scene import plot_scene
+from steadyload.reports.charts.front import front
+from steadyload.reports.charts.scene import scene
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import (
     MISSING,
@@ -140,7 +140,7 @@ def _accuracy(found: Evaluation, about: LabelledPart) -> Section:
         [
             Picture(
                 "accuracy",
-                plot_cost_accuracy([CostPoint(m.method, m.accuracy, m.cpu) for m in found.methods]),
+                front(found.methods).figure,
                 f"Accuracy against CPU time; {_MARKS_EXPLAINED}",
                 cost_chart(found, stands=bool(about.stands)),
             ),
@@ -153,8 +153,8 @@ def _stands(found: Evaluation, about: LabelledPart) -> list[Picture]:
     """The same by the labels of the question ``stands``, where there are any."""
     if not about.stands:
         return []
-    points = [CostPoint(m.method, m.stands, m.cpu) for m in found.methods]
-    figure = plot_cost_accuracy(points, y_label="stands (% of cases with that label's step)")
+    label = "stands (% of cases with that label's step)"
+    figure = front(found.methods, y="stands", y_label=label).figure
     caption = (
         f"Accuracy where it is asked whether a load stands, against CPU time; {_MARKS_EXPLAINED}"
     )
@@ -185,7 +185,11 @@ def _scores(comparison: Comparison) -> Section:
         )
 
     points = [(m, agreement[ALL][m.method.spec]) for m in found.methods]
-    shown = [CostPoint(m.method, agreed, m.cpu) for m, agreed in points if agreed is not None]
+    shown = [
+        {"method": m.method, "cpu": m.cpu, "agreement": agreed}
+        for m, agreed in points
+        if agreed is not None
+    ]
     label = "agreement with simulations on other engines (%)"
     caption = f"Agreement against CPU time; {_MARKS_EXPLAINED}"
     return Section(
@@ -193,7 +197,9 @@ def _scores(comparison: Comparison) -> Section:
         "All cases first, then each scenario by itself. *Agreement with simulations* is the mean "
         "share of equal failing steps with all simulations that run on another engine.",
         by_group(found.groups, table),
-        [Picture("trade_off", plot_cost_accuracy(shown, y_label=label), caption)] if shown else [],
+        [Picture("trade_off", front(shown, y="agreement", y_label=label).figure, caption)]
+        if shown
+        else [],
     )
 
 
@@ -294,7 +300,7 @@ def _disagreements(comparison: Comparison) -> Section:
         [
             Picture(
                 f"disagreement_{rank}",
-                plot_scene(d.drawn, title=f"{d.layout}, {d.scenario}", marked=d.marked),
+                scene(d.drawn, title=f"{d.layout}, {d.scenario}", marked=d.marked).figure,
                 f"{markdown(d.layout)}, {d.scenario}: in red, items at whose placement some "
                 "method sees the loading fail; dots are centres of mass.",
             )

@@ -8,33 +8,33 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from steadyload.reports.charts.drawing import COST_LABEL, engine_legend, finish_growth, reach
+from steadyload.reports.charts.bars import bars
+from steadyload.reports.charts.curves import curves
+from steadyload.reports.charts.drawing import COST_LABEL, engine_legend, reach
 from steadyload.reports.style import engine_colour, engine_marker
 from steadyload.studies.engines.sources import SourceTable
 from steadyload.studies.engines.speed import SpeedCurve
 from steadyload.studies.engines.study import EngineAgreement
 
 
-def plot_growth(curves: Sequence[SpeedCurve]) -> Figure:
+def plot_growth(measured: Sequence[SpeedCurve]) -> Figure:
     """CPU time against the number of items, both on log axes; solid all items, dashed local."""
-    figure = Figure(figsize=(7.6, 4.8))
-    axes = figure.add_subplot()
-    for curve in curves:
-        label = f"{curve.engine}, {curve.scene}, {curve.scope}"
-        if math.isfinite(curve.exponent):
-            label += f": J^{curve.exponent:.2f}"
-        axes.plot(
-            [p.item_count for p in curve.points],
-            [p.total for p in curve.points],
-            linestyle={"all": "-", "local": "--"}[curve.scope],
-            linewidth=1.2 if curve.scene == "pile" else 0.7,
-            marker=engine_marker(curve.engine),
-            markersize=6 if curve.scene == "pile" else 3,
-            color=engine_colour(curve.engine),
-            label=label,
-        )
-    finish_growth(axes, {p.item_count for c in curves for p in c.points}, COST_LABEL)
-    return figure
+    rows = [
+        {
+            "engine": curve.engine,
+            "scope": curve.scope,
+            "title": f"{curve.engine}, {curve.scene}, {curve.scope}"
+            + (f": J^{curve.exponent:.2f}" if math.isfinite(curve.exponent) else ""),
+            "is_regular": curve.scene != "pile",
+            "points": curve.points,
+        }
+        for curve in measured
+    ]
+    return curves(
+        rows, "item_count", "total", within="points", look="engine", of="engine", dash="scope",
+        thin="is_regular", log="xy", ticks="all", x_label="items in the layout, J",
+        y_label=COST_LABEL, linewidth=1.2, markersize=6.0,
+    ).figure  # fmt: skip
 
 
 def plot_convergence(rows: Sequence[EngineAgreement]) -> Figure:
@@ -77,40 +77,24 @@ def plot_convergence(rows: Sequence[EngineAgreement]) -> Figure:
     return figure
 
 
-_ALWAYS, _BY_CASE = "#08519c", "#9ecae1"
-
-
 def plot_sources(tables: Sequence[SourceTable]) -> Figure:
     """Shares of every source in the differences between verdicts, a panel a design."""
-    figure = Figure(figsize=(7.6, 1.0 + 0.32 * sum(len(t.shares) + 1 for t in tables)))
-    heights = [len(table.shares) + 1 for table in tables]
-    panels = figure.subplots(len(tables), squeeze=False, sharex=True, height_ratios=heights)[:, 0]
-    for axes, table in zip(panels, tables, strict=True):
-        places = np.arange(len(table.shares))
-        always = [100.0 * share.always.value for share in table.shares]
-        by_case = [100.0 * share.by_case.value for share in table.shares]
-        axes.barh(places, always, color=_ALWAYS, label="the same on all cases")
-        axes.barh(places, by_case, left=always, color=_BY_CASE, label="from case to case")
-        axes.errorbar(
-            [100.0 * share.whole.value for share in table.shares],
-            places,
-            xerr=np.hstack([reach(share.whole, 100.0) for share in table.shares]),
-            fmt="none",
-            ecolor="#333333",
-            elinewidth=0.8,
-            capsize=2,
-        )
-        axes.set_yticks(places, [" with ".join(share.factors) for share in table.shares])
-        axes.invert_yaxis()
-        axes.set_xlim(0.0, 100.0)
-        asked = " and ".join(map(str, table.design.questions))
-        parameters = ", ".join(table.design.parameters)
-        axes.set_title(
-            f"{table.design.labelled_set} (n = {table.cases}): {parameters}; {asked}",
-            fontsize=9,
-            loc="left",
-        )
-    panels[-1].set_xlabel("share of the differences between verdicts on one case (%)")
-    panels[0].legend(fontsize=8, loc="lower right")
-    figure.tight_layout()
-    return figure
+    rows = [
+        {
+            "design": f"{table.design.labelled_set} (n = {table.cases}): "
+            f"{', '.join(table.design.parameters)}; "
+            f"{' and '.join(map(str, table.design.questions))}",
+            "source": " with ".join(share.factors),
+            "share": share,
+        }
+        for table in tables
+        for share in table.shares
+    ]
+    return bars(
+        rows,
+        {"share.always": "the same on all cases", "share.by_case": "from case to case"},
+        title="source",
+        whole="share.whole",
+        panel="design",
+        x_label="share of the differences between verdicts on one case (%)",
+    ).figure

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from steadyload.reports.charts.curves import curves
+from steadyload.reports.charts.forest import forest
 from steadyload.reports.page import Picture, Section
 from steadyload.reports.table import (
     MISSING,
@@ -17,7 +19,6 @@ from steadyload.reports.table import (
 )
 from steadyload.runs.evaluation import ALL
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.learned.figures import plot_remedies, plot_size
 from steadyload.studies.learned.summary import LeakRow, SizeCurve, TrainedRow
 
 _SHIFTED = "S2b"
@@ -27,19 +28,33 @@ _GAIN = 0.08
 """Gain of accuracy that is the target of remedies there."""
 
 
-def size(curves: Sequence[SizeCurve]) -> Section:
+def size(trainings: Sequence[SizeCurve]) -> Section:
     """Accuracy against the size of the training set."""
     return Section(
         "Size of the training set",
-        "\n".join(_growth(curve) for curve in curves)
+        "\n".join(_growth(curve) for curve in trainings)
         + "\n\nA training set grows by *cases* that are drawn from the same item lists, or by "
         "*item lists*: the two are not the same, since layouts packed from one list are alike. "
         f"{_SEEDS_EXPLAINED}",
-        [_rows(curve.rows, caption=f"**{curve.title}**") for curve in curves],
+        [_rows(curve.rows, caption=f"**{curve.title}**") for curve in trainings],
         [
             Picture(
                 "learned-size",
-                plot_size(curves),
+                curves(
+                    trainings,
+                    ("cases", "item_lists"),
+                    f"accuracy.{ALL}",
+                    within="rows",
+                    percent="y",
+                    log="x",
+                    ticks="apart",
+                    x_label=("cases learnt from", "item lists learnt from"),
+                    y_label="accuracy (%)",
+                    size=(9.0, 3.8),
+                    markersize=5.0,
+                    linewidth=1.0,
+                    elinewidth=1.0,
+                ).figure,
                 "Accuracy over all scenarios against the number of cases and of item lists that "
                 "were learnt from, with 95 % intervals.",
             )
@@ -114,7 +129,23 @@ def remedies(rows: Sequence[TrainedRow]) -> Section:
         [
             Picture(
                 "learned-remedies",
-                plot_remedies(rows),
+                forest(
+                    [
+                        {
+                            "scenario": group,
+                            "title": row.title,
+                            "accuracy": found,
+                            "seeds": row.seeds[group],
+                        }
+                        for row in rows
+                        for group, found in row.accuracy.items()
+                        if group != ALL
+                    ],
+                    "accuracy",
+                    panel="scenario",
+                    dots="seeds",
+                    x_label="accuracy (%)",
+                ).figure,
                 "Accuracy by scenario; bars are 95 % intervals, dots are single seeds.",
             )
         ],

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from steadyload.reports.charts.drawing import CostPoint, plot_cost_accuracy
+from steadyload.reports.charts.front import front
 from steadyload.reports.page import Picture, Section
 from steadyload.reports.table import (
     Column,
@@ -143,13 +143,12 @@ def _time_bars(table: MethodTable) -> list[str]:
 
 
 def _pictures(table: MethodTable) -> list[Picture]:
-    points = [CostPoint(row.method, row.accuracy, row.cpu) for row in table.timed]
-    if not points:
+    if not table.timed:
         return []
     return [
         Picture(
             "learned-table",
-            plot_cost_accuracy(points),
+            front(table.timed).figure,
             "Accuracy over all scenarios against CPU time a layout, one layout at a time; good "
             "methods stand at the upper left. Bars are 95 % intervals.",
         )

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import PurePosixPath
 
 from steadyload.methods.naming import MethodKey
-from steadyload.reports.charts.scene import plot_scene
+from steadyload.reports.charts.scene import scene
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import (
     MISSING,
@@ -199,7 +199,7 @@ def _counterexample(row: PropertyRow) -> Section:
     text += f"\n\nThe layout: [{smallest.file}]({smallest.file})."
     picture = Picture(
         f"counterexample_{PurePosixPath(smallest.file).stem.replace('-', '_')}",
-        plot_scene(smallest.layout),
+        scene(smallest.layout).figure,
         "The layout in cm; dots are centres of mass.",
     )
     return Section(title, text, [Table(enumerate(smallest.layout.items), _ITEMS)], [picture])

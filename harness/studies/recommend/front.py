@@ -11,6 +11,7 @@ from steadyload.errors import UserError, nearest
 from steadyload.layouts.question import Question
 from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.front import undominated
 
 if TYPE_CHECKING:
     from steadyload.runs.evaluation import MethodEvaluation
@@ -171,10 +172,7 @@ def best(
         raise FrontError(f"unknown engine {engine!r}; {nearest(engine, engines())}")
     asked = [m for m in measured if engine is None or m.engine in (None, engine)]
     losses = {id(m): _loss(m, overestimation_costs) for m in asked}
-    found: list[Measured] = []
-    for entry in sorted(asked, key=lambda m: (m.cpu.value, losses[id(m)])):
-        if not found or losses[id(entry)] < losses[id(found[-1])]:
-            found.append(entry)
+    found = undominated(asked, lambda m: m.cpu.value, lambda m: losses[id(m)])
     if not found:
         raise FrontError("no such method was measured")
     return found

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from steadyload.escaping import markdown
 from steadyload.layouts.question import Question
+from steadyload.reports.charts.change import change
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import (
     Column,
@@ -19,7 +20,6 @@ from steadyload.reports.table import (
 )
 from steadyload.studies.scope.balanced_steps import Balance, BalancedSteps
 from steadyload.studies.scope.detail_sections import OPTION, boxes_section, details_section
-from steadyload.studies.scope.figures import plot_changed_against_cost
 from steadyload.studies.scope.study import ScopeResult
 from steadyload.studies.scope.summary import KEPT, OptionRow, ScopeTable
 
@@ -193,7 +193,16 @@ def _figure(tables: list[ScopeTable]) -> Section:
         [
             Picture(
                 "changed_verdicts",
-                plot_changed_against_cost(tables),
+                change(
+                    tables,
+                    "cpu_total",
+                    "changed",
+                    within="options",
+                    panel="question",
+                    panel_title="question {}",
+                    x_label="CPU time of all cases over that of the whole pile",
+                    y_label="changed verdicts (% of cases)",
+                ).figure,
                 "Share of verdicts that differ from those of the whole pile against CPU time in "
                 "proportion; good options stand at the lower left. Bars are 95 % intervals, "
                 "colour tells the option, marker the engine, the dashed line is the cost of the "

@@ -14,13 +14,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter
 
 from steadyload.methods.naming import MethodKey
-from steadyload.reports.charts.drawing import (
-    CostPoint,
-    draw_cost_point,
-    reach,
-    set_cost_axis,
-    spread_the_top,
-)
+from steadyload.reports.charts.drawing import draw_cost_point, reach, set_cost_axis, spread_the_top
+from steadyload.reports.charts.heat import heat
+from steadyload.reports.interactive import CostPoint
 from steadyload.reports.style import colour, engine_colour, engine_marker, face, marker
 from steadyload.reports.table import compact
 from steadyload.runs.evaluation import ALL
@@ -248,36 +244,20 @@ def plot_differences(tests: PairTests, methods: Sequence[MethodKey]) -> Figure:
         tests: all pairs of the methods.
         methods: the most accurate first.
     """
-    count = len(methods)
-    side = 2.0 + 0.42 * count
-    figure = Figure(figsize=(side + 1.6, side))
-    axes = figure.add_subplot()
-    pairs = {(i, j): tests.of(methods[i], methods[j]) for i, j in permutations(range(count), 2)}
-    points = {place: 100 * test.difference.value for place, test in pairs.items()}
-    sure = {place for place, test in pairs.items() if test.corrected < tests.level}
-    most = max([1.0, *map(abs, points.values())])
-    shades = np.full((count, count), np.nan)
-    for place in sure:
-        shades[place] = points[place]
-    shown = axes.imshow(shades, cmap="RdBu", vmin=-most, vmax=most)
-    bar = figure.colorbar(shown, ax=axes, fraction=0.046, pad=0.03)
-    bar.set_label("row minus column, where significant (points)")
-    for (i, j), value in points.items():
-        shade = "#a0a0a0"
-        if (i, j) in sure:
-            shade = "white" if abs(value) > 0.6 * most else "black"
-        axes.text(j, i, _points(value), ha="center", va="center", fontsize=7, color=shade)
-    titles = [m.title for m in methods]
-    axes.set_xticks(range(count), titles, rotation=50, ha="right", rotation_mode="anchor")
-    axes.set_yticks(range(count), titles)
-    axes.spines[:].set_visible(False)
-    axes.tick_params(length=0)
-    return figure
-
-
-def _points(value: float) -> str:
-    """A difference in points, short, and never minus zero."""
-    return f"{value:.0f}" if abs(value) >= 9.95 else f"{round(value, 1) + 0.0:.1f}"
+    cells = [
+        {
+            "of": first.title,
+            "minus": second.title,
+            "difference": test.difference,
+            "open": test.corrected >= tests.level,
+        }
+        for first, second in permutations(methods, 2)
+        if (test := tests.of(first, second))
+    ]
+    label = "row minus column, where significant (points)"
+    return heat(
+        cells, "minus", "of", "difference", pale="open", differences=True, label=label
+    ).figure
 
 
 def plot_errors(judged: JudgedSet) -> Figure:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from steadyload.layouts.benchmark import REAL
 from steadyload.layouts.benchmark.dataset import LISTS
-from steadyload.reports.charts.scene import plot_scene
+from steadyload.reports.charts.scene import scene
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import (
     Column,
@@ -168,7 +168,7 @@ def _around(drawn: Sequence[Drawn]) -> Section:
             ),
             Picture(
                 "weakest",
-                plot_scene(weakest.load.layout, title="", marked=[weakest.moved_item]),
+                scene(weakest.load.layout, title="", marked=[weakest.moved_item]).figure,
                 f"Load {weakest.load.name}: box {weakest.moved_item} {weakest.mode} at "
                 f"{weakest.weakest:.3f} g.",
             ),

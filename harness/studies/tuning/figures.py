@@ -13,7 +13,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from steadyload.reports.charts.drawing import CostPoint, draw_cost_point, reach
+from steadyload.reports.charts.drawing import draw_cost_point, reach
+from steadyload.reports.interactive import CostPoint
 from steadyload.reports.style import engine_colour, engine_marker
 from steadyload.reports.table import compact, significant
 from steadyload.runs.evaluation import MethodEvaluation

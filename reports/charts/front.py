@@ -1,0 +1,116 @@
+"""The kind ``front``: a share over cost, a point a row, and lines that join some of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from steadyload.reports.charts.drawing import (
+    ACCURACY_LABEL,
+    COST_LABEL,
+    Chart,
+    draw_cost_point,
+    legend,
+    set_cost_axis,
+    spread_the_top,
+)
+from steadyload.reports.charts.rows import along, grouped, value
+from steadyload.reports.interactive import CostChart, CostPoint
+from steadyload.reports.style import LOOKS, colour, face, marker
+
+
+def front(
+    rows: Sequence[Any],
+    x: str = "cpu",
+    y: str = "accuracy",
+    *,
+    method: str = "method",
+    joined: str = "",
+    note: str = "",
+    spread: bool = False,
+    groups: Mapping[str, Sequence[Any]] | None = None,
+    more: Mapping[str, str] | None = None,
+    x_label: str = COST_LABEL,
+    y_label: str = ACCURACY_LABEL,
+) -> Chart:
+    """Share [%] against cost [ms] of methods, with intervals: good ones stand at the upper left.
+
+    Rows without a share are left out. Colours and markers are those of methods.
+
+    Args:
+        rows: one a point.
+        x: field of the cost, an estimate.
+        y: field of the share, an estimate.
+        method: field of the :class:`steadyload.reports.style.Identified` that is shown.
+        joined: field of the title of the line that a row belongs to, empty for a point that stands
+            alone; points of a line come in their order.
+        note: field of the text at points of lines.
+        spread: whether shares near 100 % are drawn apart.
+        groups: rows by title of a group of cases: then the HTML page shows one at a time.
+        more: of these, further fields of shares, and what is added to the title for each.
+        x_label: label of x.
+        y_label: label of y.
+
+    Raises:
+        FieldError: rows have no field of such a name.
+    """
+    figure = Figure(figsize=(7.6, 4.6))
+    axes = figure.add_subplot()
+    lines = grouped(rows, joined)
+    points = _points(lines.pop("", []), x, y, method)
+    for point in points:
+        draw_cost_point(axes, point)
+        key = point.method
+        axes.plot(
+            [], [], marker(key), color=colour(key), markerfacecolor=face(key), markersize=7,
+            label=key.title,
+        )  # fmt: skip
+    if any(point.cost.value > 0.0 for point in points):
+        set_cost_axis(axes)
+    axes.set_xlabel(x_label)
+    axes.set_ylabel(y_label)
+    for title, members in lines.items():
+        _join(axes, title, members, (x, y, method), note)
+    if spread:
+        spread_the_top(axes, min(100 * value(row, y).low for row in rows))
+    legend(figure, "beside")
+    if not groups:
+        return Chart(figure)
+    shares = {y: "", **(more or {})}
+    points_of = {
+        title + added: _points(members, x, share, method)
+        for share, added in shares.items()
+        for title, members in groups.items()
+    }
+    return Chart(figure, CostChart(points_of))
+
+
+def _points(rows: Sequence[Any], x: str, y: str, method: str) -> list[CostPoint]:
+    found = [CostPoint(value(row, method), value(row, y), value(row, x)) for row in rows]
+    return [point for point in found if not math.isnan(point.share.value)]
+
+
+def _join(
+    axes: Axes, title: str, rows: Sequence[Any], fields: tuple[str, str, str], note: str
+) -> None:
+    """A line through points of one method, with a text at each."""
+    x, y, method = fields
+    look = LOOKS["method"](value(rows[0], method), 0)
+    costs, shares = along(rows, x), along(rows, y, 100.0)
+    axes.errorbar(
+        costs.values, shares.values, yerr=shares.reaches, marker=look.marker, color=look.colour,
+        markersize=6, linewidth=1.0, elinewidth=0.8, label=title,
+    )  # fmt: skip
+    for number, place in enumerate(zip(costs.values, shares.values, strict=True)):
+        axes.annotate(
+            f"{value(rows[number], note):g}" if note else "",
+            place,
+            xytext=(-4, -11 if number % 2 else 5),
+            textcoords="offset points",
+            ha="right",
+            fontsize=8,
+        )
