@@ -5,8 +5,9 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from enum import Enum
+from functools import cache
 from types import MappingProxyType, NoneType, UnionType
 from typing import Any, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -104,7 +105,7 @@ def positive_number(text: str) -> float:
     Raises:
         ValueError: the text is no such number.
     """
-    value = _number(text)
+    value = number_of(text)
     if not is_positive(value):
         raise ValueError(f"{text!r}; allowed: a number {POSITIVE}")
     return value
@@ -116,13 +117,13 @@ def number_from_zero(text: str) -> float:
     Raises:
         ValueError: the text is no such number.
     """
-    value = _number(text)
+    value = number_of(text)
     if not 0.0 <= value < 1e5:
         raise ValueError(f"{text!r}; allowed: a number, 0 or more, below 100,000")
     return value
 
 
-def _number(text: str) -> float:
+def number_of(text: str) -> float:
     """The number that a text states; not a number where it states none."""
     try:
         return float(text)
@@ -165,7 +166,17 @@ def bind(cls: type[T], mapping: Mapping[str, object], where: str) -> T:
     Raises:
         ConfigError: an unknown or missing key, or a value that is not allowed.
     """
-    return cls(**_complete(cls, values_of(cls, mapping, where), where))
+    values = values_of(cls, mapping, where)
+    _refuse_missing(cls, values, where)
+    return cls(**values)
+
+
+def _refuse_missing(cls: type, values: Collection[str], where: str) -> None:
+    for name, one in _fields(cls).items():
+        has_default = one.default is not REQUIRED or one.default_factory is not REQUIRED
+        if not has_default and name not in values:
+            allowed = _Field(where, name, one.metadata).allowed(_hints(cls)[name])
+            raise ConfigError(f"{where}: {name} is missing; allowed: {allowed}")
 
 
 def values_of(
@@ -179,23 +190,24 @@ def values_of(
         where: what the mapping is, for messages.
         apart: names of fields that a mapping may not state.
     """
-    kinds = get_type_hints(cls)
-    known = {one.name: one for one in dataclasses.fields(cls) if one.init and one.name not in apart}
+    known = {name: one for name, one in _fields(cls).items() if name not in apart}
     for key in mapping:
         if key not in known:
             raise ConfigError(f"{where}: unknown key {shown(key)}; {nearest(str(key), known)}")
     return {
-        name: _Field(where, name, known[name].metadata).value(kinds[name], stated)
+        name: _Field(where, name, known[name].metadata).value(_hints(cls)[name], stated)
         for name, stated in mapping.items()
     }
 
 
-def _complete(cls: type, values: dict[str, Any], where: str) -> dict[str, Any]:
-    for one in dataclasses.fields(cls):
-        has_default = one.default is not REQUIRED or one.default_factory is not REQUIRED
-        if one.init and not has_default and one.name not in values:
-            raise ConfigError(f"{where}: {one.name} is missing; allowed: a value of it")
-    return values
+@cache
+def _hints(cls: type) -> Mapping[str, Any]:
+    return get_type_hints(cls)
+
+
+def _fields(cls: type) -> dict[str, dataclasses.Field[Any]]:
+    """The fields that a dataclass is made of, by name."""
+    return {one.name: one for one in dataclasses.fields(cls) if one.init}
 
 
 class _Field:
@@ -206,72 +218,87 @@ class _Field:
 
     def value(self, kind: Any, stated: object) -> Any:
         """The value of a type."""
-        origin, inner = get_origin(kind) or kind, get_args(kind)
-        if origin in (Union, UnionType):
-            if stated is None and NoneType in inner:
-                return None
-            [kind] = [one for one in inner if one is not NoneType]
-            return self.value(kind, stated)
+        origin, inner = _parts(kind)
+        if origin is None:
+            is_none = stated is None and NoneType in get_args(kind)
+            return None if is_none else self.value(inner[0], stated)
         if self.metadata.get(READ) is not None and not inner:
-            return self._read(stated)
-        if origin is tuple:
-            return self._tuple(inner, stated)
-        if origin in (list, Sequence):
-            return [self._at(k).value(inner[0], one) for k, one in self._elements(stated)]
-        if origin in (dict, Mapping):
-            return self._mapping(inner, stated)
+            return self._read(kind, stated)
+        if origin in (tuple, list):
+            return self._elements(kind, stated)
+        if origin is dict:
+            return self._mapping(kind, stated)
         if isinstance(kind, type) and dataclasses.is_dataclass(kind):
             if not isinstance(stated, Mapping):
-                self._refuse(stated, "keys with values")
+                self._refuse(kind, stated)
             return bind(kind, stated, f"{self.where}: {self.name}")
         return stated if kind is Any else self._single(kind, stated)
 
-    def _refuse(self, stated: object, allowed: str) -> NoReturn:
-        raise ConfigError(f"{self.where}: {self.name} is {shown(stated)}; allowed: {allowed}")
+    def allowed(self, kind: Any) -> str:
+        """The allowed values of a type in words."""
+        origin, inner = _parts(kind)
+        if origin is None:
+            return self.allowed(inner[0])
+        if kind is Any or (self.metadata.get(READ) is not None and not inner):
+            return "a value"
+        if origin in (tuple, list):
+            return "a list" if ... in inner or origin is list else f"a list of {len(inner)} values"
+        if origin is dict or dataclasses.is_dataclass(kind):
+            return "keys with values"
+        if kind in (int, float):
+            return numbers_allowed(kind, *self._range())
+        return "true or false" if kind is bool else "a text"
+
+    def _refuse(self, kind: Any, stated: object) -> NoReturn:
+        raise ConfigError(
+            f"{self.where}: {self.name} is {shown(stated)}; allowed: {self.allowed(kind)}"
+        )
 
     def _at(self, key: object) -> _Field:
         return _Field(self.where, f"{self.name}[{key}]", self.metadata)
 
-    def _elements(self, stated: object) -> Iterable[tuple[int, object]]:
+    def _range(self) -> tuple[float, float]:
+        return self.metadata.get("least", -math.inf), self.metadata.get("most", math.inf)
+
+    def _elements(self, kind: Any, stated: object) -> Sequence[Any]:
+        origin, inner = _parts(kind)
         if not isinstance(stated, list | tuple):
-            self._refuse(stated, "a list")
-        return enumerate(stated)
+            self._refuse(kind, stated)
+        kinds = inner if origin is tuple and ... not in inner else inner[:1] * len(stated)
+        if len(kinds) != len(stated):
+            self._refuse(kind, stated)
+        made = [
+            self._at(k).value(each, one)
+            for k, (each, one) in enumerate(zip(kinds, stated, strict=True))
+        ]
+        return tuple(made) if origin is tuple else made
 
-    def _tuple(self, inner: tuple[Any, ...], stated: object) -> tuple[Any, ...]:
-        elements = list(self._elements(stated))
-        kinds = inner[:1] * len(elements) if inner[1:] == (...,) else inner
-        if len(kinds) != len(elements):
-            self._refuse(stated, f"a list of {len(kinds)} values")
-        return tuple(
-            self._at(k).value(kind, one) for kind, (k, one) in zip(kinds, elements, strict=True)
-        )
-
-    def _mapping(self, inner: tuple[Any, ...], stated: object) -> dict[Any, Any]:
+    def _mapping(self, kind: Any, stated: object) -> dict[Any, Any]:
         if not isinstance(stated, Mapping):
-            self._refuse(stated, "keys with values")
-        key, value = inner
+            self._refuse(kind, stated)
+        key, value = get_args(kind)
         return {
             self._at(name).value(key, name): self._at(name).value(value, one)
             for name, one in stated.items()
         }
 
-    def _read(self, stated: object) -> Any:
+    def _read(self, kind: Any, stated: object) -> Any:
         """The value of a text, or of a number in its place, by the field's own reader."""
         if not isinstance(stated, str | int | float) or isinstance(stated, bool):
-            self._refuse(stated, "a value")
+            self._refuse(kind, stated)
         try:
             return self.metadata[READ](str(stated))
         except ValueError as error:
             raise ConfigError(f"{self.where}: {self.name} is {error}") from None
 
     def _single(self, kind: Any, stated: object) -> Any:
-        if kind is bool:
-            return stated if isinstance(stated, bool) else self._refuse(stated, "true or false")
         if kind in (int, float):
             return self._number(kind, stated)
+        if kind is bool:
+            return stated if isinstance(stated, bool) else self._refuse(kind, stated)
         is_enum = issubclass(kind, Enum)
         if not isinstance(stated, str | int if is_enum else str):
-            self._refuse(stated, "a text")
+            self._refuse(kind, stated)
         names = [one.value for one in kind] if is_enum else choices_of(self.metadata)
         if names and stated not in names:
             hint = nearest(str(stated), names)
@@ -279,10 +306,19 @@ class _Field:
         return kind(stated)
 
     def _number(self, kind: type[float], stated: Any) -> float:
-        least, most = self.metadata.get("least", -math.inf), self.metadata.get("most", math.inf)
+        least, most = self._range()
         is_right = type(stated) is int or (kind is float and type(stated) is float)
         if is_right and "least" in self.metadata:
             is_right = least <= stated <= most  # not a number is in no range
-        if not is_right:
-            self._refuse(stated, numbers_allowed(kind, least, most))
-        return kind(stated)
+        try:
+            return kind(stated) if is_right else self._refuse(kind, stated)
+        except OverflowError:
+            self._refuse(kind, stated)
+
+
+def _parts(kind: Any) -> tuple[Any, tuple[Any, ...]]:
+    """A type without its parameters, and these; None and the type itself for an optional one."""
+    origin, inner = get_origin(kind), get_args(kind)
+    if origin in (Union, UnionType):
+        return None, tuple(one for one in inner if one is not NoneType)
+    return {Sequence: list, Mapping: dict}.get(origin, origin or kind), inner

@@ -69,15 +69,20 @@ def composed(template: Path, values: Mapping[str, Any], made_with: Mapping[str, 
         jinja2.UndefinedError: it names what is not there.
     """
     blocks: list[Block] = []
-    text = _environment(template.parent, blocks).get_template(template.name).render(values)
+    text = page_environment(template.parent, blocks).get_template(template.name).render(values)
     head, *parts = re.split(r"^## ", text, flags=re.M)
     title, _, summary = head.strip().partition("\n")
     sections = [_section(part, blocks) for part in parts]
     return Page(title.removeprefix("# "), _flowing(summary), sections, made_with)
 
 
-def _environment(folder: Path, blocks: list[Block]) -> jinja2.Environment:
-    """The environment of a page, whose blocks are listed as they come."""
+def page_environment(folder: Path, blocks: list[Block]) -> jinja2.Environment:
+    """What templates of pages can use.
+
+    Args:
+        folder: of the templates.
+        blocks: filled with the blocks of a page in the order in which its template places them.
+    """
 
     def placed(block: Block | None) -> str:
         if block is None:

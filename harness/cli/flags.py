@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import math
 import types
 import typing
 from collections.abc import Collection, Sequence
@@ -25,6 +26,7 @@ from steadyload.config import (
     OPERAND,
     READ,
     choices_of,
+    number_of,
     numbers_allowed,
 )
 from steadyload.errors import UserError, nearest
@@ -77,19 +79,24 @@ class _Flag:
         try:
             if self.said(READ) is not None:
                 return self.said(READ)(text)
-            if self.kind is int:
-                return self._whole(text)
+            if self.kind in (int, float):
+                return self._number(text)
             return self.kind(self._chosen(text))
         except UserError:
             raise
         except ValueError as error:
             raise UsageError(f"{self.names[0]}: {error}") from None
 
-    def _whole(self, text: str) -> int:
-        least, most = max(self.said("least"), 0), self.said("most")
-        if not (text.isascii() and text.isdigit() and least <= int(text) <= most):
-            raise ValueError(f"{text!r}; allowed: {numbers_allowed(int, least, most)}")
-        return int(text)
+    def _number(self, text: str) -> float:
+        least, most = self.said("least"), self.said("most")
+        if self.kind is int:
+            least = max(least, 0)
+            number = int(text) if text.isascii() and text.isdigit() else math.nan
+        else:
+            number = number_of(text)
+        if not least <= number <= most:
+            raise ValueError(f"{text!r}; allowed: {numbers_allowed(self.kind, least, most)}")
+        return number
 
     def _chosen(self, text: str) -> str:
         known = choices_of(self.field.metadata)

@@ -8,7 +8,7 @@ import pytest
 from template_names import faults_of, wrong_names
 
 from steadyload.reports.columns import column, row
-from steadyload.reports.composing import _environment
+from steadyload.reports.composing import page_environment
 from steadyload.studies.registry import STUDIES, study
 
 ROOT = Path(__file__).parents[2]
@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]
 def test_a_template_names_what_there_is(template):
     name = template.parent.name
     assert name in STUDIES, "a template stands beside the class of a registered study"
-    assert faults_of(study(name), _environment) == []
+    assert faults_of(study(name), page_environment) == []
 
 
 @row
@@ -74,5 +74,5 @@ class Results:
     ],
 )  # fmt: skip
 def test_a_wrong_name_is_found(template, fault):
-    faults = wrong_names(template, _environment(ROOT, []), found=Results)
+    faults = wrong_names(template, page_environment(ROOT, []), found=Results)
     assert faults == ([fault] if fault else [])
