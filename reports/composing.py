@@ -56,8 +56,8 @@ def composed(template: Path, values: Mapping[str, Any], made_with: Mapping[str, 
     ``call`` block:
 
     * ``table(rows, chosen, titles)`` of :func:`steadyload.reports.columns.table`, with or without;
-    * ``KIND(name, ...)`` for a kind of :data:`steadyload.reports.charts.kinds.KINDS`, with the name of its file,
-      and what the kind takes;
+    * ``KIND(name, ...)`` for a kind of :data:`steadyload.reports.charts.kinds.KINDS`, with the name
+      of its file, and what the kind takes;
     * ``figure(name, figure, interactive=None)`` for a figure that is drawn already.
 
     Args:
