@@ -126,7 +126,7 @@ def number_from_zero(text: str) -> float:
 def number_of(text: str) -> float:
     """The number that a text states; not a number where it states none."""
     try:
-        return float(text)
+        return float(text) if text.isascii() else math.nan
     except ValueError:
         return math.nan
 

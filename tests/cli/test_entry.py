@@ -267,3 +267,10 @@ def test_a_wrong_file_is_one_sentence(tmp_path, text, message, capsys):
 def test_a_missing_file_is_named(capsys):
     assert main(["uncertain", "--config", "no.toml"]) == 2
     assert capsys.readouterr().err == "steadyload: no.toml: No such file or directory\n"
+
+
+@pytest.mark.parametrize("text", ["nan", "0", "-1", "x", "\u0663"])
+def test_a_number_of_a_flag_is_in_its_range(text, capsys):
+    assert main(["scope", "--seconds", text]) == 2
+    told = "allowed: a number, 0.001 or more"
+    assert capsys.readouterr().err == f"steadyload: --seconds: {text!a}; {told}\n"

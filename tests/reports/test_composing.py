@@ -1,0 +1,140 @@
+"""A template becomes the page that it says, block by block, and rows become tables."""
+
+import re
+from collections.abc import Mapping
+from types import SimpleNamespace
+
+import jinja2
+import pytest
+from matplotlib.figure import Figure
+
+from steadyload.reports.columns import column, fixed, percent, row, table
+from steadyload.reports.composing import composed
+from steadyload.reports.page import Picture
+from steadyload.reports.table import Table
+from steadyload.reports.writing import write_page
+from steadyload.statistics.estimate import Estimate
+
+
+@row
+class Time:
+    cpu_s: float = column("CPU s", fixed)
+    note: str = ""
+
+
+@row
+class Method:
+    name: str = column("method")
+    right: Estimate = column("right %", percent)
+    time: Time | None = column()
+    by_case: Mapping[str, int] = column("{}: n", notable=True)
+
+    @property
+    def length(self) -> int:
+        return len(self.name)
+
+
+METHODS = [
+    Method("sme", Estimate(0.5, 0.25, 0.75, 4), None, {"a": 1}),
+    Method("fbs", Estimate(0.25, 0.0, 0.5, 4), Time(2.0), {"b": 2}),
+]
+
+
+@pytest.fixture
+def made(tmp_path):
+    def make(text, **values):
+        (tmp_path / "page.md.j2").write_text(text)
+        return composed(tmp_path / "page.md.j2", values, {"made": "here"})
+
+    return make
+
+
+def lines(made_table):
+    return [re.sub(r" +", " ", line) for line in str(made_table).splitlines()]
+
+
+def test_a_template_becomes_title_summary_and_sections(made):
+    page = made(
+        "# A title\n\nOne\nsentence.\n\nAnother {{ word }}.\n\n"
+        "{% for name in ['First', 'Second'] %}\n## {{ name }}\n\nText\nof {{ name }}.\n\n"
+        "- one\n  and more\n- two\n\n```\ncode\nstays\n```\n{% endfor %}\n",
+        word="word",
+    )
+    assert (page.title, page.summary) == ("A title", "One sentence.\n\nAnother word.")
+    assert page.manifest == {"made": "here"}
+    assert [section.title for section in page.sections] == ["First", "Second"]
+    assert page.sections[1].blocks == [
+        "Text of Second.\n\n- one and more\n- two\n\n```\ncode\nstays\n```"
+    ]
+
+
+def test_blocks_stand_where_the_template_places_them(made):
+    page = made(
+        "# T\nS.\n## One\nBefore.\n{% call table(rows, 'name right') %}\nThe\ncaption.\n"
+        "{% endcall %}\nBetween.\n{{ table([]) }}{{ table(rows, 'name', {'name': 'who'}) }}\n"
+        "{% call figure('drawn', drawing) %}A\npicture.{% endcall %}\nAfter.\n",
+        rows=METHODS,
+        drawing=Figure(),
+    )
+    first, captioned, between, plain, picture, last = page.sections[0].blocks
+    assert (first, between, last) == ("Before.", "Between.", "After.")
+    assert isinstance(captioned, Table)
+    assert captioned.caption == "The caption."
+    assert lines(plain) == ["| who |", "| --- |", "| sme |", "| fbs |"]
+    assert isinstance(picture, Picture)
+    assert (picture.name, picture.caption) == ("drawn", "A picture.")
+
+
+def test_a_kind_of_chart_is_drawn_where_it_stands_with_its_caption(made):
+    page = made(
+        "# T\nS.\n## One\n{% call curves('c', rows, 'length', 'right', title='name') %}"
+        "Letters\nand {{ what }}.{% endcall %}\n",
+        rows=METHODS,
+        what="accuracy",
+    )
+    (picture,) = page.sections[0].drawn
+    assert (picture.name, picture.caption) == ("c", "Letters and accuracy.")
+    assert picture.figure.axes
+
+
+@pytest.mark.parametrize("value", ["\ue0000\ue001", "\ue0005\ue001", "\ue000"])
+def test_a_value_takes_the_place_of_no_block(made, value):
+    template = "# T\nS.\n## One\n{{ value }}\n{{ table(rows, 'name') }}"
+    page = made(template, value=value, rows=METHODS)
+    *text, placed = page.sections[0].blocks
+    assert text == ([value.strip("\ue000\ue001")] if len(value) > 1 else [])
+    assert isinstance(placed, Table)
+
+
+def test_what_is_not_there_is_an_error(made):
+    for text in ("{{ found.x }}", "{{ found.x.y }}", "{{ nothing }}", "{{ 'a' if no }}"):
+        with pytest.raises(jinja2.UndefinedError):
+            made(text, found=METHODS[0])
+
+
+def test_wide_tables_of_a_template_stand_whole_beside_its_page(made, tmp_path):
+    rows = [SimpleNamespace(**{f"a{k}": 10 * n + k for k in range(8)}) for n in range(2)]
+    page = made("# T\nS.\n## One\nText.\n{{ table(rows, 'a0 a1 a2 a3 a4 a5 a6 a7') }}", rows=rows)
+    text = write_page(page, tmp_path / "out").read_text()
+    (details,) = (tmp_path / "out").glob("report-details.*.md")
+    assert f"[All 8 columns]({details.name}#table-1)" in text
+    assert "|  a7 |" in details.read_text()
+    assert "|  a7 |" not in text
+
+
+def test_rows_are_shown_as_they_declare():
+    assert lines(table(METHODS)) == [
+        "| method | right % | time: CPU s | a: n | b: n |",
+        "| ------ | ----------------: | ----------: | ---: | ---: |",
+        "| sme | 50.0 [25.0, 75.0] | - | 1 | - |",
+        "| fbs | 25.0 [0.0, 50.0] | 2 | - | 2 |",
+    ]
+    assert lines(table(METHODS, "length name", titles={"length": "letters"}))[:1] == [
+        "| letters | method |"
+    ]
+    assert table([]) is None
+
+
+def test_a_name_that_rows_do_not_have_is_an_error():
+    with pytest.raises(AttributeError, match="nam"):
+        str(table(METHODS, "nam"))
