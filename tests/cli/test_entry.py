@@ -273,4 +273,4 @@ def test_a_missing_file_is_named(capsys):
 def test_a_number_of_a_flag_is_in_its_range(text, capsys):
     assert main(["scope", "--seconds", text]) == 2
     told = "allowed: a number, 0.001 or more"
-    assert capsys.readouterr().err == f"steadyload: --seconds: {text!a}; {told}\n"
+    assert capsys.readouterr().err == f"steadyload: --seconds: {text!r}; {told}\n"
