@@ -31,8 +31,8 @@ from steadyload.reading import (
 from steadyload.runs.definition import StudyDefinition, load_study
 from steadyload.runs.results import load_manifest
 from steadyload.runs.store import JSON, Store, checksum_of
+from steadyload.runs.timing import kept_load
 from steadyload.stored import stored_list, stored_object
-from steadyload.studies.cascade.study import _kept_load
 from steadyload.studies.learned.plan_file import load_plan
 from steadyload.studies.recommend.kept import load_fronts
 from steadyload.transport.history import recorded
@@ -109,7 +109,7 @@ def test_a_folder_with_a_file_without_end_is_refused(kind, too_large):
 
 
 def test_a_load_of_the_machine_without_end_is_not_known(too_large):
-    assert _kept_load(too_large("load.json")) is None
+    assert kept_load(too_large("load.json")) is None
 
 
 def test_a_layout_file_without_end_is_refused(too_large):

@@ -7,6 +7,7 @@ the first method changes from block to block; and everything is repeated.
 
 from __future__ import annotations
 
+import logging
 import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -18,9 +19,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from steadyload.atomic import manifest_text, verified_manifest, write_atomically
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import judge
 from steadyload.methods.registry import make_method
+from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
 from steadyload.runs.pool import SinglePart
 from steadyload.runs.provenance import key_of
 from steadyload.runs.store import JSON, Progress, Store, locked
@@ -28,6 +31,9 @@ from steadyload.runs.units import made_now
 
 VERSION = 1
 """Version of how times are taken: raised when their meaning changes."""
+
+_WHILE_JUDGING = "load of the machine"
+_log = logging.getLogger("steadyload")
 
 BLOCK = 50
 """Layouts that a method judges in a turn; long turns, because a switch of methods costs time."""
@@ -44,6 +50,40 @@ def taken(work: Callable[[], object]) -> tuple[float, float]:
 def machine_load() -> float | None:
     """Mean number of runnable processes in the last minute; None where the system has none."""
     return os.getloadavg()[0] if hasattr(os, "getloadavg") else None
+
+
+def load_while(judge: Callable[[], int], file: Path) -> float | None:
+    """Judge what is missing; the load of the machine meanwhile, or that of the time before.
+
+    Args:
+        judge: what is done; returns 0 where nothing was missing.
+        file: where the load is written down, and read where nothing was missing.
+
+    Returns:
+        The larger one of the loads before and after; None where it is not known.
+    """
+    before = machine_load()
+    if not judge():
+        return kept_load(file)
+    after = machine_load()
+    load = None if before is None or after is None else max(before, after)
+    write_atomically(file, manifest_text({_WHILE_JUDGING: load}))
+    return load
+
+
+def kept_load(file: Path) -> float | None:
+    """The load that was written down; unknown where it was not, or is damaged."""
+    if not file.exists():
+        return None
+    try:
+        found = json_of(content_of(file, MAX_STORED_BYTES))
+        load = verified_manifest(found)[_WHILE_JUDGING] if isinstance(found, dict) else found
+        if isinstance(load, bool) or not isinstance(load, int | float | None):
+            raise ValueError
+    except (LookupError, RecursionError, ValueError):
+        _log.warning("%s: is damaged; the load of the machine is not known", file)
+        return None
+    return load
 
 
 @dataclass(frozen=True)

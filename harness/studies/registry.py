@@ -26,7 +26,7 @@ STUDIES: dict[str, str] = {
     "table5": "steadyload.studies.table5.config:STUDY",
     "sensitivity": "steadyload.studies.sensitivity.config:STUDY",
     "real": "steadyload.studies.real.config:STUDY",
-    "cascade": "steadyload.studies.cascade.config:STUDY",
+    "cascade": "steadyload.studies.cascade.study:Cascade",
     "tuning": "steadyload.studies.tuning.config:STUDY",
     "learned": "steadyload.studies.learned.config:STUDY",
     "replication": "steadyload.studies.replication.config:STUDY",

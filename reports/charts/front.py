@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -18,7 +19,7 @@ from steadyload.reports.charts.drawing import (
     set_cost_axis,
     spread_the_top,
 )
-from steadyload.reports.charts.rows import along, grouped, value
+from steadyload.reports.charts.rows import along, value
 from steadyload.reports.interactive import CostChart, CostPoint
 from steadyload.reports.style import LOOKS, colour, face, marker
 
@@ -29,7 +30,7 @@ def front(
     y: str = "accuracy",
     *,
     method: str = "method",
-    joined: str = "",
+    lines: Mapping[str, Sequence[Any]] | None = None,
     note: str = "",
     spread: bool = False,
     groups: Mapping[str, Sequence[Any]] | None = None,
@@ -42,12 +43,11 @@ def front(
     Rows without a share are left out. Colours and markers are those of methods.
 
     Args:
-        rows: one a point.
+        rows: one a point that stands alone.
         x: field of the cost, an estimate.
         y: field of the share, an estimate.
         method: field of the :class:`steadyload.reports.style.Identified` that is shown.
-        joined: field of the title of the line that a row belongs to, empty for a point that stands
-            alone; points of a line come in their order.
+        lines: by title, rows whose points a line joins, in their order.
         note: field of the text at points of lines.
         spread: whether shares near 100 % are drawn apart.
         groups: rows by title of a group of cases: then the HTML page shows one at a time.
@@ -60,8 +60,8 @@ def front(
     """
     figure = Figure(figsize=(7.6, 4.6))
     axes = figure.add_subplot()
-    lines = grouped(rows, joined)
-    points = _points(lines.pop("", []), x, y, method)
+    points = _points(rows, x, y, method)
+    lines = lines or {}
     for point in points:
         draw_cost_point(axes, point)
         key = point.method
@@ -76,7 +76,8 @@ def front(
     for title, members in lines.items():
         _join(axes, title, members, (x, y, method), note)
     if spread:
-        spread_the_top(axes, min(100 * value(row, y).low for row in rows))
+        drawn = chain(rows, *lines.values())
+        spread_the_top(axes, min(100 * value(row, y).low for row in drawn))
     legend(figure, "beside")
     if not groups:
         return Chart(figure)
@@ -107,7 +108,7 @@ def _join(
     )  # fmt: skip
     for number, place in enumerate(zip(costs.values, shares.values, strict=True)):
         axes.annotate(
-            f"{value(rows[number], note):g}" if note else "",
+            str(value(rows[number], note)) if note else "",
             place,
             xytext=(-4, -11 if number % 2 else 5),
             textcoords="offset points",

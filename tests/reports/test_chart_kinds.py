@@ -52,8 +52,7 @@ class Point:
     method: MethodKey
     cpu: Estimate
     accuracy: Estimate
-    line: str = ""
-    budget: float = 0.0
+    budget: str = ""
 
 
 @few
@@ -75,12 +74,9 @@ def test_a_front_has_points_and_intervals_of_its_rows(values):
 
 def test_a_front_joins_the_rows_of_a_line_and_leaves_out_those_without_a_share():
     cost, share = Estimate(2.0, 1.0, 3.0, 9), Estimate(0.9, 0.8, 0.95, 9)
-    rows = [
-        Point(SME, cost, NOTHING),
-        Point(SME, cost, share),
-        *(Point(PS3, Estimate(ms, ms, ms, 9), share, "by budget", ms) for ms in (0.5, 1.0, 4.0)),
-    ]
-    [axes] = front(rows, joined="line", note="budget").figure.axes
+    rows = [Point(SME, cost, NOTHING), Point(SME, cost, share)]
+    line = [Point(PS3, Estimate(ms, ms, ms, 9), share, f"{ms:g}") for ms in (0.5, 1.0, 4.0)]
+    [axes] = front(rows, lines={"by budget": line}, note="budget").figure.axes
     assert [text.get_text() for text in axes.texts] == ["0.5", "1", "4"]
     assert [[0.5, 90.0], [1.0, 90.0], [4.0, 90.0]] in [xy.tolist() for xy in line_data(axes)]
     assert [text.get_text() for text in axes.get_legend().texts] == ["SME", "by budget"]

@@ -22,8 +22,8 @@ from steadyload.methods.thresholds import (
     write_thresholds,
 )
 from steadyload.runs.store import JSON, DamagedError, Store
+from steadyload.runs.timing import kept_load
 from steadyload.stored import store_list, stored_list
-from steadyload.studies.cascade.study import _kept_load
 from steadyload.studies.recommend.kept import load_fronts, write_fronts
 from steadyload.tuning.cost import TERMS, CostModel, stored_model
 from steadyload.tuning.ledger import Entry, GenerationEnd, Ledger
@@ -143,7 +143,7 @@ def test_files_of_earlier_versions_have_no_checksum(tmp_path):
     (tmp_path / "runs.json").write_text('[{"git": "0"}]')
     assert stored_list(tmp_path / "runs.json", "runs", "") == [{"git": "0"}]
     (tmp_path / "load.json").write_text("0.5")
-    assert _kept_load(tmp_path / "load.json") == 0.5
+    assert kept_load(tmp_path / "load.json") == 0.5
 
 
 def test_a_damaged_line_of_a_search_says_what_can_be_kept(tmp_path):
@@ -160,7 +160,7 @@ def test_a_load_that_is_damaged_is_not_known(tmp_path, caplog):
     file = tmp_path / "load.json"
     file.write_text(manifest_text({"load of the machine": 0.5}).replace("0.5", "0.7"))
     with caplog.at_level(logging.WARNING):
-        assert _kept_load(file) is None
+        assert kept_load(file) is None
     assert f"{file}: is damaged" in caplog.text
 
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,12 +17,13 @@ from steadyload.methods.thresholds import (
     fingerprint,
     write_thresholds,
 )
+from steadyload.reports.columns import table
 from steadyload.reports.writing import write_page
-from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.runs.results import load_results
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.cascade.page import cascade_page
-from steadyload.studies.cascade.study import cascade_study
+from steadyload.studies.cascade.comparing import aims, compare
+from steadyload.studies.cascade.study import Cascade
+from steadyload.studies.kit import Lab
 from steadyload.tuning import TuningError
 
 FOUND = {
@@ -47,15 +49,17 @@ def study(tmp_path_factory):
     ladders = {0.5: Ladder(stages, LAST, FOUND), 2.0: Ladder((), LAST, FOUND)}
     file = folder / "t.json"
     write_thresholds("mujoco", Thresholds(0.5, ladders, made_of, made_by), file)
-    return cascade_study(
-        "mujoco", folder, part="validation", limit=6, thresholds=str(file), workers=0,
-        beside=("fbs", LAST),
-    ), folder  # fmt: skip
+    return found_in(folder), folder
+
+
+def found_in(folder):
+    asked = Cascade(judge_on="validation", limit=6, thresholds=folder / "t.json")
+    return compare(asked, Lab(folder, 0), beside=("fbs", LAST))
 
 
 def test_shares_of_stages_add_up_and_tell_who_was_right(study):
     record, _ = study
-    assert [s.method.spec for s in record.stages] == ["equilibrium", LAST]
+    assert [s.stage for s in record.stages] == ["Equilibrium", record.best.title]
     assert sum(s.steps.value for s in record.stages) == pytest.approx(1.0)
     assert sum(s.layouts.value for s in record.stages) == pytest.approx(1.0)
     right = sum(s.layouts.value * s.layouts_right.value for s in record.stages)
@@ -81,76 +85,85 @@ def test_all_are_judged_on_the_same_cases_and_held_against_the_cascade(study):
     record, folder = study
     assert record.cases == 18
     assert record.fitted_there
-    assert [record.budgets.get(m.method.spec) for m in record.methods] == [0.5, 2.0, None, None]
-    by_title = {m.method.spec: m for m in record.methods}
-    fbs = by_title["fbs"]
+    assert [m.budget for m in record.swept] == ["0.5", "2"]
+    fbs, last = record.others
+    assert (fbs.method.spec, last.method.spec) == ("fbs", LAST)
     assert fbs.ahead.value == pytest.approx(record.cascade.accuracy.value - fbs.accuracy.value)
-    assert record.simulations == [by_title[LAST]]
-    assert record.swept == list(record.methods[:2])
+    assert record.best == last
+    assert record.cascade == record.swept[0]
     assert (record.cascade.ahead, record.cascade.cost_ratio) == (None, None)
     # With no stage before it, the last method is asked of every step: the same substeps.
-    assert record.methods[1].substeps == by_title[LAST].substeps > record.cascade.substeps > 0.0
+    assert record.swept[1].substeps == last.substeps > record.cascade.substeps > 0.0
     rows = load_results(folder / "run")
     assert set(rows.groupby("method").size()) == {18}
 
 
 def test_an_interrupted_study_goes_on(study):
     record, folder = study
-    times = {m.method.spec: m.cpu for m in record.methods}
-    again = cascade_study(
-        "mujoco", folder, part="validation", limit=6, thresholds=str(folder / "t.json"), workers=0,
-        beside=("fbs", LAST),
-    )  # fmt: skip
-    assert {m.method.spec: m.cpu for m in again.methods} == times
+    again = found_in(folder)
+    assert [m.cpu for m in again.swept + again.others] == [
+        m.cpu for m in record.swept + record.others
+    ]
     assert again.cost_source == record.cost_source
 
 
+def test_thresholds_are_shown_as_their_file_describes_them(study):
+    record, _ = study
+    first, second = record.ladders
+    assert (first.budget, first.stages, second.stages) == ("0.5", "equilibrium", "-")
+    assert (first.last, first.cases, first.independent) == (LAST, 900, 450.0)
+    shown = str(table([first], "losses gained bound sure_bound left_out accuracy alone"))
+    assert re.findall(r"[\d.]+(?: \(3\)| of 900)?", shown.splitlines()[-1]) == [
+        "2 (3)", "1", "0.40", "1.23", "5 of 900", "98.0", "98.1",
+    ]  # fmt: skip
+    assert [(row.method, row.steps, row.lost) for row in first.decided] == [("equilibrium", 10, 0)]
+    assert first.elsewhere[0].decided == 2872
+
+
+def test_what_made_thresholds_is_told(study):
+    made = study[0].made_with
+    assert made["thresholds fitted by"] == "git 0123456789ab"
+    assert made["thresholds fitted on"] == "the large set; cases d"
+    assert "machine" in made
+
+
 def text_of(record, folder):
-    path = write_page(cascade_page(record, {"source": "here"}), folder)
-    [details] = folder.glob("report-details.*.md")
-    return path.read_text() + details.read_text()
+    return write_page(Cascade().page(record), folder).read_text()
 
 
 def test_the_page_shows_what_was_found(study, tmp_path):
-    record, _ = study
-    text = text_of(record, tmp_path)
+    text = text_of(study[0], tmp_path)
     assert "18 cases of part `validation`" in text
     assert "on which thresholds were fitted" in text
     assert re.search(r"\| Equilibrium +\| +0\.700 \| +- \|", text)
-    assert "5 of 900" in text
-    assert "2 (3)" in text
-    assert "1.23" in text
-    assert "- thresholds fitted by: git 0123456789ab" in text
     [sweep] = (tmp_path / "figures").glob("cascade-sweep.*.svg")
     assert sweep.stat().st_size > 10_000
 
 
-def aimed(record, accuracy, cpu, ahead, cost):
-    """The record with a cascade and one simulation of these numbers."""
+def about(value):
+    return Estimate(value, value, value, 18)
 
-    def about(value):
-        return Estimate(value, value, value, 18)
 
+def reached(record, accuracy, cpu, ahead, cost):
+    """Whether aims are reached by a cascade beside one simulation of these numbers."""
     cascade = dataclasses.replace(record.cascade, accuracy=about(accuracy), cpu=about(cpu))
-    simulation = MethodEvaluation(
-        record.methods[-1].method, accuracy=about(accuracy - ahead), over=about(0.0),
-        under=about(0.0), cpu=about(cpu / cost), ahead=about(ahead), cost_ratio=about(cost),
-        substeps=50.0,
+    simulation = dataclasses.replace(
+        record.best, accuracy=about(accuracy - ahead.value), ahead=ahead, cpu=about(cpu / cost),
+        cost_ratio=about(cost),
     )  # fmt: skip
-    return dataclasses.replace(record, methods=(cascade, simulation))
+    return [aim.reached for aim in aims(cascade, [simulation])]
 
 
 @pytest.mark.parametrize(
-    ("numbers", "reached"),
+    ("accuracy", "cpu", "ahead", "cost", "answers"),
     [
-        ((0.985, 0.2, -0.005, 0.09), ["yes", "yes", "yes"]),
-        ((0.980, 0.9, -0.006, 0.2), ["no", "yes", "no"]),
-        ((0.990, 1.2, 0.001, 0.1), ["yes", "no", "yes"]),
+        (0.985, 0.2, -0.005, 0.09, ["yes", "yes", "yes"]),
+        (0.980, 0.9, -0.006, 0.2, ["no", "yes", "no"]),
+        (0.990, 1.2, 0.001, 0.1, ["yes", "no", "yes"]),
     ],
 )
-def test_whether_an_aim_is_reached_is_said(numbers, reached, study, tmp_path, undrawn):
-    text = text_of(aimed(study[0], *numbers), tmp_path)
-    assert re.findall(r"\| (yes|no) +\|", text) == reached
+def test_whether_an_aim_is_reached_is_said(accuracy, cpu, ahead, cost, answers, study):
+    assert reached(study[0], accuracy, cpu, about(ahead), cost) == answers
 
 
 @pytest.mark.parametrize(
@@ -159,12 +172,9 @@ def test_whether_an_aim_is_reached_is_said(numbers, reached, study, tmp_path, un
     [((-0.001, -0.009, 0.007), "open"), ((-0.001, -0.005, 0.002), "yes"),
      ((-0.009, -0.014, -0.0051), "no"), ((-0.009, -0.014, -0.004), "open")],
 )  # fmt: skip
-def test_an_aim_is_decided_by_the_interval(ahead, answer, study, tmp_path, undrawn):
-    record = aimed(study[0], 0.985, 0.2, -0.005, 0.09)
-    cascade, simulation = record.methods
-    simulation = dataclasses.replace(simulation, ahead=Estimate(*ahead, 18))
-    text = text_of(dataclasses.replace(record, methods=(cascade, simulation)), tmp_path)
-    assert re.findall(r"\| (yes|no|open) +\|", text) == [answer, "yes", "yes"]
+def test_an_aim_is_decided_by_the_interval(ahead, answer, study):
+    found = reached(study[0], 0.985, 0.2, Estimate(*ahead, 18), 0.09)
+    assert found == [answer, "yes", "yes"]
 
 
 def test_a_busy_machine_is_told(study, tmp_path, undrawn):
@@ -181,14 +191,14 @@ def test_a_busy_machine_is_told(study, tmp_path, undrawn):
     ("wrong", "error", "message"),
     [
         (
-            {"part": "train"},
+            {"judge_on": "train"},
             TuningError,
             "part is 'train'; allowed: fitting, search, test, test-300, validation",
         ),
-        ({"part": "all"}, TuningError, "part is 'all'"),
-        ({"part": "tset"}, TuningError, "did you mean 'test'"),
+        ({"judge_on": "all"}, TuningError, "part is 'all'"),
+        ({"judge_on": "tset"}, TuningError, "did you mean 'test'"),
         (
-            {"thresholds": "none.json"},
+            {"thresholds": Path("none.json")},
             ThresholdsError,
             r"none.json: no such file .*fit --engine mujoco -o none",
         ),
@@ -196,7 +206,7 @@ def test_a_busy_machine_is_told(study, tmp_path, undrawn):
 )
 def test_what_stages_learnt_from_and_what_is_not_there_is_no_page(wrong, error, message, tmp_path):
     with pytest.raises(error, match=message):
-        cascade_study("mujoco", tmp_path / "work", limit=2, workers=0, **wrong)
+        Cascade(limit=2, **wrong).run(Lab(tmp_path / "work", 0))
     assert not (tmp_path / "work").exists()
 
 
@@ -207,8 +217,7 @@ def test_on_test_nothing_was_fitted(study, tmp_path, undrawn):
 
 def test_the_package_s_cascade_is_judged_on_a_set_of_its_own(tmp_path):
     """Its thresholds are fitted on a set that has no test part."""
-    record = cascade_study(
-        "mujoco", tmp_path, directory="lists", limit=2, beside=("fbs", "ps_opt@mujoco"), workers=0
-    )
+    asked = Cascade(directory="lists", limit=2)
+    record = compare(asked, Lab(tmp_path, 0), beside=("fbs", "ps_opt@mujoco"))
     assert (record.part, record.cases, record.fitted_there) == ("lists test", 6, False)
-    assert record.made_by["thresholds fitted on"].startswith("choosing, real; cases ")
+    assert record.made_with["thresholds fitted on"].startswith("choosing, real; cases ")
