@@ -5,7 +5,7 @@ Shares are 0 to 1, times in ms a layout.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -334,7 +334,7 @@ def _fitted(budget: float, ladder: Ladder) -> Fitted:
 
 
 def _decisions(
-    cascade: Cascade, cases: Iterator[tuple[str, Layout]], labels: pd.DataFrame
+    cascade: Cascade, cases: Iterable[tuple[str, Layout]], labels: pd.DataFrame
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Steps by the number of the stage that decided them, and layouts by the last one they needed.
 
