@@ -29,6 +29,9 @@ def heat(
 ) -> Chart:
     """Shares [%] or differences of shares [points], a cell a row.
 
+    Rows and columns stand in the order in which they come; where they are the same things, columns
+    in the order of rows.
+
     Args:
         rows: one a cell; a share or difference that is not a number is a dash.
         x: field of the title of the cell's column.
@@ -43,6 +46,8 @@ def heat(
         FieldError: rows have no field of such a name, or it is no number.
     """
     columns, lines = list(grouped(rows, x)), list(grouped(rows, y))
+    if set(columns) == set(lines):
+        columns = lines
     cells = [(lines.index(value(row, y)), columns.index(value(row, x))) for row in rows]
     numbers = dict(zip(cells, along(rows, shade, 100.0).values, strict=True))
     coloured = np.full((len(lines), len(columns)), math.nan)

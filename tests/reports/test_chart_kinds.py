@@ -239,13 +239,14 @@ def test_heat_of_differences_leaves_pale_cells_without_colour():
     rows = [
         {"of": "a", "minus": "b", "points": Estimate(0.5, 0.4, 0.6, 9), "open": False},
         {"of": "b", "minus": "a", "points": Estimate(-0.02, -0.1, 0.1, 9), "open": True},
-    ]
+    ]  # no cell of a thing and itself
     axes = heat(
         rows, "minus", "of", "points", pale="open", differences=True, label="z"
     ).figure.axes[0]  # fmt: skip
     coloured = np.ma.filled(axes.images[0].get_array().astype(float), np.nan)
-    assert coloured[0, 0] == 50.0
-    assert np.isnan(coloured[1, 1])
+    assert coloured[0, 1] == 50.0
+    assert np.isnan(coloured[1, 0])
+    assert [t.get_text() for t in axes.get_xticklabels()] == ["a", "b"]
     assert [t.get_text() for t in axes.texts] == ["50", "-2.0"]
     assert axes.texts[1].get_color() == "#a0a0a0"
 
