@@ -198,6 +198,9 @@ def test_columns_of_numbers_stand_at_their_place_and_others_in_groups():
     [axes] = columns(rows, heights, percent=True, x_label="x", y_label="y").figure.axes
     drawn = [[bar.get_height() for bar in c] for c in axes.containers]
     assert np.allclose(drawn, [[10.0, 30.0], [20.0, 40.0]])
+    first, second = ([bar.get_x() for bar in c] for c in axes.containers)
+    width = axes.patches[0].get_width()
+    assert np.allclose(np.subtract(second, first), width)
 
 
 @few
