@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from steadyload.reports.charts.drawing import Chart, legend
-from steadyload.reports.charts.rows import along, grouped, value
+from steadyload.reports.charts.rows import Field, along, grouped, value
 
 _INK = "#08519c"
 _SHADES = ("#9ecae1", "#4292c6", "#08519c", "#7f7f7f")
@@ -22,11 +22,11 @@ _STACKED = ("#08519c", "#9ecae1", "#3182bd", "#c7c7c7")
 
 def bars(
     rows: Sequence[Any],
-    parts: Mapping[str, str],
+    parts: Mapping[Field, str],
     *,
-    title: str = "title",
-    whole: str = "",
-    panel: str = "",
+    title: Field = "title",
+    whole: Field = "",
+    panel: Field = "",
     x_label: str,
 ) -> Chart:
     """Shares [%] that add up to a share of a whole: a bar a row, from left to right its parts.
@@ -70,9 +70,9 @@ def bars(
 
 def columns(
     rows: Sequence[Any],
-    heights: Mapping[str, str],
+    heights: Mapping[Field, str],
     *,
-    title: str = "title",
+    title: Field = "title",
     percent: bool = False,
     last_apart: bool = False,
     x_label: str,

@@ -8,7 +8,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from steadyload.reports.charts.drawing import PLAIN_TICKS, Chart, legend
-from steadyload.reports.charts.rows import along, flat, grouped, value
+from steadyload.reports.charts.rows import Field, along, flat, grouped, value
 from steadyload.reports.style import marker
 
 _TICKS = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
@@ -18,13 +18,13 @@ _BELOW, _ABOVE = 1.6, 2.2
 
 def change(
     rows: Sequence[Any],
-    x: str,
-    y: str,
+    x: Field,
+    y: Field,
     *,
-    title: str = "title",
-    method: str = "method",
-    within: str = "",
-    panel: str = "",
+    title: Field = "title",
+    method: Field = "method",
+    within: Field = "",
+    panel: Field = "",
     panel_title: str = "{}",
     x_label: str,
     y_label: str,

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from steadyload.reports.charts.drawing import PLAIN_TICKS, Chart, legend
-from steadyload.reports.charts.rows import Along, along, flat, grouped, value
+from steadyload.reports.charts.rows import Along, Field, along, flat, grouped, value
 from steadyload.reports.style import LOOKS
 
 _LINES = ("-", "--", ":", "-.")
@@ -22,16 +22,16 @@ _ROOM = 1.2
 
 def curves(
     rows: Sequence[Any],
-    x: str | Sequence[str],
-    y: str,
+    x: Field | Sequence[Field],
+    y: Field,
     *,
-    title: str = "title",
-    within: str = "",
+    title: Field = "title",
+    within: Field = "",
     look: str = "place",
-    of: str = "",
-    dash: str = "",
-    thin: str = "",
-    panel: str = "",
+    of: Field = "",
+    dash: Field = "",
+    thin: Field = "",
+    panel: Field = "",
     percent: str = "",
     log: str = "",
     ticks: str = "",

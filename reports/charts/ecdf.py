@@ -9,7 +9,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from steadyload.reports.charts.drawing import Chart, legend
-from steadyload.reports.charts.rows import grouped, value
+from steadyload.reports.charts.rows import Field, grouped, value
 
 _LINES = (
     ("#1f77b4", "-"), ("#d62728", "-"), ("#ff9896", "--"), ("#2ca02c", "-"), ("#7f7f7f", ":"),
@@ -18,10 +18,10 @@ _LINES = (
 
 def ecdf(
     rows: Sequence[Any],
-    x: str,
+    x: Field,
     *,
-    title: str = "title",
-    of: str,
+    title: Field = "title",
+    of: Field,
     among: Collection[str] = (),
     x_label: str,
     y_label: str,

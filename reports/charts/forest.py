@@ -8,19 +8,19 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from steadyload.reports.charts.drawing import Chart
-from steadyload.reports.charts.rows import along, grouped, value
+from steadyload.reports.charts.rows import Field, along, grouped, value
 from steadyload.reports.style import LOOKS
 
 
 def forest(
     rows: Sequence[Any],
-    x: str,
+    x: Field,
     *,
-    title: str = "title",
-    panel: str = "",
+    title: Field = "title",
+    panel: Field = "",
     look: str = "place",
-    of: str = "",
-    dots: str = "",
+    of: Field = "",
+    dots: Field = "",
     zero: bool = False,
     x_label: str,
 ) -> Chart:

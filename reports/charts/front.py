@@ -19,22 +19,22 @@ from steadyload.reports.charts.drawing import (
     set_cost_axis,
     spread_the_top,
 )
-from steadyload.reports.charts.rows import along, value
+from steadyload.reports.charts.rows import Field, along, value
 from steadyload.reports.interactive import CostChart, CostPoint
 from steadyload.reports.style import LOOKS, colour, face, marker
 
 
 def front(
     rows: Sequence[Any],
-    x: str = "cpu",
-    y: str = "accuracy",
+    x: Field = "cpu",
+    y: Field = "accuracy",
     *,
-    method: str = "method",
+    method: Field = "method",
     lines: Mapping[str, Sequence[Any]] | None = None,
-    note: str = "",
+    note: Field = "",
     spread: bool = False,
     groups: Mapping[str, Sequence[Any]] | None = None,
-    more: Mapping[str, str] | None = None,
+    more: Mapping[Field, str] | None = None,
     x_label: str = COST_LABEL,
     y_label: str = ACCURACY_LABEL,
 ) -> Chart:

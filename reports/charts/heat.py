@@ -11,18 +11,18 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from steadyload.reports.charts.drawing import Chart
-from steadyload.reports.charts.rows import along, grouped, value
+from steadyload.reports.charts.rows import Field, along, grouped, value
 from steadyload.reports.interactive import Interactive
 from steadyload.reports.table import MISSING
 
 
 def heat(
     rows: Sequence[Any],
-    x: str,
-    y: str,
-    shade: str,
+    x: Field,
+    y: Field,
+    shade: Field,
     *,
-    pale: str = "",
+    pale: Field = "",
     differences: bool = False,
     label: str,
     interactive: Interactive | None = None,

@@ -12,6 +12,9 @@ from steadyload.errors import UserError, nearest
 from steadyload.reports.charts.drawing import reach
 from steadyload.statistics.estimate import Estimate
 
+Field = str
+"""Name of a field or property of rows; a dotted one goes on into what it holds."""
+
 
 class FieldError(UserError):
     """A chart names a field that its rows do not have, or one of another kind."""

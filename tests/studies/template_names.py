@@ -16,6 +16,8 @@ from pathlib import Path
 import jinja2
 from jinja2 import meta, nodes
 
+from steadyload.reports.charts.kinds import KINDS
+
 _KEEPING = {"sort", "list", "reverse", "selectattr", "rejectattr", "unique"}
 """Filters whose result has the elements of what they are given."""
 
@@ -102,6 +104,8 @@ class _Checker:
                 self._filter(node, scope)
             case nodes.Call(node=nodes.Name(name="table")):
                 self._table(node, scope)
+            case nodes.Call(node=nodes.Name(name=kind)) if kind in KINDS:
+                self._chart(KINDS[kind], node, scope)
         for part in node.iter_child_nodes():
             self.walk(part, scope)
 
@@ -154,6 +158,28 @@ class _Checker:
         for name in names:
             self.attribute(of, name, node.lineno)
 
+    def _chart(self, kind, node, scope):
+        """Fields that a chart names, those that it takes by default among them."""
+        _, rows, *positional = node.args
+        of = _element(self.type_of(rows, scope))
+        stated = inspect.signature(kind).bind(
+            rows, *positional, **{k.key: k.value for k in node.kwargs}
+        )
+        stated.apply_defaults()
+        named = [
+            name
+            for parameter, argument in stated.arguments.items()
+            if "Field" in str(stated.signature.parameters[parameter].annotation)
+            for name in _texts(argument)
+        ]
+        inner = None
+        for within in _texts(stated.arguments.get("within", "")):
+            inner = _element(self.attribute(of, within, node.lineno))
+        for name in named:
+            first = name.partition(".")[0]
+            is_outer = inner is None or first in typing.get_type_hints(of) or hasattr(of, first)
+            self.path(of if is_outer else inner, name, node.lineno)
+
     def type_of(self, node, scope):
         """The type of an expression; None where that is not known."""
         quiet = _Checker()
@@ -183,6 +209,17 @@ class _Checker:
                 if len(inner) == 2:
                     return list[tuple[inner]] if name == "items" else list[inner[1]]
         return None
+
+
+def _texts(argument):
+    """Texts that are an argument, stated in a template or by default, one or several or keys."""
+    if isinstance(argument, nodes.Dict):
+        argument = [pair.key for pair in argument.items]
+    elif isinstance(argument, nodes.Tuple | nodes.List):
+        argument = argument.items
+    found = argument if isinstance(argument, list) else [argument]
+    values = [one.value if isinstance(one, nodes.Const) else one for one in found]
+    return [value for value in values if isinstance(value, str) and value]
 
 
 def _is_record(of):
