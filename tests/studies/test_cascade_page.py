@@ -53,8 +53,10 @@ def study(tmp_path_factory):
 
 
 def found_in(folder):
-    asked = Cascade(judge_on="validation", limit=6, thresholds=folder / "t.json")
-    return compare(asked, Lab(folder, 0), beside=("fbs", LAST))
+    return compare(
+        Lab(folder, 0), "mujoco", part="validation", limit=6, thresholds=folder / "t.json",
+        beside=("fbs", LAST),
+    )  # fmt: skip
 
 
 def test_shares_of_stages_add_up_and_tell_who_was_right(study):
@@ -217,7 +219,8 @@ def test_on_test_nothing_was_fitted(study, tmp_path, undrawn):
 
 def test_the_package_s_cascade_is_judged_on_a_set_of_its_own(tmp_path):
     """Its thresholds are fitted on a set that has no test part."""
-    asked = Cascade(directory="lists", limit=2)
-    record = compare(asked, Lab(tmp_path, 0), beside=("fbs", "ps_opt@mujoco"))
+    record = compare(
+        Lab(tmp_path, 0), "mujoco", directory="lists", limit=2, beside=("fbs", "ps_opt@mujoco")
+    )
     assert (record.part, record.cases, record.fitted_there) == ("lists test", 6, False)
     assert record.made_with["thresholds fitted on"].startswith("choosing, real; cases ")

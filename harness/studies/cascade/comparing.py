@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,7 +33,7 @@ from steadyload.reports.columns import (
     percent,
     plain_percent,
     row,
-)
+)  # fmt: skip
 from steadyload.runs.costs import CostKind, CostSource
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import MethodEvaluation, evaluate
@@ -42,7 +43,6 @@ from steadyload.runs.runner import run_study
 from steadyload.runs.timing import load_while
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
-from steadyload.studies.cascade.study import Cascade as Study
 from steadyload.studies.kit import Lab
 from steadyload.tuning import TuningError
 
@@ -65,9 +65,7 @@ TENTH = 0.1
 """Aim: largest share of the cost of the cheapest accurate simulation."""
 
 _TURN = 150
-"""Cases that a method judges before it is the next one's turn. Turns are long, because a switch of
-methods costs time.
-"""
+"""Cases that a method judges before it is the next one's turn; a switch of methods costs time."""
 
 _three = partial(compact, digits=3)
 _hundredths = partial(plain_percent, digits=2)
@@ -159,7 +157,7 @@ class Fitted:
 
 
 class Aim(NamedTuple):
-    """What was aimed at, what was measured, and whether it is reached: yes, no or open."""
+    """An aim, the measured value, and whether it is reached: yes, no or open."""
 
     aim: str
     measured: str
@@ -192,14 +190,29 @@ class Found:
     made_with: Mapping[str, str]
 
 
-def compare(study: Study, lab: Lab, beside: Sequence[str] = BESIDE) -> Found:
+def compare(
+    lab: Lab,
+    engine: str,
+    *,
+    methods: Sequence[str] = (),
+    directory: str = "",
+    part: str = Part.TEST,
+    limit: int | None = None,
+    thresholds: Path | None = None,
+    beside: Sequence[str] = BESIDE,
+) -> Found:
     """Judge a part of the labelled set, methods in turns.
 
     An interrupted study is resumed; methods that were judged keep their times.
 
     Args:
-        study: its options. The part is one that no stage has learnt from.
         lab: where it runs; with 0 or 1 workers times are taken in one process.
+        engine: of the cascade.
+        methods: specs of further methods.
+        directory: of the labelled set, see :func:`steadyload.layouts.benchmark.dataset.set_named`.
+        part: of the labelled set, one that no stage has learnt from.
+        limit: largest number of cases a scenario; None for all.
+        thresholds: file of thresholds; None for those that come with the package.
         beside: specs of the methods that the cascade is compared with, ``{engine}`` for the engine.
 
     Raises:
@@ -207,21 +220,20 @@ def compare(study: Study, lab: Lab, beside: Sequence[str] = BESIDE) -> Found:
         ThresholdsError: no thresholds for the engine, or ones fitted with other methods.
         as :func:`steadyload.runs.runner.run_study`.
     """
-    if study.judge_on not in UNLEARNT:
-        raise TuningError(f"part is {study.judge_on!r}; {nearest(study.judge_on, UNLEARNT)}")
-    cascade = _cascade(study)
+    if part not in UNLEARNT:
+        raise TuningError(f"part is {part!r}; {nearest(part, UNLEARNT)}")
+    cascade = _cascade(engine, thresholds)
     made_by, ladders = cascade.thresholds.made_by, cascade.thresholds.ladders
-    default = cascade.thresholds.default
-    swept = {str(_cascade(study, each).spec): each for each in ladders if each != default}
-    own = str(cascade.spec)
-    budgets = {own: default, **swept}
-    named = [spec.replace("{engine}", study.engine) for spec in beside]
+    own, default = str(cascade.spec), cascade.thresholds.default
+    swept = [budget for budget in ladders if budget != default]
+    budgets = {own: default} | {str(_cascade(engine, thresholds, b).spec): b for b in swept}
+    named = [spec.replace("{engine}", engine) for spec in beside]
     definition = StudyDefinition(
         name="cascade",
-        methods=tuple(dict.fromkeys([*budgets, *named, *study.methods])),
-        benchmark=study.judge_on,
-        benchmark_directory=set_named(study.directory),
-        limit=study.limit,
+        methods=tuple(dict.fromkeys([*budgets, *named, *methods])),
+        benchmark=part,
+        benchmark_directory=set_named(directory),
+        limit=limit,
         shard_size=_TURN,
     )
     run = lab.work / "run"
@@ -242,8 +254,8 @@ def compare(study: Study, lab: Lab, beside: Sequence[str] = BESIDE) -> Found:
     steps, layouts = _decisions(cascade, labelled_material(definition).cases(run), labels)
     fitted_on = [made_by.get("directory") or "", *made_by["data"]]  # sets; empty: the large one
     return Found(
-        part=f"{study.directory} {study.judge_on}".strip(),
-        fitted_there=study.judge_on != Part.TEST and study.directory in fitted_on,
+        part=f"{directory} {part}".strip(),
+        fitted_there=part != Part.TEST and directory in fitted_on,
         cases=len(labels),
         item_lists=labels["instance"].nunique(),
         cascade=rows[0],
@@ -266,7 +278,7 @@ def compare(study: Study, lab: Lab, beside: Sequence[str] = BESIDE) -> Found:
 
 
 def aims(own: Judged, simulations: Sequence[Judged]) -> list[Aim]:
-    """What a cascade aims at; decided by the ends of intervals, because a point proves nothing."""
+    """Aims of a cascade; decided by the ends of intervals, because a point proves nothing."""
     best = max(simulations, key=lambda method: method.accuracy.value)
     least = best.accuracy.value - NEAR
     accurate = [method for method in simulations if method.accuracy.value >= least]
@@ -301,10 +313,10 @@ def _reached(low: float, high: float, most: float) -> str:
     return "no" if low > most else "open"
 
 
-def _cascade(study: Study, budget: float | None = None) -> Cascade:
-    values = [f"thresholds={study.thresholds}"] if study.thresholds else []
+def _cascade(engine: str, thresholds: Path | None, budget: float | None = None) -> Cascade:
+    values = [f"thresholds={thresholds}"] if thresholds else []
     values += [] if budget is None else [f"budget={budget:g}"]
-    made = make_method(f"cascade@{study.engine}{':' if values else ''}{','.join(values)}")
+    made = make_method(f"cascade@{engine}{':' if values else ''}{','.join(values)}")
     assert isinstance(made, Cascade)
     return made
 

@@ -35,4 +35,7 @@ class Cascade(Study["Found"]):
         """Verdicts, judged in one process, because times are shown."""
         from steadyload.studies.cascade.comparing import compare
 
-        return compare(self, lab)
+        return compare(
+            lab, self.engine, methods=self.methods, directory=self.directory, part=self.judge_on,
+            limit=self.limit, thresholds=self.thresholds,
+        )  # fmt: skip
