@@ -77,7 +77,7 @@ def composed(template: Path, values: Mapping[str, Any], made_with: Mapping[str, 
 
 
 def page_environment(folder: Path, blocks: list[Block]) -> jinja2.Environment:
-    """What templates of pages can use.
+    """The filters, tests and functions of templates of pages.
 
     Args:
         folder: of the templates.
