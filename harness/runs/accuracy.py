@@ -72,17 +72,6 @@ def accuracy_of_seeds(right: BoolArray, lists: ArrayLike) -> Estimate:
     return accuracy(right[0], lists) if len(right) == 1 else mean(right.mean(axis=0), lists)
 
 
-def difference_of_seeds(right: BoolArray, others: BoolArray, lists: ArrayLike) -> Estimate:
-    """Accuracy of a training minus that of another, both the mean over their seeds, case by case.
-
-    Args:
-        right: whether a seed is right on a case, shape (seeds, cases).
-        others: the same of the seeds of the other training.
-        lists: the item list of each case.
-    """
-    return mean(right.mean(axis=0) - others.mean(axis=0), lists)
-
-
 def at_natural_prevalence(
     right: BoolArray, labels: pd.DataFrame, natural: Mapping[str, float]
 ) -> Estimate:

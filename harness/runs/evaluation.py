@@ -10,12 +10,13 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from steadyload.methods.naming import MethodKey
 from steadyload.runs.accuracy import (
@@ -24,6 +25,7 @@ from steadyload.runs.accuracy import (
     at_natural_prevalence,
     verdicts_against_labels,
 )
+from steadyload.runs.comparison import Compared, Family, Slice, compared, difference
 from steadyload.runs.costs import CPU, PHASES, WALL, CostKind, Costs, CostSource, judging_costs
 from steadyload.runs.judged import JudgedCases, load_judged
 from steadyload.runs.labels import item_lists
@@ -184,11 +186,8 @@ class Evaluation:
 
     def difference(self, first: str, second: str, group: str = ALL) -> Estimate:
         """Accuracy of the first method minus that of the second, case by case."""
-        here = in_group(self.judged.said.index, group)
-        one, other = (
-            names_the_label(self.judged, spec)[here].astype(float) for spec in (first, second)
-        )
-        return mean(one - other, self.judged.clusters[here])
+        keys, own = self.judged.keys, self.compared(group)
+        return difference(own.right[keys[first]], own.right[keys[second]], own.clusters)
 
     def cost_ratio(self, first: str, second: str, group: str = ALL) -> Estimate:
         """CPU time of the first method over that of the second; n = 0 where one was not timed."""
@@ -196,6 +195,31 @@ class Evaluation:
         if above is None or below is None:
             return NOTHING
         return ratio(above[CPU], below[CPU], self.judged.clusters.loc[above.index])
+
+    def versus(self, spec: str, group: str = ALL) -> Family[MethodKey]:
+        """Accuracy of every other method minus that of one, with its significance."""
+        return self.compared(group).versus(self.judged.keys[spec])
+
+    def pairs(self, group: str = ALL) -> Family[MethodKey]:
+        """Accuracy of every method minus that of each later one, with its significance."""
+        return self.compared(group).pairs()
+
+    def slices(self, by: ArrayLike | pd.Series) -> tuple[Slice[MethodKey], ...]:
+        """Accuracy of every method by slice of the cases.
+
+        Args:
+            by: name of the slice of each case, in the order of ``judged.said``; see
+                :meth:`.Compared.slices`.
+        """
+        return self.compared().slices(by)
+
+    def compared(self, group: str = ALL) -> Compared[MethodKey]:
+        """The cases of a group on which each method is right, by the labels."""
+        return self._compared.only(in_group(self.judged.said.index, group))
+
+    @cached_property
+    def _compared(self) -> Compared[MethodKey]:
+        return compared(self.judged)
 
 
 def evaluate(
@@ -339,12 +363,4 @@ def _costs(judged: JudgedCases, costs: Costs, spec: str, group: str) -> dict[str
     if set(PHASES) <= set(taken):
         build, step, read = (float(taken[phase].mean()) for phase in PHASES)
         found["phases"] = PhaseTimes(build, step, read, cpu.value - build - step - read)
-    return found
-
-
-def names_the_label(judged: JudgedCases, spec: str) -> BoolArray:
-    """Mask of the cases on which a method's failing step is the label's, shape (cases,)."""
-    assert judged.labels is not None, "the run is on a labelled set"
-    verdicts = verdicts_against_labels(judged.said[spec], judged.labels)
-    found: BoolArray = verdicts["right"].to_numpy(bool)
     return found

@@ -206,6 +206,31 @@ def test_accuracies_count_as_scores_do(run, labelled_set):
     assert sme.behind.low <= sme.behind.value <= sme.behind.high
 
 
+def test_methods_are_compared_on_the_cases_of_a_group(run, labelled_set):
+    both = counted(run, labelled_set)
+    both["right"] = both["score"].round(3) == both["truth"].round(3)
+    evaluation = evaluate(run)
+    best, keys = evaluation.methods[2], evaluation.judged.keys
+    for group in evaluation.groups:
+        here = both if group == ALL else both[both["scenario"] == group]
+        shares = here.groupby("method")["right"].mean()
+        family = evaluation.versus(best.method.spec, group)
+        assert [t.first.spec for t in family.tests] == [s for s in keys if s != best.method.spec]
+        assert evaluation.pairs(group).versus(best.method).tests == family.tests
+        for test in family.tests:
+            apart = shares[test.first.spec] - shares[best.method.spec]
+            assert test.difference.value == pytest.approx(apart)
+            row = evaluation.row(test.first.spec, group)
+            assert test.difference in (row.behind, evaluation.difference(
+                test.first.spec, best.method.spec, group))  # fmt: skip
+        assert 0.0 < min(test.p for test in family.tests) < 1.0
+    scenarios = evaluation.slices(evaluation.judged.said.index.get_level_values("scenario"))
+    assert [found.name for found in scenarios] == list(evaluation.groups[1:])
+    for found in scenarios:
+        rows = evaluation.rows[found.name]
+        assert found.accuracy == {row.method: row.accuracy for row in rows}
+
+
 def test_robust_and_fragile_cases_are_told_apart(run):
     labels, evaluation = load_labels(run), evaluate(run)
     sure = labels["robust"].fillna(False).to_numpy(bool)

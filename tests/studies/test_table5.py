@@ -16,10 +16,11 @@ from steadyload.layouts.question import Question
 from steadyload.methods import registry
 from steadyload.methods.base_support import FullBaseSupport
 from steadyload.methods.method import RefusedError, judge
-from steadyload.methods.naming import MethodKey, method_key
+from steadyload.methods.naming import method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import parse_spec
 from steadyload.reports.table import names
+from steadyload.runs.comparison import Compared
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.runs.labels import load_labels
@@ -31,7 +32,6 @@ from steadyload.studies.recommend.measuring import measured_in
 from steadyload.studies.table5 import page as page_module
 from steadyload.studies.table5 import study as table5
 from steadyload.studies.table5.accuracy_sections import time_a_layout, what_rows_are
-from steadyload.studies.table5.pair_tests import pair_tests
 from steadyload.studies.table5.paper import paper
 from steadyload.studies.table5.study import Table5Options, judge_table5, time_table5
 from steadyload.studies.table5.summary import (
@@ -379,8 +379,8 @@ def test_a_page_says_the_papers_figure_of_what_it_reads_literally():
 
 def test_what_each_engine_was_tuned_for_is_not_told_as_what_the_engine_changes():
     keys = [method_key(make_method(spec)) for spec in SIMULATED]
-    right = pd.DataFrame({key.spec: np.arange(8) % 3 == 0 for key in keys})
-    own = judged(tests={ALL: pair_tests(keys, right, np.arange(8))}, tunings=tunings(SIMULATED))
+    tests = Compared({key: np.arange(8) % 3 == 0 for key in keys}, np.arange(8)).pairs()
+    own = judged(tests={ALL: tests}, tunings=tunings(SIMULATED))
     said = {
         same: {(t.first.spec, t.second.spec) for t in own.simulation_pairs(same_tuning=same)}
         for same in (True, False)
@@ -389,40 +389,19 @@ def test_what_each_engine_was_tuned_for_is_not_told_as_what_the_engine_changes()
     assert said[False] == {("ps3@bullet", "ps_opt@bullet"), ("ps3@mujoco", "ps_opt@mujoco")}
 
 
-def test_a_comparison_with_one_method_is_a_family_of_its_own():
-    """Twelve methods: 11 tests against the best one, and not 66 of all pairs."""
-    keys = [MethodKey(f"m{n}", f"m{n}", "") for n in range(12)]
-    random = np.random.default_rng(8)
-    right = pd.DataFrame({key.spec: random.random(120) < 0.97 - 0.02 * n
-                          for n, key in enumerate(keys)})  # fmt: skip
-    tests = pair_tests(keys, right, np.arange(120) // 2)
-    assert len(tests.pairs) == 66
-    best = max(keys, key=lambda key: right[key.spec].mean())
-    found = tests.with_each(best)
-    assert [test.first for test in found] == [key for key in keys if key != best]
-    assert [test.corrected for test in found] == holm([test.p for test in found])
-    assert all(test.second == best for test in found)
-    for test in found:
-        of_all = tests.of(test.first, best)
-        assert (test.difference, test.p) == (of_all.difference, of_all.p)
-        assert test.corrected <= of_all.corrected
-    level = tests.level
-    assert any(t.corrected < level <= tests.of(t.first, best).corrected for t in found)
-
-
 def test_the_page_compares_every_method_with_the_best_alone():
     keys = [method_key(make_method(spec)) for spec in SIMULATED]
     random = np.random.default_rng(1)
-    right = pd.DataFrame({k.spec: random.random(40) < 0.95 - 0.08 * n for n, k in enumerate(keys)})
-    tests = pair_tests(keys, right, np.arange(40))
-    rows = [MethodEvaluation(key, accuracy=share(right[key.spec])) for key in keys]
+    right = {key: random.random(40) < 0.95 - 0.08 * n for n, key in enumerate(keys)}
+    tests = Compared(right, np.arange(40)).pairs()
+    rows = [MethodEvaluation(key, accuracy=share(right[key])) for key in keys]
     shown = types.SimpleNamespace(
         methods=rows, groups=(ALL,), labelled=types.SimpleNamespace(cases=40)
     )
     own = judged(evaluation=shown, tests={ALL: tests}, tunings=tunings(SIMULATED),
                  timing=types.SimpleNamespace(yardstick=None))  # fmt: skip
-    mine = tests.with_each(own.best.method)
-    alike = [t.first.title for t in mine if t.corrected >= tests.level]
+    mine = tests.versus(own.best.method).tests
+    alike = [t.first.title for t in mine if not t.significant]
     assert 0 < len(alike) < len(mine) == 5
     _, answer, _ = page_module._best(own)
     assert answer.endswith(f"Of 5 others, each compared with it, these are not significantly "

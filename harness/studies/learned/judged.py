@@ -19,7 +19,8 @@ from steadyload.learners.jobs import BENCHMARK
 from steadyload.learners.scoring import items_safe
 from steadyload.learners.sequences import Sequences, load_sequences
 from steadyload.learners.weights import Weights, load_weights
-from steadyload.runs.accuracy import accuracy_of_seeds, difference_of_seeds
+from steadyload.runs.accuracy import accuracy_of_seeds
+from steadyload.runs.comparison import difference
 from steadyload.runs.evaluation import ALL
 from steadyload.runs.provenance import key_of
 from steadyload.runs.store import JSON, Store, locked
@@ -148,7 +149,7 @@ class JudgedPart:
             accuracy={g: accuracy_of_seeds(rights[:, m], lists[m]) for g, m in groups.items()},
             seeds={g: tuple(rights[:, m].mean(axis=1).tolist()) for g, m in groups.items()},
             difference={
-                group: difference_of_seeds(rights[:, mask], others[:, mask], lists[mask])
+                group: difference(rights[:, mask], others[:, mask], lists[mask])
                 for group, mask in groups.items()
             }
             if against

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 from steadyload.layouts.question import Question
 from steadyload.methods.naming import MethodKey
-from steadyload.runs.evaluation import names_the_label
+from steadyload.runs.comparison import compared
 from steadyload.runs.judged import JudgedCases
-from steadyload.statistics.paired import LEVEL, holm, sign_flip
 from steadyload.studies.able import asked_question
 
 
@@ -32,14 +31,10 @@ class BestMethod:
 def best_method(judged: JudgedCases, question: Question) -> BestMethod | None:
     """The most accurate method of a run; None where no case has a label of the question."""
     part = judged.asked(question)
-    keys = {
-        spec: key for spec, key in part.keys.items() if asked_question(spec) in (None, question)
-    }
-    if not len(part.said) or not keys:
+    specs = [spec for spec in part.keys if asked_question(spec) in (None, question)]
+    if not len(part.said) or not specs:
         return None
-    right = {spec: names_the_label(part, spec).astype(int) for spec in keys}
-    best = max(keys, key=lambda spec: right[spec].mean())
-    others = [spec for spec in keys if spec != best]
-    p_values = holm([sign_flip(right[best] - right[spec], part.clusters) for spec in others])
-    alike = [keys[spec] for spec, p in zip(others, p_values, strict=True) if p >= LEVEL]
-    return BestMethod(keys[best], len(others), tuple(alike))
+    found = compared(part.of(specs))
+    others = found.versus(found.best).tests
+    alike = tuple(test.first for test in others if not test.significant)
+    return BestMethod(found.best, len(others), alike)

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from steadyload.layouts.scenarios import Scenario
 from steadyload.methods.registry import make_method
-from steadyload.runs.accuracy import accuracy_of_seeds, difference_of_seeds
+from steadyload.runs.accuracy import accuracy_of_seeds
+from steadyload.runs.comparison import difference
 from steadyload.runs.evaluation import ALL
 from steadyload.runs.labels import item_lists
 from steadyload.statistics.estimate import Estimate
@@ -288,7 +289,7 @@ def _answers(done: Replicated) -> list[Answer]:
     for name in (LSTM_1, MEMORISER):
         for one, other, about in pairs:
             a, b = (done.splits[kind].rights[name][:, first] for kind in (one, other))
-            lost = difference_of_seeds(a, b, lists[first])
+            lost = difference(a, b, lists[first])
             found.append(Answer(f"{name} in S1, what is lost by {about}", lost))
     for name in (LSTM_1, MEMORISER):
         for kind, word in ((SplitKind.FILE, "file"), (SplitKind.LIST, "item list")):
@@ -320,7 +321,7 @@ def _changes(steps: Sequence[tuple[str, Rights]], tests: pd.DataFrame) -> list[C
     lists, found = item_lists(tests), []
     before: Rights | None = None
     for title, right in steps:
-        change = None if before is None else difference_of_seeds(right, before, lists)
+        change = None if before is None else difference(right, before, lists)
         found.append(Change(title, accuracy_of_seeds(right, lists), change))
         before = right
     return found

@@ -120,7 +120,7 @@ def _methods(found: Table5, group: str) -> Table:
             *([] if paper is None else [paper]),
             column.ACCURACY,
             column.CPU,
-            column.by_spec("letters", own.tests[group].letters),
+            column.by_spec("letters", {m.spec: s for m, s in own.tests[group].letters.items()}),
             column.OVER,
             column.UNDER,
             column.STABLE_OR_NOT,
@@ -282,7 +282,7 @@ def planar_layouts(planar: JudgedSet) -> Section:
     about, tests, evaluation = planar.about, planar.tests[ALL], planar.evaluation
     held = tests.against
     assert held is not None, "there are too few item lists for all pairs"
-    against = {m.spec: tests.of(m, held) for m in evaluation.judged.keys.values() if m != held}
+    against = {test.first.spec: test for test in tests.tests}
     columns = [
         column.METHOD,
         column.N,
@@ -310,7 +310,7 @@ def planar_layouts(planar: JudgedSet) -> Section:
         f"{about.item_lists} item lists whose items all span the pallet's depth. They have other "
         "items than the cases above, so compare methods here with one another alone. Every method "
         f"is held against {held.title}, in percentage points, by the test of above, corrected "
-        f"over these {len(tests.pairs)} pairs: {len(tests.sizes)} lists are too few for all. Times "
+        f"over these {len(tests.tests)} pairs: {len(tests.sizes)} lists are too few for all. Times "
         f"are of {planar.timing.layouts} cases, in a pass of the same kind"
         + (f", with a load of {load:.1f}." if load is not None else "."),
         [Table(evaluation.methods, columns)],

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from steadyload.runs.accuracy import accuracy
+from steadyload.runs.comparison import Compared
 from steadyload.runs.labels import item_lists
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
@@ -65,20 +65,13 @@ def class_bins(right: pd.DataFrame, labels: pd.DataFrame) -> tuple[ClassBin, ...
 
     Arguments as :func:`size_bins`.
     """
-    of, lists = labels["item_class"], item_lists(labels)
-    names = sorted(of.dropna().unique())
-    if len(names) < 2:
+    found = Compared(right, item_lists(labels)).slices(labels["item_class"])
+    if len(found) < 2:
         return ()
-    masks = {str(name): (of == name).fillna(False).to_numpy(bool) for name in names}
+    items = labels.groupby("item_class")["item_count"].mean()
     return tuple(
-        ClassBin(
-            name,
-            int(here.sum()),
-            len(set(lists[here])),
-            float(labels["item_count"].to_numpy(float)[here].mean()),
-            {str(spec): accuracy(right[spec].to_numpy()[here], lists[here]) for spec in right},
-        )
-        for name, here in masks.items()
+        ClassBin(own.name, own.cases, own.clusters, float(items[own.name]), own.accuracy)
+        for own in found
     )
 
 
@@ -89,16 +82,16 @@ def size_bins(right: pd.DataFrame, labels: pd.DataFrame) -> tuple[SizeBin, ...]:
         right: mask of the cases on which a method is right, cases x specs.
         labels: of the same cases, :data:`steadyload.runs.labels.LABELS`, in the same order.
     """
-    count, lists = labels["item_count"].astype(int).to_numpy(), item_lists(labels)
+    count = labels["item_count"].astype(int).to_numpy()
     most = max(int(count.max(initial=0)), SIZES[-1][1])
     edges = [*SIZES[:-1], (SIZES[-1][0], most)]
-    found = []
-    for fewest, largest in edges:
-        here = (count >= fewest) & (count <= largest)
-        if here.any():
-            shares = {spec: accuracy(right[spec].to_numpy()[here], lists[here]) for spec in right}
-            found.append(SizeBin(fewest, largest, int(here.sum()), shares))
-    return tuple(found)
+    place = np.digitize(count, [fewest for fewest, _ in SIZES[1:]])
+    found = Compared(right, item_lists(labels)).slices(place)
+    return tuple(
+        SizeBin(fewest, largest, own.cases, own.accuracy)
+        for own in found
+        for fewest, largest in [edges[own.name]]
+    )
 
 
 def margin_bins(

@@ -19,10 +19,10 @@ from steadyload.reports.charts.heat import heat
 from steadyload.reports.interactive import CostPoint
 from steadyload.reports.style import colour, engine_colour, engine_marker, face, marker
 from steadyload.reports.table import compact
+from steadyload.runs.comparison import Family
 from steadyload.runs.evaluation import ALL
 from steadyload.studies.table5.error_places import SizeBin
 from steadyload.studies.table5.label_ceiling import Ceiling
-from steadyload.studies.table5.pair_tests import PairTests
 from steadyload.studies.table5.paper import Paper
 from steadyload.studies.table5.summary import JudgedSet
 
@@ -237,7 +237,7 @@ def _curve(
     )
 
 
-def plot_differences(tests: PairTests, methods: Sequence[MethodKey]) -> Figure:
+def plot_differences(tests: Family[MethodKey], methods: Sequence[MethodKey]) -> Figure:
     """Accuracy of the row minus that of the column, in points; pale where not significant.
 
     Args:
@@ -249,7 +249,7 @@ def plot_differences(tests: PairTests, methods: Sequence[MethodKey]) -> Figure:
             "of": first.title,
             "minus": second.title,
             "difference": test.difference,
-            "open": test.corrected >= tests.level,
+            "open": not test.significant,
         }
         for first, second in permutations(methods, 2)
         if (test := tests.of(first, second))

@@ -53,7 +53,7 @@ Finding = tuple[str, str, str]
 def table5_page(found: Table5) -> Page:
     """Compose the page."""
     own, ceiling, planar = found.spatial, found.ceiling, found.planar
-    tested = own.tests[ALL].pairs
+    tested = own.tests[ALL].tests
     same = Section(
         "Which methods say the same",
         f"Share of equal failing steps, n = {own.about.cases} cases each.",
@@ -122,8 +122,8 @@ def _found(found: Table5) -> Section:
 
 
 def _best(own: JudgedSet) -> Finding:
-    others = own.tests[ALL].with_each(own.best.method)
-    alike = [test.first.title for test in others if test.corrected >= own.tests[ALL].level]
+    others = own.tests[ALL].versus(own.best.method).tests
+    alike = [test.first.title for test in others if not test.significant]
     tested = (
         f" Of {len(others)} others, each compared with it, these are not significantly different: "
         f"{names(alike)}."
@@ -194,7 +194,7 @@ def _spread(own: JudgedSet) -> list[Finding]:
     ):
         if pairs:
             largest = max(pairs, key=lambda t: abs(t.difference.value))
-            apart = sum(t.corrected < own.tests[ALL].level for t in pairs)
+            apart = sum(test.significant for test in pairs)
             answer = (
                 f"{apart} of {len(pairs)} pairs, taken as one family of tests, differ "
                 "significantly. The largest difference: "

@@ -21,6 +21,7 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.scene import planar_scene
 from steadyload.methods.simulation import Simulation
 from steadyload.methods.spec import as_plain
+from steadyload.runs.comparison import Family, PairTest
 from steadyload.runs.costs import timed_costs
 from steadyload.runs.evaluation import (
     ALL,
@@ -28,11 +29,9 @@ from steadyload.runs.evaluation import (
     LabelledPart,
     MethodEvaluation,
     evaluate,
-    in_group,
-    names_the_label,
 )
 from steadyload.runs.judged import load_judged
-from steadyload.runs.labels import item_lists, load_labels
+from steadyload.runs.labels import load_labels
 from steadyload.runs.results import LAYOUTS_FILE, kept_file
 from steadyload.statistics.error_costs import CheapestRange, cheapest_by_ratio
 from steadyload.statistics.estimate import Estimate
@@ -55,7 +54,6 @@ from steadyload.studies.table5.error_places import (
     size_bins,
 )
 from steadyload.studies.table5.label_ceiling import Ceiling, label_ceiling
-from steadyload.studies.table5.pair_tests import PairTest, PairTests, one_family, pair_tests
 from steadyload.studies.table5.paper import Paper, paper
 from steadyload.studies.table5.study import YARDSTICK, Ran, Table5Options
 from steadyload.studies.table5.watched import Watch, watched
@@ -113,7 +111,7 @@ class JudgedSet:
     evaluation: Evaluation
     layouts: int
     timing: Timing
-    tests: Mapping[str, PairTests]
+    tests: Mapping[str, Family[MethodKey]]
     tunings: Mapping[str, str]
     fronts: Mapping[str, tuple[str, ...]]
     matrix: AgreementMatrix
@@ -148,20 +146,23 @@ class JudgedSet:
         shown = dict.fromkeys((*self.fronts.get(ALL, ()), *(each.method for each in cheapest)))
         return ErrorCosts(tuple(own[spec] for spec in own if spec in shown), cheapest)
 
-    def simulation_pairs(self, *, same_tuning: bool) -> tuple[PairTest, ...]:
+    def simulation_pairs(self, *, same_tuning: bool) -> tuple[PairTest[MethodKey], ...]:
         """Pairs of simulations with one tuning on two engines, or two tunings on one engine.
 
         Their p-values are corrected for the number of these pairs.
         """
         of = self.tunings
-        return one_family(
-            test
-            for test in self.tests[ALL].pairs
-            if test.first.spec in of
-            and test.second.spec in of
-            and (of[test.first.spec] == of[test.second.spec]) == same_tuning
-            and (test.first.engine == test.second.engine) != same_tuning
-        )
+
+        def asked(test: PairTest[MethodKey]) -> bool:
+            one, other = test.first, test.second
+            return (
+                one.spec in of
+                and other.spec in of
+                and (of[one.spec] == of[other.spec]) == same_tuning
+                and (one.engine == other.engine) != same_tuning
+            )
+
+        return self.tests[ALL].only(asked).tests
 
 
 @dataclass(frozen=True, slots=True)
@@ -256,26 +257,22 @@ def _judged_set(
     evaluation = evaluate(judged, costs=timed_costs(ran.times, timed))
     said, labels = judged.said, judged.labels
     assert labels is not None, "there are labels of either question"
-    specs = list(judged.keys)
-    right = pd.DataFrame({spec: names_the_label(judged, spec) for spec in specs}, said.index)
-    groups = {group: in_group(judged.said.index, group) for group in evaluation.groups}
-    against = None if all_pairs else _held_against(evaluation)
+    compared = evaluation.compared().right.items()
+    right = pd.DataFrame({key.spec: own for key, own in compared}, said.index)
+    against = _held_against(evaluation).spec
     cases = benchmark.cases.set_index(KEYS).loc[said.index]
     found = JudgedSet(
         evaluation=evaluation,
         layouts=judged.results["layout"].nunique(),
         timing=_timing(asked, ran, evaluation, timed),
         tests={
-            group: pair_tests(
-                list(judged.keys.values()),
-                right[here],
-                item_lists(labels)[here],
-                against=against,
-            )
-            for group, here in groups.items()
+            group: evaluation.pairs(group) if all_pairs else evaluation.versus(against, group)
+            for group in evaluation.groups
         },
-        tunings=tunings(specs),
-        fronts={group: on_front(map(Measured.of, evaluation.rows[group])) for group in groups},
+        tunings=tunings(judged.keys),
+        fronts={
+            group: on_front(map(Measured.of, evaluation.rows[group])) for group in evaluation.groups
+        },
         matrix=agreement_matrix(judged, kept_file(ran.directory, LAYOUTS_FILE)),
         classes=class_bins(right, labels),
         sizes=size_bins(right, labels),

@@ -5,12 +5,13 @@ from __future__ import annotations
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.page import Picture, Section
 from steadyload.reports.table import Column, Table, columns_for, compact, percent, words
+from steadyload.runs.comparison import PairTest
 from steadyload.runs.evaluation import ALL
+from steadyload.statistics.paired import LEVEL
 from steadyload.studies.table5.figures import plot_differences
-from steadyload.studies.table5.pair_tests import PairTest
 from steadyload.studies.table5.summary import JudgedSet
 
-_N = Column("n", "difference.n")
+_N = Column("n")
 _P = (Column("p", format=compact), Column("corrected p", "corrected", compact))
 
 
@@ -31,12 +32,12 @@ def significantly_different(own: JudgedSet) -> Section:
         "the family of tests that answer one question. The tables below ask which methods differ "
         f"from one: a family is the {len(order) - 1} others, each compared with it, on a group of "
         "cases (all, or a scenario). The figure and the *letters* above compare all methods with "
-        f"one another: a family is all {len(tests.pairs)} pairs of a group. Told apart "
-        f"means corrected p below {tests.level:g}. The smallest corrected p that so many lists and "
+        f"one another: a family is all {len(tests.tests)} pairs of a group. Told apart "
+        f"means corrected p below {LEVEL:g}. The smallest corrected p that so many lists and "
         f"all pairs can give is {compact(tests.least)}; "
         + (
             "no pair can be told apart here."
-            if tests.least >= tests.level
+            if tests.least >= LEVEL
             else "that needs all lists on one side."
         )
         + " *Not told apart* is no proof of equality: see the intervals.",
@@ -47,7 +48,7 @@ def significantly_different(own: JudgedSet) -> Section:
                 plot_differences(tests, [m.method for m in order]),
                 "Accuracy of the row minus that of the column, in percentage points, n = "
                 f"{own.about.cases} cases each. Coloured where the two are told apart among all "
-                f"{len(tests.pairs)} pairs; grey numbers are not.",
+                f"{len(tests.tests)} pairs; grey numbers are not.",
             )
         ],
     )
@@ -55,14 +56,15 @@ def significantly_different(own: JudgedSet) -> Section:
 
 def _against(own: JudgedSet, held: MethodKey) -> Table:
     """A row a method: its difference to one of them."""
-    found = {group: tests.with_each(held) for group, tests in own.tests.items()}
+    found = {group: tests.versus(held) for group, tests in own.tests.items()}
 
-    def brief(test: PairTest, group: str) -> str:
-        here = next(other for other in found[group] if other.first == test.first)
+    def brief(test: PairTest[MethodKey], group: str) -> str:
+        here = found[group].of(test.first, held)
         return f"{round(100 * here.difference.value, 1) + 0.0:.1f} ({compact(here.corrected)})"
 
+    rows = found[ALL].tests
     return Table(
-        found[ALL],
+        rows,
         [
             words("method", "first.title"),
             _N,
@@ -71,7 +73,7 @@ def _against(own: JudgedSet, held: MethodKey) -> Table:
             *columns_for(own.groups[1:], "{}", brief),
         ],
         f"Accuracy minus that of {held.title}, in percentage points; by scenario with the "
-        f"corrected p in round brackets. Each column of p is a family of {len(found[ALL])} tests:",
+        f"corrected p in round brackets. Each column of p is a family of {len(rows)} tests:",
     )
 
 

@@ -16,6 +16,7 @@ from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import parse_uncertainty
 from steadyload.runs.accuracy import verdicts_against_labels
+from steadyload.runs.comparison import difference
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, ratio, share
 from steadyload.statistics.reliability import Abstention, Reliability, abstention, reliability
@@ -222,7 +223,7 @@ def _row(spec: str, cases: _Cases) -> UncertainRow:
         method=method_key(make_method(spec)),
         plan=share(plan_right, lists),
         likeliest=share(right, lists),
-        ahead=mean(right.astype(float) - plan_right, lists),
+        ahead=difference(right, plan_right, lists),
         unsure=share(cases.unsure()[judged], lists[judged]),
         changed=mean(cases.changed[judged], lists[judged]),
         changed_robust=mean(cases.changed[robust], lists[robust]),
