@@ -17,13 +17,14 @@ import pandas as pd
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from steadyload.layouts.benchmark import Benchmark, load_benchmark
+from steadyload.layouts.benchmark import Benchmark, Part, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.benchmark.tables import as_parquet, from_parquet, later
 from steadyload.layouts.formats import read_written
 from steadyload.layouts.model import Layout, LayoutError
 from steadyload.layouts.record import Refused
 from steadyload.layouts.refusals import Refusals
+from steadyload.layouts.scenarios import Scenario
 from steadyload.reading import MAX_TABLE_BYTES, content_of
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.results import kept_file
@@ -97,14 +98,36 @@ def own_material(study: StudyDefinition) -> Material:
     return Material(layouts, lambda kept: study.cases(read_written(kept)), refused=refused)
 
 
-def labelled_material(study: StudyDefinition) -> Material:
+@dataclass(frozen=True)
+class Cases:
+    """Labelled cases, as a value.
+
+    Attributes:
+        benchmark: the labelled set.
+        part: of the set.
+        scenarios: only these; empty for all.
+        limit: at most this many a scenario, those of the first ranks; None for all.
+    """
+
+    benchmark: Benchmark
+    part: Part = Part.ALL
+    scenarios: tuple[Scenario, ...] = ()
+    limit: int | None = None
+
+
+def labelled_material(study: StudyDefinition, benchmark: Benchmark | None = None) -> Material:
     """The material of a study on a part of a labelled set, with the labels.
+
+    Args:
+        study: its definition.
+        benchmark: the labelled set; None reads that of the definition.
 
     Raises:
         BenchmarkError: not a labelled set, a damaged one, or it holds no such case.
     """
     assert study.benchmark is not None
-    benchmark = load_benchmark(study.benchmark_directory)
+    if benchmark is None:
+        benchmark = load_benchmark(study.benchmark_directory)
     chosen = benchmark.select(
         study.benchmark, scenarios=tuple(str(s) for s in study.scenarios), limit=study.limit
     )

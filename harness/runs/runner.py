@@ -24,6 +24,7 @@ from steadyload.atomic import (
     without_link,
     write_atomically,
 )
+from steadyload.layouts.benchmark import Benchmark
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model import Layout
 from steadyload.methods.registry import make_method
@@ -71,6 +72,7 @@ def run_study(
     study: StudyDefinition,
     directory: Path,
     *,
+    benchmark: Benchmark | None = None,
     workers: int | Executor = IN_THIS_PROCESS,
     rerun: bool = False,
     resume: bool = False,
@@ -86,6 +88,7 @@ def run_study(
     Args:
         study: the definition of the study.
         directory: the run folder; made when it does not exist.
+        benchmark: the labelled set of a study on a part of one; None reads that of the definition.
         workers: processes beside this one, or an executor, in which an engine may crash: that costs
             one row of status ``crashed``, and a judgement that hangs beyond the study's timeout one
             of status ``timeout``. 0 judges in this process, and a crash ends it.
@@ -108,7 +111,10 @@ def run_study(
         raise ResultsError(f"{directory}: holds no run to resume")
     for spec in study.methods:
         make_method(spec).prepare()
-    material = own_material(study) if study.benchmark is None else labelled_material(study)
+    if study.benchmark is None:
+        material = own_material(study)
+    else:
+        material = labelled_material(study, benchmark)
     _claim(directory, study)
     with locked(directory):
         limit = limit or hard_limit(study.timeout)

@@ -193,6 +193,24 @@ class Benchmark:
             raise BenchmarkError(" ".join(filter(None, words)))
         return cases.reset_index(drop=True)
 
+    def drawn(self, cases: pd.DataFrame) -> Benchmark:
+        """Some of the cases as a set of their own, ranked in their order.
+
+        It has their labels of both questions, and no opinions of further methods.
+
+        Args:
+            cases: rows of :attr:`cases`.
+        """
+        ranked = cases.assign(rank=cases.groupby("scenario").cumcount().astype("Int32"))
+        keys = pd.MultiIndex.from_frame(cases[KEYS])
+        return Benchmark(
+            self.layouts.loc[cases["layout"].unique()],
+            ranked,
+            self.opinions.head(0),
+            {"origin": "drawn"},
+            stands=self.stands[pd.MultiIndex.from_frame(self.stands[KEYS]).isin(keys)],
+        )
+
     def _of_stands(self, cases: pd.DataFrame) -> pd.DataFrame:
         """The cases that have a label of the question ``stands``, with that as failing step."""
         own = self.stands[self.stands["status"] == "done"].set_index(KEYS)["failing_step"]
