@@ -7,12 +7,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar, dataclass_transform
 
+from steadyload.escaping import markdown
 from steadyload.reports.table import (
     Column,
     Table,
     cell,
     columns_for,
     compact,
+    counts,
     decimal,
     factor,
     fixed,
@@ -27,8 +29,9 @@ from steadyload.reports.table import (
 )
 
 __all__ = [
-    "cell", "column", "compact", "decimal", "factor", "fixed", "general", "milliseconds", "names",
-    "p_value", "percent", "plain_percent", "row", "significant", "table", "yes_no",
+    "cell", "column", "compact", "counts", "decimal", "factor", "fixed", "general", "markdown",
+    "milliseconds", "names", "p_value", "percent", "plain_percent", "row", "significant", "table",
+    "yes_no",
 ]  # fmt: skip
 
 Row = TypeVar("Row")
@@ -43,8 +46,9 @@ class _Declared:
 
     title: str
     form: Callable[[Any], str]
-    about: str
-    notable: bool
+    about: str = ""
+    left: bool = False
+    notable: bool = False
 
 
 def column(
@@ -52,6 +56,7 @@ def column(
     form: Callable[[Any], str] = cell,
     about: str = "",
     *,
+    left: bool = False,
     notable: bool = False,
 ) -> Any:
     """A field of a row that is a column of tables.
@@ -61,9 +66,10 @@ def column(
             ``{}`` in the place of a key: a column a key.
         form: makes the cell's text of the value.
         about: its meaning, where the title does not say it.
+        left: whether its cells are aligned left; texts always are.
         notable: see :class:`steadyload.reports.table.Column`.
     """
-    return field(metadata={_COLUMN: _Declared(title, form, about, notable)})
+    return field(metadata={_COLUMN: _Declared(title, form, about, left, notable)})
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(column, field))
@@ -92,7 +98,7 @@ def table(
     declared = _declared(rows[0])
     columns: list[Column] = []
     for name in chosen.split() or declared:
-        said = declared.get(name, _Declared("", cell, "", False))
+        said = declared.get(name, _Declared("", cell))
         if titles and name in titles:
             said = dataclasses.replace(said, title=titles[name])
         columns += _columns(rows, (name,), said)
@@ -124,5 +130,5 @@ def _columns(rows: Sequence[Any], path: tuple[str, ...], said: _Declared) -> Ite
             for each in _columns(rows, (*path, name), part):
                 yield dataclasses.replace(each, title=f"{title}: {each.title}")
     else:
-        left = bool(found) and isinstance(found[0], str)
+        left = said.left or (bool(found) and isinstance(found[0], str))
         yield Column(title, value, said.form, left=left, notable=said.notable)

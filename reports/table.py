@@ -112,9 +112,9 @@ def fixed(value: float | None, digits: int = 0) -> str:
     return MISSING if value is None else f"{value:.{digits}f}"
 
 
-def p_value(p: float) -> str:
+def p_value(p: float | None) -> str:
     """The level of a test with two significant digits."""
-    return significant(p, 2) if p >= 1e-4 else "< 0.0001"
+    return MISSING if p is None else compact(p) if p >= 1e-4 else "< 0.0001"
 
 
 def yes_no(true: bool) -> str:

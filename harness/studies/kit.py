@@ -29,7 +29,11 @@ from steadyload.config import bind, methods_option, operand, option, set_option
 from steadyload.studies.study import Progress, PublishedPage, silent
 
 if TYPE_CHECKING:
+    from steadyload.layouts.question import Question
     from steadyload.reports.page import Page
+    from steadyload.runs.costs import CostKind
+    from steadyload.runs.evaluation import Evaluation
+    from steadyload.runs.labels import Cases
 
 __all__ = [
     "Asked", "Found", "Lab", "Measured", "PublishedPage", "Study", "asked", "methods_option",
@@ -160,6 +164,64 @@ class Lab:
             own = {name: known[name] for name in names if name in known}
             rows.append(bind(row, own, f"kept row {unit.key}"))
         return Measured(rows, found[-1].get(_MADE_WITH, {}))
+
+    def judge(
+        self,
+        methods: Sequence[str],
+        cases: Cases,
+        *,
+        question: Question | None = None,
+        timeout: float | None = None,
+        folder: str = "judged",
+        name: str = "",
+        shard_size: int = 12,
+        costs: CostKind | None = None,
+    ) -> Evaluation:
+        """Judge labelled cases by methods, as far as that is missing, and evaluate the verdicts.
+
+        Args:
+            methods: specs.
+            cases: to judge; all methods judge the same ones.
+            question: whose labels are compared with verdicts, on the cases that have one; None
+                for ``within``.
+            timeout: CPU seconds that a judgement may take; None for no limit.
+            folder: of the run, in the work folder.
+            name: of the run, whose folder no other one may use; empty for that of the folder.
+            shard_size: cases a unit of work. It is part of the keys of kept rows.
+            costs: source of times, see :class:`steadyload.runs.costs.CostSource`; None says no more
+                than that they are of judging.
+
+        Raises:
+            ResultsError: the folder holds another run or something else.
+            BenchmarkError: there is no such case.
+        """
+        from steadyload.runs.costs import CostSource
+        from steadyload.runs.definition import StudyDefinition
+        from steadyload.runs.evaluation import evaluate
+        from steadyload.runs.judged import load_judged
+        from steadyload.runs.runner import run_study
+
+        definition = StudyDefinition(
+            name or folder,
+            tuple(methods),
+            scenarios=cases.scenarios,
+            limit=cases.limit,
+            shard_size=shard_size,
+            timeout=timeout,
+            benchmark=cases.part,
+        )
+        run_study(
+            definition,
+            self.work / folder,
+            benchmark=cases.benchmark,
+            workers=self.workers,
+            progress=lambda *done: self.progress(f"judging {folder}", *done),
+        )
+        judged = load_judged(self.work / folder)
+        return evaluate(
+            judged if question is None else judged.asked(question),
+            source=None if costs is None else CostSource(costs),
+        )
 
 
 def _kept(unit: Asked[Any]) -> Iterator[dict[str, Any]]:

@@ -12,7 +12,7 @@ import pytest
 
 from steadyload.atomic import checksum
 from steadyload.cli import main
-from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
+from steadyload.layouts.benchmark import BenchmarkError, Part, load_benchmark
 from steadyload.layouts.benchmark.build import BuildOptions, build
 from steadyload.layouts.benchmark.dataset import SHIPPED
 from steadyload.layouts.benchmark.tables import (
@@ -21,6 +21,7 @@ from steadyload.layouts.benchmark.tables import (
     read_tables,
     write_tables,
 )
+from steadyload.layouts.question import Question
 from steadyload.methods.naming import MethodKey
 from steadyload.methods.registry import make_method
 from steadyload.reports.writing import write_page
@@ -29,13 +30,14 @@ from steadyload.runs.costs import CostKind, timed_costs
 from steadyload.runs.definition import StudyDefinition, StudyError, load_study
 from steadyload.runs.evaluation import ALL, evaluate
 from steadyload.runs.judged import load_judged
-from steadyload.runs.labels import as_labels, load_labels
+from steadyload.runs.labels import Cases, as_labels, load_labels
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.timing import Times
 from steadyload.statistics.metrics import mean, share
 from steadyload.studies.comparison.page import study_page
 from steadyload.studies.comparison.summary import compare
+from steadyload.studies.kit import Lab
 
 METHODS = ("fbs", "sme", "equilibrium:time=0.3", "simulation@mujoco:t_max=0.1,frequency=60")
 
@@ -229,6 +231,46 @@ def test_methods_are_compared_on_the_cases_of_a_group(run, labelled_set):
     for found in scenarios:
         rows = evaluation.rows[found.name]
         assert found.accuracy == {row.method: row.accuracy for row in rows}
+
+
+def test_a_lab_judges_cases_of_a_set_that_is_at_hand(run, study, labelled_set, tmp_path):
+    cases = Cases(load_benchmark(labelled_set), Part.TEST, limit=16)
+    found = Lab(tmp_path, workers=0).judge(METHODS, cases, name="labelled")
+    again = evaluate(run)
+    assert found.labelled == again.labelled
+    assert [(m.method, m.accuracy) for m in found.methods] == [
+        (m.method, m.accuracy) for m in again.methods
+    ]
+    seen = []
+    lab = Lab(tmp_path, workers=0, progress=lambda *at: seen.append(at))
+    kept = lab.judge(METHODS, cases, name="labelled", costs=CostKind.ONE_PROCESS)
+    assert seen == [("judging judged", 192, 192)]
+    assert kept.cost_source.kind is CostKind.ONE_PROCESS
+    with pytest.raises(ResultsError, match="holds the study 'labelled'"):
+        lab.judge(METHODS, cases, name="another")
+
+
+def test_a_lab_compares_with_the_labels_of_a_question(labelled_set, tmp_path):
+    """By `stands` the first case of a drawn set falls at once, and the second one has no label."""
+    benchmark = load_benchmark(labelled_set)
+    chosen = benchmark.select(Part.TEST, scenarios=("S1",), limit=2)[benchmark.cases.columns]
+    stands = chosen[["layout", "scenario"]].iloc[:1].assign(status="done", failing_step=0)
+    labelled = dataclasses.replace(benchmark, stands=stands.astype({"failing_step": "Int16"}))
+    drawn = labelled.drawn(chosen[::-1])
+    assert drawn.select()["layout"].tolist() == chosen["layout"].tolist()[::-1]
+    lab = Lab(tmp_path, workers=0)
+    judged = {
+        question: lab.judge(["fbs", "sme"], Cases(drawn), question=question)
+        for question in (None, *Question)
+    }
+    assert judged[Question.STANDS].judged.said.index.tolist() == [
+        (chosen["layout"].iloc[0], "S1")
+    ]  # fmt: skip
+    assert judged[Question.STANDS].judged.labels["failing_step"].tolist() == [0]
+    for question in (None, Question.WITHIN):
+        labels = judged[question].judged.labels["failing_step"]
+        truth = chosen.set_index(["layout", "scenario"])["failing_step"]
+        pd.testing.assert_series_equal(labels, truth.loc[labels.index])
 
 
 def test_robust_and_fragile_cases_are_told_apart(run):
