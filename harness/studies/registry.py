@@ -35,7 +35,7 @@ STUDIES: dict[str, str] = {
     "speed": "steadyload.studies.speed.config:STUDY",
     "engines": "steadyload.studies.engines.config:STUDY",
     "precision": "steadyload.studies.precision.config:STUDY",
-    "scope": "steadyload.studies.scope.config:STUDY",
+    "scope": "steadyload.studies.scope.study:Scope",
     "closed_forms": "steadyload.studies.closed_forms.config:STUDY",
     "convergence": "steadyload.studies.convergence.config:STUDY",
     "extremes": "steadyload.studies.extremes.config:STUDY",

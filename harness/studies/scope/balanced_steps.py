@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from enum import StrEnum
 from typing import Any
 
@@ -12,6 +11,7 @@ import pandas as pd
 
 from steadyload.layouts.benchmark import Benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.reports.columns import column, compact, markdown, percent, row
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
 
@@ -27,51 +27,54 @@ _EXCEPTIONS = 12
 class Balance(StrEnum):
     """Balance of a step, over the items joined to the new one.
 
-    ``balances``: with contact patches drawn in by :data:`SPARE`. ``narrow``: only without that, or
-    only with patches so much wider. ``out``: not even then.
+    ``BALANCES``: with contact patches drawn in by :data:`SPARE`. ``NARROW``: only without that, or
+    only with patches so much wider. ``OUT``: not even then.
     """
 
-    BALANCES = "balances"
-    NARROW = "narrow"
-    OUT = "out"
+    BALANCES = "balances with 0.1 mm to spare"
+    NARROW = "within 0.1 mm of losing balance"
+    OUT = "out of balance by 0.1 mm or more"
 
 
-@dataclass(frozen=True, slots=True)
+@row
 class BalanceRow:
-    """Steps of a kind: number of steps and of cases that have one, and the share at which something
-    moved by more than half a threshold, and by more than a threshold, as far as was seen.
+    """Steps of a kind. Distances are in units of the threshold, None where there is no such step.
 
-    ``asked``: steps of them about which the reference was asked. ``most``: the farthest that
-    something moved, in units of the threshold, ``most_by_reference`` as the reference saw it; None
-    where there is no such step.
+    ``asked``: steps of them about which the reference was asked, ``most_by_reference`` the farthest
+    that something moved as it saw that.
     """
 
-    balance: Balance
-    steps: int
-    cases: int
+    balance: Balance = column("step")
+    steps: int = column()
+    cases: int = column(about="that have such a step")
+    far: Estimate = column("moved by half a threshold %", percent)
+    too_far: Estimate = column("moved too far %", percent)
+    most: float | None = column("farthest", compact)
     asked: int
-    far: Estimate
-    too_far: Estimate
-    most: float | None
     most_by_reference: float | None
 
+    @property
+    def moved_far(self) -> int:
+        """Number of the steps at which something moved by half a threshold."""
+        return round(self.far.value * self.steps) if self.steps else 0
 
-@dataclass(frozen=True, slots=True)
+
+@row
 class MovedStep:
     """A step that balances, as do all before it, at which something moved far: distances by the
     simulation that screens and by the reference, in units of the threshold.
     """
 
-    layout: str
-    scenario: str
-    step: int
-    margin: float
-    item: int
-    screen: float
-    reference: float
+    layout: str = column(form=markdown)
+    scenario: str = column()
+    step: int = column()
+    margin: float = column("margin cm")
+    item: int = column()
+    screen: float = column(form=compact)
+    reference: float = column(form=compact)
 
 
-@dataclass(frozen=True)
+@row
 class BalancedSteps:
     """All screened steps of a labelled set.
 
@@ -90,44 +93,45 @@ class BalancedSteps:
     steps: int
     cases: int
     instances: int
-    first: tuple[BalanceRow, ...]
-    later: tuple[BalanceRow, ...]
+    first: Sequence[BalanceRow]
+    later: Sequence[BalanceRow]
     again: tuple[int, int]
-    exceptions: tuple[MovedStep, ...]
+    exceptions: Sequence[MovedStep]
     whole: int
     failing: Mapping[str, int]
 
-    def of(self, balance: Balance) -> BalanceRow:
-        """The steps of a balance, of those before which all steps of the case balance."""
-        return next(row for row in self.first if row.balance is balance)
+    @property
+    def known(self) -> BalanceRow:
+        """The steps of ``first`` that balance."""
+        return next(own for own in self.first if own.balance is Balance.BALANCES)
 
 
 def balanced_steps(benchmark: Benchmark) -> BalancedSteps:
     """The screened steps of all labelled cases of a set, in whatever split they are."""
     steps = steps_of(benchmark)
     first = steps["before"]
-    held = steps[first & (steps["balance"] == str(Balance.BALANCES)) & (steps["beyond"] > FAR)]
+    balances = first & (steps["balance"] == str(Balance.BALANCES))
+    moved = steps[balances & (steps["beyond"] > FAR)].head(_EXCEPTIONS)
     cases = benchmark.cases[benchmark.cases["status"] == "done"].set_index(KEYS)
-    balances = steps["before"] & (steps["balance"] == str(Balance.BALANCES))
     held_all = balances.groupby([steps["layout"], steps["scenario"]]).agg(["sum", "all"])
     complete = held_all[held_all["all"]]
     whole = cases.loc[complete.index]
     whole = whole[complete["sum"].to_numpy() == whole["item_count"].to_numpy()]
     stands = benchmark.stands.set_index(KEYS)["failing_step"].reindex(whole.index)
     return BalancedSteps(
-        len(steps),
-        len(steps.groupby(KEYS)),
-        steps["instance"].nunique(),
-        tuple(_rows(steps[first])),
-        tuple(_rows(steps[~first])),
-        _moved_again(steps),
-        tuple(
+        steps=len(steps),
+        cases=len(steps.groupby(KEYS)),
+        instances=steps["instance"].nunique(),
+        first=list(_rows(steps[first])),
+        later=list(_rows(steps[~first])),
+        again=_moved_again(steps),
+        exceptions=[
             MovedStep(row.layout, row.scenario, row.step, row.margin, row.item, row.screen,
                       row.reference)
-            for row in held.head(_EXCEPTIONS).itertuples()
-        ),
-        len(whole),
-        {
+            for row in moved.itertuples()
+        ],
+        whole=len(whole),
+        failing={
             "within": int(whole["failing_step"].notna().sum()),
             "stands": int(stands.notna().sum()),
         },
@@ -183,10 +187,10 @@ def _rows(steps: pd.DataFrame) -> Iterator[BalanceRow]:
             balance,
             len(own),
             len(own.groupby(KEYS)),
-            int(own["reference"].notna().sum()),
             share(own["beyond"] > FAR, own["instance"]),
             share(own["beyond"] > 1.0, own["instance"]),
             _greatest(own["beyond"]),
+            int(own["reference"].notna().sum()),
             _greatest(own["reference"]),
         )
 
