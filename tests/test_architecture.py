@@ -174,6 +174,21 @@ def test_modules_of_a_higher_floor_are_named_in_registries_only():
     assert found == set(UPWARD)
 
 
+def taken_of(module, path):
+    """Names that a file imports from a module of ours."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.module == f"steadyload.{module}":
+            yield from (alias.name for alias in node.names)
+
+
+def test_methods_are_compared_in_one_place():
+    """Tests and corrections are of `runs.comparison`; others take the level that pages state."""
+    users = {
+        name: {*taken_of("statistics.paired", path)} - {"LEVEL"} for name, path in modules().items()
+    }
+    assert {name for name, taken in users.items() if taken} == {"runs.comparison"}
+
+
 @pytest.mark.parametrize("path", modules().values(), ids=str)
 def test_files_are_small_and_shadow_no_library(path):
     assert len(path.read_text().splitlines()) <= 420

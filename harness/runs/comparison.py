@@ -241,12 +241,12 @@ class Compared(Generic[M]):
 
 
 def difference(first: ArrayLike, second: ArrayLike, clusters: Labels) -> Estimate:
-    """Accuracy of a method minus that of another, case by case.
+    """Accuracy of a method, or another share, minus that of another method, case by case.
 
     Args:
         first: whether the first is right, shape (cases,); or (seeds, cases) of a training, which
             counts with the mean over its seeds.
-        second: the same of the second.
+        second: the same of the second; shares, where it stands for several methods.
         clusters: the label of the cluster of each case.
     """
     one, other = (np.atleast_2d(np.asarray(right, dtype=float)) for right in (first, second))

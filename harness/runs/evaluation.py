@@ -317,7 +317,7 @@ def _accuracies(judged: JudgedCases, here: BoolArray) -> dict[str, dict[str, Any
     found = {}
     for spec, verdicts in compared.items():
         is_ = {name: column.to_numpy(bool) for name, column in verdicts.items()}
-        mine, top = is_["right"], compared[best]["right"].to_numpy(float)
+        mine, top = is_["right"], compared[best]["right"]
         found[spec] = {
             "accuracy": accuracy(mine, lists),
             **{name: share(is_[name], lists) for name in _SHARES},
@@ -326,7 +326,7 @@ def _accuracies(judged: JudgedCases, here: BoolArray) -> dict[str, dict[str, Any
             "fragile": accuracy(mine[fragile], lists[fragile]),
             "natural": at_natural_prevalence(mine, labels, natural) if natural else NOTHING,
             "stands": accuracy_of(judged.said[spec][here][asked], other),
-            "behind": None if spec == best else mean(mine - top, lists),
+            "behind": None if spec == best else difference(mine, top, lists),
         }
     return found
 

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.engines.registry import capabilities
+from steadyload.runs.comparison import difference
 from steadyload.statistics.clusters import Clusters
 from steadyload.statistics.estimate import NOTHING, Estimate
-from steadyload.statistics.metrics import mean, share
+from steadyload.statistics.metrics import share
 from steadyload.studies.precision.changes import AS_IT_IS, CHANGES, Change
 from steadyload.studies.precision.study import Answers, turned
 
@@ -71,7 +72,7 @@ def summarise(answers: Answers) -> list[EngineRow]:
                     for change in changes
                 },
                 {
-                    change: mean(turned(answers, change, engine) - own, answers.clusters)
+                    change: difference(turned(answers, change, engine), own, answers.clusters)
                     for change, own in usual.items()
                 },
             )
