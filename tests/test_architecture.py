@@ -130,6 +130,24 @@ def circles(arrows):
                 ahead += arrows.get(target, ())
 
 
+DRAWING = {
+    "benchmark.figures", "closed_forms.figures", "comparison.figures", "convergence.figures",
+    "engines.figures", "extremes.figures", "precision.figures", "real.figures",
+    "replication.figures", "sensitivity.figures", "session.figures", "table5.cost_figures",
+    "table5.figures", "transport.figures", "tuning.figures", "tuning.search_figures",
+}  # fmt: skip
+"""Modules of studies that draw without the kinds of charts of `reports`; no other one may."""
+
+
+def test_only_reports_draws():
+    drawing = {
+        name
+        for name, path in modules().items()
+        if floor(name) != "reports" and "from matplotlib" in path.read_text()
+    }
+    assert drawing == {f"studies.{name}" for name in DRAWING}
+
+
 def test_imports_point_down_and_there_is_no_circle():
     assert list(faults(ROOT)) == []
 

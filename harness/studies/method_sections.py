@@ -158,23 +158,16 @@ def cheapest_near(methods: Iterable[MethodEvaluation], near: float) -> MethodEva
     return min(timed, key=lambda m: m.cpu.value, default=None)
 
 
-def cost_chart(found: Evaluation, *, stands: bool = False) -> CostChart:
-    """Accuracy against CPU time, a group of cases at a time.
+def by_title(found: Evaluation) -> dict[str, Sequence[MethodEvaluation]]:
+    """Rows of methods by the title of a group of cases."""
+    return {"all scenarios" if g == ALL else g: found.rows[g] for g in found.groups}
 
-    Args:
-        found: the evaluation.
-        stands: whether there are labels of the question ``stands`` beside the others.
-    """
-    names = {group: "all scenarios" if group == ALL else group for group in found.groups}
-    groups = {
-        names[group]: [CostPoint(m.method, m.accuracy, m.cpu) for m in found.rows[group]]
-        for group in found.groups
-    }
-    if stands:
-        groups |= {
-            f"{names[group]}, until all rests": [
-                CostPoint(m.method, m.stands, m.cpu) for m in found.rows[group]
-            ]
-            for group in found.groups
+
+def cost_chart(found: Evaluation) -> CostChart:
+    """Accuracy against CPU time, a group of cases at a time."""
+    return CostChart(
+        {
+            title: [CostPoint(m.method, m.accuracy, m.cpu) for m in rows]
+            for title, rows in by_title(found).items()
         }
-    return CostChart(groups)
+    )

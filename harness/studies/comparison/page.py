@@ -29,7 +29,7 @@ from steadyload.studies.comparison.summary import (
     SameTuning,
     SettingsUse,
 )
-from steadyload.studies.method_sections import best_in_words, by_group, cost_chart, terms_explained
+from steadyload.studies.method_sections import best_in_words, by_group, terms_explained
 
 _PICTURED_DISAGREEMENTS = 2
 
@@ -121,6 +121,9 @@ def _accuracy(found: Evaluation, about: LabelledPart) -> Section:
     ]  # fmt: skip
     more = [*column.natural_prevalence(about), column.WALL, column.NO_VERDICT]
 
+    further = {"stands": ", until all rests"} if about.stands else {}
+    shown = front(found.methods, groups=column.by_title(found), more=further)
+
     def table(group: str) -> Table:
         rows = found.rows[group]
         asked = column.of_stands(about)
@@ -140,9 +143,9 @@ def _accuracy(found: Evaluation, about: LabelledPart) -> Section:
         [
             Picture(
                 "accuracy",
-                front(found.methods).figure,
+                shown.figure,
                 f"Accuracy against CPU time; {_MARKS_EXPLAINED}",
-                cost_chart(found, stands=bool(about.stands)),
+                shown.interactive,
             ),
             *_stands(found, about),
         ],

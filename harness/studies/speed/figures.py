@@ -5,15 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from matplotlib.figure import Figure
-
 from steadyload.methods.naming import method_key
 from steadyload.methods.registry import make_method
 from steadyload.reports.charts.curves import curves
+from steadyload.reports.charts.drawing import Chart
 from steadyload.studies.speed.records import GrowthCurve
 
 
-def plot_growth(measured: Sequence[GrowthCurve]) -> Figure:
+def plot_growth(measured: Sequence[GrowthCurve]) -> Chart:
     """CPU time against the number of items, both on log axes; a line style a scene."""
     rows = [
         {
@@ -29,4 +28,4 @@ def plot_growth(measured: Sequence[GrowthCurve]) -> Figure:
         rows, "items", "microseconds", within="points", look="method", of="key", dash="scene",
         log="xy", ticks="all", x_label="items in the layout, J",
         y_label="CPU time a judgement (us)",
-    ).figure  # fmt: skip
+    )  # fmt: skip

@@ -54,7 +54,7 @@ def growth_sections(run: SpeedRun) -> list[Section]:
             [
                 Picture(
                     "growth",
-                    plot_growth(curves),
+                    plot_growth(curves).figure,
                     "CPU time of a judgement against the number of items; the exponent stands in "
                     "the legend.",
                 )
