@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -157,3 +157,27 @@ points = st.builds(Point, numbers(), st.none() | numbers())
 )
 def test_what_is_stored_as_json_is_read_as_it_was(drawing):
     assert bind(Drawing, json.loads(json.dumps(asdict(drawing))), "") == drawing
+
+
+values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5) | st.binary(),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(st.sampled_from(["x", "y", "red", "z"]), inner, max_size=3)
+    ),
+    max_leaves=8,
+)
+
+
+@pytest.mark.parametrize("cls", [Drawing, Command])
+@given(st.data())
+def test_whatever_is_stated_is_bound_or_refused(cls, data):
+    names = [one.name for one in fields(cls)]
+    stated = data.draw(st.dictionaries(st.sampled_from([*names, "other"]), values))
+    said = "here: allowed: "
+    try:
+        assert isinstance(bind(cls, stated, "here"), cls)
+    except ConfigError as error:
+        said = str(error)
+    assert said.startswith("here: ")
+    assert "allowed: " in said
