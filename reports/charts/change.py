@@ -47,7 +47,7 @@ def change(
         y_label: label of y.
 
     Raises:
-        FieldError: rows have no field of such a name.
+        ChartError: rows have no field of such a name.
     """
     points = flat(rows, within)
     panels = grouped(points, panel)

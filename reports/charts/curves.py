@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from steadyload.reports.charts.drawing import PLAIN_TICKS, Chart, legend
-from steadyload.reports.charts.rows import Along, Field, along, flat, grouped, value
+from steadyload.reports.charts.rows import Along, Field, along, chosen, flat, grouped, value
 from steadyload.reports.style import LOOKS
 
 _LINES = ("-", "--", ":", "-.")
@@ -67,8 +67,10 @@ def curves(
         style: of lines, in the place of the usual one, as of Matplotlib's ``errorbar``.
 
     Raises:
-        FieldError: rows have no field of such a name, or it is no number.
+        ChartError: rows have no field of such a name, or it is no number; or an option is not
+            allowed.
     """
+    look_of = LOOKS[chosen(look, LOOKS, "look")]
     points = flat(rows, within)
     lines, dashes = list(grouped(points, title)), list(grouped(points, dash))
     across = [x] if isinstance(x, str) else list(x)
@@ -85,7 +87,7 @@ def curves(
             own.sort(key=lambda row: value(row, name))
             if not own:
                 continue
-            seen = LOOKS[look](value(own[0], of or title), lines.index(line))
+            seen = look_of(value(own[0], of or title), lines.index(line))
             dashed = dashes.index(value(own[0], dash)) if dash else 0
             drawn_as = _THIN if thin and value(own[0], thin) else {}
             _draw(
@@ -96,7 +98,7 @@ def curves(
             )  # fmt: skip
         axes.set(xscale="log" if "x" in log else "linear", yscale="log" if "y" in log else "linear")
         axes.yaxis.set_major_formatter(PLAIN_TICKS)
-        if ticks:
+        if chosen(ticks, ("", "all", "apart"), "ticks"):
             _tick(axes, {value(row, name) for row in points}, ticks)
         axes.set_xlabel(label)
         if shown:

@@ -40,7 +40,7 @@ def ecdf(
         y_label: label of y.
 
     Raises:
-        FieldError: rows have no field of such a name.
+        ChartError: rows have no field of such a name.
     """
     figure = Figure(figsize=(6.4, 4.2))
     axes = figure.add_subplot()

@@ -8,7 +8,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from steadyload.reports.charts.drawing import Chart
-from steadyload.reports.charts.rows import Field, along, grouped, value
+from steadyload.reports.charts.rows import Field, along, chosen, grouped, value
 from steadyload.reports.style import LOOKS
 
 
@@ -38,15 +38,16 @@ def forest(
         x_label: label of x.
 
     Raises:
-        FieldError: rows have no field of such a name, or it is no number.
+        ChartError: rows have no field of such a name, or it is no number.
     """
+    look_of = LOOKS[chosen(look, LOOKS, "look")]
     panels, titles = grouped(rows, panel), list(grouped(rows, title))
     figure = Figure(figsize=(2.2 + 2.2 * len(panels), 0.9 + 0.32 * len(titles)))
     drawn = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
     for axes, (shown, members) in zip(drawn, panels.items(), strict=True):
         for row in members:
             level = titles.index(value(row, title))
-            seen = LOOKS[look](value(row, of or title), level)
+            seen = look_of(value(row, of or title), level)
             found = along([row], x, 100.0)
             axes.errorbar(
                 found.values, [-level], xerr=found.reaches, fmt=seen.marker, color=seen.colour,

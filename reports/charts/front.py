@@ -56,7 +56,7 @@ def front(
         y_label: label of y.
 
     Raises:
-        FieldError: rows have no field of such a name.
+        ChartError: rows have no field of such a name.
     """
     figure = Figure(figsize=(7.6, 4.6))
     axes = figure.add_subplot()

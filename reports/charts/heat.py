@@ -43,7 +43,7 @@ def heat(
         interactive: the chart that stands in its place in the HTML page.
 
     Raises:
-        FieldError: rows have no field of such a name, or it is no number.
+        ChartError: rows have no field of such a name, or it is no number.
     """
     columns, lines = list(grouped(rows, x)), list(grouped(rows, y))
     if set(columns) == set(lines):

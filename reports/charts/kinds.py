@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from steadyload.reports.charts.bars import bars, columns
+from steadyload.reports.charts.bars import bars
 from steadyload.reports.charts.change import change
+from steadyload.reports.charts.columns import columns
 from steadyload.reports.charts.curves import curves
 from steadyload.reports.charts.drawing import Chart
 from steadyload.reports.charts.ecdf import ecdf

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,8 +16,8 @@ Field = str
 """Name of a field or property of rows; a dotted one goes on into what it holds."""
 
 
-class FieldError(UserError):
-    """A chart names a field that its rows do not have, or one of another kind."""
+class ChartError(UserError):
+    """A chart names a field that its rows do not have, or an option that is not allowed."""
 
 
 class Along(NamedTuple):
@@ -37,7 +37,7 @@ def value(row: Any, name: str) -> Any:
     """The value of a field or property of a row; a dotted name goes on into it, as in mappings.
 
     Raises:
-        FieldError: there is no such field.
+        ChartError: there is no such field.
     """
     if isinstance(row, Inner):
         is_outer = name.partition(".")[0] in _names(row.outer)
@@ -46,7 +46,7 @@ def value(row: Any, name: str) -> Any:
     for part in name.split("."):
         known = _names(found)
         if part not in known:
-            raise FieldError(
+            raise ChartError(
                 f"chart of rows of {type(row).__name__}: no field {name!r}; {nearest(part, known)}"
             )
         found = found[part] if isinstance(found, Mapping) else getattr(found, part)
@@ -63,23 +63,39 @@ def grouped(rows: Iterable[Any], name: str) -> dict[Any, list[Any]]:
     """Rows by the value of a field, in the order in which values first appear.
 
     Without a name all rows are one group, under an empty text.
+
+    Raises:
+        ChartError: there are no rows.
     """
     found: dict[Any, list[Any]] = {}
     for row in rows:
         found.setdefault(value(row, name) if name else "", []).append(row)
+    if not found:
+        raise ChartError("chart of no rows; allowed: one row or more")
     return found
+
+
+def chosen(word: str, allowed: Collection[str], option: str) -> str:
+    """A word of those that are allowed.
+
+    Raises:
+        ChartError: it is none of them.
+    """
+    if word not in allowed:
+        raise ChartError(f"chart with {option}={word!r}; {nearest(word, allowed)}")
+    return word
 
 
 def along(rows: Sequence[Any], name: str, scale: float = 1.0) -> Along:
     """Values of a field that holds numbers or estimates, times a scale.
 
     Raises:
-        FieldError: there is no such field, or some value is neither.
+        ChartError: there is no such field, or some value is neither.
     """
     found = [value(row, name) for row in rows]
     for row, one in zip(rows, found, strict=True):
         if isinstance(one, str) or not isinstance(one, Estimate | int | float | np.number):
-            raise FieldError(
+            raise ChartError(
                 f"chart of rows of {type(row).__name__}: field {name!r} is {one!r}; allowed: a "
                 "number or an estimate"
             )

@@ -1,5 +1,6 @@
 """Kinds of charts draw the values of their rows, and name the field that rows do not have."""
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,15 +11,16 @@ from matplotlib.container import BarContainer
 
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods.naming import MethodKey
-from steadyload.reports.charts.bars import bars, columns
+from steadyload.reports.charts.bars import bars
 from steadyload.reports.charts.change import change
+from steadyload.reports.charts.columns import columns
 from steadyload.reports.charts.curves import curves
 from steadyload.reports.charts.ecdf import ecdf
 from steadyload.reports.charts.forest import forest
 from steadyload.reports.charts.front import front
 from steadyload.reports.charts.heat import heat
 from steadyload.reports.charts.kinds import KINDS
-from steadyload.reports.charts.rows import FieldError
+from steadyload.reports.charts.rows import ChartError
 from steadyload.reports.charts.scene import scene
 from steadyload.statistics.estimate import NOTHING, Estimate
 
@@ -299,11 +301,30 @@ def test_a_field_that_rows_do_not_have_is_named_with_the_nearest_one(name):
     share = Estimate(0.2, 0.1, 0.3, 9)
     row = {"title": "a", "method": SME, "n": 2, "cpu": share, "accuracy": share}
     positional, named = CALLS[name]
-    with pytest.raises(FieldError, match="no field 'acuracy'; did you mean 'accuracy'"):
+    with pytest.raises(ChartError, match="no field 'acuracy'; did you mean 'accuracy'"):
         KINDS[name]([row], *positional, **named)
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        ({"look": "methods"}, "look='methods'; did you mean 'method'? allowed: engine, method"),
+        ({"ticks": "some"}, "ticks='some'; "),
+    ],
+)
+def test_an_option_that_is_not_allowed_is_named(option, message):
+    with pytest.raises(ChartError, match=re.escape(message)):
+        curves([{"title": "a", "n": 1, "ms": 2.0}], "n", "ms", **option)
+
+
+@pytest.mark.parametrize("name", sorted(KINDS.keys() & {"curves", "forest", "bars", "heat"}))
+def test_a_chart_of_no_rows_is_refused(name):
+    positional, named = CALLS[name]
+    with pytest.raises(ChartError, match="chart of no rows; allowed: one row or more"):
+        KINDS[name]([], *positional, **named)
 
 
 @pytest.mark.parametrize("wrong", ["text", None, (1, 2)])
 def test_a_field_that_is_no_number_is_named(wrong):
-    with pytest.raises(FieldError, match="allowed: a number or an estimate"):
+    with pytest.raises(ChartError, match="allowed: a number or an estimate"):
         forest([{"title": "a", "share": wrong}], "share", x_label="")

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from matplotlib.figure import Figure
 
-from steadyload.reports.charts.bars import columns
+from steadyload.reports.charts.columns import columns
 from steadyload.studies.benchmark.summary import MethodAgreement
 
 _INK = "#08519c"
