@@ -164,11 +164,17 @@ def bind(cls: type[T], mapping: Mapping[str, object], where: str) -> T:
         where: what the mapping is, for messages.
 
     Raises:
-        ConfigError: an unknown or missing key, or a value that is not allowed.
+        ConfigError: an unknown or missing key, a value that is not allowed, or values that the
+            class refuses.
     """
     values = values_of(cls, mapping, where)
     _refuse_missing(cls, values, where)
-    return cls(**values)
+    try:
+        return cls(**values)
+    except UserError:
+        raise
+    except ValueError as error:
+        raise ConfigError(f"{where}: {error}") from None
 
 
 def _refuse_missing(cls: type, values: Collection[str], where: str) -> None:

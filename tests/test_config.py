@@ -130,6 +130,21 @@ def test_what_is_wrong_is_one_sentence(cls, stated, message):
     assert str(error.value) == f"mine.toml: {message}"
 
 
+@dataclass(frozen=True)
+class Range:
+    low: int
+    high: int
+
+    def __post_init__(self):
+        if self.low > self.high:
+            raise ValueError(f"low is {self.low}; allowed: at most high, {self.high}")
+
+
+def test_what_a_class_refuses_is_said_with_its_place():
+    with pytest.raises(ConfigError, match=r"^mine: low is 3; allowed: at most high, 2$"):
+        bind(Range, {"low": 3, "high": 2}, "mine")
+
+
 def test_some_fields_may_be_stated_and_some_may_not():
     assert values_of(Command, {"count": 4}, "f") == {"count": 4}
     with pytest.raises(ConfigError, match="f: unknown key 'config'; allowed: count, fast"):
