@@ -7,12 +7,13 @@ varied here, one field at a time, and a new class of units fails until it is var
 import dataclasses
 import importlib
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from enum import Enum
 from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
+from types import NoneType, SimpleNamespace, UnionType
+from typing import Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 import pandas as pd
@@ -254,8 +255,8 @@ ASKED = {
         "51a4a7a6acebac05bfa8",
     ),
 }
-"""Classes of what is measured once: one of each, what its class states, and the key of that one,
-under which rows are kept: it never changes."""
+"""Of what is measured once and published: one of each class, what the class states, and the key of
+that one, under which rows are kept: it never changes. Other classes are made by their types."""
 
 
 MADE_WITH_KEY = {
@@ -299,8 +300,7 @@ def short(name):
 
 
 def test_every_class_of_units_is_varied():
-    asked = {short(f"{each.__module__}.{each.__name__}") for each in ASKED}
-    known = {*WITH_OWN_KEY, *MADE_WITH_KEY, *WITHOUT_KEY, *asked}
+    known = {*WITH_OWN_KEY, *MADE_WITH_KEY, *WITHOUT_KEY, *asked_classes()}
     found = {short(name) for name in unit_classes()}
     assert len(found) >= 22
     missing = {name for name in found if not {name, name.partition(".")[2]} & known}
@@ -327,22 +327,49 @@ def test_every_field_of_a_unit_changes_its_key(name):
     assert not same, "these give the same key"
 
 
+@cache
 def asked_classes():
-    """All classes of what is measured once, of whose modules each is imported."""
+    """All classes of what is measured once, of whose modules each is imported; by name."""
     for path in (ROOT / "harness" / "studies").rglob("*.py"):
         if "(Asked[" in path.read_text():
             module = ".".join(path.relative_to(ROOT / "harness").with_suffix("").parts)
             importlib.import_module(f"steadyload.{module}")
-    return {each for each in Asked.__subclasses__() if each.__module__.startswith("steadyload.")}
+    found = (each for each in Asked.__subclasses__() if each.__module__.startswith("steadyload."))
+    return {short(f"{each.__module__}.{each.__name__}"): each for each in found}
 
 
-def test_all_that_is_asked_is_varied():
-    assert asked_classes() == ASKED.keys()
+def made_of(kind):
+    """A value of a type; of a dataclass, one whose fields are made of their types."""
+    if dataclasses.is_dataclass(kind) and kind is not Layout:
+        hints = get_type_hints(kind)
+        return kind(*[made_of(hints[one.name]) for one in dataclasses.fields(kind)])
+    if isinstance(kind, type) and issubclass(kind, Enum):
+        return next(iter(kind))
+    origin, inner = get_origin(kind), [each for each in get_args(kind) if each is not NoneType]
+    if origin in (Union, UnionType):
+        return made_of(inner[0])
+    if origin in (tuple, list, Sequence):
+        return (made_of(inner[0]),)
+    if origin in (dict, Mapping):
+        return {made_of(inner[0]): made_of(inner[1])}
+    known = {Layout: ONE, bool: True, int: 3, float: 0.5, str: "sme", Path: Path("one")}
+    assert kind in known, f"{kind}: list a value of the class in ASKED"
+    return known[kind]
 
 
-@pytest.mark.parametrize("kind", ASKED)
-def test_every_field_and_constant_of_what_is_asked_is_in_its_key(kind, monkeypatch):
-    asked, stated, key = ASKED[kind]
+def test_what_is_published_is_listed():
+    published = {
+        each
+        for each in asked_classes().values()
+        if (ROOT / f"reports/rows/{each.__module__.split('.')[2]}.tar.xz").exists()
+    }
+    assert published <= ASKED.keys(), "list one of each, and its key"
+
+
+@pytest.mark.parametrize("name", asked_classes())
+def test_every_field_and_constant_of_what_is_asked_is_in_its_key(name, monkeypatch):
+    kind = asked_classes()[name]
+    asked, stated, key = ASKED.get(kind) or (made_of(kind), kind.stated, made_of(kind).key)
     assert kind.stated == stated
     assert replace(asked).key == asked.key == key
     others = {name: other.key for name, other in varied(asked)}
