@@ -96,7 +96,7 @@ def _beside(tree):
 
     def beside(replace):
         def replacing(target, parts):
-            whole = target.absolute()
+            whole = target.resolve()
             if whole.is_relative_to(tree):
                 target = WRITTEN / whole.relative_to(tree)
                 target.parent.mkdir(parents=True, exist_ok=True)
