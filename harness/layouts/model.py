@@ -301,7 +301,7 @@ def outside_error(item: Item, pallet: Pallet, axis: int, span: tuple[float, floa
 def overlap_error(item: Item, other: Item, depth: float) -> LayoutError:
     """Error message for an item that overlaps one placed before it, by a depth [cm]."""
     return LayoutError(
-        f"overlaps {other} by ", Length(depth), " along every axis; allowed: at most ",
+        f"overlaps {other} by ", Length(depth), " or more along every axis; allowed: at most ",
         Length(STATED_TOLERANCE), item=str(item),
     )  # fmt: skip
 

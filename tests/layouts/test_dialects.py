@@ -360,8 +360,8 @@ HIGH = (
         ),
         (
             "0,0,297.5,400,400,300,9000",
-            "box b (step 1): overlaps box a (step 0) by 2.5 mm along every axis; allowed: at most "
-            "0.1 mm",
+            "box b (step 1): overlaps box a (step 0) by 2.5 mm or more along every axis; allowed: "
+            "at most 0.1 mm",
         ),
         (
             "0,0,300,-400,400,300,9000",
