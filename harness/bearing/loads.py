@@ -27,6 +27,9 @@ _UNBOUNDED = 3
 _OUT_OF_TIME = 1
 """Status of a linear programme that was given up."""
 
+_FAR = 1e6
+"""Weights of a load that count as infinite, where a solver finds no answer without a bound."""
+
 _LONGER = 4.0
 """Times as long that a linear programme is given where the machine was busy with something else."""
 
@@ -127,7 +130,7 @@ class _Programme:
         limit: TimeLimit,
         added: FloatArray | None = None,
     ) -> None:
-        self._limit = limit
+        self._limit, self._added = limit, added is not None
         right, unit = statics.right, float(statics.weights.sum())
         self._units, matrix = np.ones(0), statics.matrix
         if added is not None:
@@ -154,15 +157,27 @@ class _Programme:
                 return -np.inf
             if result.success:
                 return size * float(result.fun)
+        if self._added:
+            # HiGHS (1.12) ends at times without a status where a weight may grow without end.
+            result = self._result(costs / size, "highs", True, most=_FAR)
+            if result.success:
+                tips = float(result.x[-1]) < (1.0 - _SHARE) * _FAR
+                return size * float(result.fun) if tips else -np.inf
         raise UnsolvedError(f"no least load was found by linear programming: {result.message}")
 
-    def _result(self, costs: FloatArray, method: str, presolve: bool) -> Any:
-        """The answer of the solver, which measures wall time: it has more on a busy machine."""
+    def _result(
+        self, costs: FloatArray, method: str, presolve: bool, most: float = np.inf
+    ) -> Any:
+        """The answer of the solver, which measures wall time: it has more on a busy machine.
+
+        The last unknown is at most ``most``.
+        """
         self._limit.check()
+        bounds = [(0.0, np.inf)] * (len(costs) - 1) + [(0.0, most)]
         seconds = self._limit.left()
         while True:
             result = linprog(
-                costs, A_eq=self._matrix, b_eq=self._right, method=method,
+                costs, A_eq=self._matrix, b_eq=self._right, bounds=bounds, method=method,
                 options={"presolve": presolve, "time_limit": seconds},
             )  # fmt: skip
             self._limit.check()

@@ -80,6 +80,21 @@ def test_a_payload_that_no_programme_tells_is_no_payload_of_nothing(monkeypatch)
         payload(overhanging())
 
 
+@pytest.mark.parametrize("rows, columns, shift", [(6, 3, 8.0), (6, 6, 6.0)])
+def test_a_wall_of_shifted_rows_tips_under_no_weight(rows, columns, shift):
+    """Below the middle of every box there are boxes down to the floor."""
+    size = (20.0, 10.0, 20.0)
+    places = [
+        (20.0 * k + row % 2 * shift, 10.0 * row, 0.0) for row in range(rows) for k in range(columns)
+    ]
+    wall = Layout(
+        "wall",
+        Pallet(140, 80, 20),
+        tuple(Item(k, place, size, 10.0) for k, place in enumerate(places)),
+    )
+    assert np.isinf(payload(wall)).all()
+
+
 @pytest.mark.parametrize("sought", [loads, payload])
 def test_loads_and_payloads_end_when_their_time_is_up(sought):
     with pytest.raises(TimeoutExpiredError, match=rf"^no {sought.__name__} within 1e-09 s of CPU"):
