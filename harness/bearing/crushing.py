@@ -50,7 +50,7 @@ class Crushed:
     def sentence(self, frame: Frame) -> str:
         """The box and its load, in the unit of weights of a frame."""
         said = (self.bears_kg / frame.kg, self.allowed_kg / frame.kg)
-        bears, allowed = (f"{weight:.4g}" for weight in said)
+        bears, allowed = map(_rounded, said)
         if bears == allowed:
             bears, allowed = (f"{weight:.9g}" for weight in said)
         bears = f"{bears} {frame.weight}"
@@ -286,6 +286,11 @@ class _Standing:
             )
             if _beyond(weight, most)
         }  # fmt: skip
+
+
+def _rounded(weight: float) -> str:
+    """A weight to four digits, and all of those before its point."""
+    return f"{weight:.4g}" if weight < 1e3 else f"{weight:.0f}"
 
 
 def _limited(items: Sequence[Item]) -> bool:

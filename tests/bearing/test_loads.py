@@ -10,6 +10,7 @@ from steadyload.bearing import contact_forces, first_crushed, loads, payload
 from steadyload.bearing.forces import Statics
 from steadyload.errors import UnsolvedError
 from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.frame import Frame
 from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.layouts.packing import random_layouts
 from steadyload.numbers import NumberError
@@ -269,6 +270,13 @@ def test_a_load_that_is_shared_crushes_nobody():
 def test_a_hair_beyond_its_limit_is_said_in_full():
     found = first_crushed(column(1.0, 10.001, most=10.0))
     assert str(found).endswith("bears 10.001 kg of 10")
+
+
+def test_weights_beyond_four_digits_are_said_without_exponents():
+    found = first_crushed(column(1.0, 16.0055, most=12.345))
+    assert found.sentence(Frame(weight="g")).endswith("bears 16006 g of 12345")
+    heavy = first_crushed(column(1.0, 123456.0, most=20000.0))
+    assert str(heavy).endswith("bears 123456 kg of 20000")
 
 
 def test_the_payload_tips_at_the_lever_and_crushes_at_the_limit():
