@@ -165,9 +165,7 @@ class _Programme:
                 return size * float(result.fun) if tips else -np.inf
         raise UnsolvedError(f"no least load was found by linear programming: {result.message}")
 
-    def _result(
-        self, costs: FloatArray, method: str, presolve: bool, most: float = np.inf
-    ) -> Any:
+    def _result(self, costs: FloatArray, method: str, presolve: bool, most: float = np.inf) -> Any:
         """The answer of the solver, which measures wall time: it has more on a busy machine.
 
         The last unknown is at most ``most``.

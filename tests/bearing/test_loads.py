@@ -81,7 +81,7 @@ def test_a_payload_that_no_programme_tells_is_no_payload_of_nothing(monkeypatch)
         payload(overhanging())
 
 
-@pytest.mark.parametrize("rows, columns, shift", [(6, 3, 8.0), (6, 6, 6.0)])
+@pytest.mark.parametrize(("rows", "columns", "shift"), [(6, 3, 8.0), (6, 6, 6.0)])
 def test_a_wall_of_shifted_rows_tips_under_no_weight(rows, columns, shift):
     """Below the middle of every box there are boxes down to the floor."""
     size = (20.0, 10.0, 20.0)
