@@ -207,6 +207,7 @@ class Check(ShownInNotebook):
         """The answer as values that JSON can hold, with units in the names."""
         sure = self.reliability
         of_verdict = (self.verdict.to_dict() if self.verdict is not None else {}).get
+        known, widest = self.items is not None, 0.0 if self.gap is None else self.gap.height
         return {
             "layout": self.layout,
             "file": self.file,
@@ -221,10 +222,10 @@ class Check(ShownInNotebook):
             "displacement_cm": of_verdict("displacement_cm"),
             "rotation_deg": of_verdict("rotation_deg"),
             **_footing_fields(self.footing, self.frame),
-            "unsupported": self.unsupported,
-            "hovering": self.hovering,
-            "gaps": self.gaps,
-            "gap_cm": 0.0 if self.gap is None else round(self.gap.height, 6),
+            "unsupported": self.unsupported if known else None,
+            "hovering": self.hovering if known else None,
+            "gaps": self.gaps if known else None,
+            "gap_cm": round(widest, 6) if known else None,
             "gap_step": None if self.gap is None else self.gap.item,
             "gap_box": self.gap_box,
             "gap_onto_step": None if self.gap is None else self.gap.onto,

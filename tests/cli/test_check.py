@@ -176,7 +176,9 @@ def test_what_is_not_valid_is_told_and_the_others_are_judged(capsys, tmp_path):
     found = check_all(read_entries([file]), workers=0)
     assert "weight" in found[1].reason
     assert found[1].file == file.name or found[1].file == str(file)
-    assert found[1].to_dict()["score"] is None
+    told = found[1].to_dict()
+    unknown = ("items", "score", "unsupported", "hovering", "gaps", "gap_cm")
+    assert [told[each] for each in unknown] == [None] * len(unknown)
 
 
 @pytest.mark.parametrize(
