@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar, dataclass_transform
 
+from steadyload.errors import UserError, nearest
 from steadyload.escaping import markdown
 from steadyload.reports.table import (
     Column,
@@ -38,6 +39,10 @@ Row = TypeVar("Row")
 
 _COLUMN = "column"
 """Key of a field's metadata."""
+
+
+class TableError(UserError):
+    """A table names a field that its rows do not have."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,12 +97,21 @@ def table(
             between them; else all fields of :func:`column`.
         caption: a paragraph that stands before it.
         titles: by name, a header of this table alone.
+
+    Raises:
+        TableError: a row has no field or property of such a name.
     """
     if not rows:
         return None
     declared = _declared(rows[0])
     columns: list[Column] = []
     for name in chosen.split() or declared:
+        if not hasattr(rows[0], name):
+            known = [each for each in dir(rows[0]) if not each.startswith("_")]
+            raise TableError(
+                f"table of rows of {type(rows[0]).__name__}: no field {name!r}; "
+                + nearest(name, known)
+            )
         said = declared.get(name, _Declared("", cell))
         if titles and name in titles:
             said = dataclasses.replace(said, title=titles[name])

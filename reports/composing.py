@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import re
+import traceback
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,10 +13,12 @@ from typing import Any
 import jinja2
 from matplotlib.figure import Figure
 
+from steadyload.errors import UserError
 from steadyload.escaping import markdown
 from steadyload.reports import columns, table
 from steadyload.reports.charts.drawing import Chart
 from steadyload.reports.charts.kinds import KINDS
+from steadyload.reports.charts.rows import ChartError
 from steadyload.reports.interactive import Interactive
 from steadyload.reports.page import Block, Page, Picture, Section
 
@@ -44,6 +48,10 @@ _RESERVED = re.compile("[\ue000\ue001]")
 _WRAPPED = re.compile(r"(?<=\S)\n *(?![-*+] |\d+[.)] |[#|>\n\ue000]|```)")
 
 
+class TemplateError(UserError):
+    """A template is no valid Jinja2, or names what is not there."""
+
+
 class _Place(str):
     """Text in the place of a block."""
 
@@ -66,14 +74,32 @@ def composed(template: Path, values: Mapping[str, Any], made_with: Mapping[str, 
         made_with: provenance of the page.
 
     Raises:
-        jinja2.UndefinedError: it names what is not there.
+        TemplateError: it is no valid Jinja2, or names what is not there.
+        ChartError: see the kinds of charts.
+        TableError: see :func:`steadyload.reports.columns.table`.
     """
     blocks: list[Block] = []
-    text = page_environment(template.parent, blocks).get_template(template.name).render(values)
+    try:
+        text = page_environment(template.parent, blocks).get_template(template.name).render(values)
+    except jinja2.TemplateError as error:
+        raise TemplateError(f"{_place(template, error)}: {error.message}") from error
+    except UserError as error:
+        error.add_note(f"({_place(template, error)})")
+        raise
     head, *parts = re.split(r"^## ", text, flags=re.M)
     title, _, summary = head.strip().partition("\n")
     sections = [_section(part, blocks) for part in parts]
     return Page(title.removeprefix("# "), _flowing(summary), sections, made_with)
+
+
+def _place(template: Path, error: Exception) -> str:
+    """The template and the line of it at which an error arose."""
+    if isinstance(error, jinja2.TemplateSyntaxError):
+        line: int | None = error.lineno
+    else:
+        frames = traceback.extract_tb(error.__traceback__)
+        line = next((one.lineno for one in frames if one.filename == str(template)), None)
+    return f"{template}" + f", line {line}" * (line is not None)
 
 
 def page_environment(folder: Path, blocks: list[Block]) -> jinja2.Environment:
@@ -108,7 +134,18 @@ def page_environment(folder: Path, blocks: list[Block]) -> jinja2.Environment:
         return placed(Picture(name, figure, _flowing(caller()), interactive))
 
     def drawing(kind: Callable[..., Chart]) -> Callable[..., str]:
-        def place(name: str, *data: Any, caller: Callable[[], str], **more: Any) -> str:
+        taken = inspect.signature(kind)
+
+        def place(
+            name: str, *data: Any, caller: Callable[[], str] | None = None, **more: Any
+        ) -> str:
+            if caller is None:
+                raise ChartError(f"chart {kind.__name__}: no caption; allowed: a call block")
+            try:
+                taken.bind(*data, **more)
+            except TypeError as error:
+                options = ", ".join(taken.parameters)
+                raise ChartError(f"chart {kind.__name__}: {error}; allowed: {options}") from None
             return chart(name, *kind(*data, **more), caller=caller)
 
         return place

@@ -8,7 +8,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from steadyload.reports.charts.drawing import PLAIN_TICKS, Chart, legend
-from steadyload.reports.charts.rows import Field, along, flat, grouped, value
+from steadyload.reports.charts.rows import Field, along, flat, grouped, method_of, value
 from steadyload.reports.style import marker
 
 _TICKS = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
@@ -47,7 +47,7 @@ def change(
         y_label: label of y.
 
     Raises:
-        ChartError: rows have no field of such a name.
+        ChartError: rows have no field of such a name, or it holds something else.
     """
     points = flat(rows, within)
     panels = grouped(points, panel)
@@ -61,7 +61,8 @@ def change(
             cost, share = along([row], x), along([row], y, 100.0)
             axes.errorbar(
                 cost.values, share.values, xerr=cost.reaches, yerr=share.reaches,
-                fmt=marker(value(row, method)), color=f"C{options.index(value(row, title)) % 10}",
+                fmt=marker(method_of(row, method)),
+                color=f"C{options.index(value(row, title)) % 10}",
                 label=value(row, title).replace("`", ""), markersize=6.0, elinewidth=0.8,
             )  # fmt: skip
         axes.axvline(1.0, linestyle="--", linewidth=0.8, color="#7f7f7f")

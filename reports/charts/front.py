@@ -19,7 +19,7 @@ from steadyload.reports.charts.drawing import (
     set_cost_axis,
     spread_the_top,
 )
-from steadyload.reports.charts.rows import Field, along, value
+from steadyload.reports.charts.rows import Field, along, estimate_of, method_of, value
 from steadyload.reports.interactive import CostChart, CostPoint
 from steadyload.reports.style import LOOKS, colour, face, marker
 
@@ -56,7 +56,7 @@ def front(
         y_label: label of y.
 
     Raises:
-        ChartError: rows have no field of such a name.
+        ChartError: rows have no field of such a name, or it holds something else.
     """
     figure = Figure(figsize=(7.6, 4.6))
     axes = figure.add_subplot()
@@ -91,7 +91,9 @@ def front(
 
 
 def _points(rows: Sequence[Any], x: str, y: str, method: str) -> list[CostPoint]:
-    found = [CostPoint(value(row, method), value(row, y), value(row, x)) for row in rows]
+    found = [
+        CostPoint(method_of(row, method), estimate_of(row, y), estimate_of(row, x)) for row in rows
+    ]
     return [point for point in found if not math.isnan(point.share.value)]
 
 
@@ -100,7 +102,7 @@ def _join(
 ) -> None:
     """A line through points of one method, with a text at each."""
     x, y, method = fields
-    look = LOOKS["method"](value(rows[0], method), 0)
+    look = LOOKS["method"](method_of(rows[0], method), 0)
     costs, shares = along(rows, x), along(rows, y, 100.0)
     axes.errorbar(
         costs.values, shares.values, yerr=shares.reaches, marker=look.marker, color=look.colour,

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.errors import UserError, nearest
 from steadyload.reports.charts.drawing import reach
+from steadyload.reports.style import Identified
 from steadyload.statistics.estimate import Estimate
 
 Field = str
@@ -51,6 +52,36 @@ def value(row: Any, name: str) -> Any:
             )
         found = found[part] if isinstance(found, Mapping) else getattr(found, part)
     return found
+
+
+def method_of(row: Any, name: str) -> Identified:
+    """The method that a field holds.
+
+    Raises:
+        ChartError: there is no such field, or it holds something else.
+    """
+    found = value(row, name)
+    if not all(hasattr(found, each) for each in ("title", "spec", "family", "engine")):
+        raise _refused(row, name, found, "a method with its title, spec, family and engine")
+    return cast(Identified, found)
+
+
+def estimate_of(row: Any, name: str) -> Estimate:
+    """The estimate that a field holds.
+
+    Raises:
+        ChartError: there is no such field, or it holds something else.
+    """
+    found = value(row, name)
+    if not isinstance(found, Estimate):
+        raise _refused(row, name, found, "an estimate")
+    return found
+
+
+def _refused(row: Any, name: str, found: object, allowed: str) -> ChartError:
+    return ChartError(
+        f"chart of rows of {type(row).__name__}: field {name!r} is {found!r}; allowed: {allowed}"
+    )
 
 
 def _names(record: Any) -> list[str]:
@@ -95,10 +126,7 @@ def along(rows: Sequence[Any], name: str, scale: float = 1.0) -> Along:
     found = [value(row, name) for row in rows]
     for row, one in zip(rows, found, strict=True):
         if isinstance(one, str) or not isinstance(one, Estimate | int | float | np.number):
-            raise ChartError(
-                f"chart of rows of {type(row).__name__}: field {name!r} is {one!r}; allowed: a "
-                "number or an estimate"
-            )
+            raise _refused(row, name, one, "a number or an estimate")
     if not any(isinstance(one, Estimate) for one in found):
         return Along([scale * one for one in found], None)
     estimates = [one if isinstance(one, Estimate) else Estimate(one, one, one, 1) for one in found]

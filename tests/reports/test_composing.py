@@ -4,12 +4,12 @@ import re
 from collections.abc import Mapping
 from types import SimpleNamespace
 
-import jinja2
 import pytest
 from matplotlib.figure import Figure
 
-from steadyload.reports.columns import column, fixed, percent, row, table
-from steadyload.reports.composing import composed
+from steadyload.reports.charts.rows import ChartError
+from steadyload.reports.columns import TableError, column, fixed, percent, row, table
+from steadyload.reports.composing import TemplateError, composed
 from steadyload.reports.page import Picture
 from steadyload.reports.table import Table
 from steadyload.reports.writing import write_page
@@ -108,8 +108,35 @@ def test_a_value_takes_the_place_of_no_block(made, value):
 
 def test_what_is_not_there_is_an_error(made):
     for text in ("{{ found.x }}", "{{ found.x.y }}", "{{ nothing }}", "{{ 'a' if no }}"):
-        with pytest.raises(jinja2.UndefinedError):
+        with pytest.raises(TemplateError, match=r"page\.md\.j2, line 1: "):
             made(text, found=METHODS[0])
+
+
+WRONG = {
+    "{{ 1|percnt }}": (TemplateError, "No filter named 'percnt'"),
+    "{% call heat('h' %}": (TemplateError, "unexpected '}'"),
+    "{% call bars('b', rows) %}x{% endcall %}": (ChartError, "missing .*'parts'; allowed: rows, "),
+    "{% call bars('b', rows, {}, x_label='x', wide=1) %}x{% endcall %}": (
+        ChartError, "unexpected .*'wide'",
+    ),
+    "{% call heat('h', rows, 'nme', 'name', 'right', label='x') %}x{% endcall %}": (
+        ChartError, "no field 'nme'; did you mean 'name'?",
+    ),
+    "{% call front('f', rows, 'right', 'right', method='name') %}x{% endcall %}": (
+        ChartError, "field 'name' is 'sme'; allowed: a method",
+    ),
+    "{{ bars('b', rows, {}, x_label='x') }}": (ChartError, "no caption; allowed: a call block"),
+    "{{ table(rows, 'nme') }}": (TableError, "no field 'nme'; did you mean 'name'?"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("text", WRONG)
+def test_what_is_wrong_in_a_template_is_one_sentence_with_its_line(made, text):
+    error, said = WRONG[text]
+    with pytest.raises(error, match=said) as caught:
+        made(f"# T\nS.\n## One\n{text}", rows=METHODS)
+    told = " ".join((str(caught.value), *getattr(caught.value, "__notes__", ())))
+    assert "page.md.j2, line 4" in told
 
 
 def test_wide_tables_of_a_template_stand_whole_beside_its_page(made, tmp_path):
@@ -136,5 +163,5 @@ def test_rows_are_shown_as_they_declare():
 
 
 def test_a_name_that_rows_do_not_have_is_an_error():
-    with pytest.raises(AttributeError, match="nam"):
+    with pytest.raises(TableError, match="nam"):
         str(table(METHODS, "nam"))
