@@ -24,6 +24,10 @@ _ROUNDING = 1e-4
 """Share of what stands on a box that a load found in passing may be off by: what equations may be
 left with, times a box over the lever of :data:`.EDGE` that the forces on a narrow edge may have."""
 
+_SPREAD = 1e4
+"""Factor by which weights may differ where loads are found in passing: beside a box that weighs
+very much more, what the equations leave of a light one is no small share of it."""
+
 _TRIES = 2
 """Steps at which nothing balances a load, after which no loads are found in passing."""
 
@@ -201,6 +205,8 @@ class _Passing:
     def __init__(self, looks: _Looks) -> None:
         self._looks = looks
         self._statics: GrowingStatics | None = None
+        weights = looks.layout.weights
+        self._are_alike = weights.max() <= _SPREAD * weights.min()
 
     def suspects(self, group: NDArray[np.int64], standing: Mapping[int, float]) -> list[int]:
         """Boxes that may bear too much.
@@ -209,7 +215,7 @@ class _Passing:
             group: what is joined to the box placed last, in order.
             standing: what stands on boxes of the group that are suspected [kg], by box.
         """
-        if self._looks.unbalanced >= _TRIES:
+        if not self._are_alike or self._looks.unbalanced >= _TRIES:
             return list(standing)
         if self._statics is None:
             looks = self._looks

@@ -143,3 +143,19 @@ def test_a_load_that_nothing_balances_is_solved_step_by_step(monkeypatch):
     assert_as_defined(limited(layout, {2: 7.0}))
     assert_as_defined(limited(layout, {2: 4.0}))
     assert len(growing) <= 4 < len(solved)
+
+
+def test_light_boxes_beside_heavy_ones_are_looked_at_one_by_one():
+    weights = (
+        2.137820869334076, 94891.09687662344, 0.0033086262441150405, 1119.340965130997,
+        0.014558235975946257, 0.029171600215470495, 5449.734403731475, 0.0001407309072523698,
+        10700.13648857403, 0.03515893686106794, 1364.0033574754304, 49.958505277356025,
+    )  # fmt: skip
+    items = [
+        Item(n, (5.0 + 20.0 * (n % 4) + 10.0 * (n // 4 % 2), 10.0 * (n // 4), 5.0),
+             (20.0, 10.0, 20.0), weight)
+        for n, weight in enumerate(weights)
+    ]  # fmt: skip
+    layout = Layout("half bricks", Pallet(200.0, 40.0, 200.0), tuple(items))
+    limits = {3: 2915.5, 6: 619.296737781721, 7: 15.908184018163489, 8: 0.001, 11: 0.0}
+    assert_as_defined(limited(layout, limits))
