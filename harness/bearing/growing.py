@@ -9,11 +9,9 @@ from scipy.sparse.linalg import splu
 
 from steadyload import kernels
 from steadyload.bearing.forces import Rectangles, Statics
+from steadyload.bearing.pressing import FIRM
 from steadyload.layouts.contacts import FLOOR
 from steadyload.layouts.model import Arrangement, FloatArray
-
-_FIRM = 1e-12
-"""How little equations yield, as in :mod:`steadyload.bearing.pressing`."""
 
 
 class GrowingStatics:
@@ -42,7 +40,7 @@ class GrowingStatics:
         values = matrix.data / np.repeat(self._root, np.diff(starts))
         rows = 3 * self._place[box] + of_box
         self._columns = kernels.least_energy.Columns(starts, rows, values)
-        self._firm = _FIRM * (1.0 + np.bincount(rows, values**2, 3 * count))
+        self._firm = FIRM * (1.0 + np.bincount(rows, values**2, 3 * count))
         starts, rows = _layout_of_factors(self._pairs, self._place)
         self._factors = kernels.least_energy.Factors(
             starts, rows, np.zeros(len(rows)), self._firm.copy()

@@ -35,7 +35,7 @@ _ROUNDS = 6
 _DENSE = 90
 """Equations up to which sparse matrices cost more than they save."""
 
-_FIRM = 1e-12
+FIRM = 1e-12
 """How little equations yield, which may depend on each other or have no solution."""
 
 
@@ -58,7 +58,7 @@ class Corners:
         check_time: Callable[[], None],
         firm: float | None = None,
     ) -> None:
-        self._firm = _FIRM if firm is None else firm
+        self._firm = FIRM if firm is None else firm
         self._rounding = 1.0 if firm is None else 0.0
         self._root = np.sqrt(soft)
         scaled = csc_array(matrix @ diags_array(1.0 / self._root))
