@@ -22,11 +22,12 @@ from steadyload.layouts.csv_columns import (
     turns,
     warn_of_turning,
 )
-from steadyload.layouts.dialect import LOADS, UNITS, WEIGHT_UNITS, Dialect, sides_of
+from steadyload.layouts.dialect import LOADS, Dialect, sides_of
 from steadyload.layouts.limits import MAX_ITEMS, MAX_LAYOUTS, MAX_TEXT_LENGTH
 from steadyload.layouts.model import LayoutError
 from steadyload.layouts.record import FormatError, Record, Refused
 from steadyload.layouts.sources import decoded
+from steadyload.layouts.units import UNITS, WEIGHT_UNITS
 
 CSV_COLUMNS = (
     "layout",

@@ -12,8 +12,7 @@ from typing import Any
 from steadyload.errors import UserError, nearest
 from steadyload.layouts.limits import MAX_TEXT_LENGTH
 from steadyload.layouts.record import shown
-from steadyload.layouts.units import UNITS as UNITS
-from steadyload.layouts.units import WEIGHT_UNITS as WEIGHT_UNITS
+from steadyload.layouts.units import UNITS, WEIGHT_UNITS
 from steadyload.reading import toml_of
 
 UPWARD = ("y", "z")

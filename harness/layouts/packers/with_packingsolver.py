@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from steadyload.layouts.dialect import UNITS, WEIGHT_UNITS, Dialect
+from steadyload.layouts.dialect import Dialect
 from steadyload.layouts.limits import (
     MAX_COPIED_ITEMS,
     MAX_COPIES,
@@ -38,6 +38,7 @@ from steadyload.layouts.packers.plan import (
 )
 from steadyload.layouts.record import FormatError, Record, Refused, shown
 from steadyload.layouts.sources import decoded, opened_source, read_rest
+from steadyload.layouts.units import UNITS, WEIGHT_UNITS
 
 HEADER = "TYPE,ID,COPIES,BIN,"
 """Beginning of every certificate."""

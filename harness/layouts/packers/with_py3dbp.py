@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, Literal
 
-from steadyload.layouts.dialect import UNITS, WEIGHT_UNITS
 from steadyload.layouts.model import Vector
 from steadyload.layouts.packers.plan import (
     Bin,
@@ -21,6 +20,7 @@ from steadyload.layouts.packers.plan import (
     factor,
     plan,
 )
+from steadyload.layouts.units import UNITS, WEIGHT_UNITS
 
 
 def from_py3dbp(
