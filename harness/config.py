@@ -169,12 +169,17 @@ def bind(cls: type[T], mapping: Mapping[str, object], where: str) -> T:
     """
     values = values_of(cls, mapping, where)
     _refuse_missing(cls, values, where)
+    return made_of(cls, values, where, ConfigError)
+
+
+def made_of(cls: type[T], values: Mapping[str, Any], where: str, refused: type[UserError]) -> T:
+    """A class of the values of its fields; a ValueError of it becomes one that says where."""
     try:
         return cls(**values)
     except UserError:
         raise
     except ValueError as error:
-        raise ConfigError(f"{where}: {error}") from None
+        raise refused(f"{where}: {error}") from None
 
 
 def _refuse_missing(cls: type, values: Collection[str], where: str) -> None:

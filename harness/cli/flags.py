@@ -26,6 +26,7 @@ from steadyload.config import (
     OPERAND,
     READ,
     choices_of,
+    made_of,
     number_of,
     numbers_allowed,
 )
@@ -219,12 +220,7 @@ def parsed(name: str, config: type[T], about: str, words: Sequence[str]) -> T | 
     values = {key: flags[key].value(value) for key, value in found.items()}
     if FIELD in values:
         values = read_config(values[FIELD], config) | values
-    try:
-        return config(**values)
-    except UserError:
-        raise
-    except ValueError as error:
-        raise UsageError(f"{name}: {error}") from None
+    return made_of(config, values, name, UsageError)
 
 
 def _near(word: str, known: Sequence[str]) -> str:
