@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from steadyload.layouts.question import Question
 from steadyload.layouts.scenarios import Scenario
 from steadyload.methods.naming import MethodKey, named
+from steadyload.runs.definition import AS_GIVEN
 from steadyload.runs.labels import item_lists, load_labels
+from steadyload.runs.provenance import provenance_lines
 from steadyload.runs.results import KEYS, ResultsError, load_manifest, load_results
 from steadyload.statistics.metrics import outcomes
 
@@ -150,3 +152,24 @@ def _labels(directory: Path, said: pd.DataFrame) -> pd.DataFrame:
             "again to write the labels anew"
         )
     return labels.loc[said.index]
+
+
+def manifest_lines(judged: JudgedCases) -> dict[str, str]:
+    """Provenance of a run, as a page shows it."""
+    manifest = judged.manifest
+    study, labels = manifest["study"], manifest.get("labels")
+    source = {"layout files": ", ".join(study["files"])}
+    drawn = {"scenarios": ", ".join(study["scenarios"]) or AS_GIVEN, "seed": str(study["seed"])}
+    if labels is not None:
+        source = {"labelled set": f"part {labels['part']}, {labels['cases']} cases "
+                                  f"(labels {labels['hash']})"}  # fmt: skip
+    return {
+        "study": f"{study['name']} ({manifest['study_hash']})",
+        **source,
+        "layouts": f"{manifest['layouts']} (data {manifest['data_hash']})",
+        **(drawn if labels is None else {}),
+        "rows": str(judged.rows),
+        **provenance_lines(manifest),
+        "started": manifest["started"],
+        "finished": manifest["finished"] or "not yet",
+    }

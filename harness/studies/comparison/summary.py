@@ -14,10 +14,8 @@ import numpy as np
 from steadyload.engines.world import SETTINGS
 from steadyload.methods.naming import MethodKey
 from steadyload.methods.simulation_parameters import SimulationParameters
-from steadyload.runs.definition import AS_GIVEN
 from steadyload.runs.evaluation import ALL, Evaluation, MethodEvaluation, evaluate
-from steadyload.runs.judged import JudgedCases, load_judged
-from steadyload.runs.provenance import provenance_lines
+from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
 from steadyload.runs.results import LAYOUTS_FILE, each_shard, kept_file
 from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.metrics import agreement, mean, same
@@ -274,24 +272,3 @@ def _same_tunings(
 def tuning(parameters: Mapping[str, Any]) -> str:
     """The parameters that every engine has, as a text, equal for equally tuned simulations."""
     return json.dumps({k: v for k, v in parameters.items() if k in _COMMON}, sort_keys=True)
-
-
-def manifest_lines(judged: JudgedCases) -> dict[str, str]:
-    """Provenance of a run, as a page shows it."""
-    manifest = judged.manifest
-    study, labels = manifest["study"], manifest.get("labels")
-    source = {"layout files": ", ".join(study["files"])}
-    drawn = {"scenarios": ", ".join(study["scenarios"]) or AS_GIVEN, "seed": str(study["seed"])}
-    if labels is not None:
-        source = {"labelled set": f"part {labels['part']}, {labels['cases']} cases "
-                                  f"(labels {labels['hash']})"}  # fmt: skip
-    return {
-        "study": f"{study['name']} ({manifest['study_hash']})",
-        **source,
-        "layouts": f"{manifest['layouts']} (data {manifest['data_hash']})",
-        **(drawn if labels is None else {}),
-        "rows": str(judged.rows),
-        **provenance_lines(manifest),
-        "started": manifest["started"],
-        "finished": manifest["finished"] or "not yet",
-    }

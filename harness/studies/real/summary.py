@@ -18,13 +18,12 @@ from steadyload.methods.naming import MethodKey
 from steadyload.runs.accuracy import accuracy_of
 from steadyload.runs.costs import CPU, CostKind, CostSource, judging_costs
 from steadyload.runs.evaluation import evaluate
-from steadyload.runs.judged import JudgedCases, load_judged
+from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
 from steadyload.runs.results import load_results
 from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.growth import exponent
 from steadyload.statistics.metrics import share
 from steadyload.studies.able import asked_question
-from steadyload.studies.comparison.summary import manifest_lines
 from steadyload.studies.real.best import BestMethod, best_method
 from steadyload.studies.real.delivered import Origin, origins
 from steadyload.studies.real.floors import FloorRow, floor_rows

@@ -12,9 +12,8 @@ import pandas as pd
 
 from steadyload.methods.naming import MethodKey
 from steadyload.runs.evaluation import ALL, Evaluation, evaluate
-from steadyload.runs.judged import JudgedCases, load_judged
+from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.comparison.summary import manifest_lines
 from steadyload.studies.sensitivity.rules import RULES, USUAL, Rule
 
 

@@ -30,17 +30,12 @@ from steadyload.runs.evaluation import (
     MethodEvaluation,
     evaluate,
 )
-from steadyload.runs.judged import load_judged
+from steadyload.runs.judged import load_judged, manifest_lines
 from steadyload.runs.labels import load_labels
 from steadyload.runs.results import LAYOUTS_FILE, kept_file
 from steadyload.statistics.error_costs import CheapestRange, cheapest_by_ratio
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.comparison.summary import (
-    AgreementMatrix,
-    agreement_matrix,
-    manifest_lines,
-    tuning,
-)
+from steadyload.studies.comparison.summary import AgreementMatrix, agreement_matrix, tuning
 from steadyload.studies.recommend.front import Front, Measured, on_front
 from steadyload.studies.recommend.kept import NAME, load_fronts, merged, write_fronts
 from steadyload.studies.recommend.measuring import front_of
