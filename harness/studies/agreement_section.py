@@ -13,9 +13,9 @@ from steadyload.reports.charts.heat import heat
 from steadyload.reports.interactive import STABLE, AnswerChart, AnsweredCase
 from steadyload.reports.page import Picture
 from steadyload.reports.viewer.page import MARKS, player_html
+from steadyload.runs.agreement import AgreementMatrix
+from steadyload.runs.answers import Answers
 from steadyload.runs.provenance import provenance_lines
-from steadyload.studies.comparison.answers import Answers
-from steadyload.studies.comparison.summary import AgreementMatrix
 from steadyload.studies.viewing import view_of
 
 

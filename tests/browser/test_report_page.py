@@ -7,10 +7,10 @@ import pytest
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.reports.page import Page, Section
 from steadyload.reports.writing import write_page
+from steadyload.runs import answers
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
-from steadyload.studies.comparison import answers
 from steadyload.studies.comparison.page import study_page
 from steadyload.studies.comparison.summary import compare
 from steadyload.studies.table5.page import table5_page

@@ -12,8 +12,8 @@ import pandas as pd
 
 from steadyload.layouts.model import Layout
 from steadyload.layouts.naming import box_id
+from steadyload.runs.answers import LABEL, judged_layouts
 from steadyload.runs.judged import JudgedCases
-from steadyload.studies.comparison.answers import LABEL, judged_layouts
 
 _MOST = 10
 

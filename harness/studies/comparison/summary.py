@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -13,33 +12,13 @@ import numpy as np
 
 from steadyload.engines.world import SETTINGS
 from steadyload.methods.naming import MethodKey
-from steadyload.methods.simulation_parameters import SimulationParameters
+from steadyload.runs.agreement import COMMON, AgreementMatrix, agreement_matrix, tuning
 from steadyload.runs.evaluation import ALL, Evaluation, MethodEvaluation, evaluate
 from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
 from steadyload.runs.results import LAYOUTS_FILE, each_shard, kept_file
-from steadyload.statistics.estimate import NOTHING, Estimate
+from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import agreement, mean, same
-from steadyload.studies.comparison.answers import Answers, answers_of
 from steadyload.studies.comparison.disagreements import Disagreement, disagreements
-
-_COMMON = frozenset(f.name for f in dataclasses.fields(SimulationParameters))
-
-
-@dataclass(frozen=True, slots=True)
-class AgreementMatrix:
-    """Share of equal failing steps between every two methods, and the answers themselves.
-
-    A method is not compared with itself: the diagonal is :data:`.NOTHING`.
-    """
-
-    methods: tuple[MethodKey, ...]
-    shares: tuple[tuple[Estimate, ...], ...]
-    answers: Answers | None = None
-
-    @property
-    def titles(self) -> tuple[str, ...]:
-        """The methods' titles, in the order of rows and columns."""
-        return tuple(method.title for method in self.methods)
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,26 +157,6 @@ def _mean_agreement(judged: JudgedCases, group: str) -> dict[str, Estimate | Non
     return found
 
 
-def agreement_matrix(judged: JudgedCases, kept: Path) -> AgreementMatrix:
-    """Share of equal failing steps between every two methods.
-
-    Args:
-        judged: the cases and verdicts.
-        kept: the file that the layouts were written to.
-    """
-    specs = list(judged.keys)
-    return AgreementMatrix(
-        tuple(judged.keys.values()),
-        tuple(
-            tuple(
-                NOTHING if a == b else agreement(judged.said, a, b, judged.clusters) for b in specs
-            )
-            for a in specs
-        ),
-        answers_of(judged, kept),
-    )
-
-
 def _not_honoured(directory: Path) -> dict[str, tuple[dict[str, None], dict[str, None]]]:
     """By method, settings that its engine ignored and emulated, in the order of the rows."""
     found: dict[str, tuple[dict[str, None], dict[str, None]]] = {}
@@ -253,7 +212,7 @@ def _same_tunings(
         tunings.append(
             SameTuning(
                 title=rows[0].method.title.partition(" @ ")[0],
-                settings={k: v for k, v in used[0].settings.items() if k in _COMMON},
+                settings={k: v for k, v in used[0].settings.items() if k in COMMON},
                 rows=rows,
                 uses=used,
                 agreement={
@@ -267,8 +226,3 @@ def _same_tunings(
             )
         )
     return tuple(tunings)
-
-
-def tuning(parameters: Mapping[str, Any]) -> str:
-    """The parameters that every engine has, as a text, equal for equally tuned simulations."""
-    return json.dumps({k: v for k, v in parameters.items() if k in _COMMON}, sort_keys=True)

@@ -21,6 +21,7 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.scene import planar_scene
 from steadyload.methods.simulation import Simulation
 from steadyload.methods.spec import as_plain
+from steadyload.runs.agreement import AgreementMatrix, agreement_matrix, tuning
 from steadyload.runs.comparison import Family, PairTest
 from steadyload.runs.costs import timed_costs
 from steadyload.runs.evaluation import (
@@ -35,7 +36,6 @@ from steadyload.runs.labels import load_labels
 from steadyload.runs.results import LAYOUTS_FILE, kept_file
 from steadyload.statistics.error_costs import CheapestRange, cheapest_by_ratio
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.comparison.summary import AgreementMatrix, agreement_matrix, tuning
 from steadyload.studies.recommend.front import Front, Measured, on_front
 from steadyload.studies.recommend.kept import NAME, load_fronts, merged, write_fronts
 from steadyload.studies.recommend.measuring import front_of
