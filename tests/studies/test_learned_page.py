@@ -9,6 +9,7 @@ from steadyload.methods.naming import MethodKey
 from steadyload.reports.writing import write_page
 from steadyload.runs.costs import CostKind, CostSource
 from steadyload.runs.evaluation import MethodEvaluation
+from steadyload.runs.paper import paper
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.reliability import (
     BINS,
@@ -29,7 +30,6 @@ from steadyload.studies.learned.summary import (
     SizeCurve,
     TrainedRow,
 )
-from steadyload.studies.table5.paper import paper
 
 SCENARIOS = ("S1", "S2a", "S2b")
 PARTS = ("all", *SCENARIOS)

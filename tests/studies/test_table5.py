@@ -24,6 +24,7 @@ from steadyload.runs.comparison import Compared
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.runs.labels import load_labels
+from steadyload.runs.paper import paper
 from steadyload.runs.runner import run_study
 from steadyload.statistics.metrics import mean, share
 from steadyload.statistics.paired import holm
@@ -32,7 +33,6 @@ from steadyload.studies.recommend.measuring import measured_in
 from steadyload.studies.table5 import page as page_module
 from steadyload.studies.table5 import study as table5
 from steadyload.studies.table5.accuracy_sections import time_a_layout, what_rows_are
-from steadyload.studies.table5.paper import paper
 from steadyload.studies.table5.study import Table5Options, judge_table5, time_table5
 from steadyload.studies.table5.summary import (
     JudgedSet,

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from steadyload.methods.naming import MethodKey
 from steadyload.runs.costs import CostSource
 from steadyload.runs.evaluation import ALL, MethodEvaluation
+from steadyload.runs.paper import PaperRow
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.learned.calibration import MethodCalibration
 from steadyload.studies.learned.foreign import Foreign
-from steadyload.studies.table5.paper import PaperRow
 
 Batched = Mapping[int, tuple[float, float]]
 """Layouts at once -> CPU and wall time a layout [ms], medians over the repeats."""

@@ -15,13 +15,13 @@ from steadyload.methods.registry import make_method
 from steadyload.runs.costs import timed_costs
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import evaluate
+from steadyload.runs.paper import paper
 from steadyload.runs.runner import run_study
 from steadyload.runs.timing import timed
 from steadyload.studies.learned.batches import timed_batches
 from steadyload.studies.learned.plan import Plan, TablePlan
 from steadyload.studies.learned.summary import MethodTable
 from steadyload.studies.learned.trainings import Workshop
-from steadyload.studies.table5.paper import paper
 
 PAPER_COLUMNS: Mapping[str, str] = {
     "fbs": "FBS",

@@ -15,6 +15,7 @@ from steadyload.runs.accuracy import accuracy_of_seeds
 from steadyload.runs.comparison import difference
 from steadyload.runs.evaluation import ALL
 from steadyload.runs.labels import item_lists
+from steadyload.runs.paper import paper
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
 from steadyload.studies.replication.methods import (
@@ -33,7 +34,6 @@ from steadyload.studies.replication.study import (
     Rights,
     costs_of,
 )
-from steadyload.studies.table5.paper import paper
 
 ByGroup = Mapping[str, Estimate]
 """Estimates by scenario, and of all."""

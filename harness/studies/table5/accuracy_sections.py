@@ -26,11 +26,11 @@ from steadyload.reports.table import (
 )
 from steadyload.runs.costs import load_explained
 from steadyload.runs.evaluation import ALL, MethodEvaluation
+from steadyload.runs.paper import Paper
 from steadyload.studies import method_sections as column
 from steadyload.studies.method_sections import by_group, cost_chart, terms_explained
 from steadyload.studies.table5.figures import plot_fronts
 from steadyload.studies.table5.label_ceiling import Ceiling
-from steadyload.studies.table5.paper import Paper
 from steadyload.studies.table5.summary import JudgedSet, Table5
 
 _NETWORKS = frozenset({"lstm_1", "lstm_e", "lstm_1-paper", "lstm_e-paper"})

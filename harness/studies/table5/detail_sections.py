@@ -9,6 +9,7 @@ from steadyload.escaping import markdown, printable
 from steadyload.reports.page import Picture, Section
 from steadyload.reports.table import Column, Table, columns_for, compact, percent, words
 from steadyload.runs.evaluation import ALL, MethodEvaluation
+from steadyload.runs.paper import Paper
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies import method_sections as column
 from steadyload.studies.table5.accuracy_sections import share_of_time
@@ -19,7 +20,6 @@ from steadyload.studies.table5.figures import (
     plot_margins,
     plot_sizes,
 )
-from steadyload.studies.table5.paper import Paper
 from steadyload.studies.table5.summary import JudgedSet
 from steadyload.studies.table5.watched import Watch
 

@@ -21,9 +21,9 @@ from steadyload.reports.style import colour, engine_colour, engine_marker, face,
 from steadyload.reports.table import compact
 from steadyload.runs.comparison import Family
 from steadyload.runs.evaluation import ALL
+from steadyload.runs.paper import Paper
 from steadyload.studies.table5.error_places import SizeBin
 from steadyload.studies.table5.label_ceiling import Ceiling
-from steadyload.studies.table5.paper import Paper
 from steadyload.studies.table5.summary import JudgedSet
 
 _GREY = "#7f7f7f"

@@ -33,6 +33,7 @@ from steadyload.runs.evaluation import (
 )
 from steadyload.runs.judged import load_judged, manifest_lines
 from steadyload.runs.labels import load_labels
+from steadyload.runs.paper import Paper, paper
 from steadyload.runs.results import LAYOUTS_FILE, kept_file
 from steadyload.statistics.error_costs import CheapestRange, cheapest_by_ratio
 from steadyload.statistics.estimate import Estimate
@@ -49,7 +50,6 @@ from steadyload.studies.table5.error_places import (
     size_bins,
 )
 from steadyload.studies.table5.label_ceiling import Ceiling, label_ceiling
-from steadyload.studies.table5.paper import Paper, paper
 from steadyload.studies.table5.study import YARDSTICK, Ran, Table5Options
 from steadyload.studies.table5.watched import Watch, watched
 
