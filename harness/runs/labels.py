@@ -27,6 +27,7 @@ from steadyload.layouts.refusals import Refusals
 from steadyload.layouts.scenarios import Scenario
 from steadyload.reading import MAX_TABLE_BYTES, content_of
 from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.provenance import provenance_lines
 from steadyload.runs.results import kept_file
 
 LABELS = pa.schema(
@@ -194,3 +195,19 @@ def labelled_layout(layout: Layout, label: pd.Series) -> Layout:
     """A case's layout as it was judged, from the run folder's layout and the case's label row."""
     offsets = label["offsets"]
     return layout if offsets is None else layout.with_mass_offsets(np.reshape(offsets, (-1, 3)))
+
+
+def made_with(benchmark: Benchmark) -> dict[str, str]:
+    """Provenance of a set, as a page shows it."""
+    manifest, lines = benchmark.manifest, {}
+    for key in ("origin", "seed", "instances", "item_counts", "weights", "label", "source"):
+        if key in manifest:
+            lines[key.replace("_", " ")] = str(manifest[key])
+    stands = manifest.get("stands", {})
+    steps = {step: manifest.get(step) for step in ("built_with", "labelled_with")}
+    steps["stands_labelled_with"] = stands.get("labelled_with")
+    for step, found in steps.items():
+        if found is not None:
+            made = provenance_lines(found)
+            lines |= {f"{step.replace('_', ' ')}: {k}": v for k, v in made.items()}
+    return lines

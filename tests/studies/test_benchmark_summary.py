@@ -14,8 +14,9 @@ from steadyload.layouts.benchmark.tables import (
     write_tables,
 )
 from steadyload.reports.writing import write_page
+from steadyload.runs.labels import made_with
 from steadyload.studies.benchmark.page import benchmark_page
-from steadyload.studies.benchmark.summary import made_with, summarise
+from steadyload.studies.benchmark.summary import summarise
 
 ENSEMBLE = [(Reason.NUMERICAL, "fine"), (Reason.MODEL, "smooth"), (Reason.LIMITS, "strict")]
 MOVES = [f"{what}_{when}" for what in ("corner", "centre", "angle") for when in ("last", "most")]

@@ -37,7 +37,8 @@ class BenchmarkStudy(Study[BenchmarkConfig, Any]):
     ) -> Any:
         """The summary of the set and its provenance."""
         from steadyload.layouts.benchmark import load_benchmark
-        from steadyload.studies.benchmark.summary import made_with, summarise
+        from steadyload.runs.labels import made_with
+        from steadyload.studies.benchmark.summary import summarise
 
         found = load_benchmark(config.directory)
         return summarise(found), made_with(found), found.notes

@@ -13,7 +13,6 @@ from steadyload.layouts.benchmark.confidence import ENSEMBLE, Reason, agrees
 from steadyload.layouts.benchmark.dataset import HELD_OUT, KEYS, SPLITS, Benchmark
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.scenarios import Scenario
-from steadyload.runs.provenance import provenance_lines
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
 from steadyload.studies.benchmark.both_labels import QuestionShares, question_shares
@@ -147,22 +146,6 @@ class BenchmarkSummary:
     firmness: tuple[Firmness, ...]
     judges: tuple[MethodAgreement, ...]
     disputes: tuple[RobustDispute, ...]
-
-
-def made_with(benchmark: Benchmark) -> dict[str, str]:
-    """Provenance of a set, as a page shows it."""
-    manifest, lines = benchmark.manifest, {}
-    for key in ("origin", "seed", "instances", "item_counts", "weights", "label", "source"):
-        if key in manifest:
-            lines[key.replace("_", " ")] = str(manifest[key])
-    stands = manifest.get("stands", {})
-    steps = {step: manifest.get(step) for step in ("built_with", "labelled_with")}
-    steps["stands_labelled_with"] = stands.get("labelled_with")
-    for step, found in steps.items():
-        if found is not None:
-            made = provenance_lines(found)
-            lines |= {f"{step.replace('_', ' ')}: {k}": v for k, v in made.items()}
-    return lines
 
 
 def summarise(benchmark: Benchmark) -> BenchmarkSummary:
