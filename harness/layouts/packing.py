@@ -393,3 +393,25 @@ def _support(items: Sequence[Item], corner: Vector, size: Vector) -> float:
             along_z = min(c + depth, z + size[2]) - max(c, z)
             area += max(0.0, along_x) * max(0.0, along_z)
     return area / (size[0] * size[2])
+
+
+def random_boxes(
+    name: str, count: int, pallet: Pallet, rule: str, *, seed: int, support: float
+) -> Layout:
+    """Boxes with sides of 5 to 25 cm, packed by a rule.
+
+    Args:
+        name: of the layout.
+        count: number of boxes; a larger number starts with the same boxes.
+        pallet: holds them all.
+        rule: a key of :data:`steadyload.layouts.packing.SPACE_RULES`.
+        seed: of their sizes.
+        support: share of every base that is supported, 0 to 1.
+    """
+    random = np.random.default_rng(np.random.SeedSequence(seed))
+    sides = random.integers(5, 26, (20 * count, 3)).tolist()
+    sizes = [(float(a), float(b), float(c)) for a, b, c in sides]
+    layout = pack(name, pallet, sizes, rule, most_items=count, least_support=support)
+    assert layout is not None
+    assert len(layout) == count, "the pallet holds all"
+    return layout

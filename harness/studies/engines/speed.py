@@ -18,7 +18,7 @@ import numpy as np
 
 from steadyload.engines.registry import engines_here, open_world, world_class
 from steadyload.layouts.model import Item, Layout, Pallet
-from steadyload.layouts.packing import pack, random_layouts
+from steadyload.layouts.packing import random_boxes, random_layouts
 from steadyload.methods.method import Status, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.methods.scene import boxes
@@ -99,28 +99,6 @@ def random_pile(count: int) -> Layout:
     """
     pallet = Pallet(140.0, 400.0, 100.0)
     return random_boxes(f"pile-{count}", count, pallet, "bottom-back-left", seed=3, support=0.9)
-
-
-def random_boxes(
-    name: str, count: int, pallet: Pallet, rule: str, *, seed: int, support: float
-) -> Layout:
-    """Boxes with sides of 5 to 25 cm, packed by a rule.
-
-    Args:
-        name: of the layout.
-        count: number of boxes; a larger number starts with the same boxes.
-        pallet: holds them all.
-        rule: a key of :data:`steadyload.layouts.packing.SPACE_RULES`.
-        seed: of their sizes.
-        support: share of every base that is supported, 0 to 1.
-    """
-    random = np.random.default_rng(np.random.SeedSequence(seed))
-    sides = random.integers(5, 26, (20 * count, 3)).tolist()
-    sizes = [(float(a), float(b), float(c)) for a, b, c in sides]
-    layout = pack(name, pallet, sizes, rule, most_items=count, least_support=support)
-    assert layout is not None
-    assert len(layout) == count, "the pallet holds all"
-    return layout
 
 
 def brick_wall(count: int) -> Layout:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.packing import random_boxes
 from steadyload.methods.method import Method
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
@@ -21,7 +22,6 @@ from steadyload.runs.pool import SinglePart
 from steadyload.runs.provenance import key_of, made_by, provenance_lines
 from steadyload.runs.store import kept_records
 from steadyload.statistics.growth import slope
-from steadyload.studies.engines.speed import random_boxes
 from steadyload.studies.study import Progress, silent
 
 COSTED = (

@@ -11,9 +11,9 @@ import numpy as np
 from steadyload.layouts.benchmark.dataset import Part, load_benchmark
 from steadyload.layouts.formats import read_layouts
 from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
+from steadyload.layouts.packing import random_boxes
 from steadyload.layouts.record import shown
 from steadyload.methods.method import Method, Status
-from steadyload.studies.engines.speed import random_boxes
 
 LABELLED = str(Part.VALIDATION)
 """Name of the labelled cases."""
