@@ -79,10 +79,10 @@ class Check(ReadingFlags):
         from steadyload.errors import FailedError
         from steadyload.layouts.frame import Frame
         from steadyload.layouts.question import Question
+        from steadyload.runs.able import asked_question
         from steadyload.runs.envelope_use import score_warnings
         from steadyload.runs.pool import all_cores
         from steadyload.runs.scoring import read_entries
-        from steadyload.studies.able import asked_question
         from steadyload.studies.checking import Answer, check_all
         from steadyload.transport.rules import rule_named
 

@@ -27,8 +27,8 @@ from steadyload.methods.method import (
 )
 from steadyload.methods.registry import make_method
 from steadyload.numbers import number_within, seconds_allowed
+from steadyload.runs.able import asked_question
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
-from steadyload.studies.able import asked_question
 from steadyload.studies.answers import Answer as Answer
 from steadyload.studies.answers import Check as Check
 from steadyload.studies.answers import Reliability

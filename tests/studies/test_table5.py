@@ -20,6 +20,7 @@ from steadyload.methods.naming import method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import parse_spec
 from steadyload.reports.table import names
+from steadyload.runs.able import asked_question
 from steadyload.runs.comparison import Compared
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import ALL, MethodEvaluation
@@ -28,7 +29,6 @@ from steadyload.runs.paper import paper
 from steadyload.runs.runner import run_study
 from steadyload.statistics.metrics import mean, share
 from steadyload.statistics.paired import holm
-from steadyload.studies.able import asked_question
 from steadyload.studies.recommend.measuring import measured_in
 from steadyload.studies.table5 import page as page_module
 from steadyload.studies.table5 import study as table5

@@ -12,12 +12,12 @@ import pandas as pd
 from steadyload.atomic import without_link
 from steadyload.layouts.benchmark.dataset import set_named
 from steadyload.layouts.formats import Format, write_layouts
+from steadyload.runs.able import fixed_step_engines
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.judged import load_judged
 from steadyload.runs.labels import item_lists, labelled_material
 from steadyload.runs.runner import run_study
 from steadyload.statistics.clusters import Clusters
-from steadyload.studies.able import fixed_step_engines
 from steadyload.studies.precision.changes import AS_IT_IS, CHANGES, Change
 from steadyload.studies.study import Progress, silent
 
@@ -67,7 +67,7 @@ def judge_changed(
         progress: called with what is done, rows done and rows in all.
 
     Raises:
-        StudyError: see :func:`steadyload.studies.able.fixed_step_engines`.
+        StudyError: see :func:`steadyload.runs.able.fixed_step_engines`.
         BenchmarkError: no such labelled set.
         ResultsError: a folder holds another study.
     """

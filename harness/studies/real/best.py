@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 from steadyload.layouts.question import Question
 from steadyload.methods.naming import MethodKey
+from steadyload.runs.able import asked_question
 from steadyload.runs.comparison import compared
 from steadyload.runs.judged import JudgedCases
-from steadyload.studies.able import asked_question
 
 
 @dataclass(frozen=True, slots=True)

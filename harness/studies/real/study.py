@@ -19,10 +19,10 @@ from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.question import Question, with_question
 from steadyload.layouts.scenarios import Scenario
 from steadyload.methods.tuned import TUNED, tuned_engines
+from steadyload.runs.able import able_methods
 from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.pool import Executor
 from steadyload.runs.runner import run_study
-from steadyload.studies.able import able_methods
 
 _ONE_ANSWER = (
     "fbs", "sme", "equilibrium", "equilibrium:margin=0.01", "equilibrium:time=0.3", "settling",

@@ -15,6 +15,7 @@ from steadyload.layouts.benchmark import Benchmark, BenchmarkError
 from steadyload.layouts.question import Question
 from steadyload.methods.method import Status
 from steadyload.methods.naming import MethodKey
+from steadyload.runs.able import asked_question
 from steadyload.runs.accuracy import accuracy_of
 from steadyload.runs.costs import CPU, CostKind, CostSource, judging_costs
 from steadyload.runs.evaluation import evaluate
@@ -23,7 +24,6 @@ from steadyload.runs.results import load_results
 from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.growth import exponent
 from steadyload.statistics.metrics import share
-from steadyload.studies.able import asked_question
 from steadyload.studies.real.best import BestMethod, best_method
 from steadyload.studies.real.delivered import Origin, origins
 from steadyload.studies.real.floors import FloorRow, floor_rows

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from steadyload.layouts.question import Question
 from steadyload.methods.spec import SpecError
+from steadyload.runs.able import asked_question
 from steadyload.runs.evaluation import MethodEvaluation, evaluate
 from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
 from steadyload.statistics.metrics import median
-from steadyload.studies.able import asked_question
 from steadyload.studies.real.study import REAL, SIZES, SMALL
 from steadyload.studies.real.summary import bins, judging_times
 from steadyload.studies.recommend.front import Front, FrontError, Measured

@@ -16,13 +16,13 @@ from steadyload.layouts.benchmark.tables import CASES, OPINIONS, write_tables
 from steadyload.layouts.model import Layout
 from steadyload.learners.features import FeatureKind
 from steadyload.learners.options import TrainingOptions
+from steadyload.runs.able import able_methods
 from steadyload.runs.accuracy import verdicts_against_labels
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import evaluate
 from steadyload.runs.judged import JudgedCases, load_judged
 from steadyload.runs.provenance import provenance_lines
 from steadyload.runs.runner import run_study
-from steadyload.studies.able import able_methods
 from steadyload.studies.replication.files import FileOptions, PaperFiles, make_files
 from steadyload.studies.replication.labels import label_files, shipped_labels
 from steadyload.studies.replication.memoriser import Memoriser

@@ -15,13 +15,13 @@ from steadyload.layouts.question import Question, with_question
 from steadyload.methods.method import Status
 from steadyload.methods.registry import METHODS, method_class
 from steadyload.methods.spec import parse_spec
+from steadyload.runs.able import able_methods, asked_question
 from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.labels import labelled_material
 from steadyload.runs.pool import Executor
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.timing import BLOCK, Times, timed
-from steadyload.studies.able import able_methods, asked_question
 
 RULES = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3")
 TUNINGS = ("ps5-literal", "ps3-literal", "ps5", "ps3", "ps_opt-paper", "ps_opt")

@@ -16,10 +16,10 @@ from steadyload.layouts.question import Question
 from steadyload.methods.registry import make_method
 from steadyload.methods.spec import parse_spec
 from steadyload.methods.tuned import TUNED
+from steadyload.runs.able import fixed_step_engines
 from steadyload.runs.pool import Executor, PartLimit, SinglePart
 from steadyload.runs.provenance import key_of, made_by
 from steadyload.runs.store import JSON, Store, locked
-from steadyload.studies.able import fixed_step_engines
 from steadyload.studies.recommend.front import best, front_for
 from steadyload.studies.recommend.kept import load_fronts
 from steadyload.studies.study import Progress, silent
