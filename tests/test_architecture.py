@@ -46,12 +46,13 @@ ALLOWED = {
     "tuning": {"tuning", *_RUNS},
     "properties": {"properties", *_RUNS},
     "learners": {"learners", "compilation", *_RUNS},
-    "studies": {"studies", "reports", *_LIBRARIES},
-    "cli": {"cli", "studies", "reports", *_LIBRARIES},
+    "app": {"app", "reports", "transport", *_RUNS},
+    "studies": {"studies", "app", "reports", *_LIBRARIES},
+    "cli": {"cli", "studies", "app", "reports", *_LIBRARIES},
 }
 
 SHOWING = ("page", "figures", "section", "sections")
-"""Endings of the modules of a study that show something: only these may import the kit.
+"""Endings of the modules of studies and app that show something: only these may import the kit.
 Rows are declared with their columns, by whatever computes them."""
 
 UPWARD = {
@@ -107,7 +108,7 @@ def faults(root):
             if floor(target) not in ALLOWED[floor(name)]:
                 yield f"{name} imports {target}"
             shown = floor(target) == "reports" and target != "reports.columns"
-            if floor(name) == "studies" and shown and not shows(name):
+            if floor(name) in ("studies", "app") and shown and not shows(name):
                 yield f"{name} computes, and imports {target}"
     yield from circles({name: targets - {name} for name, targets in arrows.items() if name})
 
@@ -159,8 +160,8 @@ def test_imports_point_down_and_there_is_no_circle():
          "runs.labels imports studies.viewing"),
         ("reports/table.py", "from steadyload.layouts.model import Layout",
          "reports.table imports layouts.model"),
-        ("harness/studies/recommend/front.py", "from steadyload.reports.table import percent",
-         "studies.recommend.front computes, and imports reports.table"),
+        ("harness/app/recommend/front.py", "from steadyload.reports.table import percent",
+         "app.recommend.front computes, and imports reports.table"),
         ("engines/errors.py", "if TYPE_CHECKING:\n    from steadyload.engines.world import World",
          "engines.errors is part of a circle"),
     ],

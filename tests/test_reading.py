@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from steadyload.app.recommend.kept import load_fronts
 from steadyload.cli.config_file import read_config
 from steadyload.config import ConfigError
 from steadyload.errors import UserError
@@ -34,7 +35,6 @@ from steadyload.runs.store import JSON, Store, checksum_of
 from steadyload.runs.timing import kept_load
 from steadyload.stored import stored_list, stored_object
 from steadyload.studies.learned.plan_file import load_plan
-from steadyload.studies.recommend.kept import load_fronts
 from steadyload.transport.history import recorded
 from steadyload.transport.rules import rule_named
 from steadyload.tuning.cost import stored_model

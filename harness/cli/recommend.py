@@ -11,8 +11,8 @@ from steadyload.cli.terminal import print_table, say
 from steadyload.config import option
 
 if TYPE_CHECKING:
+    from steadyload.app.recommend.front import Front, Measured
     from steadyload.layouts.question import Question
-    from steadyload.studies.recommend.front import Front, Measured
 
 
 @dataclass(frozen=True)
@@ -53,11 +53,11 @@ class Recommend:
 
     def run(self) -> None:
         """Print the method, and those from which it was chosen."""
-        from steadyload.studies.recommend.front import FrontError, described, front_for, recommend
-        from steadyload.studies.recommend.kept import load_fronts
+        from steadyload.app.recommend.front import FrontError, described, front_for, recommend
+        from steadyload.app.recommend.kept import load_fronts
 
         if self.run_folder is not None:
-            from steadyload.studies.recommend.measuring import measured_in
+            from steadyload.studies.real.fronts import measured_in
 
             fronts = measured_in(self.run_folder)
         elif self.write:
@@ -89,7 +89,7 @@ class Recommend:
         return Question(self.question or Question.STANDS)
 
     def _keep(self, fronts: tuple[Front, ...]) -> None:
-        from steadyload.studies.recommend.kept import FILE, load_fronts, merged, write_fronts
+        from steadyload.app.recommend.kept import FILE, load_fronts, merged, write_fronts
 
         kept = merged(load_fronts(FILE) if FILE.exists() else (), fronts)
         print(write_fronts(kept, FILE))
@@ -98,7 +98,7 @@ class Recommend:
                 say(f"Not kept, since another study has more cases: {front.measured_on()}")
 
     def _table(self, front: Front, chosen: Measured) -> None:
-        from steadyload.studies.recommend.front import best
+        from steadyload.app.recommend.front import best
 
         if self.overestimation_costs is not None:
             self._table_of_errors(front, chosen, self.overestimation_costs)
@@ -119,7 +119,7 @@ class Recommend:
         )
 
     def _table_of_errors(self, front: Front, chosen: Measured, ratio: float) -> None:
-        from steadyload.studies.recommend.front import best, error_cost
+        from steadyload.app.recommend.front import best, error_cost
 
         rows = []
         shown = best(front.measured, self.engine, ratio)
@@ -143,7 +143,7 @@ class Recommend:
         print_table(header, rows)
 
     def _remarks(self, front: Front, chosen: Measured, fronts: tuple[Front, ...]) -> None:
-        from steadyload.studies.recommend.front import sizes_of
+        from steadyload.app.recommend.front import sizes_of
 
         others = [f for f in fronts if f.question == front.question and f.sizes != front.sizes]
         if self.boxes is None and others:

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
+from steadyload.app.recommend.front import Front, FrontError, front_for
+from steadyload.app.recommend.kept import load_fronts
 from steadyload.bearing import Crushed, first_crushed
 from steadyload.errors import UserError
 from steadyload.layouts.footing import gaps, largest
@@ -34,8 +36,6 @@ from steadyload.studies.answers import Check as Check
 from steadyload.studies.answers import Reliability
 from steadyload.studies.check_defaults import DEFAULT_METHOD, GAPS_CM
 from steadyload.studies.faults import footing_at_fault, reason_of
-from steadyload.studies.recommend.front import Front, FrontError, front_for
-from steadyload.studies.recommend.kept import load_fronts
 from steadyload.transport.rules import Rule, rule_named
 from steadyload.transport.trials import answer_rule
 

@@ -4,6 +4,7 @@ import re
 
 import pytest
 
+from steadyload.app.recommend.kept import SPATIAL
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.reports.page import Page, Section
 from steadyload.reports.writing import write_page
@@ -14,7 +15,7 @@ from steadyload.runs.runner import run_study
 from steadyload.studies.comparison.page import study_page
 from steadyload.studies.comparison.summary import compare
 from steadyload.studies.table5.page import table5_page
-from steadyload.studies.table5.study import SPATIAL, Table5Options, judge_table5, time_table5
+from steadyload.studies.table5.study import Table5Options, judge_table5, time_table5
 from steadyload.studies.table5.summary import summarise
 
 METHODS = ("fbs", "pbs0.5", "sme", "equilibrium", "ps3@mujoco")

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import steadyload as sl
+from steadyload.app.recommend.kept import load_fronts
 from steadyload.cli import main
 from steadyload.layouts.benchmark import REAL, load_benchmark
 from steadyload.layouts.formats import Format, write_layouts
@@ -23,7 +24,6 @@ from steadyload.studies.check_defaults import DEFAULT_METHOD
 from steadyload.studies.checking import check, check_all, reliability
 from steadyload.studies.demo import demo_pallets
 from steadyload.studies.faults import reason_of
-from steadyload.studies.recommend.kept import load_fronts
 from steadyload.transport.rules import Rule
 
 PALLET = Pallet(120, 150, 80)

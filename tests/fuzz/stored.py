@@ -5,14 +5,14 @@ from dataclasses import asdict
 
 import numpy as np
 
+from steadyload.app.recommend.kept import FILE as FRONTS
+from steadyload.app.recommend.kept import load_fronts
 from steadyload.atomic import manifest_text
 from steadyload.learners.generation import GenerationOptions
 from steadyload.learners.generation import _claim as claim
 from steadyload.methods.tuned import FILE as TUNED
 from steadyload.methods.tuned import _read as read_tuned
 from steadyload.stored import stored_list
-from steadyload.studies.recommend.kept import FILE as FRONTS
-from steadyload.studies.recommend.kept import load_fronts
 from steadyload.tuning.cost import TERMS, CostModel, stored_model
 from steadyload.tuning.ledger import Entry, GenerationEnd, Ledger
 from steadyload.tuning.trial import TrialResult

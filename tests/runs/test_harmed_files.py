@@ -8,6 +8,7 @@ import re
 import numpy as np
 import pytest
 
+from steadyload.app.recommend.kept import load_fronts, write_fronts
 from steadyload.atomic import manifest_text
 from steadyload.errors import UserError
 from steadyload.learners.generation import GenerationOptions
@@ -24,7 +25,6 @@ from steadyload.methods.thresholds import (
 from steadyload.runs.store import JSON, DamagedError, Store
 from steadyload.runs.timing import kept_load
 from steadyload.stored import store_list, stored_list
-from steadyload.studies.recommend.kept import load_fronts, write_fronts
 from steadyload.tuning.cost import TERMS, CostModel, stored_model
 from steadyload.tuning.ledger import Entry, GenerationEnd, Ledger
 from steadyload.tuning.trial import TrialResult

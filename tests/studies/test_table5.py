@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from steadyload.app.recommend.kept import SPATIAL
 from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.question import Question
@@ -29,7 +30,7 @@ from steadyload.runs.paper import paper
 from steadyload.runs.runner import run_study
 from steadyload.statistics.metrics import mean, share
 from steadyload.statistics.paired import holm
-from steadyload.studies.recommend.measuring import measured_in
+from steadyload.studies.real.fronts import measured_in
 from steadyload.studies.table5 import page as page_module
 from steadyload.studies.table5 import study as table5
 from steadyload.studies.table5.accuracy_sections import time_a_layout, what_rows_are
@@ -268,7 +269,7 @@ def test_the_table_is_made_on_another_set(tmp_path):
     words = ["table5", "-m", "fbs", "-m", "sme", "--directory", "lists", "--limit", "2"]
     words += ["--timed", "1", "--repeats", "1", "-j", "1", "--work", str(tmp_path / "work")]
     assert main([*words, "-o", str(tmp_path / "page")]) == 0
-    judged = load_labels(tmp_path / "work" / table5.SPATIAL)
+    judged = load_labels(tmp_path / "work" / SPATIAL)
     assert judged.index.tolist() == list(zip(lists["layout"], lists["scenario"], strict=True))
     text = (tmp_path / "page" / "report.md").read_text()
     assert "2 methods on 6 cases of part `lists test` of the labelled set" in text

@@ -4,14 +4,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from steadyload.app.recommend.front import front_for
+from steadyload.app.recommend.kept import load_fronts
 from steadyload.layouts.benchmark import REAL
 from steadyload.layouts.benchmark.dataset import LISTS
 from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.layouts.question import Question
 from steadyload.reports.writing import write_page
 from steadyload.runs.definition import StudyError
-from steadyload.studies.recommend.front import front_for
-from steadyload.studies.recommend.kept import load_fronts
 from steadyload.studies.transport.page import transport_page
 from steadyload.studies.transport.study import (
     REFERENCE,

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from steadyload.app.recommend.front import SIZES
 from steadyload.atomic import without_link
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
 from steadyload.layouts.benchmark.dataset import set_named
@@ -54,8 +55,6 @@ FLOORS: Mapping[str, tuple[FloorKind, float]] = {
 }
 """Floor, and vertical gaps that are closed [cm]."""
 
-SIZES = (37, 62, 87, 125, 150)
-"""Largest numbers of boxes of the bins; they are about 25, 50, 75, 100 and 150."""
 
 PART = "test"
 """Part of the labelled sets; nothing was tuned, trained or fitted on it."""

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from steadyload.app.recommend.kept import SPATIAL
 from steadyload.engines.registry import EngineNotInstalledError, capabilities, engines_here
 from steadyload.layouts.benchmark.dataset import KEYS, PLANAR, set_named
 from steadyload.layouts.question import Question, with_question
@@ -81,8 +82,6 @@ YARDSTICK = "ps3@mujoco"
 PART = "test"
 """Part of the labelled set; nothing was tuned, trained or fitted on it."""
 
-SPATIAL = "spatial"
-"""The folder in the work folder that holds the rows of 3-D methods."""
 
 _SHARD_SIZE = 60
 

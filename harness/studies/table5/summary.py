@@ -13,6 +13,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from steadyload.app.recommend.front import Front, Measured, on_front
+from steadyload.app.recommend.kept import NAME, load_fronts, merged, write_fronts
+from steadyload.app.recommend.measured import front_of
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.question import Question
@@ -37,9 +40,6 @@ from steadyload.runs.paper import Paper, paper
 from steadyload.runs.results import LAYOUTS_FILE, kept_file
 from steadyload.statistics.error_costs import CheapestRange, cheapest_by_ratio
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.recommend.front import Front, Measured, on_front
-from steadyload.studies.recommend.kept import NAME, load_fronts, merged, write_fronts
-from steadyload.studies.recommend.measuring import front_of
 from steadyload.studies.sensitivity.summary import Sensitivity
 from steadyload.studies.table5.error_places import (
     ClassBin,

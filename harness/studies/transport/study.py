@@ -9,6 +9,8 @@ from typing import Any
 
 import pandas as pd
 
+from steadyload.app.recommend.front import best, front_for
+from steadyload.app.recommend.kept import load_fronts
 from steadyload.layouts.benchmark import REAL, Part, load_benchmark
 from steadyload.layouts.benchmark.dataset import LISTS
 from steadyload.layouts.model import Layout
@@ -20,8 +22,6 @@ from steadyload.runs.able import fixed_step_engines
 from steadyload.runs.pool import Executor, PartLimit, SinglePart
 from steadyload.runs.provenance import key_of, made_by
 from steadyload.runs.store import JSON, Store, locked
-from steadyload.studies.recommend.front import best, front_for
-from steadyload.studies.recommend.kept import load_fronts
 from steadyload.studies.study import Progress, silent
 from steadyload.transport.limits import EXACT, VERSION, Limit, around, limits
 from steadyload.transport.whole_load import whole_load_limit

@@ -9,18 +9,21 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from steadyload.app.recommend.front import SIZES, Front, FrontError, Measured
 from steadyload.atomic import manifest_text, verified_manifest, write_atomically
 from steadyload.layouts.question import Question
 from steadyload.reading import MAX_STORED_BYTES, TooLargeError, content_of, json_of
 from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.real.study import SIZES
-from steadyload.studies.recommend.front import Front, FrontError, Measured
+
+SPATIAL = "spatial"
+"""The folder in the work folder that holds the rows of 3-D methods."""
+
 
 NAME = "fronts.json"
 """The file in a work folder that holds its fronts, where there was a timing pass."""
 
-FILE = Path(str(resources.files("steadyload.studies.recommend"))) / NAME
+FILE = Path(str(resources.files("steadyload.app.recommend"))) / NAME
 """The measurements that come with the package."""
 
 _TEXTS = ("part", "study", "times")

@@ -13,6 +13,10 @@ from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.front import undominated
 
+SIZES = (37, 62, 87, 125, 150)
+"""Largest numbers of boxes of the bins; they are about 25, 50, 75, 100 and 150."""
+
+
 if TYPE_CHECKING:
     from steadyload.runs.evaluation import MethodEvaluation
 

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+from steadyload.app.recommend.front import SIZES, Front, FrontError
+from steadyload.app.recommend.kept import NAME, SPATIAL, load_fronts
+from steadyload.app.recommend.measured import front_of
 from steadyload.layouts.question import Question
-from steadyload.methods.spec import SpecError
-from steadyload.runs.able import asked_question
-from steadyload.runs.evaluation import MethodEvaluation, evaluate
-from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
+from steadyload.runs.evaluation import evaluate
+from steadyload.runs.judged import load_judged, manifest_lines
 from steadyload.statistics.metrics import median
-from steadyload.studies.real.study import REAL, SIZES, SMALL
+from steadyload.studies.real.study import REAL, SMALL
 from steadyload.studies.real.summary import bins, judging_times
-from steadyload.studies.recommend.front import Front, FrontError, Measured
-from steadyload.studies.recommend.kept import NAME, load_fronts
-from steadyload.studies.table5.study import SPATIAL
 
 
 def measured_in(run: str | Path) -> tuple[Front, ...]:
@@ -68,53 +66,3 @@ def _fronts(folder: Path, *, medians: bool) -> Iterator[Front]:
                 )
                 times = f"median of judging, given up after {limit:g} s"
             yield front_of(asked, question, rows, times, manifest_lines(judged))
-
-
-def front_of(
-    judged: JudgedCases,
-    question: Question,
-    rows: Iterable[MethodEvaluation],
-    times: str,
-    about: Mapping[str, str],
-) -> Front:
-    """The front of methods that were evaluated on the same cases.
-
-    Args:
-        judged: the cases, with labels of the question.
-        question: methods that were made for another one do not take part.
-        rows: the methods; one that came to no verdict on any case is left out with that reason,
-            like one without times or from another installation.
-        times: the kind of their CPU times, in words.
-        about: provenance.
-    """
-    labels, named = judged.labels, judged.manifest["labels"]
-    assert labels is not None, "the study is on a labelled set"
-    measured, left_out = [], {}
-    for row in rows:
-        spec, entry = row.method.spec, Measured.of(row)
-        try:
-            made_for = asked_question(spec)
-        except SpecError as error:
-            left_out[spec] = str(error)
-            continue
-        if made_for not in (None, question):
-            continue
-        if entry.without_verdict == len(labels):
-            left_out[spec] = f"no verdict on any of {len(labels)} cases"
-        elif not entry.cpu.n:
-            left_out[spec] = "not timed"
-        else:
-            measured.append(entry)
-    return Front(
-        measured=tuple(measured),
-        question=question,
-        fewest=int(labels["item_count"].min()),
-        most=int(labels["item_count"].max()),
-        part=f"{named['part']} of the set {named['set']}" if "set" in named else named["part"],
-        cases=len(labels),
-        item_lists=labels["instance"].nunique(),
-        study=judged.manifest["study"]["name"],
-        times=times,
-        about=about,
-        left_out=left_out,
-    )

@@ -10,6 +10,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from steadyload.app.recommend import kept
+from steadyload.app.recommend.front import (
+    Front,
+    FrontError,
+    Measured,
+    best,
+    front_for,
+    recommend,
+)
+from steadyload.app.recommend.kept import load_fronts, merged, write_fronts
 from steadyload.atomic import manifest_text, verified_manifest
 from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
@@ -21,18 +31,8 @@ from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
 from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import Estimate
+from steadyload.studies.real.fronts import measured_in
 from steadyload.studies.real.study import RealStudyOptions, judge_real
-from steadyload.studies.recommend import kept
-from steadyload.studies.recommend.front import (
-    Front,
-    FrontError,
-    Measured,
-    best,
-    front_for,
-    recommend,
-)
-from steadyload.studies.recommend.kept import load_fronts, merged, write_fronts
-from steadyload.studies.recommend.measuring import measured_in
 
 WITHIN, STANDS = Question.WITHIN, Question.STANDS
 
@@ -69,9 +69,7 @@ def test_the_command_recommends_what_is_installed(front, tmp_path, monkeypatch, 
     asked = ["recommend", "--from", str(file.parent), "--accuracy", "99%"]
     assert main(asked) == 0
     assert capsys.readouterr().out.startswith("best@dart is right in 99.5 %")
-    monkeypatch.setattr(
-        "steadyload.studies.recommend.front.engines_here", lambda: ("bullet", "mujoco")
-    )
+    monkeypatch.setattr("steadyload.app.recommend.front.engines_here", lambda: ("bullet", "mujoco"))
     assert main(asked) == 0
     told = capsys.readouterr()
     assert told.out.startswith("ps@mujoco is right in 99.0 %")

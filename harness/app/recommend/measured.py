@@ -1,0 +1,62 @@
+"""The front of methods that were evaluated on the same cases."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from steadyload.app.recommend.front import Front, Measured
+from steadyload.layouts.question import Question
+from steadyload.methods.spec import SpecError
+from steadyload.runs.able import asked_question
+from steadyload.runs.evaluation import MethodEvaluation
+from steadyload.runs.judged import JudgedCases
+
+
+def front_of(
+    judged: JudgedCases,
+    question: Question,
+    rows: Iterable[MethodEvaluation],
+    times: str,
+    about: Mapping[str, str],
+) -> Front:
+    """The front of methods that were evaluated on the same cases.
+
+    Args:
+        judged: the cases, with labels of the question.
+        question: methods that were made for another one do not take part.
+        rows: the methods; one that came to no verdict on any case is left out with that reason,
+            like one without times or from another installation.
+        times: the kind of their CPU times, in words.
+        about: provenance.
+    """
+    labels, named = judged.labels, judged.manifest["labels"]
+    assert labels is not None, "the study is on a labelled set"
+    measured, left_out = [], {}
+    for row in rows:
+        spec, entry = row.method.spec, Measured.of(row)
+        try:
+            made_for = asked_question(spec)
+        except SpecError as error:
+            left_out[spec] = str(error)
+            continue
+        if made_for not in (None, question):
+            continue
+        if entry.without_verdict == len(labels):
+            left_out[spec] = f"no verdict on any of {len(labels)} cases"
+        elif not entry.cpu.n:
+            left_out[spec] = "not timed"
+        else:
+            measured.append(entry)
+    return Front(
+        measured=tuple(measured),
+        question=question,
+        fewest=int(labels["item_count"].min()),
+        most=int(labels["item_count"].max()),
+        part=f"{named['part']} of the set {named['set']}" if "set" in named else named["part"],
+        cases=len(labels),
+        item_lists=labels["instance"].nunique(),
+        study=judged.manifest["study"]["name"],
+        times=times,
+        about=about,
+        left_out=left_out,
+    )
