@@ -81,8 +81,8 @@ PACKAGES = (
     "learners",
     "properties",
     "gym",
-    "studies.checking",
-    "studies.viewing",
+    "app.checking",
+    "app.viewing",
 )
 """Packages and modules below ``steadyload`` of which every module has a page of API."""
 

@@ -19,6 +19,8 @@ if __name__ != "steadyload":
 
 TYPE_CHECKING = False  # that of typing: nothing is imported, see steadyload.cli.interrupts
 if TYPE_CHECKING:
+    from steadyload.app.checking import check as check
+    from steadyload.app.viewing import write_view as view
     from steadyload.layouts.batch import LayoutBatch as LayoutBatch
     from steadyload.layouts.batch_files import read_batch as read_batch
     from steadyload.layouts.benchmark import load_benchmark as load_benchmark
@@ -38,8 +40,6 @@ if TYPE_CHECKING:
     from steadyload.methods.session import LoadingSession as LoadingSession
     from steadyload.runs.results import load_results as load_results
     from steadyload.runs.scoring import score_layouts as score
-    from steadyload.studies.checking import check as check
-    from steadyload.studies.viewing import write_view as view
 
     __version__: str
 
@@ -51,7 +51,7 @@ _PUBLIC = {
     "LoadingSession": "steadyload.methods.session:LoadingSession",
     "Pallet": "steadyload.layouts.model:Pallet",
     "Verdict": "steadyload.methods.method:Verdict",
-    "check": "steadyload.studies.checking:check",
+    "check": "steadyload.app.checking:check",
     "from_packingsolver": "steadyload.layouts.packers.with_packingsolver:from_packingsolver",
     "from_packvium": "steadyload.layouts.packers.with_packvium:from_packvium",
     "from_py3dbp": "steadyload.layouts.packers.with_py3dbp:from_py3dbp",
@@ -62,7 +62,7 @@ _PUBLIC = {
     "read": "steadyload.layouts.formats:read_layouts",
     "read_batch": "steadyload.layouts.batch_files:read_batch",
     "score": "steadyload.runs.scoring:score_layouts",
-    "view": "steadyload.studies.viewing:write_view",
+    "view": "steadyload.app.viewing:write_view",
 }
 """Public name -> ``"module:name"`` of what it stands for."""
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import importlib
 
-_DRAWN_BY = "steadyload.studies.notebook_figures:notebook_html"
+_DRAWN_BY = "steadyload.app.notebook_figures:notebook_html"
 
 
 class ShownInNotebook:

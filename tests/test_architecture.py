@@ -114,7 +114,7 @@ def faults(root):
 
 
 def shows(name):
-    return name.endswith(SHOWING) or name in ("studies.viewing", "studies.kit")
+    return name.endswith(SHOWING) or name in ("app.viewing", "studies.kit")
 
 
 def circles(arrows):
@@ -156,8 +156,8 @@ def test_imports_point_down_and_there_is_no_circle():
 @pytest.mark.parametrize(
     ("file", "line", "fault"),
     [
-        ("harness/runs/labels.py", "import steadyload.studies.viewing",
-         "runs.labels imports studies.viewing"),
+        ("harness/runs/labels.py", "import steadyload.app.viewing",
+         "runs.labels imports app.viewing"),
         ("reports/table.py", "from steadyload.layouts.model import Layout",
          "reports.table imports layouts.model"),
         ("harness/app/recommend/front.py", "from steadyload.reports.table import percent",

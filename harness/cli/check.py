@@ -11,16 +11,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from steadyload.app.check_defaults import DEFAULT_METHOD
 from steadyload.cli.fail_on import ANY, WORDS, FailOn, fail_on
 from steadyload.cli.flags import UsageError
 from steadyload.cli.reading import ReadingFlags
 from steadyload.cli.terminal import file_names, kept_status, print_table, progress_bar, say
 from steadyload.config import REQUIRED, operand, option, positive_number
 from steadyload.escaping import printable
-from steadyload.studies.check_defaults import DEFAULT_METHOD
 
 if TYPE_CHECKING:
-    from steadyload.studies.checking import Check as Checked
+    from steadyload.app.checking import Check as Checked
 
 STANDS, FAILS, BAD_INPUT, NOT_JUDGED = 0, 1, 2, 3
 """Exit statuses; of several the worse one: bad input, then a load that fails."""
@@ -76,6 +76,7 @@ class Check(ReadingFlags):
 
     def run(self) -> int:
         """Judge all pallets and print a row each; the exit status tells the worst answer."""
+        from steadyload.app.checking import Answer, check_all
         from steadyload.errors import FailedError
         from steadyload.layouts.frame import Frame
         from steadyload.layouts.question import Question
@@ -83,7 +84,6 @@ class Check(ReadingFlags):
         from steadyload.runs.envelope_use import score_warnings
         from steadyload.runs.pool import all_cores
         from steadyload.runs.scoring import read_entries
-        from steadyload.studies.checking import Answer, check_all
         from steadyload.transport.rules import rule_named
 
         method, reading = self.method, self.reading()
@@ -110,7 +110,7 @@ class Check(ReadingFlags):
         with kept_status():
             self._print(found)
         if self.html is not None:
-            from steadyload.studies.checked_page import write_checked
+            from steadyload.app.checked_page import write_checked
 
             with progress_bar("drawing") as advance:
                 page = write_checked(
@@ -121,7 +121,7 @@ class Check(ReadingFlags):
         return self._status(found)
 
     def _print(self, found: Sequence[Checked]) -> None:
-        from steadyload.studies.answers import Answer, on_the_road, too_far
+        from steadyload.app.answers import Answer, on_the_road, too_far
 
         if self.json:
             print(json.dumps([one.to_dict() for one in found], indent=1))
@@ -150,7 +150,7 @@ class Check(ReadingFlags):
                 print("On the road: rigid boxes, without wrap, straps or anti-slip mats.")
 
     def _status(self, found: Sequence[Checked]) -> int:
-        from steadyload.studies.checking import Answer
+        from steadyload.app.checking import Answer
 
         answers = {one.answer for one in found}
         held = {one.transport.held for one in found if one.transport is not None}
@@ -200,7 +200,7 @@ def _on_the_road(one: Checked) -> str:
 
 def _counts(found: Sequence[Checked]) -> str:
     """The last line: how many stand, fail and have no answer, and who said so."""
-    from steadyload.studies.checking import Answer
+    from steadyload.app.checking import Answer
 
     numbers = Counter(one.answer for one in found)
     airy = sum(one.answer is Answer.STANDS and one.gaps > 0 for one in found)

@@ -24,12 +24,12 @@ class Demo:
 
     def run(self) -> int:
         """Write the pallets, check them, and open their page where somebody looks."""
+        from steadyload.app.checked_page import PAGE
+        from steadyload.app.demo import demo_pallets
         from steadyload.atomic import without_link
         from steadyload.layouts.formats import Format, write_layouts
         from steadyload.layouts.writers import as_native
         from steadyload.reading import MAX_STORED_BYTES, content_of
-        from steadyload.studies.checked_page import PAGE
-        from steadyload.studies.demo import demo_pallets
 
         self.output.mkdir(parents=True, exist_ok=True)
         file, pallets = self.output / "pallets.json", demo_pallets()

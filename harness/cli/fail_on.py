@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from steadyload.app.check_defaults import GAPS_CM
 from steadyload.config import number_from_zero
-from steadyload.studies.check_defaults import GAPS_CM
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
+from steadyload.app.check_defaults import DEFAULT_METHOD
 from steadyload.cli.flags import UsageError
 from steadyload.cli.reading import SOME_REFUSED, ReadingFlags, Strict
 from steadyload.cli.terminal import print_table, progress_bar, say
 from steadyload.config import REQUIRED, methods_option, operand, option, positive_number
-from steadyload.studies.check_defaults import DEFAULT_METHOD
 
 
 @dataclass(frozen=True, kw_only=True)

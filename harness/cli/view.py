@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from steadyload.app.check_defaults import DEFAULT_METHOD
 from steadyload.cli.flags import UsageError
 from steadyload.cli.reading import SOME_REFUSED, ReadingFlags, check_output
 from steadyload.cli.terminal import say, status_line
 from steadyload.config import REQUIRED, number_from_zero, operand, option
-from steadyload.studies.check_defaults import DEFAULT_METHOD
 
 _RIDDEN = "label@mujoco"
 """The simulation that a load rides in unless another is named."""
@@ -47,18 +47,18 @@ class View(ReadingFlags):
 
     def run(self) -> int:
         """Write the page; the exit status tells whether some layouts were refused."""
-        from steadyload.layouts.frame import Frame
-        from steadyload.layouts.model import Layout
-        from steadyload.layouts.record import Refused
-        from steadyload.layouts.refusals import Refusals
-        from steadyload.methods.recording import record_loading
-        from steadyload.studies.viewing import (
+        from steadyload.app.viewing import (
             Recorder,
             pick_layouts,
             riding,
             write_view,
             write_views,
         )
+        from steadyload.layouts.frame import Frame
+        from steadyload.layouts.model import Layout
+        from steadyload.layouts.record import Refused
+        from steadyload.layouts.refusals import Refusals
+        from steadyload.methods.recording import record_loading
 
         check_output(self.output, [self.file])
         record: Recorder = record_loading

@@ -78,7 +78,7 @@ def study_warnings(use: EnvelopeUse) -> list[str]:
 class ScoreWarnings:
     """Counts records with ``method``, ``layout``, ``outside`` and ``doubt``, one after the other.
 
-    As :func:`steadyload.runs.scoring.score_layouts` and :func:`steadyload.studies.checking.check`
+    As :func:`steadyload.runs.scoring.score_layouts` and :func:`steadyload.app.checking.check`
     give them.
     """
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import pandas as pd
 
+from steadyload.app.viewing import view_of
 from steadyload.layouts.model import Layout
 from steadyload.methods.recording import record_plan
 from steadyload.methods.verdict import Verdict
@@ -16,7 +17,6 @@ from steadyload.reports.viewer.page import MARKS, player_html
 from steadyload.runs.agreement import AgreementMatrix
 from steadyload.runs.answers import Answers
 from steadyload.runs.provenance import provenance_lines
-from steadyload.studies.viewing import view_of
 
 
 def agreement_picture(matrix: AgreementMatrix, more: str = "") -> Picture:

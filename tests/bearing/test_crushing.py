@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from steadyload import time_limit
+from steadyload.app.checking import Answer, check
 from steadyload.bearing import crushing, first_crushed, forces
 from steadyload.bearing.forces import Statics
 from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.methods import stopwatch
 from steadyload.methods.method import Status
 from steadyload.methods.session import LoadingSession
-from steadyload.studies.checking import Answer, check
 
 
 def columns(count, *, limited, most):

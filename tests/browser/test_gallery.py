@@ -5,12 +5,12 @@ import re
 import pytest
 
 import steadyload as sl
+from steadyload.app.checked_page import write_checked
+from steadyload.app.checking import Answer, check_all
+from steadyload.app.viewing import pick_layouts, write_views
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.runs.scoring import read_entries
-from steadyload.studies.checked_page import write_checked
-from steadyload.studies.checking import Answer, check_all
-from steadyload.studies.viewing import pick_layouts, write_views
 
 PALLET = Pallet(100, 60, 100)
 

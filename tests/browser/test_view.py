@@ -8,12 +8,12 @@ import matplotlib.image
 import numpy as np
 import pytest
 
+from steadyload.app.viewing import riding, write_view
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.frame import Frame
 from steadyload.layouts.model import replace_items
 from steadyload.methods.registry import make_method
 from steadyload.reports.viewer import three_js
-from steadyload.studies.viewing import riding, write_view
 
 BOXES = "player.panes[{}].stage.boxes"
 FAILING = 2

@@ -11,6 +11,11 @@ from pathlib import Path
 import pytest
 
 import steadyload as sl
+from steadyload.app import checking, demo
+from steadyload.app.check_defaults import DEFAULT_METHOD
+from steadyload.app.checking import check, check_all, reliability
+from steadyload.app.demo import demo_pallets
+from steadyload.app.faults import reason_of
 from steadyload.app.recommend.kept import load_fronts
 from steadyload.cli import main
 from steadyload.layouts.benchmark import REAL, load_benchmark
@@ -19,11 +24,6 @@ from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.methods.method import Verdict
 from steadyload.methods.registry import make_method
 from steadyload.runs.scoring import read_entries
-from steadyload.studies import checking, demo
-from steadyload.studies.check_defaults import DEFAULT_METHOD
-from steadyload.studies.checking import check, check_all, reliability
-from steadyload.studies.demo import demo_pallets
-from steadyload.studies.faults import reason_of
 from steadyload.transport.rules import Rule
 
 PALLET = Pallet(120, 150, 80)

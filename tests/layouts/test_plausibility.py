@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from steadyload.app.viewing import pick_layouts
 from steadyload.cli import main
 from steadyload.layouts.batch_files import read_batch
 from steadyload.layouts.benchmark.dataset import SETS, load_benchmark
@@ -12,7 +13,6 @@ from steadyload.layouts.dialect import Dialect
 from steadyload.layouts.formats import scan_layouts
 from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.layouts.plausibility import implausible
-from steadyload.studies.viewing import pick_layouts
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 HEADER = "layout,pallet_width,pallet_height,pallet_depth,sequence,x,y,z,width,height,depth,weight"

@@ -6,10 +6,10 @@ import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
+from steadyload.app.viewing import write_view
 from steadyload.atomic import not_a_link, without_link
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.studies.table5.summary import Table5
-from steadyload.studies.viewing import write_view
 
 FOLDER = "views"
 
@@ -31,7 +31,7 @@ def with_views(
 
     Raises:
         BenchmarkError: the labelled set cannot be read any more.
-        as :func:`steadyload.studies.viewing.write_view`.
+        as :func:`steadyload.app.viewing.write_view`.
     """
     own = found.spatial
     watched = list(own.watched)

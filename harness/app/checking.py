@@ -7,6 +7,11 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
+from steadyload.app.answers import Answer as Answer
+from steadyload.app.answers import Check as Check
+from steadyload.app.answers import Reliability
+from steadyload.app.check_defaults import DEFAULT_METHOD, GAPS_CM
+from steadyload.app.faults import footing_at_fault, reason_of
 from steadyload.app.recommend.front import Front, FrontError, front_for
 from steadyload.app.recommend.kept import load_fronts
 from steadyload.bearing import Crushed, first_crushed
@@ -31,11 +36,6 @@ from steadyload.methods.registry import make_method
 from steadyload.numbers import number_within, seconds_allowed
 from steadyload.runs.able import asked_question
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
-from steadyload.studies.answers import Answer as Answer
-from steadyload.studies.answers import Check as Check
-from steadyload.studies.answers import Reliability
-from steadyload.studies.check_defaults import DEFAULT_METHOD, GAPS_CM
-from steadyload.studies.faults import footing_at_fault, reason_of
 from steadyload.transport.rules import Rule, rule_named
 from steadyload.transport.trials import answer_rule
 

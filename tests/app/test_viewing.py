@@ -10,6 +10,7 @@ from importlib import metadata
 import numpy as np
 import pytest
 
+from steadyload.app.viewing import ViewError, pick_layouts, write_view, write_views
 from steadyload.cli import main
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.dialect import Dialect
@@ -19,7 +20,6 @@ from steadyload.methods.method import Status
 from steadyload.methods.recording import record_loading
 from steadyload.methods.registry import make_method
 from steadyload.reports.viewer.three_js import ThreeJsError, three_js
-from steadyload.studies.viewing import ViewError, pick_layouts, write_view, write_views
 
 
 @pytest.fixture

@@ -8,6 +8,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from steadyload.app.answers import on_the_road, too_far
+from steadyload.app.checking import Answer, Check
+from steadyload.app.notebook_figures import load_picture
+from steadyload.app.viewing import view_of
 from steadyload.atomic import write_atomically
 from steadyload.engines.errors import EngineNotInstalledError
 from steadyload.layouts.frame import Frame
@@ -28,10 +32,6 @@ from steadyload.reports.viewer.page import MARKS, player_html
 from steadyload.reports.viewer.records import Card, Gallery
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.runs.provenance import provenance_lines
-from steadyload.studies.answers import on_the_road, too_far
-from steadyload.studies.checking import Answer, Check
-from steadyload.studies.notebook_figures import load_picture
-from steadyload.studies.viewing import view_of
 
 PAGE = "index.html"
 

@@ -9,6 +9,8 @@ from typing import Unpack
 
 import numpy as np
 
+from steadyload.app.check_defaults import DEFAULT_METHOD, GAPS_CM
+from steadyload.app.faults import reason_of
 from steadyload.atomic import write_atomically
 from steadyload.bearing import ContactForces, contact_forces
 from steadyload.errors import UserError, nearest
@@ -33,8 +35,6 @@ from steadyload.reports.viewer.records import (
     ViewedStep,
 )
 from steadyload.runs.provenance import provenance_lines
-from steadyload.studies.check_defaults import DEFAULT_METHOD, GAPS_CM
-from steadyload.studies.faults import reason_of
 from steadyload.transport.recording import record_ride
 from steadyload.transport.rules import rule_named
 
@@ -187,8 +187,8 @@ def _card(
     record: Recorder,
     frame: Frame,
 ) -> Card:
+    from steadyload.app.notebook_figures import load_picture
     from steadyload.reports.viewer.page import MARKS, player_html
-    from steadyload.studies.notebook_figures import load_picture
 
     for judge in judges:
         judge.prepare(len(layout))

@@ -6,13 +6,13 @@ from functools import singledispatch
 
 import numpy as np
 
+from steadyload.app.checking import Check
 from steadyload.layouts.model import Layout
 from steadyload.layouts.naming import box_label, with_ids
 from steadyload.methods.method import Status, Verdict
 from steadyload.reports.table import brief_time, significant
 from steadyload.reports.viewer.notebook import shown_html
 from steadyload.reports.viewer.picture import LoadPicture
-from steadyload.studies.checking import Check
 
 
 @singledispatch

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import steadyload as sl
+from steadyload.app.demo import demo_pallets
 from steadyload.reports.viewer.picture import MARKED, behind_first
-from steadyload.studies.demo import demo_pallets
 
 
 def column(name, *shifts):
