@@ -60,7 +60,7 @@ _LONG_FILES = (
     "layouts/test_planar_set.py",
     "learners/test_learner_judges.py",
     "layouts/test_labelled_set.py",
-    "studies/test_labelling.py",
+    "labelling/test_labelling.py",
     "studies/test_tuning_page.py",
     "properties/test_search_and_page.py",
     "physics/test_reference.py",

@@ -18,7 +18,7 @@ _LAYOUTS = {
 }  # fmt: skip
 _METHODS = {"methods", "engines", "bearing", "time_limit", "config", *_LAYOUTS}
 _RUNS = {"runs", *_METHODS}
-_LIBRARIES = {"compilation", "tuning", "properties", "learners", "transport", *_RUNS}
+_LIBRARIES = {"labelling", "compilation", "tuning", "properties", "learners", "transport", *_RUNS}
 
 # Package below ``steadyload`` -> what of ours it may import. ``cli`` may import everything.
 ALLOWED = {
@@ -43,6 +43,7 @@ ALLOWED = {
     "runs": _RUNS,
     "gym": {"gym", *_METHODS},
     "transport": {"transport", *_METHODS},
+    "labelling": {"labelling", *_RUNS},
     "tuning": {"tuning", *_RUNS},
     "properties": {"properties", *_RUNS},
     "learners": {"learners", "compilation", *_RUNS},

@@ -189,6 +189,7 @@ class Build:
 
     def run(self) -> None:
         """Pack the layouts of a new set."""
+        from steadyload.labelling.labelling import build_set
         from steadyload.layouts.benchmark.build import (
             CHOOSING_OPTIONS,
             LISTS_OPTIONS,
@@ -196,7 +197,6 @@ class Build:
             BuildOptions,
         )
         from steadyload.layouts.packing import WeightRule
-        from steadyload.studies.benchmark.labelling import build_set
 
         standard = BuildOptions()
         for asked, options in (
@@ -239,8 +239,8 @@ class BuildReal:
 
     def run(self) -> None:
         """Pack the layouts of a set of real size."""
+        from steadyload.labelling.labelling import build_real_set
         from steadyload.layouts.benchmark.real import RealInputs, RealOptions
-        from steadyload.studies.benchmark.labelling import build_real_set
 
         standard = RealOptions()
         chosen = replace(
@@ -300,7 +300,7 @@ class Label:
             self._within()
 
     def _stands(self) -> None:
-        from steadyload.studies.benchmark.label_stands import TRAINING_CASES, label_stands
+        from steadyload.labelling.label_stands import TRAINING_CASES, label_stands
 
         with resumable(self.directory), progress_bar("labelling") as advance:
             count = label_stands(
@@ -312,8 +312,8 @@ class Label:
         print(f"{count} labels of the question stands -> {self.directory / 'stands.parquet'}")
 
     def _within(self) -> None:
+        from steadyload.labelling.labelling import PANELS, label_set, split_sizes
         from steadyload.layouts.benchmark.tables import read_tables
-        from steadyload.studies.benchmark.labelling import PANELS, label_set, split_sizes
 
         wanted = {"test": self.test, "validation": self.validation}
         given: dict[str, Any] = {k: size for k, size in wanted.items() if size is not None}
@@ -339,7 +339,7 @@ class Screen:
 
     def run(self) -> None:
         """Label the missing cases for both questions, those of the test part first."""
-        from steadyload.studies.benchmark.screening import label_screened
+        from steadyload.labelling.screening import label_screened
 
         with resumable(self.directory), progress_bar("labelling") as advance:
             count = label_screened(

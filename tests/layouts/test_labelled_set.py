@@ -6,6 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from steadyload.labelling.label_rows import LABEL, LIMITS
+from steadyload.labelling.labelling import JUDGES
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.build import BuildOptions, draw_case
 from steadyload.layouts.benchmark.dataset import SHIPPED
@@ -15,8 +17,6 @@ from steadyload.layouts.packing import make_instance, pack_instance
 from steadyload.layouts.scenarios import Scenario
 from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
-from steadyload.studies.benchmark.label_rows import LABEL, LIMITS
-from steadyload.studies.benchmark.labelling import JUDGES
 
 SCENARIOS = [str(s) for s in Scenario]
 REMADE = 12

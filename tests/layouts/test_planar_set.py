@@ -8,6 +8,8 @@ import pandas as pd
 import pytest
 
 from steadyload.cli import main
+from steadyload.labelling.label_rows import LABEL, LIMITS
+from steadyload.labelling.labelling import build_set, split_sizes
 from steadyload.layouts.benchmark import PLANAR, load_benchmark
 from steadyload.layouts.benchmark.build import (
     PLANAR_OPTIONS,
@@ -34,8 +36,6 @@ from steadyload.runs.definition import load_study
 from steadyload.runs.labels import load_labels
 from steadyload.runs.results import load_manifest
 from steadyload.runs.runner import run_study
-from steadyload.studies.benchmark.label_rows import LABEL, LIMITS
-from steadyload.studies.benchmark.labelling import build_set, split_sizes
 
 SCENARIOS = [str(s) for s in Scenario]
 SAMPLE = 60

@@ -8,6 +8,7 @@ import pytest
 
 import steadyload as sl
 from steadyload.cli import main
+from steadyload.labelling.labelling import build_real_set
 from steadyload.layouts.benchmark.item_lists import (
     CONTAINER,
     ItemListError,
@@ -30,7 +31,6 @@ from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.floor import FloorKind
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.packers.packed import PACKERS
-from steadyload.studies.benchmark.labelling import build_real_set
 
 ITEMS = "ID,X,Y,Z,ROTATION_XYZ,COPIES\n0,110,100,90,1,5\n1,120,80,100,1,4\n"
 PRODUCTS = """#products 4

@@ -19,6 +19,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from steadyload.labelling import label_rows, labelling, screening
 from steadyload.layouts.benchmark import Part
 from steadyload.layouts.model import Layout
 from steadyload.layouts.packing import random_layouts
@@ -31,7 +32,6 @@ from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.timing import Turn
 from steadyload.runs.units import made_now, study_units
 from steadyload.runs.verdict_reliability import Sampling
-from steadyload.studies.benchmark import label_rows, labelling, screening
 from steadyload.studies.closed_forms import measuring
 from steadyload.studies.closed_forms import study as closed_forms
 from steadyload.studies.engines.speed import SpeedUnit, ThroughputUnit

@@ -14,6 +14,7 @@ import pandas as pd
 import pytest
 
 from steadyload.cli import main
+from steadyload.labelling.labelling import write_unlabelled
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import row_of
 from steadyload.layouts.benchmark.splits import SplitSizes
@@ -22,7 +23,6 @@ from steadyload.learners.weights import load_weights
 from steadyload.runs.definition import load_study
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
-from steadyload.studies.benchmark.labelling import write_unlabelled
 from steadyload.tuning.ledger import Ledger
 
 STUDY = 'shard_size = 1\ngenerated = {}\nseed = 20\nscenarios = ["S1"]\nmethods = {}\n'

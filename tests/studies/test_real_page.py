@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from steadyload.cli import main
+from steadyload.labelling.screening import label_screened
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import BenchmarkError
 from steadyload.layouts.benchmark.dataset import row_of
@@ -19,7 +20,6 @@ from steadyload.methods.spec import SpecError
 from steadyload.reports.writing import write_page
 from steadyload.runs.definition import StudyError
 from steadyload.runs.judged import load_judged
-from steadyload.studies.benchmark.screening import label_screened
 from steadyload.studies.real import summary
 from steadyload.studies.real.best import best_method
 from steadyload.studies.real.delivered import CUSTOMERS, DELIVERED, PACKERS

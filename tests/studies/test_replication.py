@@ -7,11 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from steadyload.labelling.label_rows import LABEL
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.heuristics import Heuristic
 from steadyload.layouts.packing import HEURISTICS, WeightRule, make_instance, pack_instance
 from steadyload.methods.registry import make_method
-from steadyload.studies.benchmark.label_rows import LABEL
 from steadyload.studies.replication.files import FileOptions, make_files
 from steadyload.studies.replication.labels import (
     content_of,

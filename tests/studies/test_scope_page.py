@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from steadyload.labelling.screening import label_screened
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, row_of
@@ -15,7 +16,6 @@ from steadyload.layouts.question import Question
 from steadyload.methods.registry import make_method
 from steadyload.reports.writing import write_page
 from steadyload.runs.results import load_results
-from steadyload.studies.benchmark.screening import label_screened
 from steadyload.studies.kit import Lab
 from steadyload.studies.scope.balanced_steps import (
     Balance,

@@ -129,7 +129,7 @@ SCREENING = pa.schema(
         pa.field("why", pa.list_(_TEXT), nullable=False),
     ]
 )
-"""A row a case that was labelled by screening, see :mod:`steadyload.studies.benchmark.screening`.
+"""A row a case that was labelled by screening, see :mod:`steadyload.labelling.screening`.
 The lists hold a value a step: how far the item got that moved most, in units of the threshold, by
 the simulation that ``screen``s and by the ``reference``, not a number where that was not asked;
 and ``why`` it was, empty where it was not."""

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from steadyload.labelling.both_labels import QuestionShares, question_shares
 from steadyload.layouts.benchmark.confidence import ENSEMBLE, Reason, agrees
 from steadyload.layouts.benchmark.dataset import HELD_OUT, KEYS, SPLITS, Benchmark
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.scenarios import Scenario
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
-from steadyload.studies.benchmark.both_labels import QuestionShares, question_shares
 
 PUBLISHED_STABLE: Mapping[str, float] = {"S1": 0.790, "S2a": 0.760, "S2b": 0.708}
 """Share of stable layouts in the paper's sub-dataset 2, before balancing."""

@@ -16,6 +16,7 @@ import pandas as pd
 import pyarrow as pa
 
 from steadyload.atomic import write_atomically
+from steadyload.labelling.label_rows import CASE_SECONDS, LABEL
 from steadyload.layouts.benchmark.tables import as_parquet, read_parquet
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import Status
@@ -31,7 +32,6 @@ from steadyload.runs.units import (
     study_units,
     timed_out_row,
 )
-from steadyload.studies.benchmark.label_rows import CASE_SECONDS, LABEL
 from steadyload.studies.replication.files import Case, PaperFiles
 
 SHIPPED = Path(__file__).parent / "labels.parquet"

@@ -10,6 +10,21 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from steadyload.labelling import labelling
+from steadyload.labelling.label_rows import (
+    LABEL,
+    TRACES,
+    TraceUnit,
+    crashed_row,
+)
+from steadyload.labelling.label_stands import SPEC, label_stands
+from steadyload.labelling.labelling import (
+    FurtherMethod,
+    build_set,
+    label_set,
+    split_sizes,
+    write_unlabelled,
+)
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.benchmark.build import LISTS_OPTIONS, BuildOptions, build
 from steadyload.layouts.benchmark.confidence import Reason
@@ -26,21 +41,6 @@ from steadyload.layouts.packing import random_layouts
 from steadyload.layouts.question import Question
 from steadyload.layouts.scenarios import Scenario
 from steadyload.methods.registry import make_method
-from steadyload.studies.benchmark import labelling
-from steadyload.studies.benchmark.label_rows import (
-    LABEL,
-    TRACES,
-    TraceUnit,
-    crashed_row,
-)
-from steadyload.studies.benchmark.label_stands import SPEC, label_stands
-from steadyload.studies.benchmark.labelling import (
-    FurtherMethod,
-    build_set,
-    label_set,
-    split_sizes,
-    write_unlabelled,
-)
 
 SIZES = SplitSizes(test=4, validation=2, test_lists=2, validation_lists=1)
 JUDGES = (

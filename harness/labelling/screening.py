@@ -22,6 +22,7 @@ import pandas as pd
 import pyarrow as pa
 
 from steadyload.engines.registry import package_versions
+from steadyload.labelling.label_rows import LABEL, TraceUnit
 from steadyload.layouts.benchmark.dataset import KEYS, Part, load_benchmark
 from steadyload.layouts.benchmark.splits import split_by_instance
 from steadyload.layouts.benchmark.tables import (
@@ -45,7 +46,6 @@ from steadyload.methods.step_answers import StepAnswer, StepAnswers
 from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit
 from steadyload.runs.provenance import key_of, made_by, provenance
 from steadyload.runs.store import Store, locked, parquet
-from steadyload.studies.benchmark.label_rows import LABEL, TraceUnit
 
 VERSION = 1
 """Version of rows: raised when they come out differently."""

@@ -7,16 +7,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from steadyload.labelling import screening
+from steadyload.labelling.label_rows import LABEL
+from steadyload.labelling.labelling import label_set
+from steadyload.labelling.screening import SCREEN, label_screened, screened_row
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.benchmark.tables import CASES, UNLABELLED, read_tables, write_tables
 from steadyload.methods.registry import make_method
 from steadyload.methods.step_answers import StepAnswers
-from steadyload.studies.benchmark import screening
-from steadyload.studies.benchmark.label_rows import LABEL
-from steadyload.studies.benchmark.labelling import label_set
-from steadyload.studies.benchmark.screening import SCREEN, label_screened, screened_row
 
 
 @pytest.fixture(scope="module")

@@ -14,6 +14,17 @@ from typing import Any
 import pandas as pd
 
 from steadyload.engines.registry import package_versions
+from steadyload.labelling import label_rows
+from steadyload.labelling.label_rows import (
+    CASE_SECONDS,
+    LABEL,
+    LIMITS,
+    TRACES,
+    TraceUnit,
+    crashed_row,
+    timed_out_row,
+    trace_unit,
+)
 from steadyload.layouts.benchmark.build import BuildOptions, build
 from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import (
@@ -54,17 +65,6 @@ from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.store import Store, locked, parquet
 from steadyload.runs.units import timed_out_row as timed_out_verdict
-from steadyload.studies.benchmark import label_rows
-from steadyload.studies.benchmark.label_rows import (
-    CASE_SECONDS,
-    LABEL,
-    LIMITS,
-    TRACES,
-    TraceUnit,
-    crashed_row,
-    timed_out_row,
-    trace_unit,
-)
 
 _SHARD = 48
 

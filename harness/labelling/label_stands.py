@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pandas as pd
 
+from steadyload.labelling.label_rows import LABEL
+from steadyload.labelling.labelling import judged
 from steadyload.layouts.benchmark.dataset import HELD_OUT, Part, load_benchmark
 from steadyload.layouts.benchmark.tables import STANDS, BenchmarkError, write_further
 from steadyload.layouts.question import Question
@@ -16,8 +18,6 @@ from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.pool import IN_THIS_PROCESS
 from steadyload.runs.provenance import provenance
 from steadyload.runs.store import locked
-from steadyload.studies.benchmark.label_rows import LABEL
-from steadyload.studies.benchmark.labelling import judged
 
 SPEC = f"{LABEL}:question={Question.STANDS}"
 """The method whose verdicts are the labels."""

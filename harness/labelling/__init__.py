@@ -1,0 +1,1 @@
+"""Labelled sets are built, labelled by the reference simulator, and screened by a faster one."""
