@@ -17,6 +17,7 @@ from steadyload.layouts.benchmark.dataset import load_benchmark
 from steadyload.layouts.dialect import load_profile
 from steadyload.layouts.formats import read_layouts, read_written
 from steadyload.learners import LearnerError
+from steadyload.learners.plans.plan_file import load_plan
 from steadyload.learners.weights import SHIPPED, load_weights, parse_arrays
 from steadyload.methods.thresholds import load_thresholds
 from steadyload.reading import (
@@ -34,7 +35,6 @@ from steadyload.runs.results import load_manifest
 from steadyload.runs.store import JSON, Store, checksum_of
 from steadyload.runs.timing import kept_load
 from steadyload.stored import stored_list, stored_object
-from steadyload.studies.learned.plan_file import load_plan
 from steadyload.transport.history import recorded
 from steadyload.transport.rules import rule_named
 from steadyload.tuning.cost import stored_model

@@ -33,6 +33,7 @@ from steadyload.layouts.record import Refused
 from steadyload.layouts.writers import as_csv, as_job, as_native
 from steadyload.learners.features import FeatureKind, names
 from steadyload.learners.options import TrainingOptions
+from steadyload.learners.plans.plan_file import load_plan
 from steadyload.learners.ranges import QUANTITIES
 from steadyload.learners.tensors import tensor_shapes
 from steadyload.learners.weights import load_weights
@@ -43,7 +44,6 @@ from steadyload.methods.thresholds import load_thresholds
 from steadyload.runs.definition import load_study
 from steadyload.runs.results import ROWS, load_results, result_row
 from steadyload.runs.store import checksum
-from steadyload.studies.learned.plan_file import load_plan
 from steadyload.transport.history import recorded
 from steadyload.transport.rules import rule_named
 
@@ -118,7 +118,7 @@ displacement = 2
 
 HISTORY = b"time_s,acceleration_g\n0,0\n0.1,0.5\n0.4,0.5\n"
 
-_PLAN = Path(str(resources.files("steadyload.studies.learned") / "plan.toml"))
+_PLAN = Path(str(resources.files("steadyload.learners.plans") / "plan.toml"))
 
 
 @dataclass(frozen=True)

@@ -17,11 +17,11 @@ from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.learners import LearnerError
+from steadyload.learners.plans.plan import Section
+from steadyload.learners.plans.plan_file import load_plan
 from steadyload.learners.weights import load_weights
 from steadyload.methods.registry import make_method
 from steadyload.studies.learned.page import learned_page
-from steadyload.studies.learned.plan import Section
-from steadyload.studies.learned.plan_file import load_plan
 from steadyload.studies.learned.study import learner_study
 from steadyload.studies.learned.trainings import Workshop
 
@@ -293,8 +293,8 @@ def test_what_weights_say_is_kept_without_them(learned, plan, folder, foreign, t
 CHILD = """
 import sys
 from pathlib import Path
-from steadyload.studies.learned.plan import Section
-from steadyload.studies.learned.plan_file import load_plan
+from steadyload.learners.plans.plan import Section
+from steadyload.learners.plans.plan_file import load_plan
 from steadyload.studies.learned.trainings import Workshop
 Workshop(load_plan(Path(sys.argv[1])), Path(sys.argv[2])).make([Section.SIZE], workers=0)
 """

@@ -47,9 +47,9 @@ class LearnedStudy(Study[LearnedConfig, Any]):
 
         require_training()
         from steadyload.layouts.benchmark import Part
+        from steadyload.learners.plans.plan import Section
+        from steadyload.learners.plans.plan_file import check_part, load_plan
         from steadyload.runs.provenance import provenance_lines
-        from steadyload.studies.learned.plan import Section
-        from steadyload.studies.learned.plan_file import check_part, load_plan
         from steadyload.studies.learned.study import learner_study
 
         for name in config.only:

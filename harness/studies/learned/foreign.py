@@ -11,6 +11,7 @@ import pandas as pd
 
 from steadyload.layouts.model import Layout
 from steadyload.learners.methods import LearnedMethod
+from steadyload.learners.plans.plan import ForeignPlan
 from steadyload.learners.ranges import QUANTITIES, SLACK, extent_of
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
@@ -19,7 +20,6 @@ from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import agreement, outcomes, share
-from steadyload.studies.learned.plan import ForeignPlan
 
 _ACCEPT = "outside=accept"
 _SHARD_SIZE = 60

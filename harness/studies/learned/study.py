@@ -16,13 +16,13 @@ from steadyload.layouts.benchmark import Part, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.learners import LearnerError
 from steadyload.learners.jobs import BENCHMARK
+from steadyload.learners.plans.plan import Contrast, Plan, Section
 from steadyload.learners.weights import load_weights, shipped_weights
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
 from steadyload.studies.learned.calibration import MethodCalibration, calibration
 from steadyload.studies.learned.foreign import foreign_layouts
 from steadyload.studies.learned.judged import JudgedPart, provenance_row
-from steadyload.studies.learned.plan import Contrast, Plan, Section
 from steadyload.studies.learned.summary import (
     LeakRow,
     Learned,

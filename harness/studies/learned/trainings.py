@@ -19,10 +19,10 @@ from steadyload.learners import LearnerError
 from steadyload.learners.generation import generate_labelled
 from steadyload.learners.jobs import BENCHMARK, TrainingJob, train_weights
 from steadyload.learners.options import training_preset
+from steadyload.learners.plans.plan import Plan, PlannedTraining, Section
 from steadyload.learners.weights import MANIFEST
 from steadyload.methods.spec import as_plain
 from steadyload.runs.pool import SinglePart, run_units
-from steadyload.studies.learned.plan import Plan, PlannedTraining, Section
 from steadyload.studies.study import CHECKPOINTS
 
 Progress = Callable[[int, int], None]

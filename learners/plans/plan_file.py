@@ -15,10 +15,7 @@ from steadyload.learners import LearnerError
 from steadyload.learners.generation import GenerationOptions
 from steadyload.learners.jobs import BENCHMARK
 from steadyload.learners.options import options_from, training_preset
-from steadyload.methods.registry import make_method
-from steadyload.methods.spec import SpecError
-from steadyload.reading import toml_of
-from steadyload.studies.learned.plan import (
+from steadyload.learners.plans.plan import (
     CalibrationPlan,
     Contrast,
     Curve,
@@ -28,6 +25,9 @@ from steadyload.studies.learned.plan import (
     Section,
     TablePlan,
 )
+from steadyload.methods.registry import make_method
+from steadyload.methods.spec import SpecError
+from steadyload.reading import toml_of
 
 Named = TypeVar("Named")
 
@@ -40,7 +40,7 @@ def load_plan(path: Path | None = None) -> Plan:
         TooLargeError: it has too many bytes.
         OSError: the file cannot be read.
     """
-    path = path or Path(str(resources.files("steadyload.studies.learned") / "plan.toml"))
+    path = path or Path(str(resources.files("steadyload.learners.plans") / "plan.toml"))
     content = toml_of(path, LearnerError)
     try:
         return _plan(content)

@@ -1,0 +1,1 @@
+"""Plans of trainings: what is trained on which sets, read from a file and made."""
