@@ -39,6 +39,10 @@ from steadyload.reading import MAX_COPY_BYTES, MAX_TABLE_BYTES, content_of, regu
 from steadyload.runs.kept_only import refuse_unless_kept
 from steadyload.runs.pool import IN_THIS_PROCESS, Executor, PartLimit, run_units
 
+CHECKPOINTS, CHECKPOINT = "checkpoints", "checkpoint"
+"""Folder in a work folder, and stem of a file, of what an interrupted run continues from."""
+
+
 Progress = Callable[[int, int], None]
 
 _log = logging.getLogger("steadyload")

@@ -32,9 +32,8 @@ from steadyload.reading import (
     unpacked,
 )
 from steadyload.runs.results import superseded
-from steadyload.runs.store import DamagedError, ResultsError
+from steadyload.runs.store import CHECKPOINT, CHECKPOINTS, DamagedError, ResultsError
 from steadyload.studies.published import ROWS, Entry, entries
-from steadyload.studies.study import CHECKPOINT, CHECKPOINTS
 
 _LEFT_OUT = (".lock", "report.md", "report.html", "report-details*.md", "figures")
 """What a work folder holds besides rows, as patterns, and :data:`.CHECKPOINTS` anywhere in it."""

@@ -7,9 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
-CHECKPOINTS, CHECKPOINT = "checkpoints", "checkpoint"
-"""Folder in a work folder, and stem of a file, of what an interrupted run continues from."""
-
 C = TypeVar("C")
 R = TypeVar("R")
 

@@ -25,6 +25,7 @@ from steadyload.layouts.model import Layout
 from steadyload.layouts.packing import random_layouts
 from steadyload.learners.generation import GenerationOptions, ListUnit
 from steadyload.learners.plans.plan import Plan, PlannedTraining
+from steadyload.learners.plans.trainings import Workshop
 from steadyload.methods import trace
 from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
@@ -41,7 +42,6 @@ from steadyload.studies.kit import Asked
 from steadyload.studies.learned import batches, judged
 from steadyload.studies.learned.batches import BatchUnit
 from steadyload.studies.learned.judged import JudgedPart
-from steadyload.studies.learned.trainings import Workshop
 from steadyload.studies.precision import sizes
 from steadyload.studies.properties import study as properties
 from steadyload.studies.replication import networks

@@ -19,11 +19,11 @@ from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.learners import LearnerError
 from steadyload.learners.plans.plan import Section
 from steadyload.learners.plans.plan_file import load_plan
+from steadyload.learners.plans.trainings import Workshop
 from steadyload.learners.weights import load_weights
 from steadyload.methods.registry import make_method
 from steadyload.studies.learned.page import learned_page
 from steadyload.studies.learned.study import learner_study
-from steadyload.studies.learned.trainings import Workshop
 
 ROOT = Path(__file__).parents[2]
 LIMIT = 12
@@ -295,7 +295,7 @@ import sys
 from pathlib import Path
 from steadyload.learners.plans.plan import Section
 from steadyload.learners.plans.plan_file import load_plan
-from steadyload.studies.learned.trainings import Workshop
+from steadyload.learners.plans.trainings import Workshop
 Workshop(load_plan(Path(sys.argv[1])), Path(sys.argv[2])).make([Section.SIZE], workers=0)
 """
 

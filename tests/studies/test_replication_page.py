@@ -19,6 +19,7 @@ from steadyload.learners.scoring import items_safe
 from steadyload.methods.registry import make_method
 from steadyload.reports.writing import write_page
 from steadyload.runs.evaluation import ALL
+from steadyload.runs.store import CHECKPOINTS
 from steadyload.studies.replication.files import FileOptions
 from steadyload.studies.replication.labels import Labelling
 from steadyload.studies.replication.methods import ALL_LINES
@@ -41,7 +42,6 @@ from steadyload.studies.replication.study import (
     replicate,
 )
 from steadyload.studies.replication.summary import fall, paper_of, summarise
-from steadyload.studies.study import CHECKPOINTS
 
 SIZES = dict.fromkeys(("S1", "S2a", "S2b"), PartSizes(test=(4, 2), validation=(2, 1)))
 OPTIONS = ReplicationOptions(

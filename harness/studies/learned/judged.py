@@ -16,6 +16,7 @@ from steadyload.learners.features import VERSION as FEATURES
 from steadyload.learners.features import Array32, FeatureKind
 from steadyload.learners.inference import VERSION as INFERENCE
 from steadyload.learners.jobs import BENCHMARK
+from steadyload.learners.plans.trainings import Run
 from steadyload.learners.scoring import items_safe
 from steadyload.learners.sequences import Sequences, load_sequences
 from steadyload.learners.weights import Weights, load_weights
@@ -25,7 +26,6 @@ from steadyload.runs.evaluation import ALL
 from steadyload.runs.provenance import key_of
 from steadyload.runs.store import JSON, Store, locked
 from steadyload.studies.learned.summary import ProvenanceRow, TrainedRow
-from steadyload.studies.learned.trainings import Run
 
 VERSION = 1
 """Version of what is kept of trainings: raised when its meaning changes."""

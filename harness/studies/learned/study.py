@@ -17,6 +17,7 @@ from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.learners import LearnerError
 from steadyload.learners.jobs import BENCHMARK
 from steadyload.learners.plans.plan import Contrast, Plan, Section
+from steadyload.learners.plans.trainings import Workshop
 from steadyload.learners.weights import load_weights, shipped_weights
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
@@ -31,7 +32,6 @@ from steadyload.studies.learned.summary import (
     TrainedRow,
 )
 from steadyload.studies.learned.table import judge_table
-from steadyload.studies.learned.trainings import Workshop
 from steadyload.studies.study import Progress, silent
 
 
@@ -60,7 +60,7 @@ def learner_study(
 
     Raises:
         LearnerError: a section that is not planned, or a file of layouts that is not there.
-        as :meth:`steadyload.studies.learned.trainings.Workshop.make`,
+        as :meth:`steadyload.learners.plans.trainings.Workshop.make`,
         :func:`steadyload.studies.learned.table.judge_table` and
         :func:`steadyload.studies.learned.foreign.foreign_layouts`.
     """

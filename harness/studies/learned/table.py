@@ -11,6 +11,7 @@ import pandas as pd
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.learners.plans.plan import Plan, TablePlan
+from steadyload.learners.plans.trainings import Workshop
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.runs.costs import timed_costs
@@ -21,7 +22,6 @@ from steadyload.runs.runner import run_study
 from steadyload.runs.timing import timed
 from steadyload.studies.learned.batches import timed_batches
 from steadyload.studies.learned.summary import MethodTable
-from steadyload.studies.learned.trainings import Workshop
 
 PAPER_COLUMNS: Mapping[str, str] = {
     "fbs": "FBS",

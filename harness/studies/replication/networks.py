@@ -26,9 +26,8 @@ from steadyload.learners.training import VERSION, Training
 from steadyload.methods.spec import as_plain
 from steadyload.runs.pool import SinglePart
 from steadyload.runs.provenance import key_of
-from steadyload.runs.store import Progress, Store, locked, parquet
+from steadyload.runs.store import CHECKPOINTS, Progress, Store, locked, parquet
 from steadyload.studies.replication.splits import Fold, steps_safe
-from steadyload.studies.study import CHECKPOINTS
 
 NETWORKS = training_preset("paper-ensemble").networks
 """Hidden size and learning rate of the networks of Table 4; the first one is LSTM_1."""

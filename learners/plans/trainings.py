@@ -23,7 +23,7 @@ from steadyload.learners.plans.plan import Plan, PlannedTraining, Section
 from steadyload.learners.weights import MANIFEST
 from steadyload.methods.spec import as_plain
 from steadyload.runs.pool import SinglePart, run_units
-from steadyload.studies.study import CHECKPOINTS
+from steadyload.runs.store import CHECKPOINTS
 
 Progress = Callable[[int, int], None]
 
