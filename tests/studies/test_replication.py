@@ -8,18 +8,18 @@ import pandas as pd
 import pytest
 
 from steadyload.labelling.label_rows import LABEL
-from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.heuristics import Heuristic
-from steadyload.layouts.packing import HEURISTICS, WeightRule, make_instance, pack_instance
-from steadyload.methods.registry import make_method
-from steadyload.studies.replication.files import FileOptions, make_files
-from steadyload.studies.replication.labels import (
+from steadyload.labelling.paper_labels import (
     content_of,
     label_files,
     label_units,
     ship_labels,
     shipped_labels,
 )
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.benchmark.paper_files import FileOptions, make_files
+from steadyload.layouts.heuristics import Heuristic
+from steadyload.layouts.packing import HEURISTICS, WeightRule, make_instance, pack_instance
+from steadyload.methods.registry import make_method
 from steadyload.studies.replication.memoriser import Memoriser
 from steadyload.studies.replication.splits import (
     TABLE_2,

@@ -13,6 +13,8 @@ pytest.importorskip("torch")
 import torch
 
 from steadyload.atomic import CHECKSUM_DIGITS
+from steadyload.labelling.paper_labels import Labelling
+from steadyload.layouts.benchmark.paper_files import FileOptions
 from steadyload.layouts.heuristics import Heuristic
 from steadyload.learners.network import LstmNetwork
 from steadyload.learners.scoring import items_safe
@@ -20,8 +22,6 @@ from steadyload.methods.registry import make_method
 from steadyload.reports.writing import write_page
 from steadyload.runs.evaluation import ALL
 from steadyload.runs.store import CHECKPOINTS
-from steadyload.studies.replication.files import FileOptions
-from steadyload.studies.replication.labels import Labelling
 from steadyload.studies.replication.methods import ALL_LINES
 from steadyload.studies.replication.networks import (
     NETWORKS,

@@ -57,10 +57,10 @@ class ReplicationStudy(Study[ReplicationConfig, Any]):
         progress: Progress = silent,
     ) -> Any:
         """The summary of what was judged and trained; of labels alone how many there are."""
+        from steadyload.labelling.paper_labels import label_files
+        from steadyload.layouts.benchmark.paper_files import FileOptions, make_files
         from steadyload.layouts.packing import WeightRule
         from steadyload.learners import require_training
-        from steadyload.studies.replication.files import FileOptions, make_files
-        from steadyload.studies.replication.labels import label_files
 
         files = FileOptions(weights=WeightRule(config.weights))
         if config.only_labels:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from steadyload.labelling.paper_labels import Labelling
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import Column, Table, names, percent, plain_percent, words
 from steadyload.runs.evaluation import ALL
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.replication.figures import plot_steps
-from steadyload.studies.replication.labels import Labelling
 from steadyload.studies.replication.methods import OURS, PRINTED, PS_OPT, READINGS, STATIC
 from steadyload.studies.replication.sections import (
     KINDS,

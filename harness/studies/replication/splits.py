@@ -16,9 +16,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from steadyload.errors import UserError
+from steadyload.labelling.paper_labels import Labels, content_of
+from steadyload.layouts.benchmark.paper_files import PaperFiles
 from steadyload.layouts.scenarios import Scenario
-from steadyload.studies.replication.files import PaperFiles
-from steadyload.studies.replication.labels import Labels, content_of
 
 Mask = NDArray[np.bool_]
 

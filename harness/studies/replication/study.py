@@ -10,8 +10,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from steadyload.labelling.paper_labels import label_files, shipped_labels
 from steadyload.layouts.benchmark import Part
 from steadyload.layouts.benchmark.dataset import row_of, stored_offsets
+from steadyload.layouts.benchmark.paper_files import FileOptions, PaperFiles, make_files
 from steadyload.layouts.benchmark.tables import CASES, OPINIONS, write_tables
 from steadyload.layouts.model import Layout
 from steadyload.learners.features import FeatureKind
@@ -23,8 +25,6 @@ from steadyload.runs.evaluation import evaluate
 from steadyload.runs.judged import JudgedCases, load_judged
 from steadyload.runs.provenance import provenance_lines
 from steadyload.runs.runner import run_study
-from steadyload.studies.replication.files import FileOptions, PaperFiles, make_files
-from steadyload.studies.replication.labels import label_files, shipped_labels
 from steadyload.studies.replication.memoriser import Memoriser
 from steadyload.studies.replication.methods import ALL_LINES
 from steadyload.studies.replication.networks import (

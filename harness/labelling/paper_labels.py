@@ -17,6 +17,7 @@ import pyarrow as pa
 
 from steadyload.atomic import write_atomically
 from steadyload.labelling.label_rows import CASE_SECONDS, LABEL
+from steadyload.layouts.benchmark.paper_files import Case, PaperFiles
 from steadyload.layouts.benchmark.tables import as_parquet, read_parquet
 from steadyload.layouts.model import Layout
 from steadyload.methods.method import Status
@@ -32,9 +33,8 @@ from steadyload.runs.units import (
     study_units,
     timed_out_row,
 )
-from steadyload.studies.replication.files import Case, PaperFiles
 
-SHIPPED = Path(__file__).parent / "labels.parquet"
+SHIPPED = Path(__file__).parent / "paper_labels.parquet"
 
 LABELS = pa.schema(
     [
