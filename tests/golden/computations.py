@@ -13,11 +13,11 @@ from golden_cases import Case, load_cases
 
 from steadyload.labelling.label_rows import trace_row
 from steadyload.learners.features import FeatureKind, features
+from steadyload.properties.closed_forms import Stage, fall, tipping_offset
 from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import search
 from steadyload.runs.verdict_reliability import Sampling
-from steadyload.studies.closed_forms.measuring import Stage, fall, tipping_offset
 from steadyload.studies.extremes.sweeps import measure_cell
 from steadyload.studies.uncertain.cases import Unit, sample_unit
 from steadyload.tuning.proposers import ALGORITHMS

@@ -23,7 +23,7 @@ def now():
         ("labels", "methods/trace.py or labelling/label_rows.py"),
         ("features", "learners/features.py"),
         ("extremes", "studies/extremes/measuring.py or sweeps.py"),
-        ("closed forms", "studies/closed_forms/measuring.py"),
+        ("closed forms", "properties/closed_forms.py"),
         ("certainty", "runs/verdict_reliability.py or studies/uncertain/cases.py"),
         ("properties", "properties/search.py, or of the property"),
         ("proposals", "tuning/proposers.py"),

@@ -27,6 +27,7 @@ from steadyload.learners.generation import GenerationOptions, ListUnit
 from steadyload.learners.plans.plan import Plan, PlannedTraining
 from steadyload.learners.plans.trainings import Workshop
 from steadyload.methods import trace
+from steadyload.properties import closed_forms as measuring
 from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
 from steadyload.runs import timing, units
@@ -34,7 +35,6 @@ from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.timing import Turn
 from steadyload.runs.units import made_now, study_units
 from steadyload.runs.verdict_reliability import Sampling
-from steadyload.studies.closed_forms import measuring
 from steadyload.studies.closed_forms import study as closed_forms
 from steadyload.studies.engines.speed import SpeedUnit, ThroughputUnit
 from steadyload.studies.extremes.study import CellUnit

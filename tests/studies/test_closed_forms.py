@@ -12,13 +12,14 @@ import pytest
 from steadyload.engines.registry import ENGINES, EngineEntry, world_class
 from steadyload.engines.world import GRAVITY, EngineError, SettingSupport, Support
 from steadyload.properties import mechanics
+from steadyload.properties.closed_form_tests import closed_form_tests
+from steadyload.properties.closed_forms import NoValueError, boundary
 from steadyload.reports.table import compact
 from steadyload.reports.writing import write_page
 from steadyload.runs.definition import StudyError
 from steadyload.studies.closed_forms.figures import plot_closed_forms
-from steadyload.studies.closed_forms.measuring import NoValueError, boundary
 from steadyload.studies.closed_forms.page import closed_forms_page
-from steadyload.studies.closed_forms.study import closed_form_tests, closed_forms
+from steadyload.studies.closed_forms.study import closed_forms
 
 TESTS = {test.name: test for test in closed_form_tests()}
 
@@ -211,7 +212,7 @@ def test_results_are_kept_and_measured_by_processes_alike(tmp_path, monkeypatch)
     here = closed_forms(tmp_path / "here", ["mujoco"], (90, 240), tests=tests)
     beside = closed_forms(tmp_path / "beside", ["mujoco"], (90, 240), tests=tests, workers=2)
     assert here == beside
-    monkeypatch.setattr("steadyload.studies.closed_forms.study.result_of", None)
+    monkeypatch.setattr("steadyload.properties.closed_form_tests.result_of", None)
     assert closed_forms(tmp_path / "here", ["mujoco"], (90, 240), tests=tests) == here
 
 

@@ -9,12 +9,12 @@ import pytest
 
 from steadyload.engines.registry import engines_here
 from steadyload.methods import make_method
+from steadyload.properties.closed_form_tests import ClosedFormResult, closed_form_tests
+from steadyload.properties.closed_forms import Stage, fall
 from steadyload.reports.writing import write_page
 from steadyload.runs.able import fixed_step_engines
 from steadyload.runs.definition import StudyError
 from steadyload.statistics.clusters import Clusters
-from steadyload.studies.closed_forms.measuring import Stage, fall
-from steadyload.studies.closed_forms.study import ClosedFormResult, closed_form_tests
 from steadyload.studies.precision.changes import AS_IT_IS, CHANGES, DISTANCES, SCALES
 from steadyload.studies.precision.page import precision_page
 from steadyload.studies.precision.sizes import EDGES, TESTS, ScaledStage, closed_forms_by_size

@@ -37,8 +37,9 @@ class ClosedForms(Study[ClosedFormsConfig, Any]):
         progress: Progress = silent,
     ) -> Any:
         """Tests, the engines' results, and their provenance."""
+        from steadyload.properties.closed_form_tests import closed_form_tests
         from steadyload.runs.provenance import provenance_lines
-        from steadyload.studies.closed_forms.study import closed_form_tests, closed_forms
+        from steadyload.studies.closed_forms.study import closed_forms
 
         made_with = provenance_lines()
         results = closed_forms(work, config.engines or None, workers=workers, progress=progress)

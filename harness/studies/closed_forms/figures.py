@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from steadyload.properties.closed_form_tests import ClosedFormResult, ClosedFormTest
 from steadyload.reports.charts.drawing import PLAIN_TICKS, engine_legend
 from steadyload.reports.style import engine_colour, engine_marker
-from steadyload.studies.closed_forms.study import ClosedFormResult, ClosedFormTest
 
 _FEW = 7
 """Largest number of ticks side by side in a narrow panel."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from steadyload.properties.closed_form_tests import ClosedFormResult, ClosedFormTest
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import MISSING, Column, Table, columns_for, compact, words
 from steadyload.studies.closed_forms.figures import plot_closed_form_series, plot_closed_forms
-from steadyload.studies.closed_forms.study import ClosedFormResult, ClosedFormTest
 
 _RIGHT_WITHIN = 1.0
 """Error up to which an engine counts as right: in per cent of what is expected, and in the unit of

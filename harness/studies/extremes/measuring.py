@@ -22,9 +22,9 @@ from steadyload.engines.world import (
     WorldSettings,
 )
 from steadyload.methods.criteria import Criterion, Examiner, euler_angles
+from steadyload.properties import closed_forms as runs
 from steadyload.properties import mechanics
-from steadyload.studies.closed_forms import measuring as runs
-from steadyload.studies.closed_forms.measuring import Stage
+from steadyload.properties.closed_forms import Stage
 from steadyload.studies.extremes import scenes as scenes
 
 VERSION = 1

@@ -19,12 +19,12 @@ from steadyload.engines.registry import engines as registered
 from steadyload.engines.registry import engines_here, package_versions, world_class
 from steadyload.errors import nearest
 from steadyload.methods import loading
+from steadyload.properties import closed_forms as closed_form_runs
 from steadyload.runs.definition import StudyError
 from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit, SinglePart
 from steadyload.runs.provenance import key_of, made_on, provenance
 from steadyload.runs.store import Codec, Progress, Store, locked
 from steadyload.runs.units import hard_seconds
-from steadyload.studies.closed_forms import measuring as closed_form_runs
 from steadyload.studies.extremes import measuring as extreme_runs
 from steadyload.studies.extremes import sweeps as sweeps_of
 from steadyload.studies.extremes.measuring import Outcome

@@ -14,8 +14,8 @@ import steadyload.methods
 from steadyload.atomic import write_atomically
 from steadyload.engines.registry import installed_versions
 from steadyload.methods.envelope import ENVELOPES
+from steadyload.properties.closed_form_tests import ClosedFormResult, ClosedFormTest
 from steadyload.stored import REMEDY, stored_object
-from steadyload.studies.closed_forms.study import ClosedFormResult, ClosedFormTest
 from steadyload.studies.extremes.measuring import Outcome
 from steadyload.studies.extremes.sweeps import ExtremeCell, ExtremeSweep, sweeps
 

@@ -13,8 +13,8 @@ from functools import cache, partial
 from steadyload.engines.registry import world_class
 from steadyload.engines.world import EngineError
 from steadyload.methods.method import Stopwatch, TimeoutExpiredError
-from steadyload.studies.closed_forms import measuring as runs
-from steadyload.studies.closed_forms.measuring import NoValueError, Stage
+from steadyload.properties import closed_forms as runs
+from steadyload.properties.closed_forms import NoValueError, Stage
 from steadyload.studies.extremes import measuring as extreme_runs
 from steadyload.studies.extremes import scenes
 from steadyload.studies.extremes.measuring import Finding, Outcome

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from steadyload.properties.closed_form_tests import ClosedFormResult, closed_form_tests
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import (
     MISSING,
@@ -15,7 +16,6 @@ from steadyload.reports.table import (
     percent,
     words,
 )
-from steadyload.studies.closed_forms.study import ClosedFormResult, closed_form_tests
 from steadyload.studies.precision.changes import DISTANCES, SCALES, Change
 from steadyload.studies.precision.figures import plot_turned
 from steadyload.studies.precision.sizes import EDGES, FREQUENCY, TESTS

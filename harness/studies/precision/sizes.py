@@ -14,17 +14,17 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.engines.world import Box, FixedStepWorld, Poses, WorldSettings
-from steadyload.runs.pool import Executor, SinglePart
-from steadyload.runs.provenance import key_of, made_on
-from steadyload.runs.store import kept_records
-from steadyload.studies.closed_forms import measuring
-from steadyload.studies.closed_forms.measuring import Stage
-from steadyload.studies.closed_forms.study import (
+from steadyload.properties import closed_forms as measuring
+from steadyload.properties.closed_form_tests import (
     ClosedFormResult,
     ClosedFormTest,
     closed_form_tests,
     result_of,
 )
+from steadyload.properties.closed_forms import Stage
+from steadyload.runs.pool import Executor, SinglePart
+from steadyload.runs.provenance import key_of, made_on
+from steadyload.runs.store import kept_records
 from steadyload.studies.study import Progress, silent
 
 EDGES = (0.1, 1.0, 10.0)
