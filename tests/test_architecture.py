@@ -133,7 +133,7 @@ def circles(arrows):
 
 
 DRAWING = {
-    "benchmark.figures", "closed_forms.figures", "comparison.figures", "convergence.figures",
+    "benchmark.figures", "closed_form_figures", "comparison.figures", "convergence.figures",
     "engines.figures", "extremes.figures", "precision.figures", "real.figures",
     "replication.figures", "sensitivity.figures", "session.figures", "table5.cost_figures",
     "table5.figures", "transport.figures", "tuning.figures", "tuning.search_figures",

@@ -17,7 +17,7 @@ from steadyload.properties.closed_forms import NoValueError, boundary
 from steadyload.reports.table import compact
 from steadyload.reports.writing import write_page
 from steadyload.runs.definition import StudyError
-from steadyload.studies.closed_forms.figures import plot_closed_forms
+from steadyload.studies.closed_form_figures import plot_closed_forms
 from steadyload.studies.closed_forms.page import closed_forms_page
 from steadyload.studies.closed_forms.study import closed_forms
 

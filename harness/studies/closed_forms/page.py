@@ -7,23 +7,18 @@ from collections.abc import Iterable, Mapping, Sequence
 from steadyload.properties.closed_form_tests import ClosedFormResult, ClosedFormTest
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import MISSING, Column, Table, columns_for, compact, words
-from steadyload.studies.closed_forms.figures import plot_closed_form_series, plot_closed_forms
+from steadyload.studies.closed_form_figures import (
+    ENGINE,
+    OWN_STEPS,
+    SUBSTEPS,
+    hertz,
+    plot_closed_form_series,
+    plot_closed_forms,
+)
 
 _RIGHT_WITHIN = 1.0
 """Error up to which an engine counts as right: in per cent of what is expected, and in the unit of
 a test (mm or degrees) whose errors are not relative."""
-
-OWN_STEPS = "own"
-"""Text for the frequency of an engine that chooses its own steps."""
-
-
-def hertz(frequency: int | None) -> str:
-    """A frequency, or that the engine chooses its own steps."""
-    return OWN_STEPS if frequency is None else f"{frequency} Hz"
-
-
-ENGINE = words("engine")
-SUBSTEPS = Column("substeps", "frequency", hertz)
 
 
 def closed_forms_page(

@@ -7,8 +7,14 @@ from collections.abc import Mapping, Sequence
 
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import Column, Table, columns_for, compact, words, yes_no
-from steadyload.studies.closed_forms.figures import plot_closed_form_series, plot_closed_forms
-from steadyload.studies.closed_forms.page import ENGINE, OWN_STEPS, SUBSTEPS, hertz
+from steadyload.studies.closed_form_figures import (
+    ENGINE,
+    OWN_STEPS,
+    SUBSTEPS,
+    hertz,
+    plot_closed_form_series,
+    plot_closed_forms,
+)
 from steadyload.studies.extremes.figures import plot_outcomes
 from steadyload.studies.extremes.measuring import Outcome
 from steadyload.studies.extremes.summary import (

@@ -11,6 +11,13 @@ from matplotlib.figure import Figure
 from steadyload.properties.closed_form_tests import ClosedFormResult, ClosedFormTest
 from steadyload.reports.charts.drawing import PLAIN_TICKS, engine_legend
 from steadyload.reports.style import engine_colour, engine_marker
+from steadyload.reports.table import Column, words
+
+OWN_STEPS = "own"
+"""Text for the frequency of an engine that chooses its own steps."""
+
+ENGINE = words("engine")
+
 
 _FEW = 7
 """Largest number of ticks side by side in a narrow panel."""
@@ -140,3 +147,11 @@ def _engine_legend(figure: Figure, results: Sequence[ClosedFormResult]) -> None:
     own = {r.engine for r in results if r.frequency is None}
     labels = {r.engine: f"{r.engine} (own steps)" if r.engine in own else r.engine for r in results}
     engine_legend(figure, labels, dashed=own)
+
+
+def hertz(frequency: int | None) -> str:
+    """A frequency, or that the engine chooses its own steps."""
+    return OWN_STEPS if frequency is None else f"{frequency} Hz"
+
+
+SUBSTEPS = Column("substeps", "frequency", hertz)
